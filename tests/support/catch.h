@@ -4,6 +4,8 @@
 /// @file
 /// The one include of all tests: hides the difference between Catch2 2.13 and 3.
 
+#include <string>
+
 #if defined(PBDSURG_CATCH2_3)
 #include <catch2/catch_all.hpp>
 #else
@@ -16,7 +18,7 @@ namespace pbdsurg::testing {
 using Catch::Approx;
 using Catch::Matchers::ContainsSubstring;
 #else
-using Catch::Approx;
+using Catch::Detail::Approx;
 inline auto ContainsSubstring(const std::string& text) {
   return Catch::Matchers::Contains(text);
 }
