@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What is simulated: bodies, materials, fixed vertices, links between bodies, gravity.
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/material.h"
+
+namespace pbdsurg {
+
+/// A body's place in the numbering that all bodies of a scene share.
+struct Body {
+  std::string name;
+  Material material;
+  Index first_vertex = 0;
+  Index vertex_count = 0;
+  Index first_tet = 0;
+  Index tet_count = 0;
+};
+
+/// A distance constraint between two vertices of the scene that no tetrahedron joins: connective
+/// tissue, a strand of a membrane, a suture.
+struct Link {
+  Index first = kInvalidIndex;   ///< scene vertex
+  Index second = kInvalidIndex;  ///< scene vertex
+  float rest_length = 0;         ///< m, >= 0
+  Stiffness stiffness;
+};
+
+/// A scene description. Solvers copy what they need: a scene may be changed or dropped afterwards.
+///
+/// Vertices, tetrahedra and links have one numbering across all bodies, in the order in which they
+/// were added; a body's local vertex v is scene vertex body(b).first_vertex + v.
+class Scene {
+ public:
+  /// Adds a body at rest.
+  /// @return  its index
+  /// @throws InvalidArgument  if the name is empty or taken, a material value is out of range, or
+  ///                          the scene would exceed 2^31 - 1 vertices or tetrahedra
+  Index add_body(std::string name, const TetMesh& mesh, const Material& material = {});
+
+  /// Adds a body of particles without tetrahedra, to be joined by links: a thread, a strand.
+  /// @param positions  [n] m
+  /// @param mass       kg of each particle, positive
+  /// @return           its index
+  /// @throws InvalidArgument  as add_body(), or naming the particle that is not finite
+  Index add_particles(std::string name, std::span<const Eigen::Vector3d> positions, double mass);
+
+  /// Holds vertices of a body where they are, for good.
+  /// @param vertices  [n] ids within the body
+  /// @throws InvalidArgument  naming the body and the id out of range; then none is fixed
+  void fix_vertices(Index body, std::span<const Index> vertices);
+
+  /// Fixes the vertices of a body whose rest position satisfies a condition.
+  /// @param condition  bool(const Eigen::Vector3d& position), position in m
+  /// @return           how many were fixed
+  template <class Condition>
+  Index fix_where(Index body, Condition condition);
+
+  /// Links two vertices of the scene.
+  /// @return  the link's index
+  /// @throws InvalidArgument  if a vertex is out of range, both are the same, or a value is out of
+  /// range
+  Index add_link(const Link& link);
+
+  /// Acceleration of free vertices, m/s^2. Default: earth's, downwards along y.
+  /// @throws InvalidArgument  if it is not finite
+  void set_gravity(const Eigen::Vector3f& gravity);
+  [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept { return gravity_; }
+
+  [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
+
+  /// @throws InvalidArgument  naming the index and how many bodies there are
+  [[nodiscard]] const Body& body(Index index) const;
+
+  /// @throws InvalidArgument  naming the bodies that there are
+  [[nodiscard]] Index find_body(const std::string& name) const;
+
+  [[nodiscard]] Index vertex_count() const noexcept {
+    return static_cast<Index>(positions_.size());
+  }
+
+  /// [vertex_count] m, at rest.
+  [[nodiscard]] std::span<const Eigen::Vector3d> positions() const noexcept { return positions_; }
+
+  /// [vertex_count] kg, lumped; zero for a vertex that no tetrahedron uses, which then never moves.
+  [[nodiscard]] std::span<const double> masses() const noexcept { return masses_; }
+
+  /// Whether a vertex was fixed. @param vertex  in [0, vertex_count())
+  [[nodiscard]] bool is_fixed(Index vertex) const { return fixed_[vertex]; }
+
+  /// [tet_count] scene vertex ids.
+  [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
+
+  /// [link_count]
+  [[nodiscard]] std::span<const Link> links() const noexcept { return links_; }
+
+ private:
+  Body& append_body(std::string name, std::span<const Eigen::Vector3d> positions,
+                    std::span<const double> masses, std::size_t tet_count,
+                    const Material& material);
+
+  std::vector<Body> bodies_;
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<double> masses_;
+  std::vector<bool> fixed_;
+  std::vector<Tet> tets_;
+  std::vector<Link> links_;
+  Eigen::Vector3f gravity_{0, -9.81F, 0};
+};
+
+template <class Condition>
+Index Scene::fix_where(Index body_index, Condition condition) {
+  const Body& where = body(body_index);
+  std::vector<Index> vertices;
+  for (Index v = 0; v < where.vertex_count; ++v) {
+    if (condition(positions_[where.first_vertex + v])) {
+      vertices.push_back(v);
+    }
+  }
+  fix_vertices(body_index, vertices);
+  return static_cast<Index>(vertices.size());
+}
+
+}  // namespace pbdsurg

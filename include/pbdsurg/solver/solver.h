@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Steps a scene in time: algorithm 1 of Pan et al. 2020, with contacts and grasped vertices.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/solver/step_plan.h"
+#include "pbdsurg/solver/step_report.h"
+#include "pbdsurg/solver/tool.h"
+
+namespace pbdsurg {
+
+/// Who executes the step plan.
+enum class BackendKind : std::uint8_t {
+  automatic,  ///< the fastest that this build and this machine have; Solver::backend_name() says
+              ///< which
+  serial,     ///< one thread, the definition of correct
+};
+
+/// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
+/// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
+struct SolverOptions {
+  ProjectionMode mode = ProjectionMode::compliance;
+  int substeps = 10;   ///< per step, >= 1
+  int iterations = 1;  ///< sweeps over all phases per substep, >= 1
+  float damping = 0;   ///< 1/s, >= 0: free motion loses this share of its speed per second
+  Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
+  BackendKind backend = BackendKind::automatic;
+
+  /// The paper's settings: fraction mode, one substep, 30 iterations.
+  [[nodiscard]] static SolverOptions paper();
+};
+
+/// The moving part of a solver's state. Restores only into the solver that made it, and only while
+/// that solver's topology is what it was.
+struct Snapshot {
+  std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
+  std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
+  std::vector<ToolPose> tool_poses;         ///< [tool_count]
+  std::uint64_t topology_version = 0;
+};
+
+class SolverData;
+
+/// Bodies in motion.
+///
+/// One solver is used by one thread at a time. Results depend on the calls and their order alone:
+/// the same program gives the same bits in every run.
+class Solver {
+ public:
+  /// Copies the scene, colours its constraints and builds the step plan.
+  /// @throws InvalidArgument     naming the option out of range
+  /// @throws BackendUnavailable  if the backend asked for is not there
+  explicit Solver(const Scene& scene, const SolverOptions& options = {});
+  ~Solver();
+  Solver(Solver&&) noexcept;
+  Solver& operator=(Solver&&) noexcept;
+
+  /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
+  /// Heat, edits, rendering and readback are outside it.
+  /// @param dt  s, positive and finite
+  /// @throws InvalidArgument  for any other dt; never for physics
+  StepReport step(float dt);
+
+  [[nodiscard]] const SolverOptions& options() const noexcept;
+  [[nodiscard]] const StepPlan& plan() const noexcept;
+  [[nodiscard]] const char* backend_name() const noexcept;
+
+  // --- state ---------------------------------------------------------------------------------
+
+  [[nodiscard]] Index vertex_count() const noexcept;
+
+  /// [vertex_count] m
+  [[nodiscard]] std::vector<Eigen::Vector3f> positions() const;
+
+  /// Reads every vertex into a buffer that the caller owns.
+  /// @param out  [vertex_count] m
+  void read_positions(std::span<Eigen::Vector3f> out) const;
+
+  /// Reads some vertices, for example the neighbourhood of a tool.
+  /// @param vertices  [n] scene vertices
+  /// @param out       [n] m
+  /// @throws InvalidArgument  naming the vertex out of range, or if the sizes differ
+  void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) const;
+
+  /// Moves every vertex, fixed ones included, and stops it.
+  /// @param positions  [vertex_count] m
+  /// @throws InvalidArgument  naming the first that is not finite, or if the size differs
+  void write_positions(std::span<const Eigen::Vector3f> positions);
+
+  /// [vertex_count] m/s
+  [[nodiscard]] std::vector<Eigen::Vector3f> velocities() const;
+
+  /// Sets every vertex's velocity; that of a vertex that cannot move has no effect.
+  /// @param velocities  [vertex_count] m/s
+  /// @throws InvalidArgument  as write_positions()
+  void write_velocities(std::span<const Eigen::Vector3f> velocities);
+
+  [[nodiscard]] Snapshot snapshot() const;
+
+  /// Goes back to a snapshot; what tools hold is released.
+  /// @throws InvalidArgument  if the snapshot is of another size or of another topology
+  void restore(const Snapshot& snapshot);
+
+  /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
+  [[nodiscard]] std::uint64_t state_hash() const noexcept;
+
+  // --- tools ---------------------------------------------------------------------------------
+
+  /// Adds an instrument that pushes vertices out of its capsules, without friction.
+  /// @param capsules  [n] may be empty: such a tool only holds what it grasps
+  /// @return          its index
+  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
+  Index add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
+
+  /// Moves a tool: it travels there evenly over the substeps of the next step.
+  /// @throws InvalidArgument  if the index is out of range or the pose is not finite
+  void move_tool(Index tool, const ToolPose& pose);
+
+  /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
+  /// tool holds vertices it does not push any: its jaws are closed around them.
+  /// @param vertices    [n] scene vertices; a vertex may be held by several tools
+  /// @param compliance  m/N, >= 0, in either projection mode; 0 holds rigidly
+  /// @throws InvalidArgument  naming the tool, vertex or value out of range, or the vertex that
+  /// this
+  ///                          tool holds already; then nothing is grasped
+  void grasp(Index tool, std::span<const Index> vertices, float compliance = 0);
+
+  /// Lets go of everything the tool holds.
+  void release(Index tool);
+
+  /// Force of the tissue on a tool, N: the sum of the multipliers of its contacts and of what it
+  /// holds, averaged over the last step. Unfiltered and unclamped.
+  [[nodiscard]] Eigen::Vector3f tool_force(Index tool) const;
+
+  // --- topology: see edit/topology_edit.h for changes ------------------------------------------
+
+  [[nodiscard]] std::span<const Body> bodies() const noexcept;
+
+  /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
+  [[nodiscard]] std::span<const Tet> tets() const noexcept;
+
+  /// [edge_count] scene vertices of every edge there ever was, smaller first, sorted; ids are
+  /// stable.
+  [[nodiscard]] std::span<const Edge> edges() const noexcept;
+
+  /// [link_count] as given to the scene; ids are stable.
+  [[nodiscard]] std::span<const Link> links() const noexcept;
+
+  /// The six edges of a tetrahedron, in the order of kTetEdges.
+  [[nodiscard]] std::span<const Index, 6> tet_edges(Index tet) const;
+
+  [[nodiscard]] bool is_tet_alive(Index tet) const;
+  [[nodiscard]] bool is_edge_alive(Index edge) const;
+  [[nodiscard]] bool is_link_alive(Index link) const;
+
+  /// Rest length of a live edge, m, and rest volume of a live tetrahedron, m^3, as they are now.
+  [[nodiscard]] float rest_length(Index edge) const;
+  [[nodiscard]] float rest_volume(Index tet) const;
+
+  /// Grows by one with every edit.
+  [[nodiscard]] std::uint64_t topology_version() const noexcept;
+
+ private:
+  friend SolverData& solver_data(Solver& solver) noexcept;
+  friend const SolverData& solver_data(const Solver& solver) noexcept;
+
+  std::unique_ptr<SolverData> data_;
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a step has to say about itself. Physics never throws: it is reported here.
+
+#include "pbdsurg/core/types.h"
+
+namespace pbdsurg {
+
+/// State after one step.
+struct StepReport {
+  Index inverted_tets = 0;                 ///< live tetrahedra of negative volume
+  Index non_finite_vertices = 0;           ///< vertices with a NaN or infinite coordinate
+  Index first_non_finite = kInvalidIndex;  ///< scene vertex, the smallest such id
+  Index contacts = 0;                      ///< vertex-tool contacts in the last substep
+  Index dropped_contacts = 0;              ///< beyond the contact capacity, over all substeps
+  float distance_residual = 0;             ///< largest |C| / rest length over live edges and links
+  float volume_residual = 0;               ///< largest |C| / rest volume over live tetrahedra
+};
+
+}  // namespace pbdsurg

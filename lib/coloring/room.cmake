@@ -1,0 +1,3 @@
+pbdsurg_room(coloring
+  HEADERS coloring.h
+  SOURCES coloring.cpp)

@@ -1,0 +1,2 @@
+pbdsurg_room(constraints
+  HEADERS projection.h distance.h volume.h attachment.h contact.h)

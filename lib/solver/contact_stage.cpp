@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/contact_stage.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace pbdsurg {
+namespace {
+
+// Vertices this share of a radius away get a contact too, so that the sweeps cannot push them in.
+constexpr float kMargin = 0.25F;
+
+ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
+  if (fraction >= 1) {
+    return to;
+  }
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = from.translation() + fraction * (to.translation() - from.translation());
+  pose.linear() = Eigen::Quaternionf(from.linear())
+                      .slerp(fraction, Eigen::Quaternionf(to.linear()))
+                      .toRotationMatrix();
+  return pose;
+}
+
+Eigen::Vector3f closest_on_segment(const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+                                   const Eigen::Vector3f& x) {
+  const Eigen::Vector3f d = b - a;
+  const float length_squared = d.squaredNorm();
+  if (!(length_squared > 0)) {
+    return a;
+  }
+  return a + std::clamp((x - a).dot(d) / length_squared, 0.0F, 1.0F) * d;
+}
+
+struct Box {
+  Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+  Eigen::Vector3f high = Eigen::Vector3f::Constant(std::numeric_limits<float>::lowest());
+
+  [[nodiscard]] bool contains(const Particle& p) const {
+    return p.x >= low.x() && p.x <= high.x() && p.y >= low.y() && p.y <= high.y() &&
+           p.z >= low.z() && p.z <= high.z();
+  }
+};
+
+Box bounds(const std::vector<Capsule>& capsules) {
+  Box box;
+  for (const Capsule& capsule : capsules) {
+    const Eigen::Vector3f reach = Eigen::Vector3f::Constant((1 + kMargin) * capsule.radius);
+    box.low = box.low.cwiseMin(capsule.start.cwiseMin(capsule.end) - reach);
+    box.high = box.high.cwiseMax(capsule.start.cwiseMax(capsule.end) + reach);
+  }
+  return box;
+}
+
+void find_contacts_of(const std::vector<Particle>& particles, const std::vector<Capsule>& capsules,
+                      std::size_t capacity, std::vector<Contact>& contacts, StepReport& report) {
+  const Box box = bounds(capsules);
+  for (std::size_t v = 0; v < particles.size(); ++v) {
+    const Particle& p = particles[v];
+    if (!(p.w > 0) || !box.contains(p)) {
+      continue;
+    }
+    const Eigen::Vector3f x(p.x, p.y, p.z);
+    float deepest = std::numeric_limits<float>::max();
+    Contact contact{static_cast<Index>(v), Eigen::Vector3f::Zero(), 0, 0};
+    for (const Capsule& capsule : capsules) {
+      const Eigen::Vector3f axis_point = closest_on_segment(capsule.start, capsule.end, x);
+      const Eigen::Vector3f away = x - axis_point;
+      const float distance = away.norm();
+      // a vertex on the axis has no side to be pushed to
+      if (distance > 0 && distance < (1 + kMargin) * capsule.radius &&
+          distance - capsule.radius < deepest) {
+        deepest = distance - capsule.radius;
+        contact.normal = away / distance;
+        contact.offset = contact.normal.dot(axis_point) + capsule.radius;
+      }
+    }
+    if (deepest == std::numeric_limits<float>::max()) {
+      continue;
+    }
+    if (contacts.size() < capacity) {
+      contacts.push_back(contact);
+    } else {
+      ++report.dropped_contacts;
+    }
+  }
+}
+
+}  // namespace
+
+void begin_tools(SolverData& data) {
+  for (ToolState& tool : data.tools) {
+    tool.force.setZero();
+  }
+}
+
+void place_tools(SolverData& data, float fraction) {
+  for (ToolState& tool : data.tools) {
+    const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
+    for (Attachment& attachment : tool.attachments) {
+      attachment.target = pose * attachment.anchor;
+      attachment.multiplier.setZero();
+    }
+    tool.placed_capsules.clear();
+    for (const Capsule& capsule : tool.capsules) {
+      tool.placed_capsules.push_back({pose * capsule.start, pose * capsule.end, capsule.radius});
+    }
+  }
+}
+
+void find_contacts(SolverData& data, StepReport& report) {
+  report.contacts = 0;
+  for (ToolState& tool : data.tools) {
+    tool.contacts.clear();
+    if (tool.capsules.empty() || !tool.attachments.empty()) {
+      continue;
+    }
+    find_contacts_of(data.particles, tool.placed_capsules,
+                     static_cast<std::size_t>(data.options.contact_capacity), tool.contacts,
+                     report);
+    report.contacts += static_cast<Index>(tool.contacts.size());
+  }
+}
+
+void collect_tool_forces(SolverData& data, float force_per_multiplier) {
+  for (ToolState& tool : data.tools) {
+    for (const Contact& contact : tool.contacts) {
+      tool.force -= (force_per_multiplier * contact.multiplier) * contact.normal;
+    }
+    for (const Attachment& attachment : tool.attachments) {
+      tool.force -= force_per_multiplier * attachment.multiplier;
+    }
+  }
+}
+
+void end_tools(SolverData& data) {
+  for (ToolState& tool : data.tools) {
+    tool.pose = tool.target;
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Tools within a step: where they are in each substep, what they touch, what pushes back.
+
+#include "pbdsurg/solver/step_report.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+
+/// Clears the forces of the last step.
+void begin_tools(SolverData& data);
+
+/// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
+/// the step, and clears multipliers.
+void place_tools(SolverData& data, float fraction);
+
+/// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
+/// ascending order of vertices, at most the contact capacity. Cost: O(vertices * capsules).
+void find_contacts(SolverData& data, StepReport& report);
+
+/// Adds the substep's share of the multipliers to the tools' forces.
+/// @param force_per_multiplier  1/s^2
+void collect_tool_forces(SolverData& data, float force_per_multiplier);
+
+/// Makes the targets of this step the poses of the next.
+void end_tools(SolverData& data);
+
+}  // namespace pbdsurg

@@ -1,0 +1,467 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/solver/solver.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "solver/backend.h"
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+void check_options(const SolverOptions& options) {
+  if (options.substeps < 1) {
+    throw InvalidArgument("substeps is " + std::to_string(options.substeps) + "; it must be >= 1");
+  }
+  if (options.iterations < 1) {
+    throw InvalidArgument("iterations is " + std::to_string(options.iterations) +
+                          "; it must be >= 1");
+  }
+  if (!(options.damping >= 0) || !std::isfinite(options.damping)) {
+    throw InvalidArgument("damping is " + std::to_string(options.damping) +
+                          " 1/s; it must be >= 0 and finite");
+  }
+  if (options.contact_capacity < 0) {
+    throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
+                          "; it must be >= 0");
+  }
+}
+
+float pick(const Stiffness& stiffness, ProjectionMode mode) {
+  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
+}
+
+// Which edge of the sorted list joins two vertices.
+Index find_edge(std::span<const Edge> edges, Index a, Index b) {
+  const Edge key{std::min(a, b), std::max(a, b)};
+  return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), key) - edges.begin());
+}
+
+void copy_topology(const Scene& scene, SolverData& data) {
+  data.tets.assign(scene.tets().begin(), scene.tets().end());
+  data.links.assign(scene.links().begin(), scene.links().end());
+  data.edges = find_edges(data.tets);
+  data.tet_edges.resize(data.tets.size());
+  data.edge_tets.assign(data.edges.size(), 0);
+  data.vertex_tets.assign(static_cast<std::size_t>(scene.vertex_count()), 0);
+  data.tet_alive.assign(data.tets.size(), true);
+  for (std::size_t t = 0; t < data.tets.size(); ++t) {
+    const Tet& tet = data.tets[t];
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      const Index edge = find_edge(data.edges, tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
+      data.tet_edges[t][e] = edge;
+      ++data.edge_tets[edge];
+    }
+    for (const Index v : tet) {
+      ++data.vertex_tets[v];
+    }
+  }
+}
+
+void copy_masses(const Scene& scene, SolverData& data) {
+  data.vertex_masses.assign(scene.masses().begin(), scene.masses().end());
+  data.tet_masses.resize(data.tets.size());
+  for (const Body& body : data.bodies) {
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      data.tet_masses[t] = body.material.density * tet_volume(scene.positions(), data.tets[t]);
+    }
+  }
+}
+
+void build_distances(const Scene& scene, SolverData& data) {
+  std::vector<ConstraintRecord<2>> records;
+  records.reserve(data.edges.size() + data.links.size());
+  std::size_t b = 0;  // edges are sorted, so their bodies ascend
+  for (const Edge& edge : data.edges) {
+    while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
+      ++b;
+    }
+    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
+    records.push_back({edge, static_cast<float>(length),
+                       pick(data.bodies[b].material.stretch, data.options.mode)});
+  }
+  for (const Link& link : data.links) {
+    records.push_back(
+        {{link.first, link.second}, link.rest_length, pick(link.stiffness, data.options.mode)});
+  }
+  std::vector<std::array<Index, 2>> vertices;
+  vertices.reserve(records.size());
+  for (const auto& record : records) {
+    vertices.push_back(record.vertices);
+  }
+  const std::span<const std::array<Index, 2>> view(vertices);
+  data.distances = ConstraintSlots<2>(records, color_greedy({view, scene.vertex_count()}));
+}
+
+void build_volumes(const Scene& scene, SolverData& data) {
+  std::vector<ConstraintRecord<4>> records;
+  std::vector<Tet> vertices;
+  data.volume_of_tet.assign(data.tets.size(), kInvalidIndex);
+  for (const Body& body : data.bodies) {
+    if (!body.material.has_volume_constraints) {
+      continue;
+    }
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      data.volume_of_tet[t] = static_cast<Index>(records.size());
+      const double volume = tet_volume(scene.positions(), data.tets[t]);
+      records.push_back({data.tets[t], static_cast<float>(volume),
+                         pick(body.material.volume, data.options.mode)});
+      vertices.push_back(data.tets[t]);
+    }
+  }
+  const std::span<const Tet> view(vertices);
+  data.volumes = ConstraintSlots<4>(records, color_greedy({view, scene.vertex_count()}));
+}
+
+std::unique_ptr<Backend> make_backend(BackendKind kind) {
+  switch (kind) {
+    case BackendKind::automatic:  // the only one that this build contains
+    case BackendKind::serial:
+      return make_serial_backend();
+  }
+  throw BackendUnavailable("unknown backend kind " + std::to_string(static_cast<int>(kind)));
+}
+
+template <class Data>
+auto& checked_tool(Data& data, Index tool) {
+  if (tool < 0 || tool >= static_cast<Index>(data.tools.size())) {
+    throw InvalidArgument("there is no tool " + std::to_string(tool) + "; the solver has " +
+                          std::to_string(data.tools.size()));
+  }
+  return data.tools[tool];
+}
+
+void check_pose(const ToolPose& pose) {
+  if (!pose.matrix().allFinite()) {
+    throw InvalidArgument("a tool's pose must be finite");
+  }
+}
+
+void check_size(const char* what, std::size_t size, std::size_t expected) {
+  if (size != expected) {
+    throw InvalidArgument(std::string(what) + " has " + std::to_string(size) +
+                          " entries; it needs " + std::to_string(expected));
+  }
+}
+
+void check_id(const char* what, Index id, std::size_t count) {
+  if (id < 0 || static_cast<std::size_t>(id) >= count) {
+    throw InvalidArgument(std::string("there is no ") + what + " " + std::to_string(id) +
+                          "; ids must be in [0, " + std::to_string(count) + ")");
+  }
+}
+
+void check_finite(const char* what, std::span<const Eigen::Vector3f> values) {
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (!values[v].allFinite()) {
+      throw InvalidArgument(std::string("the ") + what + " of vertex " + std::to_string(v) +
+                            " is not finite");
+    }
+  }
+}
+
+}  // namespace
+
+SolverOptions SolverOptions::paper() {
+  SolverOptions options;
+  options.mode = ProjectionMode::fraction;
+  options.substeps = 1;
+  options.iterations = 30;
+  return options;
+}
+
+void SolverData::rebuild_plan() {
+  plan.phases.clear();
+  for (Index color = 0; color < distances.color_count(); ++color) {
+    plan.phases.push_back({PhaseKind::distance, color});
+  }
+  for (Index color = 0; color < volumes.color_count(); ++color) {
+    plan.phases.push_back({PhaseKind::volume, color});
+  }
+  // an attachment's colour is the number of tools before it that hold the same vertex
+  std::vector<Index> holders(particles.size(), 0);
+  Index attachment_colors = 0;
+  for (ToolState& tool : tools) {
+    for (Attachment& attachment : tool.attachments) {
+      attachment.color = holders[attachment.vertex]++;
+      attachment_colors = std::max(attachment_colors, attachment.color + 1);
+    }
+  }
+  for (Index color = 0; color < attachment_colors; ++color) {
+    plan.phases.push_back({PhaseKind::attachment, color});
+  }
+  for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+    if (!tools[tool].capsules.empty() && tools[tool].attachments.empty()) {
+      plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+    }
+  }
+}
+
+SolverData& solver_data(Solver& solver) noexcept {
+  return *solver.data_;
+}
+const SolverData& solver_data(const Solver& solver) noexcept {
+  return *solver.data_;
+}
+
+Solver::Solver(const Scene& scene, const SolverOptions& options)
+    : data_(std::make_unique<SolverData>()) {
+  check_options(options);
+  SolverData& data = *data_;
+  data.options = options;
+  data.gravity = scene.gravity();
+  data.bodies.assign(scene.bodies().begin(), scene.bodies().end());
+  data.backend = make_backend(options.backend);
+
+  const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
+  data.particles.reserve(vertex_count);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const Eigen::Vector3f x = scene.positions()[v].cast<float>();
+    const bool moves = scene.masses()[v] > 0 && !scene.is_fixed(static_cast<Index>(v));
+    data.particles.push_back(
+        {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F});
+  }
+  data.previous.assign(vertex_count, Eigen::Vector3f::Zero());
+  data.velocities.assign(vertex_count, Eigen::Vector3f::Zero());
+
+  copy_topology(scene, data);
+  copy_masses(scene, data);
+  build_distances(scene, data);
+  build_volumes(scene, data);
+  data.plan.name = "greedy, distances then volumes";
+  data.rebuild_plan();
+}
+
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+Solver& Solver::operator=(Solver&&) noexcept = default;
+
+StepReport Solver::step(float dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) {
+    throw InvalidArgument("dt is " + std::to_string(dt) + " s; it must be positive and finite");
+  }
+  return data_->backend->step(*data_, dt);
+}
+
+const SolverOptions& Solver::options() const noexcept {
+  return data_->options;
+}
+const StepPlan& Solver::plan() const noexcept {
+  return data_->plan;
+}
+const char* Solver::backend_name() const noexcept {
+  return data_->backend->name();
+}
+
+Index Solver::vertex_count() const noexcept {
+  return static_cast<Index>(data_->particles.size());
+}
+
+std::vector<Eigen::Vector3f> Solver::positions() const {
+  std::vector<Eigen::Vector3f> out(data_->particles.size());
+  read_positions(out);
+  return out;
+}
+
+void Solver::read_positions(std::span<Eigen::Vector3f> out) const {
+  check_size("the buffer for positions", out.size(), data_->particles.size());
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    const Particle& p = data_->particles[v];
+    out[v] = {p.x, p.y, p.z};
+  }
+}
+
+void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) const {
+  check_size("the buffer for positions", out.size(), vertices.size());
+  for (const Index v : vertices) {
+    check_id("vertex", v, data_->particles.size());
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Particle& p = data_->particles[vertices[i]];
+    out[i] = {p.x, p.y, p.z};
+  }
+}
+
+void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
+  check_size("the array of positions", positions.size(), data_->particles.size());
+  check_finite("position", positions);
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    Particle& p = data_->particles[v];
+    p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
+    data_->velocities[v].setZero();
+  }
+}
+
+std::vector<Eigen::Vector3f> Solver::velocities() const {
+  return data_->velocities;
+}
+
+Snapshot Solver::snapshot() const {
+  Snapshot snapshot{positions(), velocities(), {}, data_->topology_version};
+  for (const ToolState& tool : data_->tools) {
+    snapshot.tool_poses.push_back(tool.pose);
+  }
+  return snapshot;
+}
+
+void Solver::restore(const Snapshot& snapshot) {
+  check_size("the snapshot's positions", snapshot.positions.size(), data_->particles.size());
+  check_size("the snapshot's velocities", snapshot.velocities.size(), data_->particles.size());
+  check_size("the snapshot's tool poses", snapshot.tool_poses.size(), data_->tools.size());
+  if (snapshot.topology_version != data_->topology_version) {
+    throw InvalidArgument("the snapshot is of topology version " +
+                          std::to_string(snapshot.topology_version) + ", the solver is at " +
+                          std::to_string(data_->topology_version));
+  }
+  write_positions(snapshot.positions);
+  write_velocities(snapshot.velocities);
+  for (std::size_t t = 0; t < data_->tools.size(); ++t) {
+    ToolState& tool = data_->tools[t];
+    tool.pose = tool.target = snapshot.tool_poses[t];
+    tool.attachments.clear();
+    tool.contacts.clear();
+    tool.force.setZero();
+  }
+  data_->rebuild_plan();
+}
+
+std::uint64_t Solver::state_hash() const noexcept {
+  std::uint64_t hash = data_->particles.size();
+  const auto mix = [&hash](float value) {
+    hash = detail::mix_bits(hash, std::bit_cast<std::uint32_t>(value));
+  };
+  for (std::size_t v = 0; v < data_->particles.size(); ++v) {
+    const Particle& p = data_->particles[v];
+    const Eigen::Vector3f& velocity = data_->velocities[v];
+    for (const float value : {p.x, p.y, p.z, velocity.x(), velocity.y(), velocity.z()}) {
+      mix(value);
+    }
+  }
+  return hash;
+}
+
+Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
+  for (std::size_t c = 0; c < capsules.size(); ++c) {
+    const Capsule& capsule = capsules[c];
+    if (!capsule.start.allFinite() || !capsule.end.allFinite() || !(capsule.radius > 0) ||
+        !std::isfinite(capsule.radius)) {
+      throw InvalidArgument("capsule " + std::to_string(c) + " has radius " +
+                            std::to_string(capsule.radius) +
+                            " m; ends must be finite and the radius positive");
+    }
+  }
+  check_pose(pose);
+  ToolState tool;
+  tool.capsules.assign(capsules.begin(), capsules.end());
+  tool.pose = tool.target = pose;
+  tool.contacts.reserve(static_cast<std::size_t>(data_->options.contact_capacity));
+  data_->tools.push_back(std::move(tool));
+  data_->rebuild_plan();
+  return static_cast<Index>(data_->tools.size()) - 1;
+}
+
+void Solver::move_tool(Index tool, const ToolPose& pose) {
+  ToolState& state = checked_tool(*data_, tool);
+  check_pose(pose);
+  state.target = pose;
+}
+
+void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance) {
+  ToolState& state = checked_tool(*data_, tool);
+  if (!(compliance >= 0) || !std::isfinite(compliance)) {
+    throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
+                          " m/N; it must be >= 0 and finite");
+  }
+  std::vector<bool> held(data_->particles.size(), false);
+  for (const Attachment& attachment : state.attachments) {
+    held[attachment.vertex] = true;
+  }
+  for (const Index v : vertices) {
+    check_id("vertex", v, data_->particles.size());
+    if (held[v]) {
+      throw InvalidArgument("tool " + std::to_string(tool) + " holds vertex " + std::to_string(v) +
+                            " already");
+    }
+    held[v] = true;
+  }
+  const ToolPose to_tool = state.pose.inverse();
+  for (const Index v : vertices) {
+    const Particle& p = data_->particles[v];
+    const Eigen::Vector3f x(p.x, p.y, p.z);
+    state.attachments.push_back({v, to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
+  }
+  data_->rebuild_plan();
+}
+
+void Solver::release(Index tool) {
+  checked_tool(*data_, tool).attachments.clear();
+  data_->rebuild_plan();
+}
+
+Eigen::Vector3f Solver::tool_force(Index tool) const {
+  return checked_tool(*data_, tool).force;
+}
+
+std::span<const Body> Solver::bodies() const noexcept {
+  return data_->bodies;
+}
+std::span<const Tet> Solver::tets() const noexcept {
+  return data_->tets;
+}
+std::span<const Edge> Solver::edges() const noexcept {
+  return data_->edges;
+}
+std::span<const Link> Solver::links() const noexcept {
+  return data_->links;
+}
+
+std::span<const Index, 6> Solver::tet_edges(Index tet) const {
+  check_id("tet", tet, data_->tets.size());
+  return data_->tet_edges[tet];
+}
+
+bool Solver::is_tet_alive(Index tet) const {
+  check_id("tet", tet, data_->tets.size());
+  return data_->tet_alive[tet];
+}
+
+bool Solver::is_edge_alive(Index edge) const {
+  check_id("edge", edge, data_->edges.size());
+  return data_->distances.is_alive(edge);
+}
+
+bool Solver::is_link_alive(Index link) const {
+  check_id("link", link, data_->links.size());
+  return data_->distances.is_alive(data_->distance_of_link(link));
+}
+
+float Solver::rest_length(Index edge) const {
+  if (!is_edge_alive(edge)) {
+    throw InvalidArgument("edge " + std::to_string(edge) + " was removed");
+  }
+  return data_->distances.record(edge).rest;
+}
+
+float Solver::rest_volume(Index tet) const {
+  check_id("tet", tet, data_->tets.size());
+  const Index volume = data_->volume_of_tet[tet];
+  if (!data_->tet_alive[tet] || volume == kInvalidIndex) {
+    throw InvalidArgument("tet " + std::to_string(tet) +
+                          " was removed or belongs to a body without volume constraints");
+  }
+  return data_->volumes.record(volume).rest;
+}
+
+std::uint64_t Solver::topology_version() const noexcept {
+  return data_->topology_version;
+}
+
+}  // namespace pbdsurg

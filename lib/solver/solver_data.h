@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Everything a solver holds, for the backends that step it and the edits that change it.
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/constraint_slots.h"
+
+namespace pbdsurg {
+
+/// Position and inverse mass of a vertex: one 16-byte load.
+struct alignas(16) Particle {
+  float x, y, z;  ///< m
+  float w;        ///< 1/kg, zero when it cannot move
+};
+
+/// A vertex held by a tool.
+struct Attachment {
+  Index vertex;
+  Eigen::Vector3f anchor;      ///< m, in the tool's frame
+  float compliance;            ///< m/N
+  Eigen::Vector3f target;      ///< m, of the current substep
+  Eigen::Vector3f multiplier;  ///< kg m
+  Index color;                 ///< how many tools before this one hold the same vertex
+};
+
+/// A vertex near a capsule, which stands as a plane for the rest of the substep.
+struct Contact {
+  Index vertex;
+  Eigen::Vector3f normal;  ///< out of the tool
+  float offset;            ///< m
+  float multiplier;        ///< kg m
+};
+
+struct ToolState {
+  std::vector<Capsule> capsules;
+  ToolPose pose;    ///< at the end of the last step
+  ToolPose target;  ///< at the end of the next step
+  std::vector<Attachment> attachments;
+  std::vector<Capsule> placed_capsules;  ///< in the world, of the current substep
+  std::vector<Contact> contacts;         ///< of the current substep, ascending by vertex
+  Eigen::Vector3f force{0, 0, 0};        ///< N, on the tool
+};
+
+class Backend;
+
+class SolverData {
+ public:
+  SolverOptions options;
+  Eigen::Vector3f gravity;
+  std::vector<Body> bodies;
+
+  // state
+  std::vector<Particle> particles;          // [vertex_count]
+  std::vector<Eigen::Vector3f> previous;    // [vertex_count] m, at the start of the substep
+  std::vector<Eigen::Vector3f> velocities;  // [vertex_count] m/s
+  std::vector<ToolState> tools;
+
+  // live topology: ids are stable, dead ones stay in the id arrays
+  std::vector<Tet> tets;                        // [tet_count]
+  std::vector<Edge> edges;                      // [edge_count]
+  std::vector<Link> links;                      // [link_count]
+  std::vector<std::array<Index, 6>> tet_edges;  // [tet_count] edge ids
+  std::vector<Index> edge_tets;                 // [edge_count] live tetrahedra around each edge
+  std::vector<Index> vertex_tets;               // [vertex_count] live tetrahedra at each vertex
+  std::vector<bool> tet_alive;                  // [tet_count]
+  std::vector<double> tet_masses;               // [tet_count] kg
+  std::vector<double> vertex_masses;            // [vertex_count] kg
+  std::uint64_t topology_version = 0;
+
+  // constraints: edges first, then links; a tetrahedron of a body without volume constraints has
+  // volume constraint kInvalidIndex
+  ConstraintSlots<2> distances;      // [edge_count + link_count]
+  ConstraintSlots<4> volumes;        // [number of volume constraints]
+  std::vector<Index> volume_of_tet;  // [tet_count]
+  StepPlan plan;
+  std::unique_ptr<Backend> backend;
+
+  [[nodiscard]] Index distance_of_link(Index link) const noexcept {
+    return static_cast<Index>(edges.size()) + link;
+  }
+
+  /// Phases follow what tools hold, so this is called after each grasp, release or removal.
+  void rebuild_plan();
+};
+
+SolverData& solver_data(Solver& solver) noexcept;
+const SolverData& solver_data(const Solver& solver) noexcept;
+
+}  // namespace pbdsurg

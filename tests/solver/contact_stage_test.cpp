@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+// One particle of 1 g.
+Scene make_particle(const Eigen::Vector3d& at) {
+  Scene scene;
+  scene.add_particles("particle", std::vector<Eigen::Vector3d>{at}, 1e-3);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("contact: a particle at rest on a sphere weighs on it", "[validation]") {
+  Solver solver(make_particle({0, 0.0101, 0}), {.damping = 20});
+  const Index tool =
+      solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
+
+  StepReport report;
+  for (int i = 0; i < 200; ++i) {
+    report = solver.step(5e-3F);
+  }
+
+  CHECK(solver.positions()[0].y() == Approx(0.01).epsilon(1e-4));
+  CHECK(solver.tool_force(tool).y() == Approx(-9.81e-3).epsilon(1e-2));
+  CHECK(report.contacts == 1);
+}
+
+TEST_CASE("contact: a moving capsule pushes and never enters", "[unit]") {
+  Scene scene = make_particle({0.03, 0, 0});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene);
+  const Index tool = solver.add_tool(std::vector<Capsule>{{{0, -0.02F, 0}, {0, 0.02F, 0}, 0.005F}},
+                                     ToolPose::Identity());
+
+  ToolPose pose = ToolPose::Identity();
+  for (int i = 1; i <= 50; ++i) {
+    pose.translation().x() = 0.001F * static_cast<float>(i);
+    solver.move_tool(tool, pose);
+    solver.step(0.01F);
+    CHECK(solver.positions()[0].x() >= pose.translation().x() + 0.005F - 1e-6F);
+  }
+
+  CHECK(solver.positions()[0].x() > 0.0549F);
+}
+
+// Gives the force its unit: held in the air, a body weighs on the tool with its mass times g.
+TEST_CASE("contact: the force on a grasper is the weight it holds", "[validation]") {
+  const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
+  Scene scene;
+  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
+  Solver solver(scene, {.mode = mode, .substeps = 20, .damping = 30});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  std::vector<Index> top;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].y() > 0.0199) {
+      top.push_back(v);
+    }
+  }
+  REQUIRE(top.size() == 25);
+  solver.grasp(tool, top);
+  for (int i = 0; i < 400; ++i) {
+    solver.step(5e-3F);
+  }
+
+  const double weight = 1000 * 8e-6 * 9.81;
+  CHECK(solver.tool_force(tool).y() == Approx(-weight).epsilon(0.02));
+  CHECK(std::abs(solver.tool_force(tool).x()) < 0.01 * weight);
+}
+
+TEST_CASE("contact: two tools may hold one vertex, in phases of their own", "[unit]") {
+  Solver solver(make_particle({0, 0, 0}), {.iterations = 20});
+  const Index left = solver.add_tool({}, ToolPose::Identity());
+  const Index right = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(left, std::vector<Index>{0}, 1e-3F);
+  solver.grasp(right, std::vector<Index>{0}, 1e-3F);
+  CHECK(solver.plan().phases.size() == 2);
+
+  ToolPose apart = ToolPose::Identity();
+  apart.translation().x() = 0.01F;
+  solver.move_tool(right, apart);
+  for (int i = 0; i < 400; ++i) {
+    solver.step(5e-3F);
+  }
+  CHECK(solver.positions()[0].x() == Approx(0.005).epsilon(0.05));
+
+  CHECK_THROWS_WITH(solver.grasp(left, std::vector<Index>{0}), ContainsSubstring("already"));
+  CHECK_THROWS_WITH(solver.grasp(left, std::vector<Index>{7}), ContainsSubstring("no vertex 7"));
+  CHECK_THROWS_AS(solver.grasp(left, {}, -1.0F), InvalidArgument);
+  solver.release(left);
+  solver.release(right);
+  CHECK(solver.plan().phases.empty());
+}
+
+TEST_CASE("contact: what exceeds the capacity is counted", "[unit]") {
+  Scene scene;
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 10; ++i) {
+    points.push_back({1e-4 * i, 1e-3, 0});
+  }
+  scene.add_particles("grains", points, 1e-6);
+  Solver solver(scene, {.substeps = 1, .contact_capacity = 4});
+  solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
+
+  const StepReport report = solver.step(1e-3F);
+
+  CHECK(report.contacts == 4);
+  CHECK(report.dropped_contacts == 6);
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/solver/solver.h"
+
+#include <limits>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+constexpr double kEdge = 4e-3;
+
+// A bar along x, by default free and without gravity.
+Scene make_bar(bool fixed = false, std::array<Index, 3> cells = {8, 3, 3}) {
+  Scene scene;
+  scene.add_body("bar", testing::make_box(cells, kEdge, 0.1));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  if (fixed) {
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  }
+  return scene;
+}
+
+std::vector<Eigen::Vector3f> stretched(const Solver& solver, float factor) {
+  std::vector<Eigen::Vector3f> x = solver.positions();
+  for (Eigen::Vector3f& p : x) {
+    p.x() *= factor;
+  }
+  return x;
+}
+
+}  // namespace
+
+TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") {
+  const auto options = GENERATE(SolverOptions::paper(), SolverOptions{.damping = 5});
+  Solver solver(make_bar(true), options);
+  const std::vector<Eigen::Vector3f> rest = solver.positions();
+  solver.write_positions(stretched(solver, 1.1F));
+
+  StepReport report;
+  for (int i = 0; i < 300; ++i) {
+    report = solver.step(5e-3F);
+  }
+
+  float farthest = 0;
+  const std::vector<Eigen::Vector3f> now = solver.positions();
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    farthest = std::max(farthest, (now[v] - rest[v]).norm());
+  }
+  CHECK(farthest < 0.03 * kEdge);
+  CHECK(report.distance_residual < 1e-2F);
+  CHECK(report.volume_residual < 1e-2F);
+  CHECK(report.inverted_tets == 0);
+  CHECK(report.non_finite_vertices == 0);
+}
+
+// Would catch any force without its reaction, in either mode.
+TEST_CASE("solver: a free body keeps its linear momentum", "[property]") {
+  const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
+  const Scene scene = make_bar();
+  Solver solver(scene, {.mode = mode, .substeps = 4, .iterations = 3});
+  solver.write_positions(stretched(solver, 1.2F));
+  for (int i = 0; i < 3; ++i) {
+    solver.step(1e-3F);
+  }
+
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  double scale = 0;
+  const auto velocities = solver.velocities();
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    const Eigen::Vector3d p = scene.masses()[v] * velocities[v].cast<double>();
+    momentum += p;
+    scale += p.norm();
+  }
+  REQUIRE(scale > 0);
+  CHECK(momentum.norm() < 1e-4 * scale);
+}
+
+TEST_CASE("solver: a spinning body keeps its angular momentum", "[property]") {
+  const Scene scene = make_bar();
+  Solver solver(scene, {.substeps = 10, .iterations = 4});
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double mass = 0;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    centre += scene.masses()[v] * scene.positions()[v];
+    mass += scene.masses()[v];
+  }
+  centre /= mass;
+  std::vector<Eigen::Vector3f> velocities;
+  for (const Eigen::Vector3d& x : scene.positions()) {
+    velocities.push_back(Eigen::Vector3d(0, 0, 20).cross(x - centre).cast<float>());
+  }
+  solver.write_velocities(velocities);
+  const auto angular_momentum = [&] {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const auto x = solver.positions();
+    const auto u = solver.velocities();
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      sum += scene.masses()[v] * (x[v].cast<double>() - centre).cross(u[v].cast<double>());
+    }
+    return sum;
+  };
+  const Eigen::Vector3d before = angular_momentum();
+
+  for (int i = 0; i < 100; ++i) {
+    solver.step(1e-3F);
+  }
+
+  // the chord of a turn by omega h loses (omega h)^2 of it a substep, 0.4 % in all
+  CHECK((angular_momentum() - before).norm() < 0.01 * before.norm());
+}
+
+TEST_CASE("solver: a free body falls as it should", "[unit]") {
+  Scene scene = make_bar();
+  scene.set_gravity({0, 0, -9.81F});
+  Solver solver(scene, {.substeps = 5});
+  const float before = solver.positions()[7].z();
+
+  for (int i = 0; i < 10; ++i) {
+    solver.step(0.01F);
+  }
+
+  // symplectic Euler over n substeps of h: g h^2 n (n + 1) / 2
+  CHECK(before - solver.positions()[7].z() == Approx(9.81 * 4e-6 * 50 * 51 / 2).epsilon(1e-3));
+}
+
+// Would catch a preferred direction in forces, contacts or prediction.
+TEST_CASE("solver: a rotated scene moves alike", "[property]") {
+  const Eigen::Matrix3f rotation =
+      Eigen::AngleAxisf(0.7F, Eigen::Vector3f(1, -2, 3).normalized()).toRotationMatrix();
+  const auto run = [&](const Eigen::Matrix3f& frame) {
+    const TetMesh bar = testing::make_box({8, 3, 3}, kEdge, 0.1);
+    std::vector<Eigen::Vector3d> points;
+    for (const Eigen::Vector3d& p : bar.positions()) {
+      points.push_back(frame.cast<double>() * p);
+    }
+    Scene scene;
+    scene.add_body("bar", TetMesh(points, {bar.tets().begin(), bar.tets().end()}));
+    std::vector<Index> rim;
+    for (Index v = 0; v < bar.vertex_count(); ++v) {
+      if (bar.positions()[v].x() < 0.5 * kEdge) {
+        rim.push_back(v);
+      }
+    }
+    scene.fix_vertices(0, rim);
+    scene.set_gravity(frame * Eigen::Vector3f(0, -9.81F, 0));
+    Solver solver(scene);
+    for (int i = 0; i < 20; ++i) {
+      solver.step(5e-3F);
+    }
+    return solver.positions();
+  };
+  const auto straight = run(Eigen::Matrix3f::Identity());
+  const auto turned = run(rotation);
+
+  float farthest = 0;
+  for (std::size_t v = 0; v < straight.size(); ++v) {
+    farthest = std::max(farthest, (turned[v] - rotation * straight[v]).norm());
+  }
+  CHECK(farthest < 1e-2F * static_cast<float>(kEdge));
+}
+
+TEST_CASE("solver: fixed vertices stay, exactly", "[unit]") {
+  Scene scene = make_bar(true);
+  scene.set_gravity({0, -9.81F, 0});
+  Solver solver(scene);
+  const auto before = solver.positions();
+  for (int i = 0; i < 10; ++i) {
+    solver.step(0.01F);
+  }
+  const auto after = solver.positions();
+  Index fixed = 0;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.is_fixed(v)) {
+      CHECK(after[v] == before[v]);
+      ++fixed;
+    }
+  }
+  CHECK(fixed == 16);
+}
+
+TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden]") {
+  Scene scene = make_bar(true);
+  scene.set_gravity({0, -9.81F, 0});
+  Solver first(scene), second(scene);
+  for (int i = 0; i < 5; ++i) {
+    first.step(0.01F);
+    second.step(0.01F);
+  }
+  CHECK(first.state_hash() == second.state_hash());
+
+  const Snapshot snapshot = first.snapshot();
+  first.step(0.01F);
+  const std::uint64_t after = first.state_hash();
+  CHECK(after != second.state_hash());
+  first.restore(snapshot);
+  CHECK(first.state_hash() == second.state_hash());
+  first.step(0.01F);
+  CHECK(first.state_hash() == after);
+}
+
+// The paper's figure 9: a dragged organ is near its rest shape 100 ms after release.
+TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
+  Solver solver(make_bar(true, {8, 5, 5}), {.damping = 40});
+  const auto rest = solver.positions();
+  std::vector<Index> tip;
+  for (Index v = 0; v < solver.vertex_count(); ++v) {
+    if (rest[v].x() > 7.5F * static_cast<float>(kEdge)) {
+      tip.push_back(v);
+    }
+  }
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(tool, tip);
+  ToolPose pulled = ToolPose::Identity();
+  for (int i = 1; i <= 40; ++i) {
+    pulled.translation() = Eigen::Vector3f(0, 0.01F * static_cast<float>(i) / 40, 0);
+    solver.move_tool(tool, pulled);
+    solver.step(5e-3F);
+  }
+  const auto away = [&] { return (solver.positions()[tip[0]] - rest[tip[0]]).norm(); };
+  CHECK(away() == Approx(0.01).epsilon(0.01));
+
+  solver.release(tool);
+  for (int i = 0; i < 20; ++i) {
+    solver.step(5e-3F);
+  }
+
+  CHECK(away() < 0.2 * 0.01);
+}
+
+TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "[unit]") {
+  Solver solver(make_bar(), {.mode = ProjectionMode::fraction, .substeps = 1});
+  std::vector<Eigen::Vector3f> mirrored = solver.positions();
+  for (Eigen::Vector3f& p : mirrored) {
+    p.x() = -p.x();
+  }
+  solver.write_positions(mirrored);
+  CHECK(solver.step(1e-4F).inverted_tets > 0);
+
+  std::vector<Eigen::Vector3f> far(mirrored.size(), Eigen::Vector3f::Zero());
+  far[3] = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+  solver.write_positions(far);
+  const StepReport report = solver.step(1e-4F);
+  CHECK(report.non_finite_vertices > 0);
+  CHECK(report.first_non_finite >= 0);
+}
+
+TEST_CASE("solver: the plan lists every phase once and colours are valid in size", "[unit]") {
+  Solver solver(make_bar());
+  Index distances = 0, volumes = 0;
+  for (const Phase& phase : solver.plan().phases) {
+    distances += phase.kind == PhaseKind::distance;
+    volumes += phase.kind == PhaseKind::volume;
+  }
+  CHECK(distances + volumes == static_cast<Index>(solver.plan().phases.size()));
+  CHECK(distances >= 14);  // the valence of an inner vertex of this lattice: edges, tetrahedra
+  CHECK(volumes >= 24);
+}
+
+TEST_CASE("solver: partial readback gives what was asked for", "[unit]") {
+  const Solver solver(make_bar());
+  const auto all = solver.positions();
+  const std::vector<Index> some{5, 0, 17};
+  std::vector<Eigen::Vector3f> out(3);
+
+  solver.read_positions(some, out);
+
+  CHECK(out[0] == all[5]);
+  CHECK(out[2] == all[17]);
+  CHECK_THROWS_WITH(solver.read_positions(std::vector<Index>{100000}, std::span(out).first(1)),
+                    ContainsSubstring("no vertex 100000"));
+  CHECK_THROWS_AS(solver.read_positions(some, std::span(out).first(2)), InvalidArgument);
+}
+
+TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
+  const Scene scene = make_bar();
+  CHECK_THROWS_WITH(Solver(scene, {.substeps = 0}), ContainsSubstring("substeps is 0"));
+  CHECK_THROWS_WITH(Solver(scene, {.iterations = -3}), ContainsSubstring("iterations is -3"));
+  CHECK_THROWS_WITH(Solver(scene, {.damping = -1}), ContainsSubstring("damping"));
+  CHECK_THROWS_WITH(Solver(scene, {.contact_capacity = -1}), ContainsSubstring("capacity"));
+
+  Solver solver(scene);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const float dt : {0.0F, -1.0F, nan, std::numeric_limits<float>::infinity()}) {
+    CHECK_THROWS_AS(solver.step(dt), InvalidArgument);
+  }
+  auto x = solver.positions();
+  x[4].y() = nan;
+  CHECK_THROWS_WITH(solver.write_positions(x), ContainsSubstring("vertex 4"));
+  CHECK_THROWS_AS(solver.write_positions(std::span(x).first(3)), InvalidArgument);
+  CHECK_THROWS_WITH(solver.is_tet_alive(-1), ContainsSubstring("no tet -1"));
+  CHECK_THROWS_WITH(solver.tool_force(0), ContainsSubstring("no tool 0"));
+  CHECK_THROWS_WITH(
+      solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {1, 0, 0}, 0}}, ToolPose::Identity()),
+      ContainsSubstring("capsule 0"));
+  Snapshot other = solver.snapshot();
+  other.topology_version = 9;
+  CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
+}
+
+TEST_CASE("solver: an empty scene steps", "[unit]") {
+  Solver solver(Scene{});
+  CHECK(solver.step(0.01F).non_finite_vertices == 0);
+  CHECK(solver.vertex_count() == 0);
+}
+
+}  // namespace pbdsurg
