@@ -304,6 +304,12 @@ std::vector<Eigen::Vector3f> Solver::velocities() const {
   return data_->velocities;
 }
 
+void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
+  check_size("the array of velocities", velocities.size(), data_->particles.size());
+  check_finite("velocity", velocities);
+  data_->velocities.assign(velocities.begin(), velocities.end());
+}
+
 Snapshot Solver::snapshot() const {
   Snapshot snapshot{positions(), velocities(), {}, data_->topology_version};
   for (const ToolState& tool : data_->tools) {

@@ -47,10 +47,12 @@ TEST_CASE("validation: a chain of springs sags as computed, whatever the step", 
   // spring i carries the kCount - i masses below it
   const double sag = kMass * 9.81 * kCompliance * kCount * (kCount + 1) / 2;
   const double measured = -kLength * kCount - solver.positions()[kCount].y();
-  // one sweep a substep leaves an error of the order of inverse mass times h^2 over the compliance
+  // One sweep a substep leaves an error of the order of inverse mass times h^2 over the compliance.
+  // The one percent is single precision: gravity moves a mass by g h^2 = 0.15 um in the shortest
+  // substep, and coordinates of 5 cm have a spacing of 0.004 um.
   const double h = 5e-3 / substeps;
   const double left = iterations == 1 ? h * h / (kMass * kCompliance) : 0;
-  CHECK(measured == Approx(sag).epsilon(0.002 + left));
+  CHECK(measured == Approx(sag).epsilon(0.01 + left));
 }
 
 TEST_CASE("validation: a chain of springs swings with its period", "[validation]") {
