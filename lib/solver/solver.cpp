@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -45,9 +46,27 @@ Index find_edge(std::span<const Edge> edges, Index a, Index b) {
   return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), key) - edges.begin());
 }
 
+IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
+  IndexLists lists;
+  std::vector<std::pair<Index, Index>> ends;  // vertex, link
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    ends.emplace_back(links[l].first, static_cast<Index>(l));
+    ends.emplace_back(links[l].second, static_cast<Index>(l));
+  }
+  std::sort(ends.begin(), ends.end());
+  lists.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (const auto& [vertex, link] : ends) {
+    ++lists.offsets[vertex + 1];
+    lists.entries.push_back(link);
+  }
+  std::partial_sum(lists.offsets.begin(), lists.offsets.end(), lists.offsets.begin());
+  return lists;
+}
+
 void copy_topology(const Scene& scene, SolverData& data) {
   data.tets.assign(scene.tets().begin(), scene.tets().end());
   data.links.assign(scene.links().begin(), scene.links().end());
+  data.vertex_links = find_vertex_links(scene.vertex_count(), data.links);
   data.edges = find_edges(data.tets);
   data.tet_edges.resize(data.tets.size());
   data.edge_tets.assign(data.edges.size(), 0);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/constraint_slots.h"
@@ -70,6 +71,7 @@ class SolverData {
   std::vector<std::array<Index, 6>> tet_edges;  // [tet_count] edge ids
   std::vector<Index> edge_tets;                 // [edge_count] live tetrahedra around each edge
   std::vector<Index> vertex_tets;               // [vertex_count] live tetrahedra at each vertex
+  IndexLists vertex_links;                      // [vertex_count] links at each vertex
   std::vector<bool> tet_alive;                  // [tet_count]
   std::vector<double> tet_masses;               // [tet_count] kg
   std::vector<double> vertex_masses;            // [vertex_count] kg

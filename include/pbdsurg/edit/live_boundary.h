@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The surface of what is left of a body.
+
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg {
+
+/// Boundary triangles of a body's live tetrahedra, in scene vertices and scene tetrahedra.
+/// Found afresh: O(T log T) in the body's tetrahedra.
+/// @throws InvalidArgument  if there is no such body
+[[nodiscard]] std::vector<BoundaryTriangle> find_live_boundary(const Solver& solver, Index body);
+
+}  // namespace pbdsurg

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/topology_edit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "pbdsurg/core/error.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+std::string name_of(const char* what, Index id) {
+  return std::string(what) + " " + std::to_string(id);
+}
+
+// Ids must be in range, alive and listed once.
+template <class IsAlive>
+void check_ids(const char* what, std::vector<Index> ids, std::size_t count, IsAlive is_alive) {
+  for (const Index id : ids) {
+    if (id < 0 || static_cast<std::size_t>(id) >= count) {
+      throw InvalidArgument(name_of(what, id) + " does not exist; ids must be in [0, " +
+                            std::to_string(count) + ")");
+    }
+    if (!is_alive(id)) {
+      throw InvalidArgument(name_of(what, id) + " was removed before");
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  const auto twice = std::adjacent_find(ids.begin(), ids.end());
+  if (twice != ids.end()) {
+    throw InvalidArgument(name_of(what, *twice) + " is listed twice in one edit");
+  }
+}
+
+void check_rest(const char* what, Index id, const char* quantity, float value) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw InvalidArgument(name_of(what, id) + ": the new " + quantity + " is " +
+                          std::to_string(value) + "; it must be positive and finite");
+  }
+}
+
+void validate(const SolverData& data, const TopologyEdit& edit) {
+  const auto tet_alive = [&](Index t) { return data.tet_alive[t]; };
+  check_ids("tet", edit.remove_tets, data.tets.size(), tet_alive);
+  check_ids("link", edit.remove_links, data.links.size(),
+            [&](Index l) { return data.distances.is_alive(data.distance_of_link(l)); });
+
+  std::vector<Index> edges, tets;
+  for (const RestLengthChange& change : edit.rest_lengths) {
+    check_rest("edge", change.edge, "rest length", change.rest_length);
+    edges.push_back(change.edge);
+  }
+  check_ids("edge", std::move(edges), data.edges.size(),
+            [&](Index e) { return data.distances.is_alive(e); });
+  for (const RestVolumeChange& change : edit.rest_volumes) {
+    check_rest("tet", change.tet, "rest volume", change.rest_volume);
+    tets.push_back(change.tet);
+  }
+  check_ids("tet", tets, data.tets.size(), tet_alive);
+  for (const Index t : tets) {
+    if (data.volume_of_tet[t] == kInvalidIndex) {
+      throw InvalidArgument(name_of("tet", t) + " belongs to a body without volume constraints");
+    }
+  }
+}
+
+void remove_link(SolverData& data, Index link, EditResult& result) {
+  data.distances.remove(data.distance_of_link(link));
+  result.links.push_back(link);
+}
+
+void remove_tet(SolverData& data, Index t, EditResult& result) {
+  data.tet_alive[t] = false;
+  result.tets.push_back(t);
+  if (data.volume_of_tet[t] != kInvalidIndex) {
+    data.volumes.remove(data.volume_of_tet[t]);
+  }
+  for (const Index edge : data.tet_edges[t]) {
+    if (--data.edge_tets[edge] == 0) {
+      data.distances.remove(edge);
+      result.edges.push_back(edge);
+    }
+  }
+  for (const Index v : data.tets[t]) {
+    Particle& particle = data.particles[v];
+    if (--data.vertex_tets[v] == 0) {
+      data.vertex_masses[v] = 0;
+      particle.w = 0;
+      data.velocities[v].setZero();
+      result.vertices.push_back(v);
+      continue;
+    }
+    data.vertex_masses[v] -= data.tet_masses[t] / 4;
+    if (particle.w > 0) {
+      particle.w = static_cast<float>(1 / data.vertex_masses[v]);
+    }
+  }
+}
+
+// Links and tools let go of vertices without tissue.
+void release_vertices(SolverData& data, EditResult& result) {
+  if (result.vertices.empty()) {
+    return;
+  }
+  for (const Index v : result.vertices) {
+    for (const Index link : data.vertex_links[v]) {
+      if (data.distances.is_alive(data.distance_of_link(link))) {
+        remove_link(data, link, result);
+      }
+    }
+  }
+  std::size_t released = 0;
+  for (ToolState& tool : data.tools) {
+    released += std::erase_if(tool.attachments, [&](const Attachment& attachment) {
+      return data.vertex_tets[attachment.vertex] == 0 && data.vertex_masses[attachment.vertex] == 0;
+    });
+  }
+  if (released > 0) {
+    data.rebuild_plan();
+  }
+}
+
+}  // namespace
+
+EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
+                      std::span<EditParticipant* const> participants) {
+  SolverData& data = solver_data(solver);
+  validate(data, edit);
+  for (const EditParticipant* participant : participants) {
+    participant->validate(solver, edit);
+  }
+
+  EditResult result;
+  for (const RestLengthChange& change : edit.rest_lengths) {
+    data.distances.set_rest(change.edge, change.rest_length);
+  }
+  for (const RestVolumeChange& change : edit.rest_volumes) {
+    data.volumes.set_rest(data.volume_of_tet[change.tet], change.rest_volume);
+  }
+  for (const Index link : edit.remove_links) {
+    remove_link(data, link, result);
+  }
+  for (const Index t : edit.remove_tets) {
+    remove_tet(data, t, result);
+  }
+  release_vertices(data, result);
+  result.topology_version = ++data.topology_version;
+
+  for (EditParticipant* participant : participants) {
+    participant->apply(solver, result);
+  }
+  return result;
+}
+
+}  // namespace pbdsurg

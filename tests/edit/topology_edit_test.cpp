@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/topology_edit.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/live_boundary.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+constexpr double kEdge = 4e-3;
+
+Scene make_two_blocks() {
+  Scene scene;
+  const TetMesh block = testing::make_box({4, 3, 3}, kEdge, 0.1);
+  scene.add_body("left", block);
+  scene.add_body("right", block);
+  for (Index v = 0; v < block.vertex_count(); ++v) {
+    scene.add_link({v, block.vertex_count() + v, 1e-3F, {}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  return scene;
+}
+
+std::vector<Index> shuffled(Index count, std::uint64_t seed) {
+  std::vector<Index> order(count);
+  for (Index i = 0; i < count; ++i) {
+    order[i] = i;
+  }
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return random_bits(seed, a) < random_bits(seed, b); });
+  return order;
+}
+
+}  // namespace
+
+// Would catch any constraint that survives its tissue, or tissue that loses a constraint too many.
+TEST_CASE("topology edit: what is left equals what the live tetrahedra say", "[property]") {
+  const Scene scene = make_two_blocks();
+  Solver solver(scene);
+  const Index tet_count = static_cast<Index>(solver.tets().size());
+  const std::vector<Index> order = shuffled(tet_count, GENERATE(1, 2, 3));
+  std::size_t next = 0;
+  while (next < order.size()) {
+    TopologyEdit edit;
+    for (int i = 0; i < 29 && next < order.size(); ++i) {
+      edit.remove_tets.push_back(order[next++]);
+    }
+    apply_edit(solver, edit);
+    CHECK(solver.step(1e-3F).non_finite_vertices == 0);
+
+    std::vector<Tet> live;
+    for (Index t = 0; t < tet_count; ++t) {
+      if (solver.is_tet_alive(t)) {
+        live.push_back(solver.tets()[t]);
+      }
+    }
+    CHECK(live.size() == order.size() - next);
+    const std::vector<Edge> expected_edges = find_edges(live);
+    std::vector<Edge> edges;
+    for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+      if (solver.is_edge_alive(e)) {
+        edges.push_back(solver.edges()[e]);
+      }
+    }
+    CHECK(edges == expected_edges);
+    std::set<Index> used;
+    for (const Tet& tet : live) {
+      used.insert(tet.begin(), tet.end());
+    }
+    for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
+      const Link& link = solver.links()[l];
+      CHECK(solver.is_link_alive(l) == (used.count(link.first) && used.count(link.second)));
+    }
+  }
+  CHECK(find_live_boundary(solver, 0).empty());
+}
+
+TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
+  // a free block that falls on a rigid grasp would pull with its weight: cut it in half, half
+  // remains
+  Scene scene;
+  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
+  Solver solver(scene, {.substeps = 20, .damping = 30});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  std::vector<Index> top;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].y() > 0.0199) {
+      top.push_back(v);
+    }
+  }
+  solver.grasp(tool, top);
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
+    const Tet& tet = scene.tets()[t];
+    double middle = 0;
+    for (const Index v : tet) {
+      middle += scene.positions()[v].y() / 4;
+    }
+    if (middle < 0.01) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  REQUIRE(edit.remove_tets.size() == scene.tets().size() / 2);
+  const EditResult result = apply_edit(solver, edit);
+  CHECK(result.vertices.size() == 50);  // two of the five layers
+
+  for (int i = 0; i < 400; ++i) {
+    solver.step(5e-3F);
+  }
+  CHECK(solver.tool_force(tool).y() == Approx(-0.5 * 1000 * 8e-6 * 9.81).epsilon(0.02));
+}
+
+TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]") {
+  Scene scene;
+  scene.add_body("corner", testing::make_box({1, 1, 1}, kEdge));
+  Solver solver(scene);
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(tool, std::vector<Index>{0});
+
+  TopologyEdit edit;
+  edit.remove_tets = {0, 1, 2, 3, 4, 5};
+  const EditResult result = apply_edit(solver, edit);
+
+  CHECK(result.vertices.size() == 8);
+  CHECK(solver.plan().phases.size() > 0);
+  for (const Phase& phase : solver.plan().phases) {
+    CHECK(phase.kind != PhaseKind::attachment);
+  }
+  const auto before = solver.positions();
+  solver.step(0.1F);
+  CHECK(solver.positions() == before);
+}
+
+TEST_CASE("topology edit: rest values change what the solver pulls towards", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, {.substeps = 20, .damping = 20});
+  TopologyEdit edit;
+  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+    edit.rest_lengths.push_back({e, 0.8F * solver.rest_length(e)});
+  }
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    edit.rest_volumes.push_back({t, 0.512F * solver.rest_volume(t)});
+  }
+  apply_edit(solver, edit);
+  for (int i = 0; i < 200; ++i) {
+    solver.step(5e-3F);
+  }
+
+  const auto x = solver.positions();
+  CHECK((x.back() - x.front()).norm() == Approx(0.8 * 2 * kEdge * std::sqrt(3.0)).epsilon(0.01));
+}
+
+// Would catch half an edit: after each refusal the state must be what it was, and step alike.
+TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[unit]") {
+  const Scene scene = make_two_blocks();
+  Solver solver(scene), untouched(scene);
+  TopologyEdit first;
+  first.remove_tets = {3};
+  first.remove_links = {5};
+  apply_edit(solver, first);
+  apply_edit(untouched, first);
+
+  const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
+    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  refuse({.remove_tets = {7, 100000}}, "tet 100000 does not exist");
+  refuse({.remove_tets = {7, -1}}, "tet -1 does not exist");
+  refuse({.remove_tets = {7, 3}}, "tet 3 was removed before");
+  refuse({.remove_tets = {7, 8, 7}}, "tet 7 is listed twice");
+  refuse({.remove_tets = {7}, .remove_links = {5}}, "link 5 was removed before");
+  refuse({.remove_tets = {7}, .rest_lengths = {{0, -1}}}, "edge 0: the new rest length");
+  refuse({.remove_tets = {7}, .rest_lengths = {{-2, 1}}}, "edge -2 does not exist");
+  refuse({.remove_tets = {7}, .rest_volumes = {{1, nan}}}, "tet 1: the new rest volume");
+  refuse({.remove_tets = {7}, .rest_volumes = {{3, 1}}}, "tet 3 was removed before");
+
+  CHECK(solver.topology_version() == untouched.topology_version());
+  CHECK(solver.is_tet_alive(7));
+  for (int i = 0; i < 5; ++i) {
+    solver.step(1e-3F);
+    untouched.step(1e-3F);
+  }
+  CHECK(solver.state_hash() == untouched.state_hash());
+}
+
+TEST_CASE("topology edit: a participant may refuse, and follows what was done", "[unit]") {
+  struct Watcher : EditParticipant {
+    bool refuses = false;
+    EditResult seen;
+    void validate(const Solver&, const TopologyEdit&) const override {
+      if (refuses) {
+        throw InvalidArgument("not now");
+      }
+    }
+    void apply(const Solver&, const EditResult& result) noexcept override { seen = result; }
+  };
+  Solver solver(make_two_blocks());
+  Watcher watcher;
+  EditParticipant* participants[] = {&watcher};
+
+  watcher.refuses = true;
+  CHECK_THROWS_AS(apply_edit(solver, {.remove_tets = {1}}, participants), InvalidArgument);
+  CHECK(solver.is_tet_alive(1));
+
+  watcher.refuses = false;
+  apply_edit(solver, {.remove_tets = {1}}, participants);
+  CHECK(watcher.seen.tets == std::vector<Index>{1});
+  CHECK(watcher.seen.topology_version == 1);
+}
+
+TEST_CASE("live boundary: removing a tetrahedron opens its inner faces", "[unit]") {
+  Solver solver(make_two_blocks());
+  const std::size_t before = find_live_boundary(solver, 1).size();
+  // a tetrahedron of the second body without a boundary face bares four
+  std::set<Index> on_boundary;
+  for (const BoundaryTriangle& triangle : find_live_boundary(solver, 1)) {
+    on_boundary.insert(triangle.tet);
+    CHECK(triangle.tet >= solver.bodies()[1].first_tet);
+  }
+  Index inner = solver.bodies()[1].first_tet;
+  while (on_boundary.count(inner)) {
+    ++inner;
+  }
+  apply_edit(solver, {.remove_tets = {inner}});
+  CHECK(find_live_boundary(solver, 1).size() == before + 4);
+  CHECK_THROWS_AS(find_live_boundary(solver, 2), InvalidArgument);
+}
+
+}  // namespace pbdsurg
