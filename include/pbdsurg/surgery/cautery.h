@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// An electrosurgical hook: heat where it touches, tissue that shrinks and goes, links that part.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/thermal/tissue.h"
+
+namespace pbdsurg {
+
+/// State of a tetrahedron under heat (algorithm 2 of Pan et al. 2020), by how many of its vertices
+/// boil.
+enum class HeatState : std::uint8_t {
+  normal,     ///< none
+  heated,     ///< one: no change of volume
+  burning,    ///< two or more: volume and the edges between boiling vertices shrink
+  vaporised,  ///< all four, and its water is gone: removed
+};
+
+struct CauteryOptions {
+  double contact_radius = 1.5e-3;  ///< m, reach of the tip into tissue
+  double dry_water = 0.05;         ///< share of water below which boiling tissue is gone
+  double largest_shrinkage = 0.3;  ///< of lengths, when all water has gone
+  double link_energy = 0.8;        ///< J that part one link: a strand of membrane boiled dry
+};
+
+/// A body that the hook may burn.
+struct CauteryBody {
+  Index body;           ///< of the solver
+  const TetMesh* mesh;  ///< its rest mesh; used during construction only
+  TissueProperties tissue;
+};
+
+/// What one update did.
+struct CauteryReport {
+  Index contact_vertices = 0;
+  Index contact_links = 0;
+  double energy = 0;  ///< J delivered; none where the tip touches nothing
+  EditResult edit;    ///< what went
+};
+
+/// Couples a hook's tip to heat fields and to topology. Deterministic.
+class Cautery {
+ public:
+  /// @throws InvalidArgument  naming the option out of range, the body that is not there, or the
+  ///                          body whose mesh does not have its size
+  Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
+          const CauteryOptions& options = {});
+
+  /// Applies power at the tip for dt, lets heat spread, shrinks, removes and cuts.
+  ///
+  /// The power is shared among the vertices and links within the contact radius, by
+  /// 1 - distance / radius, and for vertices by the water left, since current avoids dry tissue. A
+  /// power of zero lets the tissue cool.
+  /// @param tip    m, in the world
+  /// @param power  W, >= 0
+  /// @param dt     s
+  /// @param participants  further holders of topology, beside the heat fields
+  /// @throws InvalidArgument  for a value out of range; then nothing has changed
+  CauteryReport update(Solver& solver, const Eigen::Vector3f& tip, double power, double dt,
+                       std::span<EditParticipant* const> participants = {});
+
+  /// The heat field of the i-th body given to the constructor.
+  [[nodiscard]] const HeatField& field(std::size_t i) const { return fields_[i]; }
+
+  /// State of a tetrahedron of the i-th body. @param tet  of the body
+  [[nodiscard]] HeatState state(const Solver& solver, std::size_t i, Index tet) const;
+
+  /// Sum over all fields, and what went into links, J.
+  [[nodiscard]] HeatLedger ledger() const;
+  [[nodiscard]] double link_energy_spent() const noexcept { return link_energy_spent_; }
+
+ private:
+  struct Share {
+    Index id;  // vertex of the body, or link
+    double weight;
+  };
+  std::vector<Share> find_touched_vertices(std::span<const Eigen::Vector3f> positions,
+                                           std::size_t i, const Eigen::Vector3f& tip) const;
+  std::vector<Share> find_touched_links(const Solver& solver,
+                                        std::span<const Eigen::Vector3f> positions,
+                                        const Eigen::Vector3f& tip) const;
+  void collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const;
+  [[nodiscard]] double shrunk(double water) const;
+
+  CauteryOptions options_;
+  std::vector<Body> bodies_;
+  std::vector<HeatField> fields_;
+  std::vector<std::vector<float>> rest_volumes_;  // [body][tet] m^3, of living tissue
+  std::vector<float> rest_lengths_;               // [edge] m, of living tissue
+  std::vector<double> link_doses_;                // [link] J
+  double link_energy_spent_ = 0;
+};
+
+}  // namespace pbdsurg

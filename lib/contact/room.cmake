@@ -1,0 +1,3 @@
+pbdsurg_room(contact
+  HEADERS proximity.h
+  SOURCES proximity.cpp)

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/surgery/cautery.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
+
+namespace pbdsurg {
+namespace {
+
+void check_range(const char* what, double value, double low, double high) {
+  if (!(value >= low) || !(value <= high)) {
+    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
+                          std::to_string(low) + ", " + std::to_string(high) + "]");
+  }
+}
+
+float distance_to_segment(const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+                          const Eigen::Vector3f& x) {
+  const Eigen::Vector3f d = b - a;
+  const float length_squared = d.squaredNorm();
+  const float s =
+      length_squared > 0 ? std::clamp((x - a).dot(d) / length_squared, 0.0F, 1.0F) : 0.0F;
+  return (a + s * d - x).norm();
+}
+
+// Rest values follow the water in steps of one percent, so that an edit a step stays small.
+constexpr float kLeastChange = 0.01F;
+
+}  // namespace
+
+Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
+                 const CauteryOptions& options)
+    : options_(options), link_doses_(solver.links().size(), 0.0) {
+  if (!(options.contact_radius > 0) || !std::isfinite(options.contact_radius)) {
+    throw InvalidArgument("contact_radius is " + std::to_string(options.contact_radius) +
+                          " m; it must be positive and finite");
+  }
+  if (!(options.link_energy > 0) || !std::isfinite(options.link_energy)) {
+    throw InvalidArgument("link_energy is " + std::to_string(options.link_energy) +
+                          " J; it must be positive and finite");
+  }
+  check_range("dry_water", options.dry_water, 0, 1);
+  check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
+  for (const CauteryBody& entry : bodies) {
+    if (entry.body < 0 || entry.body >= static_cast<Index>(solver.bodies().size())) {
+      throw InvalidArgument("there is no body " + std::to_string(entry.body) + "; the solver has " +
+                            std::to_string(solver.bodies().size()));
+    }
+    const Body& body = solver.bodies()[entry.body];
+    if (entry.mesh->vertex_count() != body.vertex_count ||
+        entry.mesh->tet_count() != body.tet_count) {
+      throw InvalidArgument("the mesh given for body '" + body.name + "' has " +
+                            std::to_string(entry.mesh->tet_count()) + " tets; the body has " +
+                            std::to_string(body.tet_count));
+    }
+    bodies_.push_back(body);
+    fields_.emplace_back(*entry.mesh, entry.tissue, body.first_tet);
+    std::vector<float>& volumes = rest_volumes_.emplace_back();
+    for (const Tet& tet : entry.mesh->tets()) {
+      volumes.push_back(static_cast<float>(tet_volume(entry.mesh->positions(), tet)));
+    }
+  }
+  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+    rest_lengths_.push_back(solver.is_edge_alive(e) ? solver.rest_length(e) : 0.0F);
+  }
+}
+
+double Cautery::shrunk(double water) const {
+  return 1 - options_.largest_shrinkage * (1 - water);
+}
+
+std::vector<Cautery::Share> Cautery::find_touched_vertices(
+    std::span<const Eigen::Vector3f> positions, std::size_t i, const Eigen::Vector3f& tip) const {
+  std::vector<Share> touched;
+  for (Index v = 0; v < bodies_[i].vertex_count; ++v) {
+    const double distance = (positions[bodies_[i].first_vertex + v] - tip).norm();
+    if (distance < options_.contact_radius && fields_[i].has_tissue(v)) {
+      const double conducts = std::max(fields_[i].water()[v], options_.dry_water);
+      touched.push_back({v, conducts * (1 - distance / options_.contact_radius)});
+    }
+  }
+  return touched;
+}
+
+std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
+                                                        std::span<const Eigen::Vector3f> positions,
+                                                        const Eigen::Vector3f& tip) const {
+  std::vector<Share> touched;
+  for (std::size_t l = 0; l < solver.links().size(); ++l) {
+    const Link& link = solver.links()[l];
+    if (!solver.is_link_alive(static_cast<Index>(l))) {
+      continue;
+    }
+    const double distance = distance_to_segment(positions[link.first], positions[link.second], tip);
+    if (distance < options_.contact_radius) {
+      touched.push_back({static_cast<Index>(l), 1 - distance / options_.contact_radius});
+    }
+  }
+  return touched;
+}
+
+HeatState Cautery::state(const Solver& solver, std::size_t i, Index tet) const {
+  const HeatField& field = fields_[i];
+  const Tet& vertices = solver.tets()[bodies_[i].first_tet + tet];
+  if (!solver.is_tet_alive(bodies_[i].first_tet + tet)) {
+    return HeatState::vaporised;
+  }
+  const int boiling = field.boiling_vertices(tet);
+  if (boiling < 2) {
+    return boiling == 0 ? HeatState::normal : HeatState::heated;
+  }
+  double water = 0;
+  for (const Index v : vertices) {
+    water += field.water()[v - bodies_[i].first_vertex] / 4;
+  }
+  return boiling == 4 && water <= options_.dry_water ? HeatState::vaporised : HeatState::burning;
+}
+
+void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const {
+  const HeatField& field = fields_[i];
+  const Body& body = bodies_[i];
+  std::vector<Index> shrinking;
+  for (Index t = 0; t < body.tet_count; ++t) {
+    const Index scene_tet = body.first_tet + t;
+    if (!solver.is_tet_alive(scene_tet)) {
+      continue;
+    }
+    const HeatState now = state(solver, i, t);
+    if (now == HeatState::vaporised) {
+      edit.remove_tets.push_back(scene_tet);
+      continue;
+    }
+    if (now != HeatState::burning) {
+      continue;
+    }
+    std::array<double, 4> water;
+    std::array<bool, 4> boiling;
+    for (int k = 0; k < 4; ++k) {
+      const Index v = solver.tets()[scene_tet][k] - body.first_vertex;
+      water[k] = field.water()[v];
+      boiling[k] = field.temperatures()[v] >= kBoilingTemperature;
+    }
+    if (body.material.has_volume_constraints) {
+      const double factor = shrunk((water[0] + water[1] + water[2] + water[3]) / 4);
+      const float volume = rest_volumes_[i][t] * static_cast<float>(factor * factor * factor);
+      if (volume < (1 - kLeastChange) * solver.rest_volume(scene_tet)) {
+        edit.rest_volumes.push_back({scene_tet, volume});
+      }
+    }
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      if (boiling[kTetEdges[e][0]] && boiling[kTetEdges[e][1]]) {
+        shrinking.push_back(solver.tet_edges(scene_tet)[e]);
+      }
+    }
+  }
+  std::sort(shrinking.begin(), shrinking.end());
+  shrinking.erase(std::unique(shrinking.begin(), shrinking.end()), shrinking.end());
+  for (const Index e : shrinking) {
+    const auto [a, b] = solver.edges()[e];
+    const double water =
+        (field.water()[a - body.first_vertex] + field.water()[b - body.first_vertex]) / 2;
+    const float length = rest_lengths_[e] * static_cast<float>(shrunk(water));
+    if (length < (1 - kLeastChange) * solver.rest_length(e)) {
+      edit.rest_lengths.push_back({e, length});
+    }
+  }
+}
+
+CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double power, double dt,
+                              std::span<EditParticipant* const> participants) {
+  if (!tip.allFinite() || !(power >= 0) || !std::isfinite(power) || !(dt > 0) ||
+      !std::isfinite(dt)) {
+    throw InvalidArgument("cautery with a power of " + std::to_string(power) + " W for " +
+                          std::to_string(dt) +
+                          " s: the tip must be finite, the power >= 0, the time positive");
+  }
+  const std::vector<Eigen::Vector3f> positions = solver.positions();
+  CauteryReport report;
+  std::vector<std::vector<Share>> touched(fields_.size());
+  std::vector<Share> links;
+  double weight = 0;
+  if (power > 0) {
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      touched[i] = find_touched_vertices(positions, i, tip);
+      report.contact_vertices += static_cast<Index>(touched[i].size());
+      for (const Share& share : touched[i]) {
+        weight += share.weight;
+      }
+    }
+    links = find_touched_links(solver, positions, tip);
+    report.contact_links = static_cast<Index>(links.size());
+    for (const Share& share : links) {
+      weight += share.weight;
+    }
+  }
+
+  TopologyEdit edit;
+  const double energy_before = ledger().in + link_energy_spent_;
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    std::vector<HeatSource> sources;
+    for (const Share& share : touched[i]) {
+      sources.push_back({share.id, power * share.weight / weight});
+    }
+    fields_[i].step(dt, sources);
+    collect_changes(solver, i, edit);
+  }
+  for (const Share& share : links) {
+    // a link takes no more than parts it
+    const double energy =
+        std::min(power * dt * share.weight / weight, options_.link_energy - link_doses_[share.id]);
+    link_doses_[share.id] += energy;
+    link_energy_spent_ += energy;
+    if (!(link_doses_[share.id] < options_.link_energy)) {
+      edit.remove_links.push_back(share.id);
+    }
+  }
+  report.energy = ledger().in + link_energy_spent_ - energy_before;
+
+  if (!edit.remove_tets.empty() || !edit.remove_links.empty() || !edit.rest_lengths.empty() ||
+      !edit.rest_volumes.empty()) {
+    std::vector<EditParticipant*> all(participants.begin(), participants.end());
+    for (HeatField& field : fields_) {
+      all.push_back(&field);
+    }
+    report.edit = apply_edit(solver, edit, all);
+  }
+  return report;
+}
+
+HeatLedger Cautery::ledger() const {
+  HeatLedger sum;
+  for (const HeatField& field : fields_) {
+    sum.in += field.ledger().in;
+    sum.sensible += field.ledger().sensible;
+    sum.latent += field.ledger().latent;
+    sum.removed += field.ledger().removed;
+  }
+  return sum;
+}
+
+}  // namespace pbdsurg

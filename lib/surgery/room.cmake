@@ -1,0 +1,3 @@
+pbdsurg_room(surgery
+  HEADERS cautery.h
+  SOURCES cautery.cpp)

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/surgery/cautery.h"
+
+#include <map>
+
+#include "pbdsurg/core/error.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+constexpr double kEdge = 1e-3;
+
+struct Setup {
+  TetMesh mesh = testing::make_box({8, 8, 4}, kEdge, 0.05);
+  Scene scene;
+
+  Setup() {
+    scene.add_body("fat", mesh);
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.1 * kEdge; });
+  }
+};
+
+}  // namespace
+
+// The whole chain: a tetrahedron goes through the states in order, shrinks while it burns, and
+// goes.
+TEST_CASE("cautery: tissue passes through heated and burning before it vaporises", "[validation]") {
+  const Setup setup;
+  Solver solver(setup.scene, {.damping = 20});
+  const CauteryBody body{0, &setup.mesh, kFat};
+  Cautery cautery(solver, std::span(&body, 1));
+  const Eigen::Vector3f tip(4e-3F, 4e-3F, 4.2e-3F);
+
+  std::vector<HeatState> before(setup.mesh.tet_count(), HeatState::normal);
+  std::map<std::pair<HeatState, HeatState>, int> passages;
+  Index removed = 0;
+  bool shrank = false;
+  for (int i = 0; i < 300; ++i) {
+    const CauteryReport report = cautery.update(solver, tip, 8, 5e-3);
+    removed += static_cast<Index>(report.edit.tets.size());
+    solver.step(5e-3F);
+    for (Index t = 0; t < setup.mesh.tet_count(); ++t) {
+      const HeatState now = cautery.state(solver, 0, t);
+      if (now != before[t]) {
+        ++passages[{before[t], now}];
+      }
+      before[t] = now;
+      if (now == HeatState::burning) {
+        shrank = shrank || solver.rest_volume(t) <
+                               0.9 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+      }
+    }
+    const HeatLedger ledger = cautery.ledger();
+    CHECK(ledger.sensible + ledger.latent + ledger.removed ==
+          Approx(ledger.in + cautery.link_energy_spent()).epsilon(1e-9));
+  }
+
+  CHECK(removed > 10);
+  CHECK(shrank);
+  CHECK(passages[{HeatState::normal, HeatState::heated}] > 10);
+  CHECK(passages[{HeatState::heated, HeatState::burning}] > 10);
+  CHECK(passages[{HeatState::burning, HeatState::vaporised}] > 10);
+  CHECK(passages[{HeatState::normal, HeatState::vaporised}] == 0);
+  CHECK(passages[{HeatState::heated, HeatState::vaporised}] == 0);
+
+  // what went cannot have cost less than warming and boiling it
+  const double per_volume =
+      kFat.density * (63 * kFat.specific_heat + 0.95 * kFat.water_fraction * kLatentHeatOfWater);
+  double volume = 0;
+  for (Index t = 0; t < setup.mesh.tet_count(); ++t) {
+    if (!solver.is_tet_alive(t)) {
+      volume += tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+    }
+  }
+  CHECK(volume * per_volume < cautery.ledger().in);
+}
+
+TEST_CASE("cautery: a tip that touches nothing delivers nothing", "[unit]") {
+  const Setup setup;
+  Solver solver(setup.scene);
+  const CauteryBody body{0, &setup.mesh, kFat};
+  Cautery cautery(solver, std::span(&body, 1));
+
+  const CauteryReport report = cautery.update(solver, {1, 1, 1}, 30, 0.01);
+
+  CHECK(report.contact_vertices == 0);
+  CHECK(report.energy == 0);
+  CHECK(cautery.ledger().in == 0);
+}
+
+TEST_CASE("cautery: links part when they have taken their energy, the near ones first", "[unit]") {
+  Scene scene;
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 6; ++i) {
+    points.push_back({1e-3 * i, 0, 0});
+    points.push_back({1e-3 * i, 1e-3, 0});
+  }
+  scene.add_particles("ends", points, 1e-4);
+  for (Index i = 0; i < 6; ++i) {
+    scene.add_link({2 * i, 2 * i + 1, 1e-3F, {}});
+  }
+  Solver solver(scene);
+  Cautery cautery(solver, {}, {.contact_radius = 1.4e-3, .link_energy = 0.5});
+
+  std::vector<Index> order;
+  double energy = 0;
+  for (int i = 0; i < 400; ++i) {
+    const CauteryReport report = cautery.update(solver, {0, 0.5e-3F, 0}, 5, 1e-3);
+    energy += report.energy;
+    order.insert(order.end(), report.edit.links.begin(), report.edit.links.end());
+  }
+
+  CHECK(order == std::vector<Index>{0, 1});  // links 2 to 5 are out of reach
+  CHECK(energy == Approx(2 * 0.5));
+  CHECK(cautery.link_energy_spent() == Approx(energy));
+  CHECK_FALSE(solver.is_link_alive(0));
+  CHECK(solver.is_link_alive(2));
+}
+
+TEST_CASE("cautery: bad values are refused by name", "[unit]") {
+  const Setup setup;
+  Solver solver(setup.scene);
+  const TetMesh other = testing::make_box({1, 1, 1}, kEdge);
+  const auto make = [&](Index body, const TetMesh& mesh, CauteryOptions options) {
+    const CauteryBody entry{body, &mesh, kFat};
+    return Cautery(solver, std::span(&entry, 1), options);
+  };
+  CHECK_THROWS_WITH(make(1, setup.mesh, {}), ContainsSubstring("no body 1"));
+  CHECK_THROWS_WITH(make(0, other, {}), ContainsSubstring("body 'fat'"));
+  CHECK_THROWS_WITH(make(0, setup.mesh, {.contact_radius = 0}),
+                    ContainsSubstring("contact_radius"));
+  CHECK_THROWS_WITH(make(0, setup.mesh, {.dry_water = 2}), ContainsSubstring("dry_water"));
+  CHECK_THROWS_WITH(make(0, setup.mesh, {.link_energy = -1}), ContainsSubstring("link_energy"));
+  Cautery cautery = make(0, setup.mesh, {});
+  CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, -1, 0.01), InvalidArgument);
+  CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, 1, 0), InvalidArgument);
+}
+
+}  // namespace pbdsurg
