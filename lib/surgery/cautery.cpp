@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
@@ -76,12 +77,35 @@ double Cautery::shrunk(double water) const {
 
 std::vector<Cautery::Share> Cautery::find_touched_vertices(
     std::span<const Eigen::Vector3f> positions, std::size_t i, const Eigen::Vector3f& tip) const {
-  std::vector<Share> touched;
+  const HeatField& field = fields_[i];
+  const auto is_wet = [&](Index v) { return field.water()[v] > options_.dry_water; };
+  std::vector<double> nearness(static_cast<std::size_t>(bodies_[i].vertex_count), 0.0);
+  bool touches_dry = false;
   for (Index v = 0; v < bodies_[i].vertex_count; ++v) {
     const double distance = (positions[bodies_[i].first_vertex + v] - tip).norm();
-    if (distance < options_.contact_radius && fields_[i].has_tissue(v)) {
-      const double conducts = std::max(fields_[i].water()[v], options_.dry_water);
-      touched.push_back({v, conducts * (1 - distance / options_.contact_radius)});
+    if (distance < options_.contact_radius && field.has_tissue(v)) {
+      nearness[v] = 1 - distance / options_.contact_radius;
+      touches_dry = touches_dry || !is_wet(v);
+    }
+  }
+  if (touches_dry) {
+    // through dry tissue the current goes on to the wet tissue behind it
+    std::vector<double> behind(nearness.size(), 0.0);
+    for (const Edge& edge : field.edges()) {
+      for (const auto& [near, far] : {std::pair(edge[0], edge[1]), std::pair(edge[1], edge[0])}) {
+        if (nearness[near] > 0 && !is_wet(near) && is_wet(far) && field.has_tissue(far)) {
+          behind[far] = std::max(behind[far], nearness[near]);
+        }
+      }
+    }
+    for (std::size_t v = 0; v < behind.size(); ++v) {
+      nearness[v] = std::max(nearness[v], behind[v]);
+    }
+  }
+  std::vector<Share> touched;
+  for (Index v = 0; v < bodies_[i].vertex_count; ++v) {
+    if (nearness[v] > 0 && is_wet(v)) {
+      touched.push_back({v, nearness[v]});
     }
   }
   return touched;
@@ -143,7 +167,7 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
     for (int k = 0; k < 4; ++k) {
       const Index v = solver.tets()[scene_tet][k] - body.first_vertex;
       water[k] = field.water()[v];
-      boiling[k] = field.temperatures()[v] >= kBoilingTemperature;
+      boiling[k] = field.has_boiled(v);
     }
     if (body.material.has_volume_constraints) {
       const double factor = shrunk((water[0] + water[1] + water[2] + water[3]) / 4);

@@ -205,9 +205,8 @@ void HeatField::update_held() {
 }
 
 int HeatField::boiling_vertices(Index tet) const {
-  return static_cast<int>(std::count_if(tets_[tet].begin(), tets_[tet].end(), [&](Index v) {
-    return temperatures_[v] >= kBoilingTemperature;
-  }));
+  return static_cast<int>(
+      std::count_if(tets_[tet].begin(), tets_[tet].end(), [&](Index v) { return has_boiled(v); }));
 }
 
 void HeatField::remove_tets(std::span<const Index> tets) {

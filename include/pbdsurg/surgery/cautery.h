@@ -19,11 +19,11 @@
 namespace pbdsurg {
 
 /// State of a tetrahedron under heat (algorithm 2 of Pan et al. 2020), by how many of its vertices
-/// boil.
+/// have boiled.
 enum class HeatState : std::uint8_t {
   normal,     ///< none
   heated,     ///< one: no change of volume
-  burning,    ///< two or more: volume and the edges between boiling vertices shrink
+  burning,    ///< two or more: volume and the edges between boiled vertices shrink
   vaporised,  ///< all four, and its water is gone: removed
 };
 
@@ -60,8 +60,8 @@ class Cautery {
   /// Applies power at the tip for dt, lets heat spread, shrinks, removes and cuts.
   ///
   /// The power is shared among the vertices and links within the contact radius, by
-  /// 1 - distance / radius, and for vertices by the water left, since current avoids dry tissue. A
-  /// power of zero lets the tissue cool.
+  /// 1 - distance / radius; vertices whose water is gone take nothing and pass their share on to
+  /// wet neighbours. Where all is dry, nothing is delivered. A power of zero lets the tissue cool.
   /// @param tip    m, in the world
   /// @param power  W, >= 0
   /// @param dt     s

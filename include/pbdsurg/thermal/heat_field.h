@@ -67,7 +67,15 @@ class HeatField final : public EditParticipant {
   /// Whether any tetrahedron is left at a vertex.
   [[nodiscard]] bool has_tissue(Index vertex) const { return capacities_[vertex] > 0; }
 
-  /// How many of a tetrahedron's vertices have reached the boiling temperature.
+  /// [edge_count] vertices of the body, sorted
+  [[nodiscard]] std::span<const Edge> edges() const noexcept { return edges_; }
+
+  /// Whether a vertex has ever reached the boiling temperature.
+  [[nodiscard]] bool has_boiled(Index vertex) const {
+    return peaks_[vertex] >= kBoilingTemperature;
+  }
+
+  /// How many of a tetrahedron's vertices have boiled.
   /// @param tet  of the body
   [[nodiscard]] int boiling_vertices(Index tet) const;
 
