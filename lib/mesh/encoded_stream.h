@@ -22,9 +22,7 @@ class EncodedStream {
   std::optional<std::string> take(std::size_t count);
 
   /// How many bytes can be left at most.
-  [[nodiscard]] std::size_t most_left() const {
-    return ready_.size() + (bytes_.size() - offset_);
-  }
+  [[nodiscard]] std::size_t most_left() const { return ready_.size() + (bytes_.size() - offset_); }
   [[nodiscard]] std::size_t offset() const { return offset_; }
 
  private:

@@ -37,9 +37,9 @@ LengthUnitGuess guess_length_unit(double longest_side) {
   constexpr double kShortest = 0.02;  // m
   constexpr double kLongest = 0.6;    // m
   // 1.1: where a side is as far from 0.6 m as from 2 cm, by ratio
-  const LengthUnit unit = longest_side < 1.1          ? LengthUnit::metre
-                          : longest_side < 20         ? LengthUnit::centimetre
-                                                      : LengthUnit::millimetre;
+  const LengthUnit unit = longest_side < 1.1  ? LengthUnit::metre
+                          : longest_side < 20 ? LengthUnit::centimetre
+                                              : LengthUnit::millimetre;
   int fitting = 0;
   for (const LengthUnit candidate :
        {LengthUnit::millimetre, LengthUnit::centimetre, LengthUnit::metre}) {

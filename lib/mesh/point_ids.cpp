@@ -36,8 +36,7 @@ Index PointIds::find(std::int64_t id) const {
     return id < ids_.front() || id > ids_.back() ? kInvalidIndex
                                                  : static_cast<Index>(id - ids_.front());
   }
-  const auto found =
-      std::lower_bound(sorted_.begin(), sorted_.end(), std::make_pair(id, Index{0}));
+  const auto found = std::lower_bound(sorted_.begin(), sorted_.end(), std::make_pair(id, Index{0}));
   return found == sorted_.end() || found->first != id ? kInvalidIndex : found->second;
 }
 

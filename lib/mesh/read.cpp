@@ -62,9 +62,8 @@ ParsedMesh parse(const std::filesystem::path& path) {
   if (starts_with(source, "MeshVersionFormatted")) {
     return parse_medit(source);
   }
-  if (extension == ".vtu" ||
-      (starts_with(source, "<") && source.bytes.substr(0, 4096).find("<VTKFile") !=
-                                       std::string::npos)) {
+  if (extension == ".vtu" || (starts_with(source, "<") &&
+                              source.bytes.substr(0, 4096).find("<VTKFile") != std::string::npos)) {
     return parse_vtu(source);
   }
   if (extension == ".msh") {

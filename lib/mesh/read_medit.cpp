@@ -111,6 +111,8 @@ class MeditFile {
 
 }  // namespace
 
-ParsedMesh parse_medit(const Source& source) { return MeditFile(source).parse(); }
+ParsedMesh parse_medit(const Source& source) {
+  return MeditFile(source).parse();
+}
 
 }  // namespace pbdsurg

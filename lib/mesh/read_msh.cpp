@@ -62,7 +62,8 @@ class MshFile {
                  " is not supported; 1.0, 2.x and 4.1 are (gmsh -save -format msh41 converts)");
     }
     if (mode != 0 && mode != 1) {
-      text_.fail("the file type is " + std::to_string(mode) + "; it must be 0 (ASCII) or 1 (binary)");
+      text_.fail("the file type is " + std::to_string(mode) +
+                 "; it must be 0 (ASCII) or 1 (binary)");
     }
     if (word_size_ != 8 && !(word_size_ == 4 && version_ == Version::v4)) {
       text_.fail("the data size is " + std::to_string(word_size_) + "; it must be 8");
@@ -89,9 +90,7 @@ class MshFile {
       text_.fail(name + " without a $MeshFormat before it");
     }
     body();
-    expect(name == "$NOD"   ? "$ENDNOD"
-           : name == "$ELM" ? "$ENDELM"
-                            : "$End" + name.substr(1));
+    expect(name == "$NOD" ? "$ENDNOD" : name == "$ELM" ? "$ENDELM" : "$End" + name.substr(1));
   }
 
   void expect(const std::string& word) {
@@ -333,8 +332,8 @@ class MshFile {
   Index find_node(Reader& reader, std::int64_t node, std::int64_t element) const {
     const Index index = ids_.find(node);
     if (index == kInvalidIndex) {
-      reader.fail("element " + std::to_string(element) + " refers to node " +
-                  std::to_string(node) + "; no node has this id");
+      reader.fail("element " + std::to_string(element) + " refers to node " + std::to_string(node) +
+                  "; no node has this id");
     }
     return index;
   }
@@ -349,8 +348,7 @@ class MshFile {
         corners[static_cast<std::size_t>(n)] = find_node(reader, node, element);
       }
     }
-    append_cell(mesh_, type.shape,
-                {corners.data(), type.shape == CellShape::triangle ? 3u : 4u});
+    append_cell(mesh_, type.shape, {corners.data(), type.shape == CellShape::triangle ? 3u : 4u});
   }
 
   const Source& source_;
@@ -367,6 +365,8 @@ class MshFile {
 
 }  // namespace
 
-ParsedMesh parse_msh(const Source& source) { return MshFile(source).parse(); }
+ParsedMesh parse_msh(const Source& source) {
+  return MshFile(source).parse();
+}
 
 }  // namespace pbdsurg

@@ -57,9 +57,7 @@ struct ByteValues {
   ByteReader& reader;
   static constexpr bool kIsText = false;
   double real(ScalarType type) { return reader.number<double>(type, "a property"); }
-  std::int64_t integer(ScalarType type) {
-    return reader.number<std::int64_t>(type, "a property");
-  }
+  std::int64_t integer(ScalarType type) { return reader.number<std::int64_t>(type, "a property"); }
 };
 
 class PlyFile {
@@ -247,6 +245,8 @@ class PlyFile {
 
 }  // namespace
 
-ParsedMesh parse_ply(const Source& source) { return PlyFile(source).parse(); }
+ParsedMesh parse_ply(const Source& source) {
+  return PlyFile(source).parse();
+}
 
 }  // namespace pbdsurg

@@ -22,9 +22,8 @@ MeshData weld(const std::vector<Eigen::Vector3d>& corners) {
     const Eigen::Vector3d& p = corners[static_cast<std::size_t>(i)];
     return std::tuple(p.x(), p.y(), p.z());
   };
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return key(a) != key(b) ? key(a) < key(b) : a < b;
-  });
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
   std::vector<Index> first(corners.size());  // the first corner at the same place
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool same = i > 0 && key(order[i]) == key(order[i - 1]);

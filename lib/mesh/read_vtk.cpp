@@ -97,7 +97,8 @@ class VtkFile {
     text_.rest_of_line();  // the title
     const std::string encoding = upper(text_.word("ASCII or BINARY"));
     if (encoding != "ASCII" && encoding != "BINARY") {
-      text_.fail("'" + TextReader::printable(encoding) + "' stands where ASCII or BINARY should be");
+      text_.fail("'" + TextReader::printable(encoding) +
+                 "' stands where ASCII or BINARY should be");
     }
     binary_ = encoding == "BINARY";
     if (upper(text_.word("DATASET")) != "DATASET") {
@@ -310,6 +311,8 @@ class VtkFile {
 
 }  // namespace
 
-ParsedMesh parse_vtk(const Source& source) { return VtkFile(source).parse(); }
+ParsedMesh parse_vtk(const Source& source) {
+  return VtkFile(source).parse();
+}
 
 }  // namespace pbdsurg

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // VTK XML unstructured grids: "VTK file formats", XML section. Point and cell data are not read.
-#include <zlib.h>
-
 #include <array>
 #include <charconv>
 #include <optional>
+
+#include <zlib.h>
 
 #include "cells.h"
 #include "encoded_stream.h"
@@ -36,8 +36,9 @@ struct Piece {
 };
 
 std::optional<ScalarType> xml_scalar_type(std::string_view name) {
-  constexpr std::array<std::string_view, 10> kNames{"Int8",   "UInt8", "Int16",  "UInt16",  "Int32",
-                                                    "UInt32", "Int64", "UInt64", "Float32", "Float64"};
+  constexpr std::array<std::string_view, 10> kNames{"Int8",    "UInt8",  "Int16", "UInt16",
+                                                    "Int32",   "UInt32", "Int64", "UInt64",
+                                                    "Float32", "Float64"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (kNames[i] == name) {
       return static_cast<ScalarType>(i);
@@ -88,8 +89,13 @@ class VtuFile {
       } else if (tag.name == "UnstructuredGrid") {
         saw_grid_ = true;
       } else if (tag.name == "Piece") {
-        pieces_.push_back({count_of(tag, "NumberOfPoints"), count_of(tag, "NumberOfCells"),
-                           tag.offset, {}, {}, {}, {}});
+        pieces_.push_back({count_of(tag, "NumberOfPoints"),
+                           count_of(tag, "NumberOfCells"),
+                           tag.offset,
+                           {},
+                           {},
+                           {},
+                           {}});
       } else if (tag.name == "Points") {
         in_points = opens;
       } else if (tag.name == "Cells") {
@@ -104,7 +110,8 @@ class VtuFile {
   }
 
   void read_file_tag(const XmlTag& tag) {
-    if (const std::string* type = tag.find("type"); type != nullptr && *type != "UnstructuredGrid") {
+    if (const std::string* type = tag.find("type");
+        type != nullptr && *type != "UnstructuredGrid") {
       source_.fail_at_line(tag.offset, "a VTKFile of type " + TextReader::printable(*type) +
                                            " is not supported; UnstructuredGrid is");
     }
@@ -132,8 +139,7 @@ class VtuFile {
     const std::string* text = tag.find(attribute);
     std::int64_t value = -1;
     if (text != nullptr) {
-      const auto [end, error] =
-          std::from_chars(text->data(), text->data() + text->size(), value);
+      const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
       if (error != std::errc() || end != text->data() + text->size()) {
         value = -1;
       }
@@ -143,8 +149,7 @@ class VtuFile {
                                            " with a number that is not negative");
     }
     // zlib shrinks by a factor of 1032 at best, and no element takes less than a byte
-    const std::string problem =
-        count_problem(value / 1032, attribute, 1, source_.bytes.size());
+    const std::string problem = count_problem(value / 1032, attribute, 1, source_.bytes.size());
     if (!problem.empty() || value > std::numeric_limits<Index>::max()) {
       source_.fail_at_line(tag.offset, std::string(attribute) + " is " + std::to_string(value) +
                                            ", which no file of this size can hold");
@@ -166,7 +171,7 @@ class VtuFile {
     const std::optional<ScalarType> scalar =
         type != nullptr ? xml_scalar_type(*type) : std::nullopt;
     Piece& piece = pieces_.back();
-    std::optional<DataArray>* place = in_points                       ? &piece.points
+    std::optional<DataArray>* place = in_points                      ? &piece.points
                                       : array.name == "connectivity" ? &piece.connectivity
                                       : array.name == "offsets"      ? &piece.offsets
                                       : array.name == "types"        ? &piece.types
@@ -179,13 +184,11 @@ class VtuFile {
     }
     array.type = *scalar;
     if (in_points) {
-      array.components =
-          tag.find("NumberOfComponents") != nullptr
-              ? static_cast<std::int64_t>(count_of(tag, "NumberOfComponents"))
-              : 1;
+      array.components = tag.find("NumberOfComponents") != nullptr
+                             ? static_cast<std::int64_t>(count_of(tag, "NumberOfComponents"))
+                             : 1;
       if (array.components != 3) {
-        fail(array, "has " + std::to_string(array.components) +
-                        " components; points have 3");
+        fail(array, "has " + std::to_string(array.components) + " components; points have 3");
       }
     } else if (!is_integer(array.type)) {
       fail(array, "must be integers");
@@ -237,8 +240,8 @@ class VtuFile {
     cells.offsets.insert(cells.offsets.begin(), 0);
     const std::int64_t entries = cells.offsets.back();
     if (entries < 0 || entries / 1032 > static_cast<std::int64_t>(source_.bytes.size())) {
-      fail(*piece.offsets, "ends with " + std::to_string(entries) +
-                               ", which no file of this size can hold");
+      fail(*piece.offsets,
+           "ends with " + std::to_string(entries) + ", which no file of this size can hold");
     }
     cells.connectivity = read_integers(*piece.connectivity, static_cast<std::size_t>(entries));
     const std::vector<std::int64_t> types = read_integers(*piece.types, piece.cell_count);
@@ -351,18 +354,17 @@ class VtuFile {
       const std::string packed = take(array, stream, sizes[b]);
       const std::uint64_t due = b < full ? block_size : last_size;
       if (due / 1100 > packed.size()) {
-        fail(array, "has a block of " + std::to_string(packed.size()) +
-                        " bytes that cannot hold " + std::to_string(due));
+        fail(array, "has a block of " + std::to_string(packed.size()) + " bytes that cannot hold " +
+                        std::to_string(due));
       }
       const std::size_t done = bytes.size();
       bytes.resize(done + due);
       uLongf length = static_cast<uLongf>(due);
-      const int status =
-          uncompress(reinterpret_cast<Bytef*>(bytes.data() + done), &length,
-                     reinterpret_cast<const Bytef*>(packed.data()), packed.size());
+      const int status = uncompress(reinterpret_cast<Bytef*>(bytes.data() + done), &length,
+                                    reinterpret_cast<const Bytef*>(packed.data()), packed.size());
       if (status != Z_OK || length != due) {
-        fail(array, "has a compressed block that zlib cannot unpack to " + std::to_string(due) +
-                        " bytes");
+        fail(array,
+             "has a compressed block that zlib cannot unpack to " + std::to_string(due) + " bytes");
       }
     }
     return bytes;
@@ -405,6 +407,8 @@ class VtuFile {
 
 }  // namespace
 
-ParsedMesh parse_vtu(const Source& source) { return VtuFile(source).parse(); }
+ParsedMesh parse_vtu(const Source& source) {
+  return VtuFile(source).parse();
+}
 
 }  // namespace pbdsurg

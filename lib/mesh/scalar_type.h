@@ -13,14 +13,27 @@
 
 namespace pbdsurg {
 
-enum class ScalarType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+enum class ScalarType {
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64
+};
 
 [[nodiscard]] constexpr std::size_t size_of(ScalarType type) {
   constexpr std::array<std::size_t, 10> kSizes{1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kSizes[static_cast<std::size_t>(type)];
 }
 
-[[nodiscard]] constexpr bool is_integer(ScalarType type) { return type < ScalarType::float32; }
+[[nodiscard]] constexpr bool is_integer(ScalarType type) {
+  return type < ScalarType::float32;
+}
 
 /// Reverses the bytes of a number when they are not in the order of this machine.
 template <class Number>

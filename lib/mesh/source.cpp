@@ -64,8 +64,8 @@ std::string count_problem(std::int64_t count, std::string_view what, std::size_t
     return std::to_string(count) + " " + name + " are announced; at most 2147483647 are supported";
   }
   if (least_bytes > 0 && static_cast<std::size_t>(count) > left / least_bytes) {
-    return std::to_string(count) + " " + name + " are announced, but only " +
-           std::to_string(left) + " bytes are left";
+    return std::to_string(count) + " " + name + " are announced, but only " + std::to_string(left) +
+           " bytes are left";
   }
   return {};
 }

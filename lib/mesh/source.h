@@ -12,7 +12,8 @@
 
 namespace pbdsurg {
 
-/// The bytes of one file. Readers keep offsets only; a line number is counted when an error needs it.
+/// The bytes of one file. Readers keep offsets only; a line number is counted when an error needs
+/// it.
 struct Source {
   std::string path;
   std::string bytes;

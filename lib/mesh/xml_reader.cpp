@@ -7,7 +7,9 @@
 namespace pbdsurg {
 namespace {
 
-bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+bool is_space(char c) {
+  return c == ' ' || (c >= '\t' && c <= '\r');
+}
 
 bool is_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -155,6 +157,8 @@ std::string XmlReader::decode(std::string_view text) const {
   return result;
 }
 
-void XmlReader::fail(const std::string& reason) const { source_.fail_at_line(offset_, reason); }
+void XmlReader::fail(const std::string& reason) const {
+  source_.fail_at_line(offset_, reason);
+}
 
 }  // namespace pbdsurg
