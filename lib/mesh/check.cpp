@@ -42,7 +42,7 @@ std::string in_words(const Triangle& t) {
   return std::to_string(t[0]) + "-" + std::to_string(t[1]) + "-" + std::to_string(t[2]);
 }
 std::string in_words(const std::pair<Index, Index>& pair) {
-  return std::to_string(pair.first) + " (as " + std::to_string(pair.second) + ")";
+  return std::to_string(pair.first) + " as " + std::to_string(pair.second);
 }
 
 template <class Element>
@@ -113,7 +113,7 @@ class Examination {
   }
 
  private:
-  /// "3 <text>: 4, 7, 9", in the singular or plural that the caller's text allows for.
+  /// "<text>: 7 (4, 9, 12, 13, 20, ...)": how many, and the first few.
   template <class Element>
   void add(Severity severity, const std::string& text, const std::vector<Element>& elements) {
     constexpr std::size_t kShown = 5;
@@ -122,10 +122,10 @@ class Examination {
     }
     std::string list;
     for (std::size_t i = 0; i < std::min(kShown, elements.size()); ++i) {
-      list += (i == 0 ? " " : ", ") + in_words(elements[i]);
+      list += (i == 0 ? "" : ", ") + in_words(elements[i]);
     }
-    add(severity, std::to_string(elements.size()) + " " + text + ":" + list +
-                      (elements.size() > kShown ? ", ..." : ""));
+    add(severity, text + ": " + std::to_string(elements.size()) + " (" + list +
+                      (elements.size() > kShown ? ", ...)" : ")"));
   }
 
   void add(Severity severity, std::string text) {
@@ -163,12 +163,12 @@ class Examination {
     }
     report_.vertices = static_cast<Index>(in_use_.size());
     report_.unreferenced = static_cast<Index>(unused_.size());
-    add(Severity::error, "tets refer to points that do not exist", bad_tets);
-    add(Severity::error, "triangles refer to points that do not exist", bad_triangles);
+    add(Severity::error, "tets that refer to points that do not exist", bad_tets);
+    add(Severity::error, "triangles that refer to points that do not exist", bad_triangles);
     if (mesh_.tets.empty() && mesh_.triangles.empty()) {
       add(Severity::error, "the mesh has neither tets nor triangles");
     }
-    add(Severity::note, "points are not used by any element", unused_);
+    add(Severity::note, "points that no element uses", unused_);
     return bad_tets.empty() && bad_triangles.empty();
   }
 
@@ -179,7 +179,7 @@ class Examination {
         bad.push_back(static_cast<Index>(v));
       }
     }
-    add(Severity::error, "points are not finite", bad);
+    add(Severity::error, "points that are not finite", bad);
     return bad.empty();
   }
 
@@ -198,8 +198,8 @@ class Examination {
         mesh_.points, in_use_, std::isfinite(diagonal) ? kNearPoints * diagonal : 0);
     report_.duplicate_points = static_cast<Index>(repeated.exact.size());
     report_.near_points = static_cast<Index>(repeated.near.size());
-    add(Severity::warning, "points lie exactly where an earlier one does", repeated.exact);
-    add(Severity::warning, "points lie within a millionth of the mesh's diagonal of an earlier one",
+    add(Severity::warning, "points exactly at the place of an earlier one", repeated.exact);
+    add(Severity::warning, "points within a millionth of the mesh's diagonal of an earlier one",
         repeated.near);
   }
 
@@ -208,8 +208,10 @@ class Examination {
     const auto triangles = find_repeated(mesh_.triangles);
     report_.duplicate_tets = static_cast<Index>(tets.size());
     report_.duplicate_triangles = static_cast<Index>(triangles.size());
-    add(Severity::error, "tets repeat an earlier one", tets);
-    add(Severity::warning, "triangles repeat an earlier one", triangles);
+    add(Severity::error, "tets that repeat an earlier one", tets);
+    // beside tetrahedra, stored triangles are not simulated
+    add(mesh_.tets.empty() ? Severity::warning : Severity::note,
+        "triangles that repeat an earlier one", triangles);
   }
 
   // --- tetrahedra ---
@@ -224,7 +226,7 @@ class Examination {
         proper.push_back(mesh_.tets[t]);
       }
     }
-    add(Severity::error, "tets use a vertex twice", twice);
+    add(Severity::error, "tets that use a vertex twice", twice);
     measure_tets(twice.size());
 
     const std::vector<Edge> edges = find_edges(proper);
@@ -280,9 +282,9 @@ class Examination {
     report_.inverted = static_cast<Index>(inverted.size());
     report_.flat = static_cast<Index>(flat.size());
     report_.volume = report_.turned ? -signed_volume : signed_volume;
-    add(Severity::error, "tets are inverted", inverted);
+    add(Severity::error, "inverted tets", inverted);
     if (flat.size() > twice) {
-      add(Severity::error, "tets are flat (volume zero to rounding)", flat);
+      add(Severity::error, "flat tets (volume zero to rounding)", flat);
     }
     if (report_.turned) {
       add(Severity::note,
@@ -319,7 +321,7 @@ class Examination {
       begin = end;
     }
     report_.overfull_faces = static_cast<Index>(overfull.size());
-    add(Severity::error, "faces belong to three or more tets, so that tets overlap", overfull);
+    add(Severity::error, "faces of three or more tets, which overlap", overfull);
   }
 
   // --- boundary and surfaces ---
@@ -338,14 +340,14 @@ class Examination {
       }
     }
     report_.flat_triangles = static_cast<Index>(flat.size());
-    add(Severity::warning, "triangles have no area", flat);
+    add(Severity::warning, "triangles without area", flat);
     report_.faces = static_cast<Index>(proper.size());
     const SurfaceDefects defects = examine_boundary(proper);
     report_.boundary_triangles = report_.triangles;
     report_.edges = defects.edge_count;
     set_euler();
     report_.badly_wound_edges = static_cast<Index>(defects.badly_wound_edges.size());
-    add(Severity::warning, "edges are run in one direction by both of their triangles",
+    add(Severity::warning, "edges that both of their triangles run in one direction (badly wound)",
         defects.badly_wound_edges);
     report_.components =
         find_components(point_count(), std::span<const Triangle>(mesh_.triangles)).count;
@@ -384,10 +386,10 @@ class Examination {
     report_.pinched_vertices = static_cast<Index>(defects.pinched_vertices.size());
     report_.closed =
         !boundary.empty() && defects.open_edges.empty() && defects.overshared_edges.empty();
-    add(Severity::warning, "edges of the surface are open (one triangle only)", defects.open_edges);
-    add(Severity::warning, "edges of the surface are shared by three or more triangles",
+    add(Severity::warning, "open edges of the surface (one triangle only)", defects.open_edges);
+    add(Severity::warning, "edges of the surface with three or more triangles",
         defects.overshared_edges);
-    add(Severity::warning, "vertices are pinched: the surface touches itself there",
+    add(Severity::warning, "pinched vertices, where the surface touches itself",
         defects.pinched_vertices);
 
     std::vector<bool> on_boundary(mesh_.points.size(), false);

@@ -81,6 +81,34 @@ void append_elements_2(std::string& out, const std::vector<Element>& elements, i
   }
 }
 
+/// The surface and the volume that the elements belong to; Gmsh insists on them.
+void append_entities(std::string& out, const MeshData& mesh, MeshEncoding encoding) {
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();
+  Eigen::Vector3d high = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    low = i == 0 ? mesh.points[i] : low.cwiseMin(mesh.points[i]).eval();
+    high = i == 0 ? mesh.points[i] : high.cwiseMax(mesh.points[i]).eval();
+  }
+  Numbers numbers(out, encoding);
+  const int surfaces = mesh.triangles.empty() && !mesh.tets.empty() ? 0 : 1;
+  const int volumes = mesh.tets.empty() ? 0 : 1;
+  out += "$Entities\n";
+  numbers.size(0);  // points
+  numbers.size(0);  // curves
+  numbers.size(static_cast<std::uint64_t>(surfaces));
+  numbers.size(static_cast<std::uint64_t>(volumes));
+  numbers.end_line();
+  for (int i = 0; i < surfaces + volumes; ++i) {
+    numbers.integer(1);  // entity tag
+    numbers.point(low);
+    numbers.point(high);
+    numbers.size(0);  // physical groups
+    numbers.size(0);  // bounding entities
+    numbers.end_line();
+  }
+  out += encoding == MeshEncoding::binary ? "\n$EndEntities\n" : "$EndEntities\n";
+}
+
 /// Elements of one type in MSH 4.1: one entity block.
 template <class Element>
 void append_elements_4(std::string& out, const std::vector<Element>& elements, int dimension,
@@ -131,6 +159,7 @@ std::string encode_msh4(const MeshData& mesh, MeshEncoding encoding) {
   Numbers numbers(out, encoding);
   const std::uint64_t point_count = mesh.points.size();
 
+  append_entities(out, mesh, encoding);
   out += "$Nodes\n";
   const auto header = [&](std::uint64_t blocks, std::uint64_t count) {
     numbers.size(blocks);
