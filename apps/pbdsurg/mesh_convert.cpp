@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "pbdsurg/mesh/write.h"
+
+#include "commands.h"
+#include "mesh_file.h"
+
+namespace pbdsurg {
+namespace {
+
+struct Options {
+  std::string input;
+  std::string output;
+  LengthUnit unit = LengthUnit::metre;
+  std::string version;
+  bool ascii = false;
+  bool binary = false;
+  bool orient = false;
+};
+
+void run(const Options& options) {
+  MeshFile file = read_with_unit(options.input, options.unit);
+  if (options.orient) {
+    const Index swapped = orient_tets(file.mesh.points, file.mesh.tets);
+    std::cout << options.input << ": " << swapped << " of " << file.mesh.tets.size()
+              << " tets were inverted and are turned\n";
+  }
+  WriteOptions write_options{options.version, {}};
+  if (options.ascii || options.binary) {
+    write_options.encoding = options.ascii ? MeshEncoding::ascii : MeshEncoding::binary;
+  }
+  write_mesh(options.output, file.mesh, write_options);
+}
+
+}  // namespace
+
+void add_mesh_convert(CLI::App& mesh) {
+  CLI::App& command = *mesh.add_subcommand(
+      "convert", "Write a mesh in metres in the format that the extension names");
+  const auto options = std::make_shared<Options>();
+  command.add_option("input", options->input, "Mesh file")->required();
+  command.add_option("output", options->output, "msh, vtk, vtu, stl or obj file")->required();
+  add_unit_option(command, options->unit);
+  command.add_option("--format-version", options->version, "msh: 2.2 (default) or 4.1");
+  CLI::Option* ascii = command.add_flag("--ascii", options->ascii, "Write text");
+  command.add_flag("--binary", options->binary, "Write binary (default where the format has it)")
+      ->excludes(ascii);
+  command.add_flag("--orient", options->orient, "Turn inverted tets, one by one");
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The mesh doctor: everything that is wrong or remarkable about a mesh, in one report.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/mesh/mesh_data.h"
+
+namespace pbdsurg {
+
+enum class Severity : std::uint8_t {
+  note,     ///< worth knowing
+  warning,  ///< can be simulated or filled, but is seldom meant
+  error     ///< cannot be simulated, or fills space twice
+};
+
+/// "note", "warning" or "error".
+[[nodiscard]] const char* name_of(Severity severity);
+
+/// One thing found, as a sentence that names the first few elements.
+struct Finding {
+  Severity severity;
+  std::string text;
+};
+
+/// Counts and measures of a mesh. Vertices are the points that some tetrahedron uses, or some
+/// triangle if the mesh is a surface (has no tetrahedra). Lengths are in metres if the points are.
+struct MeshReport {
+  // --- counts ---
+  Index vertices = 0;      ///< points in use
+  Index unreferenced = 0;  ///< points not in use
+  Index edges = 0;         ///< of tetrahedra, or of triangles for a surface
+  Index faces = 0;         ///< triangles of tetrahedra, shared ones once
+  Index tets = 0;
+  Index triangles = 0;           ///< as stored beside the tetrahedra
+  Index boundary_triangles = 0;  ///< triangles of one tetrahedron, or all triangles of a surface
+  Index boundary_vertices = 0;
+  Index components = 0;  ///< parts joined through shared vertices
+  Index shells = 0;      ///< closed pieces of boundary, joined through shared edges
+  Index euler = 0;       ///< vertices - edges + faces - tets
+
+  // --- measures; zero where there is nothing to measure ---
+  double volume = 0;         ///< m^3: of the tetrahedra once all are oriented alike, or enclosed
+                             ///< by a closed surface
+  double area = 0;           ///< m^2, of the boundary
+  double shortest_edge = 0;  ///< m
+  double longest_edge = 0;   ///< m
+  double min_dihedral = 0;   ///< rad
+  double max_dihedral = 0;   ///< rad
+  double min_radius_ratio = 0;
+  double mean_radius_ratio = 0;
+  Index max_vertex_tets = 0;  ///< most tetrahedra at one vertex
+
+  // --- defects ---
+  bool turned = false;            ///< most tetrahedra have negative volume: all are judged turned
+  Index inverted = 0;             ///< of negative volume after that
+  Index flat = 0;                 ///< of zero volume, see is_flat(); also a vertex used twice
+  Index duplicate_points = 0;     ///< in use, at exactly the place of an earlier one
+  Index near_points = 0;          ///< in use, close to an earlier one: kNearPoints box diagonals
+  Index duplicate_tets = 0;       ///< with the vertices of an earlier one
+  Index duplicate_triangles = 0;  ///< same, for the triangles as stored
+  Index flat_triangles = 0;       ///< of a surface: without area
+  Index overfull_faces = 0;       ///< triangles of three or more tetrahedra
+  Index open_edges = 0;           ///< boundary edges of one triangle
+  Index overshared_edges = 0;     ///< boundary edges of three or more triangles
+  Index pinched_vertices = 0;     ///< vertices where the boundary touches itself
+  Index badly_wound_edges = 0;    ///< of a surface: edges that both triangles run in one direction
+  bool closed = false;            ///< no boundary edge is open or over-shared
+  bool inside_out = false;        ///< a closed, consistently wound surface with normals inwards
+
+  std::vector<Finding> findings;  ///< errors first, then warnings, then notes
+
+  [[nodiscard]] bool has_errors() const;
+};
+
+/// Points nearer than this part of the diagonal of their bounding box count as near_points.
+inline constexpr double kNearPoints = 1e-6;
+
+/// Examines a mesh. Content never makes it throw: ids out of range and coordinates that are not
+/// finite are findings, too, and end the examination there.
+/// Cost: O((V + T) log(V + T)).
+[[nodiscard]] MeshReport check_mesh(const MeshData& mesh);
+
+}  // namespace pbdsurg

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Shape measures of tetrahedra, computed in double. None depends on the unit of length or on the
+/// orientation of a tetrahedron, edge lengths excepted.
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+
+namespace pbdsurg {
+
+/// Angles between the triangles that meet at each edge, measured inside: rad, in [0, pi], in the
+/// order of kTetEdges. A regular tetrahedron has acos(1/3) = 70.5 degrees at each. Where a triangle
+/// has no area the angle means nothing.
+[[nodiscard]] std::array<double, 6> dihedral_angles(std::span<const Eigen::Vector3d> positions,
+                                                    const Tet& tet);
+
+/// Three times the radius of the inscribed sphere over that of the circumscribed one: 1 for a
+/// regular tetrahedron, 0 for a flat one.
+[[nodiscard]] double radius_ratio(std::span<const Eigen::Vector3d> positions, const Tet& tet);
+
+/// [vertex_count] how many tetrahedra use each vertex.
+[[nodiscard]] std::vector<Index> count_vertex_tets(Index vertex_count, std::span<const Tet> tets);
+
+/// [edge_count] m
+[[nodiscard]] std::vector<double> edge_lengths(std::span<const Eigen::Vector3d> positions,
+                                               std::span<const Edge> edges);
+
+}  // namespace pbdsurg

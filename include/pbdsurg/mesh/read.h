@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Reads meshes of tetrahedra and surfaces of triangles.
+///
+/// | format                     | what is read                                                   |
+/// |----------------------------|----------------------------------------------------------------|
+/// | Gmsh `.msh`                | 1.0, 2.x and 4.1; ASCII and binary of either byte order        |
+/// | legacy VTK `.vtk`          | up to 5.1; ASCII and binary; unstructured grids and polydata   |
+/// | VTK XML `.vtu`             | ASCII, base64, appended raw and base64; zlib; several pieces   |
+/// | TetGen `.node` and `.ele`  | either file is named, both must be there; numbered from 0 or 1 |
+/// | Medit `.mesh`              | ASCII                                                          |
+/// | STL, OBJ, PLY              | surfaces; STL corners with equal coordinates are joined        |
+///
+/// Four-node tetrahedra and triangles are kept; quadrilaterals, polygons and strips become
+/// triangles. Lines, points and surface cells of higher order are skipped. Any other volume cell is
+/// refused. What a file says about itself is checked against its size before memory is taken.
+/// Files are read whole into memory and must be under 2 GiB.
+
+#include <filesystem>
+#include <string>
+
+#include "pbdsurg/mesh/length_unit.h"
+#include "pbdsurg/mesh/mesh_data.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+
+namespace pbdsurg {
+
+struct ReadOptions {
+  LengthUnit unit = LengthUnit::metre;  ///< what one unit of the file's coordinates is
+};
+
+/// A mesh with what was found out about its file.
+struct MeshFile {
+  MeshData mesh;              ///< in metres, ids and orientation as in the file
+  std::string format;         ///< for people: "Gmsh MSH 4.1, binary"
+  LengthUnit unit;            ///< never `automatic`: what the coordinates were taken for
+  bool unit_ambiguous;        ///< a guess for which another unit would do as well
+  double longest_side = 0.0;  ///< m, of the bounding box of the points in use
+};
+
+/// Reads a mesh and reports on the file. All points are kept, in the order of the file, also those
+/// that nothing uses; ids with gaps are mapped to positions in that order.
+///
+/// @throws FileError  with path, line (text) or byte (binary) and reason, if the file cannot be
+///                    read, breaks the rules of its format or holds no points
+[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path,
+                                      const ReadOptions& options = {});
+
+/// Reads a mesh: read_mesh_file() without the report.
+[[nodiscard]] MeshData read_mesh(const std::filesystem::path& path,
+                                 const ReadOptions& options = {});
+
+/// Reads a mesh of tetrahedra for simulation. If more than half of the tetrahedra have negative
+/// volume, the file counts its corners the other way round and all are turned. Nothing is dropped:
+/// unused points keep their ids.
+///
+/// @throws FileError    as read_mesh_file(), and if the file holds no tetrahedra
+/// @throws InvalidMesh  with the path, if the mesh breaks a guarantee of TetMesh
+[[nodiscard]] TetMesh read_tet_mesh(const std::filesystem::path& path,
+                                    const ReadOptions& options = {});
+
+/// Turns all tetrahedra if more than half of those that are not flat have negative volume.
+/// @return  whether they were turned
+bool orient_majority(MeshData& mesh);
+
+}  // namespace pbdsurg

@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/check.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <sstream>
+#include <utility>
+
+#include "pbdsurg/mesh/quality.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "point_check.h"
+#include "surface_check.h"
+
+namespace pbdsurg {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kSliver = 10;         // degrees: smaller dihedral angles slow convergence
+constexpr Index kManyVertexTets = 60;  // the valence bounds the number of colours from below
+
+std::string number(double value) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(4);
+  text << value;
+  return text.str();
+}
+
+std::string in_words(Index id) {
+  return std::to_string(id);
+}
+std::string in_words(const Edge& edge) {
+  return std::to_string(edge[0]) + "-" + std::to_string(edge[1]);
+}
+std::string in_words(const Triangle& t) {
+  return std::to_string(t[0]) + "-" + std::to_string(t[1]) + "-" + std::to_string(t[2]);
+}
+std::string in_words(const std::pair<Index, Index>& pair) {
+  return std::to_string(pair.first) + " as " + std::to_string(pair.second);
+}
+
+template <class Element>
+bool repeats_vertex(const Element& element) {
+  for (std::size_t i = 0; i < element.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (element[i] == element[j]) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// (element, earlier element with the same vertices)
+template <class Element>
+std::vector<std::pair<Index, Index>> find_repeated(const std::vector<Element>& elements) {
+  std::vector<std::pair<Element, Index>> keys;
+  keys.reserve(elements.size());
+  for (std::size_t e = 0; e < elements.size(); ++e) {
+    keys.emplace_back(elements[e], static_cast<Index>(e));
+    std::sort(keys.back().first.begin(), keys.back().first.end());
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::pair<Index, Index>> repeated;
+  std::size_t first = 0;
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    if (keys[i].first == keys[first].first) {
+      repeated.emplace_back(keys[i].second, keys[first].second);
+    } else {
+      first = i;
+    }
+  }
+  std::sort(repeated.begin(), repeated.end());
+  return repeated;
+}
+
+/// Area of zero to rounding, judged against the longest side and the distance from the origin.
+bool is_flat_triangle(std::span<const Eigen::Vector3d> points, const Triangle& triangle) {
+  const Eigen::Vector3d& a = points[triangle[0]];
+  const Eigen::Vector3d ab = points[triangle[1]] - a;
+  const Eigen::Vector3d ac = points[triangle[2]] - a;
+  const double longest = std::sqrt(std::max(ab.squaredNorm(), ac.squaredNorm()));
+  const double farthest = a.cwiseAbs().maxCoeff();
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  return !(ab.cross(ac).norm() > 4 * kEpsilon * longest * (farthest + longest));
+}
+
+class Examination {
+ public:
+  explicit Examination(const MeshData& mesh) : mesh_(mesh) {}
+
+  MeshReport run() {
+    report_.tets = static_cast<Index>(mesh_.tets.size());
+    report_.triangles = static_cast<Index>(mesh_.triangles.size());
+    if (find_points_in_use() && all_finite()) {
+      find_repeated_elements();
+      if (mesh_.tets.empty()) {
+        examine_surface();
+      } else {
+        examine_tets();
+      }
+      examine_points();
+    }
+    std::stable_sort(report_.findings.begin(), report_.findings.end(),
+                     [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+    return std::move(report_);
+  }
+
+ private:
+  /// "<text>: 7 (4, 9, 12, 13, 20, ...)": how many, and the first few.
+  template <class Element>
+  void add(Severity severity, const std::string& text, const std::vector<Element>& elements) {
+    constexpr std::size_t kShown = 5;
+    if (elements.empty()) {
+      return;
+    }
+    std::string list;
+    for (std::size_t i = 0; i < std::min(kShown, elements.size()); ++i) {
+      list += (i == 0 ? "" : ", ") + in_words(elements[i]);
+    }
+    add(severity, text + ": " + std::to_string(elements.size()) + " (" + list +
+                      (elements.size() > kShown ? ", ...)" : ")"));
+  }
+
+  void add(Severity severity, std::string text) {
+    report_.findings.push_back({severity, std::move(text)});
+  }
+
+  template <class Element>
+  std::vector<Index> mark_used(const std::vector<Element>& elements) {
+    std::vector<Index> bad;
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+      for (const Index v : elements[e]) {
+        if (v < 0 || static_cast<std::size_t>(v) >= mesh_.points.size()) {
+          bad.push_back(static_cast<Index>(e));
+          break;
+        }
+        used_[v] = true;
+      }
+    }
+    return bad;
+  }
+
+  bool find_points_in_use() {
+    used_.assign(mesh_.points.size(), false);
+    const std::vector<Index> bad_triangles = mark_used(mesh_.triangles);
+    if (!mesh_.tets.empty()) {
+      used_.assign(mesh_.points.size(), false);
+    }
+    const std::vector<Index> bad_tets = mark_used(mesh_.tets);
+    for (std::size_t v = 0; v < used_.size(); ++v) {
+      if (used_[v]) {
+        in_use_.push_back(static_cast<Index>(v));
+      } else {
+        unused_.push_back(static_cast<Index>(v));
+      }
+    }
+    report_.vertices = static_cast<Index>(in_use_.size());
+    report_.unreferenced = static_cast<Index>(unused_.size());
+    add(Severity::error, "tets that refer to points that do not exist", bad_tets);
+    add(Severity::error, "triangles that refer to points that do not exist", bad_triangles);
+    if (mesh_.tets.empty() && mesh_.triangles.empty()) {
+      add(Severity::error, "the mesh has neither tets nor triangles");
+    }
+    add(Severity::note, "points that no element uses", unused_);
+    return bad_tets.empty() && bad_triangles.empty();
+  }
+
+  bool all_finite() {
+    std::vector<Index> bad;
+    for (std::size_t v = 0; v < mesh_.points.size(); ++v) {
+      if (!mesh_.points[v].allFinite()) {
+        bad.push_back(static_cast<Index>(v));
+      }
+    }
+    add(Severity::error, "points that are not finite", bad);
+    return bad.empty();
+  }
+
+  void examine_points() {
+    if (in_use_.empty()) {
+      return;
+    }
+    Eigen::Vector3d low = mesh_.points[in_use_.front()];
+    Eigen::Vector3d high = low;
+    for (const Index v : in_use_) {
+      low = low.cwiseMin(mesh_.points[v]);
+      high = high.cwiseMax(mesh_.points[v]);
+    }
+    const double diagonal = (high - low).norm();
+    const RepeatedPoints repeated = find_repeated_points(
+        mesh_.points, in_use_, std::isfinite(diagonal) ? kNearPoints * diagonal : 0);
+    report_.duplicate_points = static_cast<Index>(repeated.exact.size());
+    report_.near_points = static_cast<Index>(repeated.near.size());
+    add(Severity::warning, "points exactly at the place of an earlier one", repeated.exact);
+    add(Severity::warning, "points within a millionth of the mesh's diagonal of an earlier one",
+        repeated.near);
+  }
+
+  void find_repeated_elements() {
+    const auto tets = find_repeated(mesh_.tets);
+    const auto triangles = find_repeated(mesh_.triangles);
+    report_.duplicate_tets = static_cast<Index>(tets.size());
+    report_.duplicate_triangles = static_cast<Index>(triangles.size());
+    add(Severity::error, "tets that repeat an earlier one", tets);
+    // beside tetrahedra, stored triangles are not simulated
+    add(mesh_.tets.empty() ? Severity::warning : Severity::note,
+        "triangles that repeat an earlier one", triangles);
+  }
+
+  // --- tetrahedra ---
+
+  void examine_tets() {
+    std::vector<Tet> proper;  // topology makes sense for four different vertices only
+    std::vector<Index> twice;
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      if (repeats_vertex(mesh_.tets[t])) {
+        twice.push_back(static_cast<Index>(t));
+      } else {
+        proper.push_back(mesh_.tets[t]);
+      }
+    }
+    add(Severity::error, "tets that use a vertex twice", twice);
+    measure_tets(twice.size());
+
+    const std::vector<Edge> edges = find_edges(proper);
+    report_.edges = static_cast<Index>(edges.size());
+    measure_edges(edges);
+    count_faces(proper);
+    std::vector<Triangle> boundary;
+    for (const BoundaryTriangle& triangle : find_boundary(proper)) {
+      boundary.push_back(triangle.vertices);
+    }
+    examine_boundary(boundary);
+    set_euler();
+    const Components parts = find_components(point_count(), std::span<const Tet>(mesh_.tets));
+    report_.components = parts.count;
+    describe_components();
+    const std::vector<Index> counts = count_vertex_tets(point_count(), mesh_.tets);
+    report_.max_vertex_tets = *std::max_element(counts.begin(), counts.end());
+    if (report_.max_vertex_tets > kManyVertexTets) {
+      const auto at = std::max_element(counts.begin(), counts.end()) - counts.begin();
+      add(Severity::note, std::to_string(report_.max_vertex_tets) + " tets meet at vertex " +
+                              std::to_string(at) + "; so many need as many colours at least");
+    }
+  }
+
+  void measure_tets(std::size_t twice) {
+    std::vector<Index> flat, negative, positive;
+    double smallest = std::numbers::pi, largest = 0, ratio_sum = 0, signed_volume = 0;
+    Index slivers = 0;
+    report_.min_radius_ratio = 1;
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+      const Tet& tet = mesh_.tets[t];
+      const double volume = tet_volume(mesh_.points, tet);
+      signed_volume += volume;
+      if (is_flat(mesh_.points, tet)) {
+        flat.push_back(static_cast<Index>(t));
+      } else {
+        (volume < 0 ? negative : positive).push_back(static_cast<Index>(t));
+      }
+      const auto angles = dihedral_angles(mesh_.points, tet);
+      const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
+      smallest = std::min(smallest, *least);
+      largest = std::max(largest, *most);
+      slivers += *least * kDegrees < kSliver ? 1 : 0;
+      const double ratio = radius_ratio(mesh_.points, tet);
+      report_.min_radius_ratio = std::min(report_.min_radius_ratio, ratio);
+      ratio_sum += ratio;
+    }
+    report_.min_dihedral = smallest;
+    report_.max_dihedral = largest;
+    report_.mean_radius_ratio = ratio_sum / static_cast<double>(mesh_.tets.size());
+    report_.turned = negative.size() > positive.size();
+    const std::vector<Index>& inverted = report_.turned ? positive : negative;
+    report_.inverted = static_cast<Index>(inverted.size());
+    report_.flat = static_cast<Index>(flat.size());
+    report_.volume = report_.turned ? -signed_volume : signed_volume;
+    add(Severity::error, "inverted tets", inverted);
+    if (flat.size() > twice) {
+      add(Severity::error, "flat tets (volume zero to rounding)", flat);
+    }
+    if (report_.turned) {
+      add(Severity::note,
+          "the corners of most tets are counted the other way round; all were "
+          "judged after turning the whole mesh");
+    }
+    if (slivers > 0) {
+      add(Severity::warning, std::to_string(slivers) + " of " + std::to_string(report_.tets) +
+                                 " tets have a dihedral angle under " + number(kSliver) +
+                                 " degrees; the smallest is " + number(smallest * kDegrees));
+    }
+  }
+
+  void count_faces(const std::vector<Tet>& tets) {
+    std::vector<Triangle> faces;
+    faces.reserve(4 * tets.size());
+    for (const Tet& tet : tets) {
+      for (const auto& [i, j, k] : kTetTriangles) {
+        faces.push_back({tet[i], tet[j], tet[k]});
+        std::sort(faces.back().begin(), faces.back().end());
+      }
+    }
+    std::sort(faces.begin(), faces.end());
+    std::vector<Triangle> overfull;
+    for (std::size_t begin = 0; begin < faces.size();) {
+      std::size_t end = begin + 1;
+      while (end < faces.size() && faces[end] == faces[begin]) {
+        ++end;
+      }
+      if (end - begin > 2) {
+        overfull.push_back(faces[begin]);
+      }
+      ++report_.faces;
+      begin = end;
+    }
+    report_.overfull_faces = static_cast<Index>(overfull.size());
+    add(Severity::error, "faces of three or more tets, which overlap", overfull);
+  }
+
+  // --- boundary and surfaces ---
+
+  void examine_surface() {
+    std::vector<Triangle> proper;
+    std::vector<Index> flat;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const Triangle& triangle = mesh_.triangles[t];
+      const bool twice = repeats_vertex(triangle);
+      if (twice || is_flat_triangle(mesh_.points, triangle)) {
+        flat.push_back(static_cast<Index>(t));
+      }
+      if (!twice) {
+        proper.push_back(triangle);
+      }
+    }
+    report_.flat_triangles = static_cast<Index>(flat.size());
+    add(Severity::warning, "triangles without area", flat);
+    report_.faces = static_cast<Index>(proper.size());
+    const SurfaceDefects defects = examine_boundary(proper);
+    report_.boundary_triangles = report_.triangles;
+    report_.edges = defects.edge_count;
+    set_euler();
+    report_.badly_wound_edges = static_cast<Index>(defects.badly_wound_edges.size());
+    add(Severity::warning, "edges that both of their triangles run in one direction (badly wound)",
+        defects.badly_wound_edges);
+    report_.components =
+        find_components(point_count(), std::span<const Triangle>(mesh_.triangles)).count;
+    if (!mesh_.triangles.empty()) {
+      describe_components();
+      add(Severity::note, "the mesh is a surface; to simulate it, fill it with tets");
+      measure_enclosed_volume();
+    }
+  }
+
+  void measure_enclosed_volume() {
+    if (!report_.closed) {
+      return;
+    }
+    // from a point of the surface, which keeps the cones short
+    const Eigen::Vector3d apex = mesh_.points[mesh_.triangles.front()[0]];
+    double sum = 0;
+    for (const Triangle& t : mesh_.triangles) {
+      const Eigen::Vector3d a = mesh_.points[t[0]] - apex;
+      const Eigen::Vector3d b = mesh_.points[t[1]] - apex;
+      sum += a.cross(b).dot(mesh_.points[t[2]] - apex) / 6;
+    }
+    report_.volume = std::abs(sum);
+    report_.inside_out = sum < 0 && report_.badly_wound_edges == 0;
+    if (report_.inside_out) {
+      add(Severity::warning, "the surface is inside out: its normals point inwards");
+    }
+  }
+
+  SurfaceDefects examine_boundary(const std::vector<Triangle>& boundary) {
+    SurfaceDefects defects = find_surface_defects(point_count(), boundary);
+    report_.boundary_triangles = static_cast<Index>(boundary.size());
+    report_.shells = defects.shell_count;
+    report_.open_edges = static_cast<Index>(defects.open_edges.size());
+    report_.overshared_edges = static_cast<Index>(defects.overshared_edges.size());
+    report_.pinched_vertices = static_cast<Index>(defects.pinched_vertices.size());
+    report_.closed =
+        !boundary.empty() && defects.open_edges.empty() && defects.overshared_edges.empty();
+    add(Severity::warning, "open edges of the surface (one triangle only)", defects.open_edges);
+    add(Severity::warning, "edges of the surface with three or more triangles",
+        defects.overshared_edges);
+    add(Severity::warning, "pinched vertices, where the surface touches itself",
+        defects.pinched_vertices);
+
+    std::vector<bool> on_boundary(mesh_.points.size(), false);
+    std::vector<Edge> edges;
+    for (const Triangle& t : boundary) {
+      report_.area += (mesh_.points[t[1]] - mesh_.points[t[0]])
+                          .cross(mesh_.points[t[2]] - mesh_.points[t[0]])
+                          .norm() /
+                      2;
+      for (std::size_t i = 0; i < 3; ++i) {
+        on_boundary[t[i]] = true;
+        edges.push_back({t[i], t[(i + 1) % 3]});
+      }
+    }
+    report_.boundary_vertices =
+        static_cast<Index>(std::count(on_boundary.begin(), on_boundary.end(), true));
+    if (mesh_.tets.empty()) {
+      measure_edges(edges);
+    }
+    return defects;
+  }
+
+  void measure_edges(const std::vector<Edge>& edges) {
+    if (edges.empty()) {
+      return;
+    }
+    const std::vector<double> lengths = edge_lengths(mesh_.points, edges);
+    const auto [shortest, longest] = std::minmax_element(lengths.begin(), lengths.end());
+    report_.shortest_edge = *shortest;
+    report_.longest_edge = *longest;
+  }
+
+  void set_euler() {
+    report_.euler = report_.vertices - report_.edges + report_.faces - report_.tets;
+  }
+
+  void describe_components() {
+    if (report_.components > 1) {
+      add(Severity::note,
+          "the mesh has " + std::to_string(report_.components) + " parts without common vertices");
+    }
+    if (report_.shells > report_.components) {
+      add(Severity::note, "the boundary has " + std::to_string(report_.shells) +
+                              " closed shells for " + std::to_string(report_.components) +
+                              (report_.components == 1 ? " part" : " parts") +
+                              ": the mesh is hollow, or touches itself");
+    }
+  }
+
+  [[nodiscard]] Index point_count() const { return static_cast<Index>(mesh_.points.size()); }
+
+  const MeshData& mesh_;
+  MeshReport report_;
+  std::vector<bool> used_;
+  std::vector<Index> in_use_;
+  std::vector<Index> unused_;
+};
+
+}  // namespace
+
+const char* name_of(Severity severity) {
+  switch (severity) {
+    case Severity::note:
+      return "note";
+    case Severity::warning:
+      return "warning";
+    case Severity::error:
+      return "error";
+  }
+  return "";
+}
+
+bool MeshReport::has_errors() const {
+  return !findings.empty() && findings.front().severity == Severity::error;
+}
+
+MeshReport check_mesh(const MeshData& mesh) {
+  return Examination(mesh).run();
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/read.h"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "formats.h"
+#include "text_reader.h"
+
+namespace pbdsurg {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) {
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return extension;
+}
+
+bool starts_with(const Source& source, std::string_view text) {
+  return std::string_view(source.bytes).substr(0, text.size()) == text;
+}
+
+ParsedMesh parse_tetgen_pair(const std::filesystem::path& path) {
+  std::filesystem::path node = path;
+  std::filesystem::path element = path;
+  node.replace_extension(".node");
+  element.replace_extension(".ele");
+  for (const std::filesystem::path& file : {node, element}) {
+    if (!std::filesystem::exists(file)) {
+      throw FileError(path.string() + ": a TetGen mesh is two files, and " +
+                      file.filename().string() + " is not there");
+    }
+  }
+  return parse_tetgen(read_source(node), read_source(element));
+}
+
+/// What the first bytes say goes before the name; STL, OBJ and Medit have no sure sign.
+ParsedMesh parse(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".node" || extension == ".ele") {
+    return parse_tetgen_pair(path);
+  }
+  const Source source = read_source(path);
+  if (source.bytes.empty()) {
+    throw FileError(source.path + ": is empty");
+  }
+  if (starts_with(source, "$MeshFormat") || starts_with(source, "$NOD")) {
+    return parse_msh(source);
+  }
+  if (starts_with(source, "# vtk DataFile")) {
+    return parse_vtk(source);
+  }
+  if (starts_with(source, "ply\n") || starts_with(source, "ply\r")) {
+    return parse_ply(source);
+  }
+  if (starts_with(source, "MeshVersionFormatted")) {
+    return parse_medit(source);
+  }
+  if (extension == ".vtu" || (starts_with(source, "<") &&
+                              source.bytes.substr(0, 4096).find("<VTKFile") != std::string::npos)) {
+    return parse_vtu(source);
+  }
+  if (extension == ".msh") {
+    return parse_msh(source);
+  }
+  if (extension == ".vtk") {
+    return parse_vtk(source);
+  }
+  if (extension == ".mesh") {
+    return parse_medit(source);
+  }
+  if (extension == ".stl") {
+    return parse_stl(source);
+  }
+  if (extension == ".obj") {
+    return parse_obj(source);
+  }
+  if (extension == ".ply") {
+    return parse_ply(source);
+  }
+  throw FileError(source.path + ": neither its first bytes nor its extension '" + extension +
+                  "' are those of a known format (msh, vtk, vtu, node, ele, mesh, stl, obj, ply)");
+}
+
+/// Longest side of the bounding box of the points in use, or of all if none is.
+double longest_side(const MeshData& mesh) {
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    low = low.min(p.array());
+    high = high.max(p.array());
+  };
+  for (const Tet& tet : mesh.tets) {
+    for (const Index v : tet) {
+      add(mesh.points[v]);
+    }
+  }
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const Index v : triangle) {
+      add(mesh.points[v]);
+    }
+  }
+  if (mesh.tets.empty() && mesh.triangles.empty()) {
+    for (const Eigen::Vector3d& p : mesh.points) {
+      add(p);
+    }
+  }
+  return (high - low).maxCoeff();
+}
+
+}  // namespace
+
+MeshFile read_mesh_file(const std::filesystem::path& path, const ReadOptions& options) {
+  ParsedMesh parsed = parse(path);
+  if (parsed.mesh.points.empty()) {
+    throw FileError(path.string() + ": the mesh is empty: it has no points");
+  }
+  MeshFile file{std::move(parsed.mesh), std::move(parsed.format), options.unit, false, 0.0};
+  file.longest_side = longest_side(file.mesh);
+  if (file.unit == LengthUnit::automatic) {
+    const LengthUnitGuess guess = guess_length_unit(file.longest_side);
+    file.unit = guess.unit;
+    file.unit_ambiguous = guess.ambiguous;
+  }
+  if (file.unit != LengthUnit::metre) {
+    const double scale = metres_per(file.unit);
+    file.longest_side *= scale;
+    for (Eigen::Vector3d& p : file.mesh.points) {
+      p *= scale;
+    }
+  }
+  return file;
+}
+
+MeshData read_mesh(const std::filesystem::path& path, const ReadOptions& options) {
+  return read_mesh_file(path, options).mesh;
+}
+
+bool orient_majority(MeshData& mesh) {
+  std::ptrdiff_t balance = 0;
+  for (const Tet& tet : mesh.tets) {
+    if (!is_flat(mesh.points, tet)) {
+      balance += tet_volume(mesh.points, tet) > 0 ? 1 : -1;
+    }
+  }
+  if (balance >= 0) {
+    return false;
+  }
+  for (Tet& tet : mesh.tets) {
+    std::swap(tet[2], tet[3]);
+  }
+  return true;
+}
+
+TetMesh read_tet_mesh(const std::filesystem::path& path, const ReadOptions& options) {
+  MeshData mesh = read_mesh(path, options);
+  if (mesh.tets.empty()) {
+    if (mesh.triangles.empty()) {
+      throw FileError(path.string() + ": has points but neither tetrahedra nor triangles");
+    }
+    throw FileError(path.string() + ": is a surface of " + std::to_string(mesh.triangles.size()) +
+                    " triangles without tetrahedra; fill it first: pbdsurg mesh make " +
+                    path.string());
+  }
+  orient_majority(mesh);
+  try {
+    return TetMesh(std::move(mesh.points), std::move(mesh.tets));
+  } catch (const InvalidMesh& error) {
+    throw InvalidMesh(path.string() + ": " + error.what());
+  }
+}
+
+}  // namespace pbdsurg
