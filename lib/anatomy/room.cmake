@@ -1,0 +1,3 @@
+pbdsurg_room(anatomy
+  HEADERS organs.h
+  SOURCES organs.cpp)
