@@ -52,6 +52,7 @@ struct TetrahedralizeReport {
   double spacing = 0;       ///< m, lattice cell in the end
   int meshes_made = 0;      ///< attempts, the last one included
   int unsound_meshes = 0;   ///< attempts thrown away for a pinched boundary or a wrong `euler`
+  int bridges = 0;          ///< balls of 0.7 spacings that thicken the shape where it was pinched
   int pieces = 0;           ///< connected pieces found
   Index dropped_tets = 0;   ///< tetrahedra of the pieces that were not kept
   int euler = 0;            ///< V - E + F - T of the mesh
