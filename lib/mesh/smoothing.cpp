@@ -85,35 +85,47 @@ class Smoother {
   }
 
   void improve(Index v) {
+    const double worst = worst_around(v);
     const bool on_surface = !surface_neighbors_[v].empty();
-    double worst = std::numeric_limits<double>::infinity();
-    for (const Index t : stars_[v]) {
-      worst = std::min(worst, quality_[t]);
-    }
     const Vector3d start = points_[v];
     const Vector3d step = on_surface ? Vector3d(0.7 * (mean(surface_neighbors_[v]) - start))
                                      : Vector3d(mean(neighbors_[v]) - start);
     for (const double part : {1.0, 0.4, 0.16}) {
-      if (try_move(v, start + part * step, on_surface, worst)) {
+      if (try_move(v, start + part * step, worst)) {
         return;
       }
     }
+    probe(v, worst);
+  }
+
+  // Where the mean of the neighbours is no help and angles are poor: small steps along the axes, as
+  // long as they help.
+  void probe(Index v, double worst) {
     constexpr double kPoor = 0.5 * 0.5;  // squared sine of 30 degrees
-    if (worst >= kPoor) {
-      return;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const double sign : {1.0, -1.0}) {
-        if (try_move(v, start + sign * 0.08 * spacing_ * Vector3d::Unit(axis), on_surface, worst)) {
-          return;
+    for (double length = 0.08 * spacing_; length > 0.01 * spacing_; length *= 0.5) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double sign : {1.0, -1.0}) {
+          if (worst < kPoor &&
+              try_move(v, points_[v] + sign * length * Vector3d::Unit(axis), worst)) {
+            worst = worst_around(v);
+          }
         }
       }
     }
   }
 
+  [[nodiscard]] double worst_around(Index v) const {
+    double worst = std::numeric_limits<double>::infinity();
+    for (const Index t : stars_[v]) {
+      worst = std::min(worst, quality_[t]);
+    }
+    return worst;
+  }
+
   // Moves a point if all tetrahedra around it then beat `worst`; else leaves everything as it was.
-  bool try_move(Index v, const Vector3d& target, bool on_surface, double worst) {
+  bool try_move(Index v, const Vector3d& target, double worst) {
     const Vector3d start = points_[v];
+    const bool on_surface = !surface_neighbors_[v].empty();
     points_[v] = on_surface ? shape_.project(target, 0.5 * spacing_) : target;
     const std::span<const Index> star = stars_[v];
     new_quality_.clear();
