@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Solids described by a function that is negative inside: primitives, and what combines them.
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <memory>
+#include <span>
+
+namespace pbdsurg {
+
+/// A solid: the points where a distance-like function is negative.
+///
+/// The function is in metres, zero on the surface, and should change by at most about 1.2 m per
+/// metre travelled (a signed distance changes by 1): the tetrahedraliser skips space on that
+/// promise. Values are cheap to copy (they share their definition) and safe to evaluate from any
+/// number of threads if the given functions are.
+class ImplicitShape {
+ public:
+  using Value = std::function<double(const Eigen::Vector3d&)>;
+  using ClosestPoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+
+  /// @param value          m, negative inside
+  /// @param bounds         m, a box around all points where the value is negative; sides may be
+  ///                       infinite for shapes that only serve to cut others
+  /// @param closest_point  nearest point of the surface, where it is cheaper than following the
+  ///                       value's gradient
+  /// @throws InvalidArgument  if there is no value function or the box is empty or not a number
+  ImplicitShape(Value value, const Eigen::AlignedBox3d& bounds, ClosestPoint closest_point = {});
+
+  /// Distance-like value at a point, m; negative inside.
+  [[nodiscard]] double operator()(const Eigen::Vector3d& point) const {
+    return definition_->value(point);
+  }
+
+  /// Box around the solid, m.
+  [[nodiscard]] const Eigen::AlignedBox3d& bounds() const noexcept { return definition_->bounds; }
+
+  [[nodiscard]] bool has_closest_point() const noexcept {
+    return static_cast<bool>(definition_->closest_point);
+  }
+
+  /// Moves a point that lies near the surface onto it.
+  ///
+  /// By the closest point where the shape has one, else by two Newton steps along one gradient.
+  /// @param reach  m; a point that would have to travel farther stays where it is. The gradient is
+  ///               differenced over a twenty-fifth of it.
+  [[nodiscard]] Eigen::Vector3d project(const Eigen::Vector3d& point, double reach) const;
+
+ private:
+  struct Definition {
+    Value value;
+    Eigen::AlignedBox3d bounds;
+    ClosestPoint closest_point;
+  };
+  std::shared_ptr<const Definition> definition_;
+};
+
+// --- primitives: exact distances unless said otherwise. Sizes must be positive and finite, else
+// --- InvalidArgument
+// ------------------------------------------------------------------------------
+
+[[nodiscard]] ImplicitShape sphere_shape(const Eigen::Vector3d& center, double radius);
+
+/// All points within `radius` of a segment.
+[[nodiscard]] ImplicitShape capsule_shape(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                          double radius);
+
+/// The convex hull of two spheres.
+[[nodiscard]] ImplicitShape round_cone_shape(const Eigen::Vector3d& from, double from_radius,
+                                             const Eigen::Vector3d& to, double to_radius);
+
+/// A tube of varying width: round cones along a uniform Catmull-Rom spline.
+///
+/// @param knots            [knot_count >= 2] x, y, z, radius; m
+/// @param pieces_per_span  cones between two knots; below 8 the joints show as faint rings
+/// @note Pieces are culled by bounding spheres, so a value costs a few cones, not all.
+[[nodiscard]] ImplicitShape tube_shape(std::span<const Eigen::Vector4d> knots,
+                                       int pieces_per_span = 10);
+
+/// An ellipsoid along the axes. Not an exact distance: exact on the surface to first order.
+[[nodiscard]] ImplicitShape ellipsoid_shape(const Eigen::Vector3d& center,
+                                            const Eigen::Vector3d& radii);
+
+/// A box along the axes with rounded edges.
+/// @param half_size      m, rounding included
+/// @param corner_radius  m, at least zero and at most the smallest half size
+[[nodiscard]] ImplicitShape rounded_box_shape(const Eigen::Vector3d& center,
+                                              const Eigen::Vector3d& half_size,
+                                              double corner_radius);
+
+/// Everything on the far side of a plane: {x : normal . (x - point) < 0}. Unbounded.
+[[nodiscard]] ImplicitShape half_space_shape(const Eigen::Vector3d& point,
+                                             const Eigen::Vector3d& normal);
+
+// --- combinations: the quadratic blend changes only points where both values differ by less than
+// --- blend_radius (m, zero or more); it moves the surface by at most a quarter of it
+// ---------------
+
+[[nodiscard]] ImplicitShape smooth_union(const ImplicitShape& a, const ImplicitShape& b,
+                                         double blend_radius);
+[[nodiscard]] ImplicitShape smooth_intersection(const ImplicitShape& a, const ImplicitShape& b,
+                                                double blend_radius);
+/// What is in `a` and not in `b`.
+[[nodiscard]] ImplicitShape smooth_difference(const ImplicitShape& a, const ImplicitShape& b,
+                                              double blend_radius);
+
+/// Grows a shape by `distance` metres, or shrinks it when negative.
+[[nodiscard]] ImplicitShape offset_shape(const ImplicitShape& shape, double distance);
+
+/// The outermost `thickness` metres of a shape: hollow inside.
+[[nodiscard]] ImplicitShape shell_shape(const ImplicitShape& shape, double thickness);
+
+}  // namespace pbdsurg

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/surface_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "mesh/describe.h"
+#include "mesh/triangle_orientation.h"
+
+namespace pbdsurg {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+struct Facet {
+  Vector3d a, b, c;
+
+  [[nodiscard]] Vector3d area_vector() const { return 0.5 * (b - a).cross(c - a); }
+  [[nodiscard]] Vector3d centroid() const { return (a + b + c) / 3; }
+};
+
+// By the region of the triangle's plane that the point projects into: Ericson 2005, "Real-time
+// collision detection", section 5.1.5.
+Vector3d closest_on(const Facet& f, const Vector3d& p) {
+  const Vector3d ab = f.b - f.a, ac = f.c - f.a;
+  const Vector3d ap = p - f.a;
+  const double ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
+  if (ab_ap <= 0 && ac_ap <= 0) {
+    return f.a;
+  }
+  const Vector3d bp = p - f.b;
+  const double ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
+  if (ab_bp >= 0 && ac_bp <= ab_bp) {
+    return f.b;
+  }
+  const Vector3d cp = p - f.c;
+  const double ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
+  if (ac_cp >= 0 && ab_cp <= ac_cp) {
+    return f.c;
+  }
+  const double c_weight = ab_ap * ac_bp - ab_bp * ac_ap;
+  if (c_weight <= 0 && ab_ap >= 0 && ab_bp <= 0) {
+    return f.a + ab_ap / (ab_ap - ab_bp) * ab;
+  }
+  const double b_weight = ab_cp * ac_ap - ab_ap * ac_cp;
+  if (b_weight <= 0 && ac_ap >= 0 && ac_cp <= 0) {
+    return f.a + ac_ap / (ac_ap - ac_cp) * ac;
+  }
+  const double a_weight = ab_bp * ac_cp - ab_cp * ac_bp;
+  const double along_b = ac_bp - ab_bp, along_c = ab_cp - ac_cp;
+  if (a_weight <= 0 && along_b >= 0 && along_c >= 0) {
+    return f.b + along_b / (along_b + along_c) * (f.c - f.b);
+  }
+  return f.a + (b_weight * ab + c_weight * ac) / (a_weight + b_weight + c_weight);
+}
+
+// Solid angle over 4 pi (van Oosterom and Strackee 1983).
+double winding_of(const Facet& f, const Vector3d& p) {
+  const Vector3d a = f.a - p, b = f.b - p, c = f.c - p;
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  const double numerator = a.dot(b.cross(c));
+  const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  return numerator == 0 ? 0 : std::atan2(numerator, denominator) / (2 * std::numbers::pi);
+}
+
+}  // namespace
+
+// One hierarchy serves both queries: boxes for distances, dipoles for winding numbers.
+struct SurfaceDistance::Tree {
+  static constexpr int kLeafSize = 4;
+  static constexpr int kMaxDepth = 64;         // of a median split of at most 2^31 triangles
+  static constexpr double kFarDistance = 2.0;  // in radii; less is coarser and faster
+
+  struct Node {
+    AlignedBox3d box;
+    Vector3d center = Vector3d::Zero();  // of area
+    Vector3d area = Vector3d::Zero();    // sum of the area vectors
+    double radius = 0;                   // around the centre
+    Index first = 0, count = 0;          // facets
+    Index left = kInvalidIndex;          // the right child follows; none for leaves
+  };
+
+  std::vector<Facet> facets;
+  std::vector<Node> nodes;
+  Index turned_triangles = 0;
+  bool is_inside_out = false;
+
+  void build() {
+    nodes.emplace_back();
+    nodes[0].count = static_cast<Index>(facets.size());
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      summarize(nodes[n]);
+      if (nodes[n].count <= kLeafSize) {
+        continue;
+      }
+      Eigen::Index axis = 0;
+      nodes[n].box.sizes().maxCoeff(&axis);
+      const auto begin = facets.begin() + nodes[n].first;
+      const Index half = nodes[n].count / 2;
+      std::nth_element(begin, begin + half, begin + nodes[n].count,
+                       [axis](const Facet& a, const Facet& b) {
+                         return a.centroid()[axis] < b.centroid()[axis];
+                       });
+      Node left, right;
+      left.first = nodes[n].first;
+      left.count = half;
+      right.first = left.first + half;
+      right.count = nodes[n].count - half;
+      nodes[n].left = static_cast<Index>(nodes.size());
+      nodes.push_back(left);
+      nodes.push_back(right);
+    }
+  }
+
+  void summarize(Node& node) const {
+    double total = 0;
+    for (Index i = node.first; i < node.first + node.count; ++i) {
+      const Facet& facet = facets[i];
+      node.box.extend(facet.a).extend(facet.b).extend(facet.c);
+      const Vector3d area = facet.area_vector();
+      node.area += area;
+      node.center += area.norm() * facet.centroid();
+      total += area.norm();
+    }
+    node.center /= total;
+    double squared = 0;
+    for (Index i = node.first; i < node.first + node.count; ++i) {
+      for (const Vector3d& corner : {facets[i].a, facets[i].b, facets[i].c}) {
+        squared = std::max(squared, (corner - node.center).squaredNorm());
+      }
+    }
+    node.radius = std::sqrt(squared);
+  }
+
+  [[nodiscard]] Vector3d closest_point(const Vector3d& point) const {
+    Vector3d best_point = facets[0].a;
+    double best = (best_point - point).squaredNorm();
+    std::array<std::pair<Index, double>, kMaxDepth> stack;
+    int depth = 0;
+    stack[depth++] = {0, nodes[0].box.squaredExteriorDistance(point)};
+    while (depth > 0) {
+      const auto [id, bound] = stack[--depth];
+      if (bound >= best) {
+        continue;
+      }
+      const Node& node = nodes[id];
+      if (node.left != kInvalidIndex) {
+        std::pair<Index, double> near{node.left,
+                                      nodes[node.left].box.squaredExteriorDistance(point)};
+        std::pair<Index, double> far{node.left + 1,
+                                     nodes[node.left + 1].box.squaredExteriorDistance(point)};
+        if (far.second < near.second) {
+          std::swap(near, far);
+        }
+        stack[depth++] = far;
+        stack[depth++] = near;
+        continue;
+      }
+      for (Index i = node.first; i < node.first + node.count; ++i) {
+        const Vector3d candidate = closest_on(facets[i], point);
+        const double distance = (candidate - point).squaredNorm();
+        if (distance < best) {
+          best = distance;
+          best_point = candidate;
+        }
+      }
+    }
+    return best_point;
+  }
+
+  [[nodiscard]] double winding_number(const Vector3d& point) const {
+    double sum = 0;
+    std::array<Index, kMaxDepth> stack;
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes[stack[--depth]];
+      const Vector3d to_center = node.center - point;
+      const double far = kFarDistance * node.radius;
+      const double squared = to_center.squaredNorm();
+      if (squared > far * far) {
+        sum += node.area.dot(to_center) / (4 * std::numbers::pi * squared * std::sqrt(squared));
+      } else if (node.left != kInvalidIndex) {
+        stack[depth++] = node.left + 1;
+        stack[depth++] = node.left;
+      } else {
+        for (Index i = node.first; i < node.first + node.count; ++i) {
+          sum += winding_of(facets[i], point);
+        }
+      }
+    }
+    return is_inside_out ? -sum : sum;
+  }
+
+  // Looks just behind and just before the triangles. Behind a closed surface the winding number
+  // is 1 or more; before one that is inside out it is -1 or less.
+  void find_inside() {
+    constexpr std::size_t kMostSamples = 1000;
+    const std::size_t stride = facets.size() / kMostSamples + 1;
+    double total = 0, inside_behind = 0, inside_before = 0;
+    double largest = 0;
+    for (std::size_t i = 0; i < facets.size(); i += stride) {
+      const Vector3d area_vector = facets[i].area_vector();
+      const double area = area_vector.norm();
+      const Vector3d step = 0.01 / std::sqrt(area) * area_vector;
+      const double behind = winding_number(facets[i].centroid() - step);
+      const double before = winding_number(facets[i].centroid() + step);
+      total += area;
+      inside_behind += behind > 0.75 ? area : 0;
+      inside_before += before < -0.75 ? area : 0;
+      largest = std::max({largest, behind, -before});
+    }
+    is_inside_out = inside_before > inside_behind;
+    if (!(std::max(inside_behind, inside_before) >= 0.5 * total)) {
+      throw InvalidMesh("the surface encloses nothing: its winding number is near 1 behind only " +
+                        describe(100 * std::max(inside_behind, inside_before) / total) +
+                        " % of its area (largest " + describe(largest) +
+                        "); close it, or wind its triangles alike");
+    }
+  }
+};
+
+SurfaceDistance::SurfaceDistance(std::span<const Vector3d> points,
+                                 std::span<const Triangle> triangles) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (const Index v : triangles[t]) {
+      if (v < 0 || static_cast<std::size_t>(v) >= points.size()) {
+        throw InvalidMesh("triangle " + std::to_string(t) + " refers to vertex " +
+                          std::to_string(v) + "; ids must be in [0, " +
+                          std::to_string(points.size()) + ")");
+      }
+      if (!points[v].allFinite()) {
+        throw InvalidMesh("vertex " + std::to_string(v) + " is at " + describe(points[v]) +
+                          "; positions must be finite");
+      }
+    }
+  }
+  std::vector<Triangle> oriented(triangles.begin(), triangles.end());
+  auto tree = std::make_shared<Tree>();
+  tree->turned_triangles = orient_triangles(points, oriented);
+  for (const auto& [a, b, c] : oriented) {
+    const Facet facet{points[a], points[b], points[c]};
+    if (facet.area_vector().squaredNorm() > 0) {
+      tree->facets.push_back(facet);
+    }
+  }
+  if (tree->facets.empty()) {
+    throw InvalidMesh("the surface encloses nothing: none of its " +
+                      std::to_string(triangles.size()) + " triangles has an area");
+  }
+  tree->build();
+  tree->find_inside();
+  tree_ = std::move(tree);
+}
+
+Vector3d SurfaceDistance::closest_point(const Vector3d& point) const {
+  return tree_->closest_point(point);
+}
+
+double SurfaceDistance::winding_number(const Vector3d& point) const {
+  return tree_->winding_number(point);
+}
+
+double SurfaceDistance::signed_distance(const Vector3d& point) const {
+  const double distance = (closest_point(point) - point).norm();
+  // Full distance unless the winding number is well between 0 and 1, as it is in holes only. There
+  // it varies over the width of the hole, which is what the distance measures.
+  const double depth = winding_number(point) - 0.5;
+  return -std::copysign(distance * std::min(1.0, 2.2 * std::abs(depth)), depth);
+}
+
+const AlignedBox3d& SurfaceDistance::bounds() const noexcept {
+  return tree_->nodes[0].box;
+}
+
+Index SurfaceDistance::turned_triangles() const noexcept {
+  return tree_->turned_triangles;
+}
+
+bool SurfaceDistance::was_inside_out() const noexcept {
+  return tree_->is_inside_out;
+}
+
+ImplicitShape surface_shape(std::span<const Vector3d> points, std::span<const Triangle> triangles) {
+  const SurfaceDistance surface(points, triangles);
+  return ImplicitShape([surface](const Vector3d& p) { return surface.signed_distance(p); },
+                       surface.bounds(),
+                       [surface](const Vector3d& p) { return surface.closest_point(p); });
+}
+
+}  // namespace pbdsurg

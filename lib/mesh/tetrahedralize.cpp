@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/tetrahedralize.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/surface_distance.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "mesh/boundary_check.h"
+#include "mesh/describe.h"
+#include "mesh/smoothing.h"
+#include "mesh/stuffing.h"
+#include "mesh/tet_shape.h"
+
+namespace pbdsurg {
+namespace {
+
+using Eigen::Vector3d;
+
+// A ball of radius sqrt(5)/4 cells always holds a lattice point, so a wall of this many cells has
+// no holes.
+constexpr double kThinnestWall = 1 / 0.89;
+
+constexpr double kCountTolerance = 0.005;
+constexpr double kWorstCountError = 0.1;
+constexpr int kLatticeShifts = 4;
+constexpr int kSpacingRetries = 4;
+constexpr int kSearchSteps = 16;
+
+// Where the boundary is pinched, a ball that surely holds a lattice point joins the parts.
+constexpr double kBridgeRadius = 0.7;  // in cells
+constexpr int kBridgeRounds = 3;
+constexpr std::size_t kMostBridges = 100;
+
+void check_options(const TetrahedralizeOptions& options) {
+  const bool has_spacing = options.spacing != 0;
+  if (has_spacing && (!(options.spacing > 0) || !std::isfinite(options.spacing))) {
+    throw InvalidArgument("the spacing is " + describe(options.spacing) +
+                          " m; it must be positive and finite");
+  }
+  if (options.vertex_count < 0 || (options.vertex_count == 0 && !has_spacing)) {
+    throw InvalidArgument("the wanted vertex count is " + std::to_string(options.vertex_count) +
+                          " and the spacing " + describe(options.spacing) +
+                          " m; one of them must be positive");
+  }
+  if (options.smoothing_sweeps < 0 || options.smoothing_sweeps > 1000) {
+    throw InvalidArgument("smoothing sweeps are " + std::to_string(options.smoothing_sweeps) +
+                          "; they must be in [0, 1000]");
+  }
+  if (options.max_cells < 1 || options.max_cells > 500'000'000) {
+    throw InvalidArgument("max_cells is " + std::to_string(options.max_cells) +
+                          "; it must be in [1, 500000000]");
+  }
+}
+
+struct Candidate {
+  ImplicitShape shape;  // with its bridges
+  StuffedMesh mesh;
+  BoundaryCheck check;
+  std::size_t bridges = 0;
+  double spacing = 0;
+  int pieces = 0;
+  Index dropped_tets = 0;
+
+  [[nodiscard]] Index vertex_count() const { return static_cast<Index>(mesh.points.size()); }
+};
+
+// Leaves the piece with most tetrahedra; of equal ones, that of the smallest vertex.
+void keep_largest(Candidate& candidate, const Components& components) {
+  StuffedMesh& mesh = candidate.mesh;
+  std::vector<Index> size(static_cast<std::size_t>(components.count), 0);
+  for (const Tet& tet : mesh.tets) {
+    ++size[components.of_vertex[tet[0]]];
+  }
+  const auto largest =
+      static_cast<Index>(std::max_element(size.begin(), size.end()) - size.begin());
+  std::erase_if(mesh.tets, [&](const Tet& tet) { return components.of_vertex[tet[0]] != largest; });
+  std::vector<Index> new_id(mesh.points.size(), kInvalidIndex);
+  Index kept = 0;
+  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+    if (components.of_vertex[v] == largest) {
+      mesh.points[kept] = mesh.points[v];
+      new_id[v] = kept++;
+    }
+  }
+  mesh.points.resize(static_cast<std::size_t>(kept));
+  for (Tet& tet : mesh.tets) {
+    for (Index& v : tet) {
+      v = new_id[v];
+    }
+  }
+}
+
+ImplicitShape with_bridges(const ImplicitShape& shape, const std::vector<Vector3d>& centers,
+                           double radius) {
+  Eigen::AlignedBox3d box = shape.bounds();
+  for (const Vector3d& center : centers) {
+    box.extend(sphere_shape(center, radius).bounds());
+  }
+  const auto value = [=](const Vector3d& p) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& center : centers) {
+      nearest = std::min(nearest, (p - center).squaredNorm());
+    }
+    return std::min(shape(p), std::sqrt(nearest) - radius);
+  };
+  if (!shape.has_closest_point()) {
+    return ImplicitShape(value, box);
+  }
+  const auto closest_point = [=](const Vector3d& p) {
+    Vector3d closest = shape.project(p, std::numeric_limits<double>::infinity());
+    for (const Vector3d& center : centers) {
+      const Vector3d from_center = closest - center;
+      if (from_center.squaredNorm() < radius * radius && from_center.squaredNorm() > 0) {
+        closest = center + radius * from_center.normalized();
+      }
+    }
+    return closest;
+  };
+  return ImplicitShape(value, box, closest_point);
+}
+
+class Tetrahedralizer {
+ public:
+  Tetrahedralizer(const ShapeAtSpacing& shape_at, const TetrahedralizeOptions& options)
+      : shape_at_(shape_at), options_(options) {}
+
+  Tetrahedralization run() {
+    return finish(options_.vertex_count > 0 ? search_count() : sound_mesh());
+  }
+
+ private:
+  Candidate make(const ImplicitShape& shape, double spacing, int shift) {
+    ++report_.meshes_made;
+    // multiples of irrational-looking steps: no shift lands near another
+    const Vector3d step(0.382, 0.618, 0.236);
+    Vector3d offset = shift * step;
+    offset -= Vector3d(offset.array().floor());
+    Candidate candidate{shape, stuff(shape, spacing, offset, options_.max_cells), {}, 0, spacing, 0,
+                        0};
+    const Components components = find_components(candidate.vertex_count(), candidate.mesh.tets);
+    candidate.pieces = components.count;
+    if (components.count > 1 && options_.pieces == Pieces::largest) {
+      const std::size_t all = candidate.mesh.tets.size();
+      keep_largest(candidate, components);
+      candidate.dropped_tets = static_cast<Index>(all - candidate.mesh.tets.size());
+    }
+    candidate.check = check_boundary(candidate.vertex_count(), candidate.mesh.tets);
+    return candidate;
+  }
+
+  // An empty mesh is sound only in the sense that no other lattice position would help.
+  bool is_sound(const Candidate& candidate) {
+    const BoundaryCheck& check = candidate.check;
+    if (candidate.mesh.tets.empty()) {
+      problem_ = "no lattice point lies inside";
+    } else if (!check.is_manifold()) {
+      problem_ = "its boundary is pinched at " + std::to_string(check.pinched_edges.size()) +
+                 " edges and " + std::to_string(check.pinched_vertices.size()) + " vertices";
+    } else if (options_.euler && check.euler != *options_.euler) {
+      problem_ = "it has the Euler number " + std::to_string(check.euler) + " in place of " +
+                 std::to_string(*options_.euler) + ", so it has a hole or is torn";
+    } else {
+      return true;
+    }
+    ++report_.unsound_meshes;
+    return false;
+  }
+
+  std::optional<Candidate> sound_mesh_at(double spacing) {
+    const ImplicitShape shape = shape_at_(spacing);
+    for (int shift = 0; shift < kLatticeShifts; ++shift) {
+      Candidate candidate = make(shape, spacing, shift);
+      std::vector<Vector3d> bridges;
+      for (int round = 0; round < kBridgeRounds; ++round) {
+        add_pinches(candidate, bridges);
+        if (bridges.size() > kMostBridges || candidate.check.is_manifold()) {
+          break;
+        }
+        ++report_.unsound_meshes;
+        candidate = make(with_bridges(shape, bridges, kBridgeRadius * spacing), spacing, shift);
+        candidate.bridges = bridges.size();
+      }
+      if (is_sound(candidate)) {
+        return candidate;
+      }
+    }
+    return std::nullopt;
+  }
+
+  static void add_pinches(const Candidate& candidate, std::vector<Vector3d>& bridges) {
+    const std::vector<Vector3d>& points = candidate.mesh.points;
+    for (const Index v : candidate.check.pinched_vertices) {
+      bridges.push_back(points[v]);
+    }
+    for (const auto& [a, b] : candidate.check.pinched_edges) {
+      bridges.push_back(0.5 * (points[a] + points[b]));
+    }
+  }
+
+  Candidate sound_mesh() {
+    double spacing = options_.spacing;
+    for (int retry = 0; retry <= kSpacingRetries; ++retry, spacing *= 0.97) {
+      if (auto candidate = sound_mesh_at(spacing)) {
+        return std::move(*candidate);
+      }
+    }
+    throw InvalidMesh("no sound mesh at a spacing of " + describe(options_.spacing) +
+                      " m, nor in " + std::to_string(report_.meshes_made - 1) +
+                      " more attempts down to " + describe(spacing / 0.97) + " m: " + problem_ +
+                      "; the shape has parts too thin for it, choose a smaller spacing");
+  }
+
+  // Counts fall roughly with a power of the spacing between 2 (walls that follow the spacing) and 3
+  // (solids). The power is taken from the last two meshes; a bracket keeps the steps honest. Where
+  // no sound mesh is possible, the spacing is taken for too large.
+  Candidate search_count() {
+    const double wanted = options_.vertex_count;
+    double spacing = options_.spacing > 0 ? options_.spacing : first_guess();
+    double too_fine = 0, too_coarse = std::numeric_limits<double>::infinity();
+    double power = 2.6;
+    std::optional<Candidate> best;
+    double last_spacing = 0, last_count = 0;
+    const auto error_of = [wanted](const Candidate& candidate) {
+      return std::abs(candidate.vertex_count() - wanted) / wanted;
+    };
+    for (int step = 0; step < kSearchSteps; ++step) {
+      std::optional<Candidate> candidate = sound_mesh_at(spacing);
+      double next = 0.8 * spacing;
+      if (!candidate) {
+        too_coarse = std::min(too_coarse, spacing);
+      } else {
+        const double count = candidate->vertex_count();
+        (count > wanted ? too_fine : too_coarse) = spacing;
+        if (last_count > 0 && count != last_count) {
+          const double slope = std::log(last_count / count) / std::log(spacing / last_spacing);
+          power = std::clamp(slope, 1.7, 3.3);
+        }
+        last_spacing = spacing;
+        last_count = count;
+        next = spacing * std::pow(count / wanted, 1 / power);
+        if (!best || error_of(*candidate) < error_of(*best)) {
+          best = std::move(candidate);
+        }
+        if (error_of(*best) <= kCountTolerance) {
+          break;
+        }
+      }
+      if (!(next > too_fine && next < too_coarse)) {
+        next = too_fine > 0 ? std::sqrt(too_fine * too_coarse) : 0.8 * too_coarse;
+      }
+      if (!(std::abs(next / spacing - 1) > 1e-6)) {
+        break;  // the bracket is exhausted: counts jump here
+      }
+      spacing = next;
+    }
+    if (!best || error_of(*best) > kWorstCountError) {
+      throw InvalidMesh(
+          "no sound mesh with " + std::to_string(options_.vertex_count) + " vertices: " +
+          (best ? "the nearest has " + std::to_string(best->vertex_count()) + ", at a spacing of " +
+                      describe(best->spacing) + " m"
+                : "none of " + std::to_string(report_.meshes_made) +
+                      " attempts down to a spacing of " + describe(spacing) + " m is sound") +
+          (problem_.empty() ? "" : "; the last failure: " + problem_));
+    }
+    return std::move(*best);
+  }
+
+  // As if the shape filled its box with one vertex a cell.
+  double first_guess() const {
+    const Eigen::AlignedBox3d box = shape_at_(1.0).bounds();
+    const double volume = box.volume();
+    if (!(volume > 0) || !std::isfinite(volume)) {
+      throw InvalidArgument("the shape has a box from " + describe(box.min()) + " to " +
+                            describe(box.max()) +
+                            "; it must have a finite volume for a vertex count to be reached");
+    }
+    return std::cbrt(volume / options_.vertex_count);
+  }
+
+  Tetrahedralization finish(Candidate candidate) {
+    const ImplicitShape& shape = candidate.shape;
+    StuffedMesh& mesh = candidate.mesh;
+    smooth(shape, candidate.spacing, options_.smoothing_sweeps, mesh.points, mesh.tets);
+    const DihedralRange range = dihedral_range(mesh.points, mesh.tets);
+    report_.spacing = candidate.spacing;
+    report_.bridges = static_cast<int>(candidate.bridges);
+    report_.pieces = candidate.pieces;
+    report_.dropped_tets = candidate.dropped_tets;
+    report_.euler = candidate.check.euler;
+    report_.boundary_shells = candidate.check.shells;
+    report_.min_dihedral = range.min;
+    report_.max_dihedral = range.max;
+    report_.thin_share = thin_share(shape, candidate.spacing, mesh);
+    return {TetMesh(std::move(mesh.points), std::move(mesh.tets)), report_};
+  }
+
+  // Walks inwards from the boundary until the shape ends.
+  static double thin_share(const ImplicitShape& shape, double spacing, const StuffedMesh& mesh) {
+    std::vector<Vector3d> normals(mesh.points.size(), Vector3d::Zero());
+    for (const auto& [triangle, tet] : find_boundary(mesh.tets)) {
+      const Vector3d& origin = mesh.points[triangle[0]];
+      const Vector3d area =
+          (mesh.points[triangle[1]] - origin).cross(mesh.points[triangle[2]] - origin);
+      for (const Index v : triangle) {
+        normals[v] += area;
+      }
+    }
+    const double enough = kThinnestWall * spacing;
+    Index thin = 0, all = 0;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+      if (normals[v].isZero(0)) {
+        continue;
+      }
+      ++all;
+      const Vector3d inwards = -normals[v].normalized();
+      double depth = 0.1 * spacing;
+      double value = shape(mesh.points[v] + depth * inwards);
+      while (value < 0 && depth < enough) {
+        depth += std::max(-value, 0.1 * spacing);
+        value = shape(mesh.points[v] + depth * inwards);
+      }
+      thin += depth < enough ? 1 : 0;
+    }
+    return all > 0 ? static_cast<double>(thin) / all : 0;
+  }
+
+  const ShapeAtSpacing& shape_at_;
+  const TetrahedralizeOptions& options_;
+  TetrahedralizeReport report_;
+  std::string problem_;
+};
+
+}  // namespace
+
+Tetrahedralization tetrahedralize(const ShapeAtSpacing& shape_at_spacing,
+                                  const TetrahedralizeOptions& options) {
+  check_options(options);
+  return Tetrahedralizer(shape_at_spacing, options).run();
+}
+
+Tetrahedralization tetrahedralize(const ImplicitShape& shape,
+                                  const TetrahedralizeOptions& options) {
+  return tetrahedralize([&shape](double) { return shape; }, options);
+}
+
+Tetrahedralization tetrahedralize(const MeshData& surface, const TetrahedralizeOptions& options) {
+  check_options(options);
+  std::vector<Triangle> triangles = surface.triangles;
+  if (triangles.empty()) {
+    for (const BoundaryTriangle& triangle : find_boundary(surface.tets)) {
+      triangles.push_back(triangle.vertices);
+    }
+  }
+  return tetrahedralize(surface_shape(surface.points, triangles), options);
+}
+
+}  // namespace pbdsurg
