@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "viewer/tissue.h"
+
+namespace cholecystectomy {
+
+TissueAppearance appearance_of(Tissue tissue) {
+  TissueAppearance look;
+  switch (tissue) {
+    case Tissue::liver:
+      look.color = {0.52f, 0.21f, 0.17f};
+      look.mottle = {0.40f, 0.13f, 0.12f};
+      look.gloss = 0.75f;
+      look.detail_size = 0.0035f;
+      look.relief = 0.16f;
+      break;
+    case Tissue::gallbladder:
+      look.color = {0.62f, 0.68f, 0.56f};
+      look.mottle = {0.47f, 0.58f, 0.52f};
+      look.gloss = 0.9f;
+      look.detail_size = 0.006f;
+      look.relief = 0.12f;
+      look.vessels = 0.75f;
+      break;
+    case Tissue::fat:
+      look.color = {0.93f, 0.76f, 0.40f};
+      look.mottle = {0.86f, 0.62f, 0.30f};
+      look.gloss = 0.7f;
+      look.detail_size = 0.0035f;
+      look.relief = 0.5f;
+      look.lobules = 1;
+      look.vessels = 0.25f;
+      break;
+    case Tissue::artery:
+      look.color = {0.78f, 0.22f, 0.18f};
+      look.mottle = {0.66f, 0.13f, 0.12f};
+      look.gloss = 0.8f;
+      look.detail_size = 0.002f;
+      look.relief = 0.15f;
+      break;
+    case Tissue::duct:
+      look.color = {0.80f, 0.78f, 0.52f};
+      look.mottle = {0.70f, 0.70f, 0.44f};
+      look.gloss = 0.8f;
+      look.detail_size = 0.002f;
+      look.relief = 0.15f;
+      look.vessels = 0.3f;
+      break;
+    case Tissue::membrane:
+      look.color = {0.92f, 0.83f, 0.76f};
+      look.mottle = {0.88f, 0.66f, 0.60f};
+      look.gloss = 0.9f;
+      look.opacity = 0.45f;
+      look.detail_size = 0.003f;
+      look.relief = 0.25f;
+      look.vessels = 0.3f;
+      break;
+    case Tissue::abdominal_wall:
+      look.color = {0.80f, 0.47f, 0.42f};
+      look.mottle = {0.70f, 0.34f, 0.31f};
+      look.gloss = 0.55f;
+      look.detail_size = 0.010f;
+      look.relief = 0.3f;
+      look.vessels = 0.5f;
+      break;
+  }
+  return look;
+}
+
+}  // namespace cholecystectomy
