@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 
@@ -58,9 +60,27 @@ float attribute(const std::vector<float>& values, std::size_t v) {
   return values.empty() || !std::isfinite(values[v]) ? 0.0f : std::clamp(values[v], 0.0f, 1.0f);
 }
 
-struct Blended {
-  float distance;  ///< squared, from the eye to the middle
-  std::array<std::uint32_t, 3> vertices;
+/// Triangles with their distance from the eye.
+struct TriangleList {
+  struct Entry {
+    float distance;  ///< squared, to the middle
+    std::array<std::uint32_t, 3> vertices;
+  };
+  std::vector<Entry> entries;
+
+  /// Indices by distance. The sort is stable: ties keep the order of the snapshot.
+  template <class Order>
+  [[nodiscard]] std::vector<std::uint32_t> sorted(Order order) {
+    std::stable_sort(entries.begin(), entries.end(), [order](const Entry& a, const Entry& b) {
+      return order(a.distance, b.distance);
+    });
+    std::vector<std::uint32_t> indices;
+    indices.reserve(3 * entries.size());
+    for (const Entry& entry : entries) {
+      indices.insert(indices.end(), entry.vertices.begin(), entry.vertices.end());
+    }
+    return indices;
+  }
 };
 
 class Builder {
@@ -76,12 +96,11 @@ class Builder {
     }
     add(snapshot.strands);
     add(snapshot.smoke, snapshot.camera);
-    // stable, so that ties are drawn in the order of the snapshot on every machine
-    std::stable_sort(blended_.begin(), blended_.end(),
-                     [](const Blended& a, const Blended& b) { return a.distance > b.distance; });
-    for (const Blended& triangle : blended_) {
-      list_.blended.insert(list_.blended.end(), triangle.vertices.begin(), triangle.vertices.end());
-    }
+    // nearest first, so that hidden tissue fails the depth test before it is shaded
+    list_.tissue = tissue_.sorted(std::less<>());
+    list_.tools = tools_.sorted(std::less<>());
+    list_.blended = blended_.sorted(std::greater<>());
+    list_.smoke = smoke_.sorted(std::greater<>());
     float farthest = 0;
     for (const DrawVertex& vertex : list_.vertices) {
       if (vertex.position.allFinite()) {
@@ -94,26 +113,19 @@ class Builder {
   DrawList take() { return std::move(list_); }
 
  private:
-  void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool blend) {
-    const Eigen::Vector3f& pa = list_.vertices[a].position;
-    const Eigen::Vector3f& pb = list_.vertices[b].position;
-    const Eigen::Vector3f& pc = list_.vertices[c].position;
-    const Eigen::Vector3f middle = (pa + pb + pc) / 3;
-    if (!middle.allFinite()) {
-      return;
-    }
-    if (blend) {
-      blended_.push_back({(middle - eye_).squaredNorm(), {a, b, c}});
-    } else {
-      list_.opaque.insert(list_.opaque.end(), {a, b, c});
+  void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, TriangleList& triangles) {
+    const Eigen::Vector3f middle =
+        (list_.vertices[a].position + list_.vertices[b].position + list_.vertices[c].position) / 3;
+    if (middle.allFinite()) {
+      triangles.entries.push_back({(middle - eye_).squaredNorm(), {a, b, c}});
     }
   }
 
-  std::int32_t add_material(const TissueAppearance& look, DrawKind kind) {
+  std::int32_t add_material(const TissueAppearance& look, bool insulation = false) {
     DrawMaterial material;
     material.color = linear_of_srgb(look.color, look.opacity);
     material.mottle = linear_of_srgb(look.mottle, 1);
-    material.surface = {look.gloss, look.detail_size, look.relief, static_cast<float>(kind)};
+    material.surface = {look.gloss, look.detail_size, look.relief, insulation ? 1.0f : 0.0f};
     material.pattern = {look.lobules, look.vessels, 0, 0};
     list_.materials.push_back(material);
     return static_cast<std::int32_t>(list_.materials.size()) - 1;
@@ -130,7 +142,7 @@ class Builder {
                                      std::to_string(surface.appearance.detail_size) +
                                      " m; it must be positive and finite");
     }
-    const std::int32_t material = add_material(surface.appearance, DrawKind::tissue);
+    const std::int32_t material = add_material(surface.appearance);
     const std::uint32_t first = next_vertex();
     const std::vector<Eigen::Vector3f> normals =
         vertex_normals(surface.positions, surface.triangles);
@@ -155,14 +167,13 @@ class Builder {
       const std::uint32_t a = first + static_cast<std::uint32_t>(triangle[0]);
       const std::uint32_t b = first + static_cast<std::uint32_t>(triangle[1]);
       const std::uint32_t c = first + static_cast<std::uint32_t>(triangle[2]);
-      add_triangle(a, b, c, std::min({alpha(a), alpha(b), alpha(c)}) < 1);
+      add_triangle(a, b, c, std::min({alpha(a), alpha(b), alpha(c)}) < 1 ? blended_ : tissue_);
     }
   }
 
   void add(const ToolPart& part) {
     const TriangleMesh tube = sweep_tube(part.points, part.radii);
-    const std::int32_t material =
-        add_material({}, part.finish == ToolFinish::steel ? DrawKind::steel : DrawKind::insulation);
+    const std::int32_t material = add_material({}, part.finish == ToolFinish::insulation);
     const std::uint32_t first = next_vertex();
     const std::vector<Eigen::Vector3f> normals = vertex_normals(tube.positions, tube.triangles);
     for (std::size_t v = 0; v < tube.positions.size(); ++v) {
@@ -172,13 +183,13 @@ class Builder {
     for (const pbdsurg::Triangle& triangle : tube.triangles) {
       add_triangle(first + static_cast<std::uint32_t>(triangle[0]),
                    first + static_cast<std::uint32_t>(triangle[1]),
-                   first + static_cast<std::uint32_t>(triangle[2]), false);
+                   first + static_cast<std::uint32_t>(triangle[2]), tools_);
     }
   }
 
-  void add_quad(std::uint32_t first, bool blend) {
-    add_triangle(first, first + 1, first + 2, blend);
-    add_triangle(first, first + 2, first + 3, blend);
+  void add_quad(std::uint32_t first, TriangleList& triangles) {
+    add_triangle(first, first + 1, first + 2, triangles);
+    add_triangle(first, first + 2, first + 3, triangles);
   }
 
   /// Ribbons that face the eye, with the normals of a rounded fibre.
@@ -191,7 +202,7 @@ class Builder {
     look.detail_size = 0.002f;
     look.relief = 0.2f;
     look.mottle = look.color;
-    const std::int32_t material = add_material(look, DrawKind::tissue);
+    const std::int32_t material = add_material(look);
     for (const Strand& strand : strands) {
       const Eigen::Vector3f to_eye = eye_ - (strand.from + strand.to) / 2;
       const Eigen::Vector3f across = (strand.to - strand.from).cross(to_eye);
@@ -210,7 +221,7 @@ class Builder {
         list_.vertices.push_back({position, (front + 2 * offset * side).normalized(), position,
                                   color, Eigen::Vector3f::Zero(), material});
       }
-      add_quad(first, color.w() < 1);
+      add_quad(first, color.w() < 1 ? blended_ : tissue_);
     }
   }
 
@@ -218,7 +229,7 @@ class Builder {
     if (smoke.empty()) {
       return;
     }
-    const std::int32_t material = add_material({}, DrawKind::smoke);
+    const std::int32_t material = add_material({});
     for (std::size_t i = 0; i < smoke.size(); ++i) {
       const Eigen::Vector3f to_eye = (eye_ - smoke[i].center).normalized();
       const Eigen::Vector3f right = camera.up.cross(to_eye).normalized();
@@ -231,13 +242,16 @@ class Builder {
                                   Eigen::Vector3f(x, y, static_cast<float>(i)), color,
                                   Eigen::Vector3f(smoke[i].radius, 0, 0), material});
       }
-      add_quad(first, true);
+      add_quad(first, smoke_);
     }
   }
 
   Eigen::Vector3f eye_;
   DrawList list_;
-  std::vector<Blended> blended_;
+  TriangleList tissue_;
+  TriangleList tools_;
+  TriangleList blended_;
+  TriangleList smoke_;
 };
 
 }  // namespace

@@ -2,8 +2,7 @@
 #pragma once
 
 /// @file
-/// A snapshot turned into arrays that OpenGL draws in two calls: what is opaque, and what is
-/// blended from back to front.
+/// A snapshot turned into arrays that OpenGL draws in four calls, one after the other.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -12,9 +11,6 @@
 #include "viewer/render_snapshot.h"
 
 namespace cholecystectomy {
-
-/// What a vertex is made of; the fragment shader knows the same numbers.
-enum class DrawKind { tissue = 0, steel = 1, insulation = 2, smoke = 3 };
 
 /// One vertex as the shaders read it. Colours are linear.
 struct DrawVertex {
@@ -30,19 +26,21 @@ struct DrawVertex {
 struct DrawMaterial {
   Eigen::Vector4f color;    ///< rgb, opacity
   Eigen::Vector4f mottle;   ///< rgb, unused
-  Eigen::Vector4f surface;  ///< gloss, detail size (m), relief, kind
+  Eigen::Vector4f surface;  ///< gloss, detail size (m), relief, 1 for insulation
   Eigen::Vector4f pattern;  ///< lobules, vessels, unused, unused
 };
 
 struct DrawList {
   std::vector<DrawVertex> vertices;
-  std::vector<std::uint32_t> opaque;   ///< [3 * opaque triangle count]
-  std::vector<std::uint32_t> blended;  ///< [3 * blended triangle count], farthest first
+  std::vector<std::uint32_t> tissue;   ///< [3 * triangle count] opaque, nearest first
+  std::vector<std::uint32_t> tools;    ///< [3 * triangle count] opaque
+  std::vector<std::uint32_t> blended;  ///< [3 * triangle count] tissue, farthest first
+  std::vector<std::uint32_t> smoke;    ///< [3 * triangle count] farthest first
   std::vector<DrawMaterial> materials;
   float farthest = 0;  ///< distance of the farthest vertex from the eye, m
 };
 
-/// Cost: O(n log n) in the blended triangles, linear in the rest.
+/// Cost: O(n log n) in the triangles.
 /// @throws pbdsurg::InvalidArgument  if an array of a surface has the wrong length or a triangle
 ///         names a vertex that is not there
 [[nodiscard]] DrawList make_draw_list(const RenderSnapshot& snapshot);

@@ -57,7 +57,7 @@ void upload_volume(const GlTexture& texture, const std::vector<std::uint8_t>& te
   glBindTexture(GL_TEXTURE_3D, texture.name());
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kNoiseSize, kNoiseSize, kNoiseSize, 0, GL_RGBA,
                GL_UNSIGNED_BYTE, texels.data());
-  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glGenerateMipmap(GL_TEXTURE_3D);
 }
@@ -68,9 +68,13 @@ void set_float_attribute(GLuint location, GLint count, std::size_t offset) {
                         reinterpret_cast<const void*>(offset));
 }
 
+GLsizeiptr byte_count(std::size_t index_count) {
+  return static_cast<GLsizeiptr>(index_count * sizeof(std::uint32_t));
+}
+
 void draw_indices(std::size_t first, std::size_t count) {
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
+                 reinterpret_cast<const void*>(byte_count(first)));
 }
 
 }  // namespace
@@ -82,12 +86,17 @@ SceneRenderer::SceneRenderer(int width, int height)
       geometry_program_("geometry", kSceneVertexShader, kGeometryFragmentShader),
       occlusion_program_("occlusion", kScreenVertexShader, kOcclusionFragmentShader),
       occlusion_blur_program_("occlusion blur", kScreenVertexShader, kOcclusionBlurFragmentShader),
-      tissue_program_("tissue", kSceneVertexShader, kTissueFragmentShader),
+      tissue_program_("tissue", kSceneVertexShader,
+                      std::string(kLightingFunctions) + kTissueFragmentShader),
+      tool_program_("tool", kSceneVertexShader,
+                    std::string(kLightingFunctions) + kToolFragmentShader),
+      smoke_program_("smoke", kSceneVertexShader,
+                     std::string(kLightingFunctions) + kSmokeFragmentShader),
       glow_program_("glow", kScreenVertexShader, kGlowFragmentShader),
       scope_program_("scope", kScreenVertexShader, kScopeFragmentShader),
       geometry_(make_color_target((width + 1) / 2, (height + 1) / 2, GL_RGBA32F, GL_NEAREST)),
       occlusion_{make_color_target((width + 1) / 2, (height + 1) / 2, GL_R8, GL_NEAREST),
-                 make_color_target((width + 1) / 2, (height + 1) / 2, GL_R8, GL_NEAREST)},
+                 make_color_target((width + 1) / 2, (height + 1) / 2, GL_RG32F, GL_NEAREST)},
       resolved_(make_color_target(width, height, GL_RGBA16F, GL_LINEAR)),
       glow_{make_color_target(width / kGlowScale, height / kGlowScale, GL_RGBA16F, GL_LINEAR),
             make_color_target(width / kGlowScale, height / kGlowScale, GL_RGBA16F, GL_LINEAR)} {
@@ -147,7 +156,7 @@ void SceneRenderer::make_multisampled() {
                                    height_);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
                             multisampled_depth_.name());
-  check_framebuffer("tissue");
+  check_framebuffer("multisampled");
 }
 
 void SceneRenderer::make_shadow_map() {
@@ -173,7 +182,7 @@ void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
   upload(list);
   draw_shadow_map(list, view);
   draw_occlusion(list, view);
-  draw_tissue(list, view, snapshot.camera.brightness);
+  draw_lit(list, view, snapshot.camera.brightness);
   draw_scope(framebuffer);
 }
 
@@ -182,14 +191,17 @@ void SceneRenderer::upload(const DrawList& list) {
   glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(list.vertices.size() * sizeof(DrawVertex)),
                list.vertices.data(), GL_STREAM_DRAW);
-  const auto bytes = [](const std::vector<std::uint32_t>& indices) {
-    return static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t));
-  };
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, bytes(list.opaque) + bytes(list.blended), nullptr,
-               GL_STREAM_DRAW);
-  glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes(list.opaque), list.opaque.data());
-  glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, bytes(list.opaque), bytes(list.blended),
-                  list.blended.data());
+  std::size_t count = 0;
+  for (const auto* indices : {&list.tissue, &list.tools, &list.blended, &list.smoke}) {
+    count += indices->size();
+  }
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, byte_count(count), nullptr, GL_STREAM_DRAW);
+  count = 0;
+  for (const auto* indices : {&list.tissue, &list.tools, &list.blended, &list.smoke}) {
+    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, byte_count(count), byte_count(indices->size()),
+                    indices->data());
+    count += indices->size();
+  }
   glBindBuffer(GL_TEXTURE_BUFFER, material_buffer_.name());
   glBufferData(GL_TEXTURE_BUFFER,
                static_cast<GLsizeiptr>(list.materials.size() * sizeof(DrawMaterial)),
@@ -208,7 +220,7 @@ void SceneRenderer::draw_shadow_map(const DrawList& list, const View& view) {
   shadow_program_.use();
   set(shadow_program_, "view_of_world", Eigen::Matrix4f(Eigen::Matrix4f::Identity()));
   set(shadow_program_, "clip_of_view", view.clip_of_world_from_light);
-  draw_indices(0, list.opaque.size());
+  draw_indices(0, list.tissue.size() + list.tools.size());
 }
 
 void SceneRenderer::draw_occlusion(const DrawList& list, const View& view) {
@@ -219,7 +231,7 @@ void SceneRenderer::draw_occlusion(const DrawList& list, const View& view) {
   geometry_program_.use();
   set(geometry_program_, "view_of_world", view.view_of_world);
   set(geometry_program_, "clip_of_view", view.clip_of_view);
-  draw_indices(0, list.opaque.size());
+  draw_indices(0, list.tissue.size() + list.tools.size());
 
   glDisable(GL_DEPTH_TEST);
   glBindFramebuffer(GL_FRAMEBUFFER, occlusion_[0].framebuffer.name());
@@ -236,14 +248,8 @@ void SceneRenderer::draw_occlusion(const DrawList& list, const View& view) {
   fill_screen();
 }
 
-void SceneRenderer::draw_tissue(const DrawList& list, const View& view, float brightness) {
-  glBindFramebuffer(GL_FRAMEBUFFER, multisampled_.name());
-  glViewport(0, 0, width_, height_);
-  glEnable(GL_DEPTH_TEST);
-  glClearColor(kBackground[0], kBackground[1], kBackground[2], kBackground[3]);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  glBindVertexArray(scene_array_.name());
-  const ShaderProgram& program = tissue_program_;
+void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& view,
+                                    float brightness) {
   program.use();
   set(program, "view_of_world", view.view_of_world);
   set(program, "clip_of_view", view.clip_of_view);
@@ -261,12 +267,29 @@ void SceneRenderer::draw_tissue(const DrawList& list, const View& view, float br
   bind(program, "geometry", 3, GL_TEXTURE_2D, geometry_.texture);
   bind(program, "occlusion", 4, GL_TEXTURE_2D, occlusion_[1].texture);
   bind(program, "shadow_map", 5, GL_TEXTURE_2D, shadow_map_);
+}
 
-  draw_indices(0, list.opaque.size());
+void SceneRenderer::draw_lit(const DrawList& list, const View& view, float brightness) {
+  glBindFramebuffer(GL_FRAMEBUFFER, multisampled_.name());
+  glViewport(0, 0, width_, height_);
+  glEnable(GL_DEPTH_TEST);
+  glClearColor(kBackground[0], kBackground[1], kBackground[2], kBackground[3]);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glBindVertexArray(scene_array_.name());
+  const std::size_t tools = list.tissue.size();
+  const std::size_t blended = tools + list.tools.size();
+  const std::size_t smoke = blended + list.blended.size();
+  use_lit_program(tool_program_, view, brightness);
+  draw_indices(tools, list.tools.size());
+  use_lit_program(tissue_program_, view, brightness);
+  draw_indices(0, list.tissue.size());
+
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthMask(GL_FALSE);
-  draw_indices(list.opaque.size(), list.blended.size());
+  draw_indices(blended, list.blended.size());
+  use_lit_program(smoke_program_, view, brightness);
+  draw_indices(smoke, list.smoke.size());
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
 

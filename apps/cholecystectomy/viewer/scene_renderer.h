@@ -16,7 +16,7 @@ namespace cholecystectomy {
 struct DrawList;
 
 /// Passes: shadow map from the lamp; normals and depth at half size; occlusion and its blur; the
-/// tissue in linear light with four samples a pixel; glow; scope. Needs a current context from
+/// scene in linear light with four samples a pixel; glow; scope. Needs a current context from
 /// construction to destruction.
 class SceneRenderer {
  public:
@@ -42,7 +42,8 @@ class SceneRenderer {
   void upload(const DrawList& list);
   void draw_shadow_map(const DrawList& list, const View& view);
   void draw_occlusion(const DrawList& list, const View& view);
-  void draw_tissue(const DrawList& list, const View& view, float brightness);
+  void draw_lit(const DrawList& list, const View& view, float brightness);
+  void use_lit_program(const ShaderProgram& program, const View& view, float brightness);
   void draw_scope(GLuint framebuffer);
   void fill_screen() const;
 
@@ -53,6 +54,8 @@ class SceneRenderer {
   ShaderProgram occlusion_program_;
   ShaderProgram occlusion_blur_program_;
   ShaderProgram tissue_program_;
+  ShaderProgram tool_program_;
+  ShaderProgram smoke_program_;
   ShaderProgram glow_program_;
   ShaderProgram scope_program_;
 
@@ -69,7 +72,7 @@ class SceneRenderer {
   GlFramebuffer shadow_framebuffer_;
   Target geometry_;
   GlRenderbuffer geometry_depth_;
-  std::array<Target, 2> occlusion_;  // raw, blurred
+  std::array<Target, 2> occlusion_;  // raw, blurred with depth
   GlRenderbuffer multisampled_color_;
   GlRenderbuffer multisampled_depth_;
   GlFramebuffer multisampled_;

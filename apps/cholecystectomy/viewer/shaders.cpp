@@ -101,7 +101,7 @@ const char* const kOcclusionBlurFragmentShader = R"(#version 330 core
 in vec2 v_place;
 uniform sampler2D geometry;
 uniform sampler2D occlusion;
-out float visibility;
+out vec2 visibility_and_depth;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   ivec2 last = textureSize(occlusion, 0) - 1;
@@ -118,16 +118,11 @@ void main() {
       weights += weight;
     }
   }
-  visibility = sum / weights;
+  visibility_and_depth = vec2(sum / weights, depth);
 }
 )";
 
-// Tissue: a wet film (GGX: Walter, Marschner, Li, Torrance 2007) over wrapped diffuse light whose
-// red reaches farther into the shade, as light that travels under skin does. All detail comes from
-// solid noise at the rest position, so it sticks to tissue and is there on cut faces. The gradient
-// of that noise is taken as if rest and world axes agreed: a turned organ has turned bumps, which
-// nobody can see.
-const char* const kTissueFragmentShader = R"(#version 330 core
+const char* const kLightingFunctions = R"(#version 330 core
 in vec3 v_position;
 in vec3 v_normal;
 in vec3 v_rest;
@@ -135,11 +130,8 @@ in vec4 v_color;
 in vec3 v_burn;
 in float v_depth;
 flat in int v_material;
-uniform samplerBuffer materials;
 uniform sampler3D gradient_noise;
-uniform sampler3D cell_noise;
-uniform sampler2D geometry;
-uniform sampler2D occlusion;
+uniform sampler2D occlusion;  // visibility, depth
 uniform sampler2DShadow shadow_map;
 uniform mat4 clip_of_world_from_light;
 uniform vec3 eye;
@@ -147,17 +139,23 @@ uniform vec3 light;
 uniform vec3 forward;
 uniform float reference_distance;
 uniform float brightness;
-uniform vec2 picture_size;
 out vec4 radiance;
 
-const float kPi = 3.14159265;
-const vec3 kCavity = vec3(0.30, 0.105, 0.075);  // light that other tissue sends back
+const vec3 kCavity = vec3(0.30, 0.115, 0.085);  // light that other tissue sends back
 
-vec4 gradient_at(vec3 p) { return 2 * texture(gradient_noise, p / 8) - 1; }
-vec4 cell_at(vec3 p) { return 2 * texture(cell_noise, p / 8) - 1; }
+vec4 noise_at(vec3 p) { return 2 * texture(gradient_noise, p / 8) - 1; }
 
+// Inverse square, held back near the scope as the camera's own exposure control does.
+vec3 incoming_light(vec3 to_light) {
+  float distance = length(to_light);
+  float reach = distance / reference_distance;
+  float cone = max(dot(-to_light, forward) / distance, 0);
+  return brightness * vec3(1.0, 0.965, 0.92) * 1.45 / (reach * reach + 0.25) *
+         mix(0.35, 1.0, cone * cone);
+}
+
+// Joined by depth, so that the half-size map does not bleed over edges.
 float ambient_visibility() {
-  // joined by depth, so that the half-size map does not bleed over edges
   vec2 texel = gl_FragCoord.xy * 0.5 - 0.5;
   ivec2 base = ivec2(floor(texel));
   vec2 part = texel - vec2(base);
@@ -166,182 +164,186 @@ float ambient_visibility() {
   float weights = 0;
   for (int i = 0; i < 4; ++i) {
     ivec2 bit = ivec2(i & 1, i >> 1);
-    ivec2 at = clamp(base + bit, ivec2(0), last);
     vec2 near = mix(1 - part, part, vec2(bit));
-    float difference = abs(texelFetch(geometry, at, 0).w - v_depth);
+    vec2 there = texelFetch(occlusion, clamp(base + bit, ivec2(0), last), 0).xy;
+    float difference = abs(there.y - v_depth);
     float weight = (near.x * near.y + 0.01) * max(0.002, 1 - difference / (0.02 * v_depth));
-    sum += weight * texelFetch(occlusion, at, 0).r;
+    sum += weight * there.x;
     weights += weight;
   }
   return sum / weights;
 }
 
 float light_visibility(vec3 n) {
-  vec3 at = v_position + n * 0.006 * reference_distance;
-  vec4 clip = clip_of_world_from_light * vec4(at, 1);
+  vec4 clip = clip_of_world_from_light * vec4(v_position + n * 0.006 * reference_distance, 1);
   vec3 place = clip.xyz / clip.w * 0.5 + 0.5;
-  if (any(lessThan(place, vec3(0))) || any(greaterThan(place, vec3(1)))) {
-    return 1.0;
-  }
-  float sum = 0;
-  float texel = 1.3 / float(textureSize(shadow_map, 0).x);
-  for (int y = -1; y <= 1; ++y) {
-    for (int x = -1; x <= 1; ++x) {
-      sum += texture(shadow_map, vec3(place.xy + texel * vec2(x, y), place.z - 0.0004));
-    }
-  }
-  return sum / 9;
+  float texel = 0.9 / float(textureSize(shadow_map, 0).x);
+  float depth = place.z - 0.0004;
+  float sum = texture(shadow_map, vec3(place.xy + texel * vec2(-0.5, -1.5), depth)) +
+              texture(shadow_map, vec3(place.xy + texel * vec2(1.5, -0.5), depth)) +
+              texture(shadow_map, vec3(place.xy + texel * vec2(0.5, 1.5), depth)) +
+              texture(shadow_map, vec3(place.xy + texel * vec2(-1.5, 0.5), depth));
+  bool outside = any(lessThan(place, vec3(0))) || any(greaterThan(place, vec3(1)));
+  return outside ? 1.0 : sum / 4;
 }
 
+// Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction", times pi: diffuse
+// light is written as albedo times irradiance, without its 1 / pi, too.
 float ggx(float ndh, float alpha) {
   float a2 = alpha * alpha;
   float d = ndh * ndh * (a2 - 1) + 1;
-  return a2 / (kPi * d * d);
+  return a2 / (d * d);
 }
 
+// Masking and shadowing, divided by the two cosines.
 float smith(float ndv, float ndl, float alpha) {
   float k = alpha / 2;
-  return 1 / ((ndv * (1 - k) + k) * (ndl * (1 - k) + k));  // G / (ndv ndl)
+  return 1 / ((ndv * (1 - k) + k) * (ndl * (1 - k) + k));
 }
 
-float schlick(float f0, float cosine) { return f0 + (1 - f0) * pow(1 - cosine, 5); }
-
-vec3 add_bump(vec3 n, vec3 gradient) {
-  return normalize(n - (gradient - n * dot(n, gradient)));
+float schlick(float f0, float cosine) {
+  float x = 1 - cosine;
+  return f0 + (1 - f0) * x * x * x * x * x;
 }
 
-vec4 shade_smoke(vec3 incoming) {
-  float r = length(v_rest.xy);
-  float body = smoothstep(1.0, 0.15, r);
-  float wisp = 0.5 + 0.7 * gradient_at(vec3(v_rest.xy * 1.1, v_rest.z * 1.7)).w +
-               0.35 * gradient_at(vec3(v_rest.xy * 2.7, v_rest.z * 2.3 + 4)).w;
-  float behind = texture(geometry, gl_FragCoord.xy / picture_size).w;
-  float soft = behind > 0 ? clamp((behind - v_depth) / max(v_burn.x, 1e-6) + 0.2, 0, 1) : 1;
-  return vec4(0.55 * v_color.rgb * incoming, v_color.a * body * soft * clamp(wisp, 0.0, 1.0));
+vec3 facing_normal() {
+  vec3 n = v_normal / max(length(v_normal), 1e-6);
+  return gl_FrontFacing ? n : -n;
 }
 
-vec3 shade_tool(vec3 n, vec3 v, vec3 l, vec3 incoming, float shade, float ambient, bool steel) {
-  vec4 brushed = gradient_at(v_rest / 0.0012);
-  n = add_bump(n, 0.03 * brushed.xyz);
-  float ndl = max(dot(n, l), 0);
-  float ndv = max(dot(n, v), 0.02);
-  vec3 h = normalize(l + v);
-  float alpha = steel ? 0.10 : 0.16;
-  float f0 = steel ? 0.55 : 0.04;
-  float spec = min(4.0, ggx(max(dot(n, h), 0), alpha) * smith(ndv, max(ndl, 0.02), alpha) / 4);
-  // what a rod mirrors: the lit scope behind the eye, red tissue at the sides
-  float back = max(dot(reflect(-v, n), v), 0);
-  vec3 mirrored = mix(kCavity * 0.9, vec3(0.62, 0.62, 0.64), smoothstep(0.15, 0.9, back * back));
-  vec3 base = steel ? mirrored * (0.55 + 0.45 * ambient) : vec3(0.022, 0.022, 0.026);
-  float lit = steel ? 0.35 + 0.65 * ndl : 0.25 + 0.75 * ndl;
-  vec3 edge = schlick(f0, ndv) * kCavity * ambient * (steel ? 0.35 : 0.9);
-  return incoming * (base * lit * mix(0.35, 1.0, shade) + edge +
-                     vec3(schlick(f0, max(dot(v, h), 0)) * spec * ndl * shade));
-}
+vec3 add_bump(vec3 n, vec3 gradient) { return normalize(n - (gradient - n * dot(n, gradient))); }
 
+// Keeps one glint from whitening all samples of a pixel.
+vec3 limited(vec3 value) { return min(value, vec3(6)); }
+)";
+
+// A wet film over wrapped diffuse light whose red reaches farther into the shade, as light that
+// travels under skin does. All detail comes from solid noise at the rest position, so it sticks to
+// tissue and is there on cut faces. Its gradient is used as if rest and world axes agreed: a turned
+// organ has turned bumps, which nobody can see.
+const char* const kTissueFragmentShader = R"(
+uniform samplerBuffer materials;
+uniform sampler3D cell_noise;
 void main() {
   vec4 color = texelFetch(materials, 4 * v_material);
   vec3 mottle = texelFetch(materials, 4 * v_material + 1).rgb;
-  vec4 surface = texelFetch(materials, 4 * v_material + 2);
-  vec2 pattern = texelFetch(materials, 4 * v_material + 3).xy;
-  int kind = int(surface.w + 0.5);
+  vec3 surface = texelFetch(materials, 4 * v_material + 2).xyz;  // gloss, detail size, relief
+  vec2 pattern = texelFetch(materials, 4 * v_material + 3).xy;   // lobules, vessels
 
   vec3 to_light = light - v_position;
-  float distance = length(to_light);
-  vec3 l = to_light / distance;
+  vec3 l = normalize(to_light);
   vec3 v = normalize(eye - v_position);
-  // inverse square, held back near the scope as the camera's own exposure control does
-  float reach = distance / reference_distance;
-  float cone = pow(max(dot(-l, forward), 0), 2.0);
-  vec3 incoming = brightness * vec3(1.0, 0.965, 0.92) * 1.25 / (reach * reach + 0.25) *
-                  mix(0.35, 1.0, cone);
-
-  if (kind == 3) {
-    radiance = shade_smoke(incoming);
-    return;
-  }
-  vec3 n = v_normal / max(length(v_normal), 1e-6);
-  n = gl_FrontFacing ? n : -n;
+  vec3 incoming = incoming_light(to_light);
+  vec3 n = facing_normal();
   float ambient = ambient_visibility();
   float shade = light_visibility(n);
-  if (kind != 0) {
-    radiance = vec4(min(shade_tool(n, v, l, incoming, shade, ambient, kind == 1), vec3(6)), 1);
-    return;
-  }
 
   // --- detail -----------------------------------------------------------------------------------
   vec3 p = v_rest / surface.y;
-  vec4 fine = gradient_at(p * 2.9 + 0.37);
-  vec4 medium = gradient_at(p);
-  vec4 coarse = gradient_at(p * 0.21 + 0.71);
-  float relief = surface.z;
-  vec3 bump = relief * (0.55 * medium.xyz + 0.35 * fine.xyz);
+  vec4 fine = noise_at(p);
+  vec4 coarse = noise_at(p * 0.24 + 0.10 * fine.xyz + 0.71);
+  vec4 cell = 2 * texture(cell_noise, (p * 0.6 + 0.15 * fine.xyz + 0.4 * coarse.xyz) / 8) - 1;
+  vec3 bump = surface.z * fine.xyz;
   float opacity = color.a;
-  vec3 albedo = mix(color.rgb, mottle, smoothstep(-0.35, 0.55, coarse.w + 0.35 * medium.w));
+  vec3 albedo = mix(color.rgb, mottle, smoothstep(-0.4, 0.5, coarse.w + 0.5 * fine.w));
   if (v_color.a >= 0) {
-    albedo = v_color.rgb * (1 + 0.18 * medium.w);
+    albedo = v_color.rgb * (1 + 0.18 * fine.w);
     opacity = v_color.a;
   }
-  float crease = 0;
-  if (pattern.x > 0) {
-    vec4 cell = cell_at(p * 0.8 + 0.22 * medium.xyz);
-    bump += pattern.x * 0.75 * cell.xyz;
-    crease = pattern.x * (1 - smoothstep(0.0, 0.30, 0.5 * cell.w + 0.5));
-    albedo = mix(albedo, mottle * vec3(0.85, 0.62, 0.45), 0.65 * crease);
-    albedo *= 1 + 0.18 * pattern.x * fine.w;
-  }
-  if (pattern.y > 0) {
-    vec3 q = p * 0.30 + 0.16 * medium.xyz;
-    float trunk = abs(gradient_at(q).w);
-    float twig = abs(gradient_at(q * 2.3 + 3.1).w);
-    float line = (1 - smoothstep(0.015, 0.055, trunk)) * smoothstep(-0.25, 0.1, coarse.w) +
-                 0.55 * (1 - smoothstep(0.02, 0.07, twig)) * smoothstep(0.0, 0.3, medium.w + coarse.w);
-    albedo = mix(albedo, vec3(0.42, 0.055, 0.045), min(1.0, line) * pattern.y * 0.8);
-  }
+  // fat: domes with soft furrows between them
+  bump += pattern.x * 0.62 * cell.xyz;
+  float furrow = pattern.x * (1 - smoothstep(0.0, 0.45, 0.5 * cell.w + 0.5));
+  albedo *= 1 - furrow * vec3(0.10, 0.24, 0.42);
+  // vessels: where a component of the noise changes its sign, on part of the surface
+  float trunk = (1 - smoothstep(0.02, 0.07, abs(coarse.x + 0.10 * fine.w))) *
+                smoothstep(-0.15, 0.15, coarse.y);
+  float twig = (1 - smoothstep(0.03, 0.10, abs(fine.z + 0.3 * coarse.x))) *
+               smoothstep(0.05, 0.25, coarse.z);
+  albedo = mix(albedo, vec3(0.40, 0.065, 0.055), min(1.0, trunk + 0.45 * twig) * pattern.y * 0.7);
 
   // --- burn: pale, then tan, brown and black ------------------------------------------------------
-  float grain = 0.6 * fine.w + 0.5 * medium.w;
+  float grain = fine.w;
   float coagulation = v_burn.x <= 0 ? 0 : smoothstep(0.05, 0.55, v_burn.x * (1 + 0.5 * grain));
-  float charring = v_burn.y <= 0 ? 0 : clamp(v_burn.y * (1.15 + 0.7 * grain), 0, 1);
-  albedo = mix(albedo, vec3(0.80, 0.72, 0.58) * (1 + 0.12 * grain), 0.92 * coagulation);
-  albedo = mix(albedo, vec3(0.36, 0.19, 0.075), smoothstep(0.04, 0.28, charring));
+  float charring = v_burn.y <= 0 ? 0 : clamp(v_burn.y * (1.15 + 0.8 * grain), 0, 1);
+  albedo = mix(albedo, vec3(0.70, 0.60, 0.44) * (1 + 0.15 * grain), 0.92 * coagulation);
+  albedo = mix(albedo, vec3(0.34, 0.18, 0.075), smoothstep(0.04, 0.28, charring));
   albedo = mix(albedo, vec3(0.075, 0.030, 0.014), smoothstep(0.22, 0.52, charring));
   albedo = mix(albedo, vec3(0.010, 0.008, 0.007), smoothstep(0.45, 0.80, charring));
-  opacity = max(opacity, max(0.85 * coagulation, smoothstep(0.05, 0.4, charring)) *
-                             step(0.02, opacity));
+  float burnt = max(0.85 * coagulation, smoothstep(0.05, 0.4, charring));
+  opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
   float dry = max(0.45 * coagulation, smoothstep(0.05, 0.45, charring));
-  bump += (0.35 * coagulation + 0.9 * charring) * (0.4 * medium.xyz + 0.45 * fine.xyz);
+  bump += (0.35 * coagulation + 0.9 * charring) * 0.8 * fine.xyz;
 
   float wet = v_burn.z;
-  float gloss = max(surface.x * (1 - dry), wet * 0.98);
+  float gloss = max(surface.x * (1 - dry), 0.98 * wet);
   albedo *= mix(1.0, 0.72, wet);
-  vec3 bumped = add_bump(n, bump);
 
   // --- light ----------------------------------------------------------------------------------
-  float ndl = dot(bumped, l);
+  float ndl = dot(add_bump(n, bump), l);
   vec3 wrap = vec3(0.42, 0.17, 0.13) * (1 - 0.8 * charring);
   vec3 diffuse = clamp((ndl + wrap) / (1 + wrap), 0, 1);
-  vec3 shadow = mix(vec3(0.22, 0.085, 0.065), vec3(1), shade);
-  vec3 hollow = pow(vec3(ambient), vec3(0.75, 1.15, 1.25));  // red survives in folds
-  vec3 lit = albedo * (diffuse * shadow * mix(vec3(0.25), vec3(1), hollow) * (1 - 0.35 * crease) +
+  vec3 shadow = mix(vec3(0.20, 0.095, 0.08), vec3(1), shade);
+  vec3 hollow = ambient * mix(vec3(1.18, 0.88, 0.84), vec3(1), ambient);  // red survives in folds
+  vec3 lit = albedo * (diffuse * shadow * mix(vec3(0.25), vec3(1), hollow) +
                        0.35 * kCavity * hollow);
 
-  vec3 film_normal = add_bump(n, bump * mix(0.7, 0.35, wet) + 0.05 * fine.xyz);
+  vec3 film = add_bump(n, bump * mix(0.75, 0.45, wet));
   vec3 h = normalize(l + v);
-  float ndh = max(dot(film_normal, h), 0);
-  float ndv = max(dot(film_normal, v), 0.04);
-  float film_ndl = max(dot(film_normal, l), 0);
-  float sharp = mix(0.26, 0.035, gloss);
-  float f0 = 0.030;
-  float fresnel = schlick(f0, max(dot(v, h), 0));
+  float ndh = max(dot(film, h), 0);
+  float ndv = max(dot(film, v), 0.04);
+  float film_ndl = max(dot(film, l), 0.04);
+  float sharp = mix(0.30, 0.055, gloss);
+  float fresnel = schlick(0.035, max(dot(v, h), 0));
   float highlight = fresnel * film_ndl / 4 *
-                    (0.55 * ggx(ndh, sharp) * smith(ndv, max(film_ndl, 0.04), sharp) +
-                     0.45 * ggx(ndh, 0.22) * smith(ndv, max(film_ndl, 0.04), 0.22));
-  highlight *= gloss * mix(0.15, 1.0, shade);
-  float rim = schlick(f0, ndv) * gloss * ambient * 0.55;
-  vec3 shine = vec3(highlight) + rim * kCavity;
-  vec3 total = incoming * (lit + shine / max(opacity, 0.25));
-  radiance = vec4(min(total, vec3(6)), clamp(opacity + min(highlight, 1.0) * step(0.02, opacity), 0, 1));
+                    (0.9 * ggx(ndh, sharp) * smith(ndv, film_ndl, sharp) +
+                     1.1 * ggx(ndh, 0.26) * smith(ndv, film_ndl, 0.26)) *
+                    gloss * mix(0.12, 1.0, shade);
+  vec3 shine = highlight + schlick(0.035, ndv) * gloss * ambient * 0.5 * kCavity;
+  float alpha = clamp(opacity + min(highlight, 1.0) * step(0.02, opacity), 0, 1);
+  // the film reflects in full even where the tissue under it is glassy
+  radiance = vec4(limited(incoming * (lit + shine / max(alpha, 0.2))), alpha);
+}
+)";
+
+const char* const kToolFragmentShader = R"(
+uniform samplerBuffer materials;
+void main() {
+  bool steel = texelFetch(materials, 4 * v_material + 2).w < 0.5;
+  vec3 to_light = light - v_position;
+  vec3 l = normalize(to_light);
+  vec3 v = normalize(eye - v_position);
+  vec3 normal = facing_normal();
+  float ambient = ambient_visibility();
+  float shade = light_visibility(normal);
+  vec3 n = add_bump(normal, 0.025 * noise_at(v_rest / 0.0012).xyz);
+  float ndl = max(dot(n, l), 0);
+  float ndv = max(dot(n, v), 0.02);
+  vec3 h = normalize(l + v);
+  float alpha = steel ? 0.11 : 0.20;
+  float f0 = steel ? 0.55 : 0.04;
+  float mirror = min(4.0, ggx(max(dot(n, h), 0), alpha) * smith(ndv, max(ndl, 0.02), alpha) / 4);
+  // what a rod mirrors: the lit end of the scope, red tissue at the sides
+  float back = max(dot(reflect(-v, n), v), 0);
+  vec3 mirrored = mix(vec3(0.17, 0.105, 0.095), vec3(0.50, 0.50, 0.52), smoothstep(0.05, 0.9, back));
+  vec3 base = steel ? mirrored * mix(0.5, 1.0, ambient) : vec3(0.018, 0.018, 0.022);
+  vec3 edge = (schlick(f0, ndv) - f0) * kCavity * ambient * (steel ? 0.25 : 0.16);
+  radiance = vec4(limited(incoming_light(to_light) *
+                          (base * mix(0.3, 1.0, ndl) * mix(0.35, 1.0, shade) + edge +
+                           schlick(f0, max(dot(v, h), 0)) * mirror * ndl * shade)),
+                  1);
+}
+)";
+
+const char* const kSmokeFragmentShader = R"(
+uniform sampler2D geometry;  // depth of what is opaque in its last component
+uniform vec2 picture_size;
+void main() {
+  float body = smoothstep(1.0, 0.15, length(v_rest.xy));
+  float wisp = 0.5 + 0.8 * noise_at(vec3(v_rest.xy * 1.1, v_rest.z * 1.7)).w;
+  float behind = texture(geometry, gl_FragCoord.xy / picture_size).w;
+  float soft = behind > 0 ? clamp((behind - v_depth) / max(v_burn.x, 1e-9) + 0.2, 0, 1) : 1;
+  radiance = vec4(limited(0.5 * v_color.rgb * incoming_light(light - v_position)),
+                  v_color.a * body * soft * clamp(wisp, 0.0, 1.0));
 }
 )";
 
@@ -378,7 +380,8 @@ void main() {
   vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
   float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
   vec3 light = texture(scene, v_place).rgb + 0.10 * texture(glow, v_place).rgb;
-  light *= 1 - 0.55 * r * r;
+  light *= 1 - 0.5 * r * r;
+  light = mix(vec3(dot(light, vec3(0.2126, 0.7152, 0.0722))), light, 0.86);
   float mask = 1 - smoothstep(0.975, 1.0, r);
   pixel = vec4(srgb(expose(light)) * mask, 1);
 }

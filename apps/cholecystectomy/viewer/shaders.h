@@ -12,8 +12,14 @@ extern const char* const kEmptyFragmentShader;     ///< depth alone, for the sha
 extern const char* const kGeometryFragmentShader;  ///< normal and depth, for the occlusion
 extern const char* const kOcclusionFragmentShader;
 extern const char* const kOcclusionBlurFragmentShader;
-extern const char* const kTissueFragmentShader;  ///< the picture, in linear light
-extern const char* const kGlowFragmentShader;    ///< one direction of the glow around highlights
-extern const char* const kScopeFragmentShader;   ///< exposure, vignette and the round mask
+
+// The picture in linear light: the functions, then one of the three.
+extern const char* const kLightingFunctions;
+extern const char* const kTissueFragmentShader;
+extern const char* const kToolFragmentShader;
+extern const char* const kSmokeFragmentShader;
+
+extern const char* const kGlowFragmentShader;   ///< one direction of the glow around highlights
+extern const char* const kScopeFragmentShader;  ///< exposure, vignette and the round mask
 
 }  // namespace cholecystectomy

@@ -7,8 +7,8 @@ TissueAppearance appearance_of(Tissue tissue) {
   TissueAppearance look;
   switch (tissue) {
     case Tissue::liver:
-      look.color = {0.52f, 0.21f, 0.17f};
-      look.mottle = {0.40f, 0.13f, 0.12f};
+      look.color = {0.53f, 0.28f, 0.24f};
+      look.mottle = {0.42f, 0.19f, 0.17f};
       look.gloss = 0.75f;
       look.detail_size = 0.0035f;
       look.relief = 0.16f;
@@ -22,17 +22,17 @@ TissueAppearance appearance_of(Tissue tissue) {
       look.vessels = 0.75f;
       break;
     case Tissue::fat:
-      look.color = {0.93f, 0.76f, 0.40f};
-      look.mottle = {0.86f, 0.62f, 0.30f};
+      look.color = {0.95f, 0.82f, 0.52f};
+      look.mottle = {0.92f, 0.74f, 0.42f};
       look.gloss = 0.7f;
       look.detail_size = 0.0035f;
-      look.relief = 0.5f;
+      look.relief = 0.2f;
       look.lobules = 1;
       look.vessels = 0.25f;
       break;
     case Tissue::artery:
-      look.color = {0.78f, 0.22f, 0.18f};
-      look.mottle = {0.66f, 0.13f, 0.12f};
+      look.color = {0.74f, 0.30f, 0.26f};
+      look.mottle = {0.62f, 0.20f, 0.18f};
       look.gloss = 0.8f;
       look.detail_size = 0.002f;
       look.relief = 0.15f;
@@ -55,8 +55,8 @@ TissueAppearance appearance_of(Tissue tissue) {
       look.vessels = 0.3f;
       break;
     case Tissue::abdominal_wall:
-      look.color = {0.80f, 0.47f, 0.42f};
-      look.mottle = {0.70f, 0.34f, 0.31f};
+      look.color = {0.80f, 0.52f, 0.47f};
+      look.mottle = {0.72f, 0.40f, 0.37f};
       look.gloss = 0.55f;
       look.detail_size = 0.010f;
       look.relief = 0.3f;
