@@ -159,6 +159,13 @@ class Canvas {
   std::vector<Rgb8> samples_;
 };
 
+/// Beyond this, the arithmetic of axes overflows; ranges below its inverse count as flat.
+constexpr double kLargest = 1e300;
+
+bool is_drawn(const PlotSeries& series, std::size_t i) {
+  return std::abs(series.x[i]) <= kLargest && std::abs(series.y[i]) <= kLargest;  // false for NaN
+}
+
 /// Round numbers that enclose a range.
 struct Axis {
   double first = 0;
@@ -177,11 +184,12 @@ Axis make_axis(double low, double high, int most) {
   }
   // a flat curve, or a range that rounding would eat
   const double widest = std::max(std::abs(low), std::abs(high));
-  if (!(high - low > 1e-9 * widest)) {
-    low -= widest > 0 ? 0.1 * widest : 0.5;
-    high += widest > 0 ? 0.1 * widest : 0.5;
+  if (!(high - low > std::max(1e-9 * widest, 1 / kLargest))) {
+    const double margin = widest > 1 / kLargest ? 0.1 * widest : 0.5;
+    low -= margin;
+    high += margin;
   }
-  const double rough = high / most - low / most;  // divided first: the difference may overflow
+  const double rough = (high - low) / most;
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
   const double lead = rough / power;
   Axis axis;
@@ -241,7 +249,7 @@ class Layout {
     Range x, y;
     for (const PlotSeries& series : plot.series) {
       for (std::size_t i = 0; i < series.x.size(); ++i) {
-        if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) {
+        if (is_drawn(series, i)) {
           x.include(series.x[i]);
           y.include(series.y[i]);
         }
@@ -307,7 +315,7 @@ class Layout {
     bool joined = false;
     Point previous{};
     for (std::size_t i = 0; i < series.x.size(); ++i) {
-      if (!std::isfinite(series.x[i]) || !std::isfinite(series.y[i])) {
+      if (!is_drawn(series, i)) {
         joined = false;
         continue;
       }

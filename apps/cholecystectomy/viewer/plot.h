@@ -11,7 +11,7 @@
 
 namespace cholecystectomy {
 
-/// One curve. A point that is not finite breaks the line.
+/// One curve. A point that is not finite, or beyond 1e300, breaks the line.
 struct PlotSeries {
   std::string label;
   std::vector<double> x;  ///< [point_count] in the unit named by the plot's x label
@@ -28,7 +28,7 @@ struct Plot {
   int height = 540;  ///< pixels
 };
 
-/// Draws the curves over axes with round tick values that enclose all finite points.
+/// Draws the curves over axes with round tick values that enclose all points.
 /// @throws pbdsurg::InvalidArgument  if x and y of a series differ in length, or the picture is
 ///         smaller than 240 x 160 or larger than 8192 pixels along a side
 [[nodiscard]] Image plot_lines(const Plot& plot);

@@ -254,11 +254,11 @@ void main() {
   bump += pattern.x * 0.62 * cell.xyz;
   float furrow = pattern.x * (1 - smoothstep(0.0, 0.45, 0.5 * cell.w + 0.5));
   albedo *= 1 - furrow * vec3(0.10, 0.24, 0.42);
-  // vessels: where a component of the noise changes its sign, on part of the surface
-  float trunk = (1 - smoothstep(0.02, 0.07, abs(coarse.x + 0.10 * fine.w))) *
-                smoothstep(-0.15, 0.15, coarse.y);
-  float twig = (1 - smoothstep(0.03, 0.10, abs(fine.z + 0.3 * coarse.x))) *
-               smoothstep(0.05, 0.25, coarse.z);
+  // vessels: lines of even width along a level of the noise, value over slope, on part of the surface
+  float trunk = (1 - smoothstep(0.02, 0.06, abs(coarse.w - 0.16) / (length(coarse.xyz) + 0.1))) *
+                smoothstep(-0.25, 0.05, fine.y + coarse.y);
+  float twig = (1 - smoothstep(0.04, 0.11, abs(fine.w - 0.1) / (length(fine.xyz) + 0.1))) *
+               smoothstep(0.0, 0.2, coarse.z);
   albedo = mix(albedo, vec3(0.40, 0.065, 0.055), min(1.0, trunk + 0.45 * twig) * pattern.y * 0.7);
 
   // --- burn: pale, then tan, brown and black ------------------------------------------------------

@@ -8,7 +8,7 @@ TissueAppearance appearance_of(Tissue tissue) {
   switch (tissue) {
     case Tissue::liver:
       look.color = {0.53f, 0.28f, 0.24f};
-      look.mottle = {0.42f, 0.19f, 0.17f};
+      look.mottle = {0.46f, 0.225f, 0.195f};
       look.gloss = 0.75f;
       look.detail_size = 0.0035f;
       look.relief = 0.16f;
@@ -17,8 +17,8 @@ TissueAppearance appearance_of(Tissue tissue) {
       look.color = {0.62f, 0.68f, 0.56f};
       look.mottle = {0.47f, 0.58f, 0.52f};
       look.gloss = 0.9f;
-      look.detail_size = 0.006f;
-      look.relief = 0.12f;
+      look.detail_size = 0.005f;
+      look.relief = 0.16f;
       look.vessels = 0.75f;
       break;
     case Tissue::fat:
