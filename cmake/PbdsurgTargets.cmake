@@ -14,7 +14,8 @@ list(JOIN flags "," host_flags)
 target_compile_options(pbdsurg_build_flags INTERFACE
   # nvcc's own output is not pedantic C++
   "$<$<COMPILE_LANGUAGE:CXX>:${flags};-Wpedantic>"
-  "$<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=${host_flags}>"
+  # CMake learnt of nvcc's C++20 in 3.26, so it is not asked for as a feature
+  "$<$<COMPILE_LANGUAGE:CUDA>:-std=c++20;-Xcompiler=${host_flags}>"
   $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${PBDSURG_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>)
 if(PBDSURG_SANITIZE)
   target_compile_options(pbdsurg_build_flags INTERFACE
@@ -53,4 +54,10 @@ function(pbdsurg_add_test room)
   target_include_directories(${room}_tests PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_link_libraries(${room}_tests PRIVATE pbdsurg_test_main)
   add_test(NAME ${room} COMMAND ${room}_tests)
+endfunction()
+
+# pbdsurg_add_bench(name sources...): the program <name>_bench, which scripts/tables runs.
+function(pbdsurg_add_bench name)
+  pbdsurg_add_program(${name}_bench ${ARGN})
+  target_link_libraries(${name}_bench PRIVATE benchmark::benchmark)
 endfunction()

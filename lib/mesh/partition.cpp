@@ -24,7 +24,7 @@ void check_arguments(std::span<const Edge> edges, std::span<const Eigen::Vector3
     throw InvalidArgument("a partition may have at most 2147483647 vertices, got " +
                           std::to_string(positions.size()));
   }
-  const Index vertex_count = static_cast<Index>(positions.size());
+  const auto vertex_count = static_cast<Index>(positions.size());
   if (part_count < 1 || part_count > vertex_count) {
     throw InvalidArgument("part_count is " + std::to_string(part_count) +
                           "; it must be in [1, vertex_count], and vertex_count is " +
@@ -83,11 +83,12 @@ void bisect(std::span<const Eigen::Vector3d> positions, std::span<Index> vertice
   }
   const Index low_parts = part_count / 2;
   const Index larger_in_low = std::clamp<Index>(larger_parts - first_part, 0, low_parts);
-  const auto low_size = static_cast<std::size_t>(low_parts * smaller_size + larger_in_low);
+  const Index low_count = low_parts * smaller_size + larger_in_low;
+  const auto low_size = static_cast<std::size_t>(low_count);
   const int axis = longest_axis(positions, vertices);
   // ties are broken by id, so the two halves do not depend on the order they came in
-  std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(low_size),
-                   vertices.end(), [&](Index a, Index b) {
+  std::nth_element(vertices.begin(), vertices.begin() + low_count, vertices.end(),
+                   [&](Index a, Index b) {
                      const double xa = positions[a][axis], xb = positions[b][axis];
                      return xa != xb ? xa < xb : a < b;
                    });
@@ -99,7 +100,7 @@ void bisect(std::span<const Eigen::Vector3d> positions, std::span<Index> vertice
 
 std::vector<Index> bisect_recursively(std::span<const Eigen::Vector3d> positions,
                                       Index part_count) {
-  const Index vertex_count = static_cast<Index>(positions.size());
+  const auto vertex_count = static_cast<Index>(positions.size());
   std::vector<Index> vertices(positions.size());
   std::iota(vertices.begin(), vertices.end(), 0);
   std::vector<Index> part_of_vertex(positions.size());

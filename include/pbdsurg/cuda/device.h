@@ -18,7 +18,7 @@ class DeviceError : public Error {
   using Error::Error;
 };
 
-/// One device that this library can use.
+/// One device of this machine.
 struct DeviceInfo {
   int id = 0;  ///< as the CUDA runtime numbers it
   std::string name;
