@@ -2,17 +2,40 @@
 # Compile settings shared by all of our own targets. Private and never exported.
 
 add_library(pbdsurg_build_flags INTERFACE)
+# No fused multiply-add behind our back: the same source gives the same bits on every optimisation
+# level, which is what makes the serial backend a reference.
+set(flags -ffp-contract=off -Wall -Wextra -Wshadow)
+# __FILE__ names no folder of the build machine
+list(APPEND flags "-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=")
+if(PBDSURG_WARNINGS_AS_ERRORS)
+  list(APPEND flags -Werror)
+endif()
+list(JOIN flags "," host_flags)
 target_compile_options(pbdsurg_build_flags INTERFACE
-  # No fused multiply-add behind our back: the same source gives the same bits on every optimisation
-  # level, which is what makes the serial backend a reference.
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
-  "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wpedantic;-Wshadow>"
-  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${PBDSURG_WARNINGS_AS_ERRORS}>>:-Werror>)
+  # nvcc's own output is not pedantic C++
+  "$<$<COMPILE_LANGUAGE:CXX>:${flags};-Wpedantic>"
+  # CMake learnt of nvcc's C++20 in 3.26, so it is not asked for as a feature
+  "$<$<COMPILE_LANGUAGE:CUDA>:-std=c++20;-Xcompiler=${host_flags}>"
+  $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${PBDSURG_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>)
 if(PBDSURG_SANITIZE)
   target_compile_options(pbdsurg_build_flags INTERFACE
     "$<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${PBDSURG_SANITIZE};-fno-sanitize-recover=all;-fno-omit-frame-pointer>")
   target_link_options(pbdsurg_build_flags INTERFACE -fsanitize=${PBDSURG_SANITIZE})
 endif()
+
+# pbdsurg_link_private(library targets...): dependencies that a library's own sources alone see. A
+# static library passes them on to its users' linker, so the package finds them again; a shared one
+# keeps them to itself, and its users need not have them.
+function(pbdsurg_link_private library)
+  get_target_property(type ${library} TYPE)
+  foreach(dependency IN LISTS ARGN)
+    if(type STREQUAL "STATIC_LIBRARY")
+      target_link_libraries(${library} PRIVATE ${dependency})
+    else()
+      target_link_libraries(${library} PRIVATE $<BUILD_INTERFACE:${dependency}>)
+    endif()
+  endforeach()
+endfunction()
 
 # Programs of every folder end up side by side.
 if(PROJECT_IS_TOP_LEVEL)
@@ -31,4 +54,10 @@ function(pbdsurg_add_test room)
   target_include_directories(${room}_tests PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_link_libraries(${room}_tests PRIVATE pbdsurg_test_main)
   add_test(NAME ${room} COMMAND ${room}_tests)
+endfunction()
+
+# pbdsurg_add_bench(name sources...): the program <name>_bench, which scripts/tables runs.
+function(pbdsurg_add_bench name)
+  pbdsurg_add_program(${name}_bench ${ARGN})
+  target_link_libraries(${name}_bench PRIVATE benchmark::benchmark)
 endfunction()

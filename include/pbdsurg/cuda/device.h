@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The CUDA devices of this machine. Plain C++: needs no CUDA header.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+namespace pbdsurg::cuda {
+
+/// A CUDA call that failed, or a device that was lost. The message names the call and the reason.
+class DeviceError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// One device of this machine.
+struct DeviceInfo {
+  int id = 0;  ///< as the CUDA runtime numbers it
+  std::string name;
+  int compute_major = 0;  ///< compute capability, 9 of 9.0
+  int compute_minor = 0;
+  std::size_t memory = 0;  ///< total device memory, bytes
+  int multiprocessor_count = 0;
+  bool supports_clusters = false;  ///< thread block clusters with distributed shared memory
+};
+
+/// The devices found, or why there are none.
+struct DeviceList {
+  std::vector<DeviceInfo> devices;
+  std::string reason;  ///< empty if devices is not, else one sentence for the user
+};
+
+/// Lists the devices. No driver and no device are answers, not errors. The first call in a process
+/// may take a second, while the driver starts.
+///
+/// @throws DeviceError  if a driver with devices is there but does not answer about one of them
+[[nodiscard]] DeviceList find_devices();
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by the other scripts: where the repository is, how to speak, how to build a preset.
+# shellcheck shell=bash
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+
+say() { printf '== %s\n' "$*"; }
+
+fail() {
+  printf '%s: error: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+# Prints the comment at the head of the script that called it.
+usage() { sed -n '2,/^[^#]/{/^# SPDX/d;s/^# \{0,1\}//p}' "$0"; }
+
+# Value of an option that needs one: value_of OPTION "$@" with the option as first of the rest.
+value_of() {
+  [[ $# -ge 3 && -n "$3" ]] || fail "$1 needs a value; see --help"
+  printf '%s\n' "$3"
+}
+
+# Bytes that this process may still use: the machine's, or its container's where that is less.
+available_memory() {
+  local bytes limit used
+  bytes=$(($(awk '/^MemAvailable:/ {print $2}' /proc/meminfo) * 1024))
+  if [[ -r /sys/fs/cgroup/memory.max && -r /sys/fs/cgroup/memory.current ]]; then
+    limit=$(</sys/fs/cgroup/memory.max)
+    used=$(</sys/fs/cgroup/memory.current)
+    if [[ $limit != max ]] && ((limit - used < bytes)); then
+      bytes=$((limit - used))
+    fi
+  fi
+  printf '%s\n' "$bytes"
+}
+
+# How many compilers may run at once: one a processor, 1.5 GB each, at least one.
+build_jobs() {
+  local processors by_memory
+  processors=$(nproc)
+  by_memory=$(($(available_memory) / 1500000000))
+  ((by_memory < 1)) && by_memory=1
+  printf '%s\n' "$((by_memory < processors ? by_memory : processors))"
+}
+
+# Installs what is missing, unless PBDSURG_SKIP_SETUP=1 says that everything is there.
+ensure_setup() {
+  if [[ ${PBDSURG_SKIP_SETUP:-0} != 1 ]]; then
+    "$root/scripts/setup"
+  fi
+}
+
+# configure_preset PRESET [cmake arguments...]
+configure_preset() {
+  local preset=$1
+  shift
+  local log="$root/build/$preset-configure.log"
+  mkdir -p "$root/build"
+  (cd "$root" && cmake --preset "$preset" "$@") >"$log" 2>&1 || {
+    cat "$log" >&2
+    fail "configuring preset $preset failed"
+  }
+  sed -n '/^-- pbdsurg /,/^-- Configuring/{/^-- Configuring/d;s/^-- //p}' "$log"
+}
+
+# build_preset PRESET [targets...]: configures and builds; all targets where none is named.
+build_preset() {
+  local preset=$1
+  shift
+  local jobs
+  jobs=$(build_jobs)
+  say "building preset $preset in build/$preset with $jobs job(s)"
+  configure_preset "$preset"
+  local -a targets=()
+  (($# > 0)) && targets=(--target "$@")
+  (cd "$root" && cmake --build --preset "$preset" --parallel "$jobs" "${targets[@]}") ||
+    fail "building preset $preset failed"
+}
+
+# run_benchmarks BIN_DIR OUT_DIR [NAME]: each program NAME_bench, as NAME.json and NAME.txt.
+run_benchmarks() {
+  local bin=$1 out=$2 only=${3:-} program name count=0
+  for program in "$bin"/*_bench; do
+    name=$(basename "$program" _bench)
+    [[ -x $program && (-z $only || $name == "$only") ]] || continue
+    say "benchmark $name"
+    "$program" --benchmark_out="$out/$name.json" --benchmark_out_format=json | tee "$out/$name.txt" ||
+      fail "benchmark $name failed"
+    count=$((count + 1))
+  done
+  ((count > 0)) || fail "no benchmark was built in $bin"
+}

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# Shared by the scripts of this folder.
+
+# run(command...): stops the test unless the command succeeds.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status)
+  if(NOT status EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "failed with ${status}: ${command}")
+  endif()
+endfunction()
+
+# build_and_run_consumer(name arguments...): the user's program from an empty folder, and a look at
+# how it was compiled.
+function(build_and_run_consumer name)
+  set(build "${WORK_DIR}/consumer_${name}")
+  file(REMOVE_RECURSE "${build}")
+  run(${CMAKE_COMMAND} -S "${CONSUMER_DIR}" -B "${build}" -G "${GENERATOR}"
+      -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
+      -D CMAKE_EXPORT_COMPILE_COMMANDS=ON ${ARGN})
+  run(${CMAKE_COMMAND} --build "${build}" --target consumer --parallel 2)
+  run("${build}/consumer")
+
+  file(STRINGS "${build}/compile_commands.json" command REGEX "\"command\".*consumer/main\\.cpp")
+  if(NOT command)
+    message(FATAL_ERROR "no compile command of the consumer found")
+  endif()
+  if(command MATCHES " (-W[a-z]|-ffp-contract|-f[a-z]+-prefix-map|-fsanitize|-DPBDSURG)")
+    message(FATAL_ERROR "a private flag reaches users: ${command}")
+  endif()
+endfunction()
