@@ -41,7 +41,7 @@ Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box) {
 struct NamedShape {
   std::string name;
   ImplicitShape shape;
-  double lipschitz;  // the tetrahedraliser needs 1.2 at most, on the whole
+  double lipschitz;  // the tetrahedraliser needs 1.3 at most
 };
 
 std::vector<NamedShape> all_shapes() {
