@@ -2,11 +2,13 @@
 #include "pbdsurg/anatomy/table2_family.h"
 
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
 #include "anatomy/outer_surface.h"
@@ -23,6 +25,11 @@ constexpr double kWallCellsPerThickness = 0.88;
 // m; where the search for the row's vertex count ends, so that it is over at once.
 constexpr std::array<double, 5> kHollowSpacing{3.088e-3, 2.382e-3, 1.934e-3, 1.799e-3, 1.399e-3};
 
+// The same for surface-filled meshes, whose vertices are those of the outer surface. Noise in parts
+// of the spacing, chosen so that the number of tetrahedra a vertex is that of the paper's row.
+constexpr std::array<double, 5> kFilledSpacing{2.088e-3, 1.604e-3, 1.280e-3, 1.177e-3, 0.9112e-3};
+constexpr std::array<double, 5> kNoise{0.075, 0.070, 0.060, 0.060, 0.050};
+
 ImplicitShape wall_at(double spacing) {
   return gallbladder_wall(spacing / kWallCellsPerThickness);
 }
@@ -35,23 +42,36 @@ TetMesh hollow_mesh(std::size_t row) {
   return tetrahedralize(ShapeAtSpacing(wall_at), options).mesh;
 }
 
-// The outside of a meshed wall has vertices that lie on no common sphere, which keeps the Delaunay
-// tetrahedra between them as irregular as those of scanned organs.
-MeshData surface_with(Index vertex_count) {
-  constexpr double kSurfaceArea = 8.5e-3;  // m^2
-  constexpr double kTolerance = 0.004;     // tetgen may add a vertex or two
-  double spacing = std::sqrt(2.05 * kSurfaceArea / vertex_count);
+// The gallbladder is a body of revolution nearly everywhere: rings of vertices lie on common
+// spheres, and Delaunay tetrahedra connect them in all directions, twice as many as between the
+// vertices of a scanned organ. Noise of a few hundredths of an edge, as scans have it, makes the
+// counts alike.
+void roughen(MeshData& surface, double noise) {
+  for (std::size_t v = 0; v < surface.points.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double unit = random_unit(0, v, static_cast<std::uint64_t>(axis));
+      surface.points[v][axis] += noise * (unit - 0.5);
+    }
+  }
+}
+
+// The outside of a meshed wall with as many vertices as the row.
+MeshData surface_of(std::size_t row) {
+  constexpr double kTolerance = 0.004;  // tetgen may add a vertex or two
+  const double wanted = kTable2[row].vertices;
+  const auto error = [wanted](const MeshData& data) {
+    return std::abs(static_cast<double>(data.points.size()) / wanted - 1);
+  };
   MeshData best;
+  double spacing = kFilledSpacing[row];
   for (int step = 0; step < 8; ++step) {
     TetrahedralizeOptions options;
     options.spacing = spacing;
     options.euler = 2;
     const TetMesh wall = tetrahedralize(wall_at(spacing), options).mesh;
     MeshData surface = outer_surface(wall.positions(), wall.tets());
-    const auto error = [vertex_count](const MeshData& data) {
-      return std::abs(static_cast<double>(data.points.size()) / vertex_count - 1);
-    };
-    spacing *= std::sqrt(static_cast<double>(surface.points.size()) / vertex_count);
+    roughen(surface, kNoise[row] * spacing);
+    spacing *= std::sqrt(static_cast<double>(surface.points.size()) / wanted);
     if (best.points.empty() || error(surface) < error(best)) {
       best = std::move(surface);
     }
@@ -63,7 +83,7 @@ MeshData surface_with(Index vertex_count) {
 }
 
 TetMesh surface_filled_mesh(std::size_t row) {
-  MeshData filled = fill_with_tetgen(surface_with(kTable2[row].vertices));
+  MeshData filled = fill_with_tetgen(surface_of(row));
   orient_tets(filled.points, filled.tets);
   return TetMesh(std::move(filled.points), std::move(filled.tets));
 }

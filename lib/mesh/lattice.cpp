@@ -2,6 +2,7 @@
 #include "mesh/lattice.h"
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "pbdsurg/core/error.h"
@@ -63,10 +64,9 @@ Lattice::Lattice(const ImplicitShape& shape, double spacing, const Eigen::Vector
   block_count_ = blocks.cast<int>();
   slot_of_block_.assign(static_cast<std::size_t>(block_count_.prod()), kInvalidIndex);
 
-  // A value of this size at its centre rules out a change of sign in a block and around it, for
-  // values that change 1.2 times as fast as a distance.
-  const double radius = 0.87 * (kBlockCells + 1) * spacing;
-  const double far = 1.2 * radius + spacing;
+  // A value of this size at its centre rules out a change of sign in a block and one cell around
+  // it, for values that change 1.3 times as fast as a distance.
+  const double far = 1.3 * (std::numbers::sqrt3 / 2 * kBlockCells + 1) * spacing;
   std::size_t block = 0;
   for (int z = 0; z < block_count_.z(); ++z) {
     for (int y = 0; y < block_count_.y(); ++y) {

@@ -96,7 +96,7 @@ class Stuffing {
                             describe(shape_.bounds().max()));
     }
     throw InvalidArgument("the value of the shape changes too fast near " + describe(point) +
-                          "; it must change by at most 1.2 m per metre");
+                          "; it must change by at most 1.3 m per metre");
   }
 
   [[nodiscard]] Node* neighbor(const Node& node, int direction) {

@@ -79,7 +79,7 @@ double winding_of(const Facet& f, const Vector3d& p) {
 struct SurfaceDistance::Tree {
   static constexpr int kLeafSize = 4;
   static constexpr int kMaxDepth = 64;         // of a median split of at most 2^31 triangles
-  static constexpr double kFarDistance = 2.0;  // in radii; less is coarser and faster
+  static constexpr double kFarDistance = 2.5;  // in radii; less is coarser and faster
 
   struct Node {
     AlignedBox3d box;

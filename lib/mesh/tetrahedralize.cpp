@@ -190,6 +190,7 @@ class Tetrahedralizer {
       if (is_sound(candidate)) {
         return candidate;
       }
+      unsound_count_ = candidate.vertex_count();
     }
     return std::nullopt;
   }
@@ -234,6 +235,9 @@ class Tetrahedralizer {
       std::optional<Candidate> candidate = sound_mesh_at(spacing);
       double next = 0.8 * spacing;
       if (!candidate) {
+        if (unsound_count_ > (1 + kWorstCountError) * wanted) {
+          break;  // a finer, sound mesh would have even more vertices
+        }
         too_coarse = std::min(too_coarse, spacing);
       } else {
         const double count = candidate->vertex_count();
@@ -334,7 +338,8 @@ class Tetrahedralizer {
   const ShapeAtSpacing& shape_at_;
   const TetrahedralizeOptions& options_;
   TetrahedralizeReport report_;
-  std::string problem_;
+  std::string problem_;      // of the last unsound mesh
+  Index unsound_count_ = 0;  // its vertices
 };
 
 }  // namespace

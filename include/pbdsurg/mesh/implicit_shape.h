@@ -13,7 +13,7 @@ namespace pbdsurg {
 
 /// A solid: the points where a distance-like function is negative.
 ///
-/// The function is in metres, zero on the surface, and should change by at most about 1.2 m per
+/// The function is in metres, zero on the surface, and should change by at most about 1.3 m per
 /// metre travelled (a signed distance changes by 1): the tetrahedraliser skips space on that
 /// promise. Values are cheap to copy (they share their definition) and safe to evaluate from any
 /// number of threads if the given functions are.

@@ -26,7 +26,8 @@ enum class Pieces { largest, all };
 struct TetrahedralizeOptions {
   /// m, lattice cell; edges come out 0.3 to 1.6 times as long. A wall needs cells of at most 0.89
   /// of its thickness, a tube of at most 0.7 of its diameter (better 0.45): thinner parts get
-  /// holes or vanish. With `vertex_count`, where to begin the search.
+  /// holes or vanish, and gaps narrower than about half a cell may close. With `vertex_count`,
+  /// where to begin the search.
   double spacing = 0;
 
   /// Wanted number of vertices; the spacing is then searched for until it is met within 0.5 %, or
