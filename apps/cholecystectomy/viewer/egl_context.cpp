@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdio>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -75,19 +74,13 @@ EGLContext create_context(EGLDisplay display, EGLConfig config) {
 }  // namespace
 
 /// An initialised display. EGL hands out one display per platform and process, and one terminate
-/// ends it for all, so contexts share it.
+/// ends it for all, so contexts share it. It is never terminated: Mesa would unload its driver, and
+/// lose allocations that the driver still holds.
 class EglContext::Display {
  public:
-  static std::shared_ptr<Display> get() {
-    static std::mutex mutex;
-    static std::weak_ptr<Display> current;
-    const std::lock_guard<std::mutex> lock(mutex);
-    std::shared_ptr<Display> display = current.lock();
-    if (display == nullptr) {
-      display = std::make_shared<Display>();
-      current = display;
-    }
-    return display;
+  static const Display& get() {
+    static const Display* const display = new Display;  // a failed attempt is tried again
+    return *display;
   }
 
   Display() {
@@ -105,7 +98,6 @@ class EglContext::Display {
     throw pbdsurg::BackendUnavailable("no OpenGL 3.3 context without a display" + reasons);
   }
 
-  ~Display() { eglTerminate(handle_); }
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
 
@@ -139,7 +131,7 @@ class EglContext::Display {
 };
 
 EglContext::EglContext()
-    : display_(Display::get()), context_(EGL_NO_CONTEXT), surface_(EGL_NO_SURFACE) {
+    : display_(&Display::get()), context_(EGL_NO_CONTEXT), surface_(EGL_NO_SURFACE) {
   eglBindAPI(EGL_OPENGL_API);  // per thread
   context_ = create_context(display_->handle(), display_->config());
   if (context_ == EGL_NO_CONTEXT) {

@@ -4,8 +4,6 @@
 /// @file
 /// An OpenGL context that needs no window.
 
-#include <memory>
-
 namespace cholecystectomy {
 
 /// An OpenGL 3.3 core context without a default framebuffer. Tries Mesa's surfaceless platform,
@@ -24,7 +22,7 @@ class EglContext {
 
  private:
   class Display;
-  std::shared_ptr<Display> display_;
+  const Display* display_;
   void* context_;
   void* surface_;  ///< a 1 x 1 pixel buffer where contexts need a surface, else null
 };
