@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organ_files.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+#include <variant>
+
+#include "pbdsurg/anatomy/organs.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/read.h"
+#include "pbdsurg/mesh/surface_distance.h"
+#include "pbdsurg/mesh/topology.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::ImplicitShape;
+using pbdsurg::MeshData;
+using pbdsurg::OrganSource;
+using pbdsurg::TetMesh;
+using Points = std::vector<Eigen::Vector3d>;
+
+constexpr double kLargestRatio = 4;      // of the longest side to that of the organ replaced
+constexpr double kFossaGap = 1e-3;       // m, as in the liver bed of the library
+constexpr double kFossaRounding = 3e-3;  // m
+
+// Centre and axes of a cloud of points, the longest axis first, each pointing where the cloud is
+// drawn out (positive third moment), so that blunt ends meet blunt ends.
+struct Frame {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+};
+
+Frame frame_of(const Points& points) {
+  Frame frame;
+  for (const Eigen::Vector3d& p : points) {
+    frame.centre += p / static_cast<double>(points.size());
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points) {
+    covariance += (p - frame.centre) * (p - frame.centre).transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Vector3d axis = solver.eigenvectors().col(2 - i);
+    double moment = 0;
+    for (const Eigen::Vector3d& p : points) {
+      moment += std::pow((p - frame.centre).dot(axis), 3);
+    }
+    frame.axes.col(i) = moment < 0 ? Eigen::Vector3d(-axis) : axis;
+  }
+  frame.axes.col(2) = frame.axes.col(0).cross(frame.axes.col(1));
+  return frame;
+}
+
+double longest_side(const Points& points) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : points) {
+    box.extend(p);
+  }
+  return box.isEmpty() ? 0 : box.sizes().maxCoeff();
+}
+
+// The points of a mesh that its tetrahedra or triangles use.
+Points used_points(const MeshData& mesh) {
+  std::vector<bool> used(mesh.points.size(), false);
+  for (const pbdsurg::Tet& tet : mesh.tets) {
+    for (const pbdsurg::Index v : tet) {
+      used[v] = true;
+    }
+  }
+  for (const pbdsurg::Triangle& triangle : mesh.triangles) {
+    for (const pbdsurg::Index v : triangle) {
+      used[v] = true;
+    }
+  }
+  Points points;
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v]) {
+      points.push_back(mesh.points[v]);
+    }
+  }
+  return points;
+}
+
+struct Organ {
+  const TetMesh& (*built_in)(const pbdsurg::CholecystectomyAnatomy&);
+  OrganSource& (*source)(pbdsurg::CholecystectomyOptions&);
+};
+
+const std::map<std::string, Organ>& organs() {
+  using Anatomy = pbdsurg::CholecystectomyAnatomy;
+  using Options = pbdsurg::CholecystectomyOptions;
+  static const std::map<std::string, Organ> table{
+      {"gallbladder",
+       {[](const Anatomy& a) -> const TetMesh& { return a.gallbladder; },
+        [](Options& o) -> OrganSource& { return o.gallbladder; }}},
+      {"liver",
+       {[](const Anatomy& a) -> const TetMesh& { return a.liver; },
+        [](Options& o) -> OrganSource& { return o.liver; }}},
+      {"cystic_duct",
+       {[](const Anatomy& a) -> const TetMesh& { return a.cystic_duct; },
+        [](Options& o) -> OrganSource& { return o.cystic_duct; }}},
+      {"cystic_artery",
+       {[](const Anatomy& a) -> const TetMesh& { return a.cystic_artery; },
+        [](Options& o) -> OrganSource& { return o.cystic_artery; }}},
+      {"calot_fat",
+       {[](const Anatomy& a) -> const TetMesh& { return a.calot_fat; },
+        [](Options& o) -> OrganSource& { return o.calot_fat; }}},
+      {"common_bile_duct",
+       {[](const Anatomy& a) -> const TetMesh& { return a.common_bile_duct; },
+        [](Options& o) -> OrganSource& { return o.common_bile_duct; }}},
+  };
+  return table;
+}
+
+ImplicitShape filled(const OrganSource& source) {
+  if (const auto* mesh = std::get_if<TetMesh>(&source)) {
+    return pbdsurg::filled_shape(*mesh);
+  }
+  if (const auto* shape = std::get_if<ImplicitShape>(&source)) {
+    return *shape;
+  }
+  return pbdsurg::gallbladder_outer();
+}
+
+// Moves a user's liver along z until its underside lies at the height of the gallbladder's middle.
+void rest_on_gallbladder(Points& liver, const ImplicitShape& gallbladder) {
+  const Eigen::AlignedBox3d box = gallbladder.bounds();
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : liver) {
+    if (p.x() > box.min().x() && p.x() < box.max().x() && p.y() > box.min().y() &&
+        p.y() < box.max().y()) {
+      lowest = std::min(lowest, p.z());
+    }
+  }
+  if (std::isfinite(lowest)) {
+    for (Eigen::Vector3d& p : liver) {
+      p.z() += box.center().z() - lowest;
+    }
+  }
+}
+
+MeshData place(const MeshData& mesh, const std::string& name, const TetMesh& replaced) {
+  const Points used = used_points(mesh);
+  const Points target(replaced.positions().begin(), replaced.positions().end());
+  const double ratio = longest_side(used) / longest_side(target);
+  if (!(ratio < kLargestRatio) || !(ratio > 1 / kLargestRatio)) {
+    std::ostringstream text;
+    text << "the " << name << " given is " << longest_side(used) << " m long; it must be within "
+         << kLargestRatio << " times of " << longest_side(target)
+         << " m, that of the organ it replaces (is the unit right? see --unit)";
+    throw pbdsurg::InvalidArgument(text.str());
+  }
+  const Frame from = frame_of(used);
+  const Frame to = frame_of(target);
+  const Eigen::Matrix3d rotation = to.axes * from.axes.transpose();
+  MeshData placed = mesh;
+  for (Eigen::Vector3d& p : placed.points) {
+    p = rotation * (p - from.centre) + to.centre;
+  }
+  return placed;
+}
+
+OrganSource make_source(MeshData mesh, const std::string& path) {
+  try {
+    if (!mesh.tets.empty()) {
+      return TetMesh(std::move(mesh.points), std::move(mesh.tets));
+    }
+    return pbdsurg::surface_shape(mesh.points, mesh.triangles);
+  } catch (const pbdsurg::InvalidMesh& error) {
+    throw pbdsurg::InvalidMesh(path + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+LoadedAnatomy load_anatomy(const std::map<std::string, std::filesystem::path>& files,
+                           pbdsurg::LengthUnit unit) {
+  pbdsurg::CholecystectomyOptions options;
+  LoadedAnatomy loaded;
+  for (const auto& [name, path] : files) {
+    if (!organs().contains(name)) {
+      std::string known;
+      for (const std::string& organ : kOrganNames) {
+        known += " " + organ;
+      }
+      throw pbdsurg::InvalidArgument("there is no organ '" + name + "'; there are:" + known);
+    }
+  }
+  if (files.empty()) {
+    loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
+    return loaded;
+  }
+
+  const pbdsurg::CholecystectomyAnatomy built_in = pbdsurg::make_cholecystectomy_anatomy();
+  for (const std::string& name : kOrganNames) {  // the gallbladder first: the liver follows it
+    const auto file = files.find(name);
+    if (file == files.end()) {
+      continue;
+    }
+    pbdsurg::MeshFile read = pbdsurg::read_mesh_file(file->second, {unit});
+    pbdsurg::orient_majority(read.mesh);
+    const Organ& organ = organs().at(name);
+    MeshData placed = place(read.mesh, name, organ.built_in(built_in));
+    std::ostringstream note;
+    note << name << ": " << file->second.filename().string() << ", " << read.format << ", in "
+         << pbdsurg::name_of(read.unit) << (read.unit_ambiguous ? " (a guess)" : "") << ", "
+         << placed.tets.size() << " tetrahedra, " << placed.triangles.size() << " triangles";
+    loaded.notes.push_back(note.str());
+    if (name == "liver") {
+      const ImplicitShape gallbladder = filled(options.gallbladder);
+      rest_on_gallbladder(placed.points, gallbladder);
+      const OrganSource liver = make_source(std::move(placed), file->second.string());
+      options.liver = pbdsurg::smooth_difference(
+          filled(liver), pbdsurg::offset_shape(gallbladder, kFossaGap), kFossaRounding);
+    } else {
+      organ.source(options) = make_source(std::move(placed), file->second.string());
+    }
+  }
+  loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy(options);
+  return loaded;
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/live_boundary.h"
+
+#include "viewer/plot.h"
+#include "viewer/png.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::Index;
+
+// Peak temperatures between which tissue whitens, degrees Celsius: proteins coagulate in seconds at
+// 55 and at once above 75.
+constexpr double kCoagulationBegins = 50;
+constexpr double kCoagulationEnds = 75;
+
+constexpr double kSmokeEvery = 0.04;  // s
+constexpr double kSmokeLife = 0.9;    // s
+
+Tissue tissue_of(Index body) {
+  switch (body) {
+    case kGallbladder:
+      return Tissue::gallbladder;
+    case kLiverBed:
+      return Tissue::liver;
+    case kArtery:
+      return Tissue::artery;
+    case kCalotFat:
+      return Tissue::fat;
+    default:
+      return Tissue::duct;
+  }
+}
+
+// The living surface of a body, with its burn marks.
+Surface make_surface(const Simulation& simulation, Index b) {
+  const pbdsurg::Solver& solver = simulation.solver;
+  const pbdsurg::Body& body = solver.bodies()[b];
+  Surface surface;
+  surface.name = body.name;
+  surface.appearance = appearance_of(tissue_of(b));
+  surface.positions = simulation.positions_of(static_cast<OrganIndex>(b));
+  for (const Eigen::Vector3d& x : simulation.scene.meshes[b].positions()) {
+    surface.rest_positions.push_back(x.cast<float>());
+  }
+  for (const pbdsurg::BoundaryTriangle& triangle : pbdsurg::find_live_boundary(solver, b)) {
+    pbdsurg::Triangle local = triangle.vertices;
+    for (Index& v : local) {
+      v -= body.first_vertex;
+    }
+    surface.triangles.push_back(local);
+  }
+  if (const auto burn = burn_index(static_cast<OrganIndex>(b))) {
+    const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
+    for (Index v = 0; v < body.vertex_count; ++v) {
+      const double whitened = (field.peak_temperatures()[v] - kCoagulationBegins) /
+                              (kCoagulationEnds - kCoagulationBegins);
+      surface.coagulation.push_back(static_cast<float>(std::clamp(whitened, 0.0, 1.0)));
+      surface.charring.push_back(static_cast<float>(1 - field.water()[v]));
+    }
+  }
+  return surface;
+}
+
+Tool make_tool(const Instrument& instrument, bool is_hook) {
+  const pbdsurg::ToolPose pose = instrument.pose();
+  const auto part = [&](std::vector<Eigen::Vector3f> points, float radius, ToolFinish finish) {
+    ToolPart result;
+    for (const Eigen::Vector3f& p : points) {
+      result.points.push_back(pose * p);
+      result.radii.push_back(radius);
+    }
+    result.finish = finish;
+    return result;
+  };
+  Tool tool;
+  if (is_hook) {
+    tool.name = "hook";
+    tool.parts.push_back(
+        part({{0, 0, 0}, {0.003F, 0, 0.001F}, {0.003F, 0, 0.014F}}, 0.0006F, ToolFinish::steel));
+    tool.parts.push_back(
+        part({{0.003F, 0, 0.012F}, {0.003F, 0, 0.25F}}, 0.0025F, ToolFinish::insulation));
+  } else {
+    tool.name = "grasper";
+    const float gap = instrument.holds ? 0.0012F : 0.004F;
+    for (const float side : {-1.0F, 1.0F}) {
+      tool.parts.push_back(
+          part({{0, side * gap * 0.6F, -0.003F}, {0, side * gap, 0.006F}, {0, 0, 0.018F}}, 0.0013F,
+               ToolFinish::steel));
+    }
+    tool.parts.push_back(part({{0, 0, 0.018F}, {0, 0, 0.25F}}, 0.0025F, ToolFinish::insulation));
+  }
+  return tool;
+}
+
+void add_membrane(const Simulation& simulation, RenderSnapshot& snapshot) {
+  const auto positions = simulation.solver.positions();
+  for (Index l = 0; l < static_cast<Index>(simulation.solver.links().size()); ++l) {
+    if (!simulation.solver.is_link_alive(l)) {
+      continue;
+    }
+    const pbdsurg::Link& link = simulation.solver.links()[l];
+    snapshot.strands.push_back(
+        {positions[link.first], positions[link.second], {0.93F, 0.86F, 0.78F, 0.75F}, 0.0004F});
+  }
+}
+
+// Each part of the operation is seen from where a surgeon's assistant would hold the scope.
+Camera camera_for(const std::string& moment) {
+  Camera camera;
+  camera.up = {0, 0, 1};
+  if (moment.starts_with("burn")) {
+    camera.eye = {0.075F, -0.055F, -0.075F};
+    camera.target = {0.082F, 0.014F, 0.004F};
+  } else if (moment.starts_with("separate")) {
+    camera.eye = {-0.055F, -0.085F, -0.045F};
+    camera.target = {0.012F, 0.0F, 0.008F};
+  } else {
+    camera.eye = {0.015F, -0.12F, -0.085F};
+    camera.target = {0.035F, 0.0F, 0.003F};
+  }
+  return camera;
+}
+
+}  // namespace
+
+PictureRecorder::PictureRecorder(const std::filesystem::path& directory,
+                                 const pbdsurg::MeshData& backdrop)
+    : directory_(directory), backdrop_(backdrop), renderer_({.width = 960, .height = 720}) {}
+
+// Smoke rises from the hook while it heats; each puff lives for kSmokeLife.
+void PictureRecorder::step(const Simulation& simulation, double) {
+  constexpr float kStep = Simulation::kTimeStep;
+  for (std::size_t i = 0; i < smoke_.size(); ++i) {
+    smoke_[i].center += kStep * smoke_velocities_[i];
+    smoke_[i].radius += 0.006F * kStep;
+    smoke_[i].opacity -= 0.35F * kStep / static_cast<float>(kSmokeLife);
+  }
+  if (!smoke_.empty() && smoke_.front().opacity <= 0) {
+    smoke_.erase(smoke_.begin());
+    smoke_velocities_.erase(smoke_velocities_.begin());
+  }
+  const auto every = static_cast<std::int64_t>(kSmokeEvery / kStep + 0.5);
+  if (simulation.hook_power > 0 && simulation.totals.steps % every == 0) {
+    const auto random = [&](std::uint64_t axis) {
+      return static_cast<float>(
+          pbdsurg::random_unit(7, static_cast<std::uint64_t>(simulation.totals.steps), axis) - 0.5);
+    };
+    smoke_.push_back({simulation.hook.tip, 0.002F, 0.35F});
+    smoke_velocities_.push_back({0.02F * random(0), 0.02F * random(1), 0.015F + 0.02F * random(2)});
+  }
+}
+
+void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {
+  const StageTimer timer(simulation.times, "pictures");
+  RenderSnapshot snapshot;
+  for (std::size_t b = 0; b < simulation.solver.bodies().size(); ++b) {
+    snapshot.surfaces.push_back(make_surface(simulation, static_cast<Index>(b)));
+  }
+  Surface wall;
+  wall.name = "abdominal_wall";
+  wall.appearance = appearance_of(Tissue::abdominal_wall);
+  wall.triangles = backdrop_.triangles;
+  for (const Eigen::Vector3d& x : backdrop_.points) {
+    wall.positions.push_back(x.cast<float>());
+  }
+  snapshot.surfaces.push_back(std::move(wall));
+  snapshot.tools.push_back(make_tool(simulation.grasper, false));
+  snapshot.tools.push_back(make_tool(simulation.hook, true));
+  add_membrane(simulation, snapshot);
+  snapshot.smoke = smoke_;
+  snapshot.camera = camera_for(name);
+
+  char number[8];
+  std::snprintf(number, sizeof number, "%02zu_", files.size() + 1);
+  const std::filesystem::path path = directory_ / (number + name + ".png");
+  write_png(path, renderer_.render(snapshot));
+  files.push_back(path);
+}
+
+void draw_plots(const std::filesystem::path& directory, const ForceRecorder& forces,
+                const Recovery& recovery) {
+  Plot plot;
+  plot.title = "Force of the tissue on the instruments";
+  plot.x_label = "time [s]";
+  plot.y_label = "force [N]";
+  plot.series = {{"grasper", forces.times, forces.grasper}, {"hook", forces.times, forces.hook}};
+  write_png(directory / "force.png", plot_lines(plot));
+
+  Plot back;
+  back.title = "Recovery after release";
+  back.x_label = "time since release [ms]";
+  back.y_label = "distance from before the drag [mm]";
+  PlotSeries series{"held vertices, mean", {}, {}};
+  for (std::size_t i = 0; i < recovery.times.size(); ++i) {
+    series.x.push_back(1e3 * recovery.times[i]);
+    series.y.push_back(1e3 * recovery.distances[i]);
+  }
+  back.series.push_back(std::move(series));
+  write_png(directory / "recovery.png", plot_lines(back));
+}
+
+}  // namespace cholecystectomy

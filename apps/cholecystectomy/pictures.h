@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Pictures of a run, and the plots of its curves.
+
+#include <filesystem>
+#include <vector>
+
+#include "pbdsurg/mesh/mesh_data.h"
+
+#include "procedure.h"
+#include "recorders.h"
+#include "viewer/offscreen_renderer.h"
+
+namespace cholecystectomy {
+
+/// Draws the scene at each moment into DIR/NN_name.png.
+class PictureRecorder final : public Observer {
+ public:
+  /// @throws pbdsurg::BackendUnavailable  if nothing can draw here, with the reason
+  PictureRecorder(const std::filesystem::path& directory, const pbdsurg::MeshData& backdrop);
+
+  void step(const Simulation& simulation, double progress) override;
+  void moment(const Simulation& simulation, const std::string& name) override;
+
+  /// The files written so far.
+  std::vector<std::filesystem::path> files;
+
+ private:
+  std::filesystem::path directory_;
+  pbdsurg::MeshData backdrop_;
+  OffscreenRenderer renderer_;
+  std::vector<SmokePuff> smoke_;
+  std::vector<Eigen::Vector3f> smoke_velocities_;
+};
+
+/// Draws the tool forces over time (figure 6) and the recovery after release (figure 9).
+void draw_plots(const std::filesystem::path& directory, const ForceRecorder& forces,
+                const Recovery& recovery);
+
+}  // namespace cholecystectomy

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "procedure.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "pbdsurg/contact/proximity.h"
+#include "pbdsurg/core/error.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::Index;
+
+constexpr double kCutPower = 30;       // W, a usual setting in laparoscopy
+constexpr double kSeparatePower = 40;  // W
+constexpr float kHandSpeed = 0.08F;    // m/s, between places
+constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
+
+// Lengths of the parts, s.
+constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
+constexpr double kApproach = 1.0, kRetract = 0.4, kBurn = 3.0;
+constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 4.0;
+
+// Steps through the script and tells the observers.
+class Script {
+ public:
+  Script(Simulation& simulation, std::span<Observer* const> observers, double time_scale)
+      : simulation_(simulation), observers_(observers), time_scale_(time_scale) {
+    for (const double part : {kSettle, kDrag, kHold, kRecover, kApproach, kRetract, kBurn, kRegrasp,
+                              kPull, kSeparate}) {
+      planned_ += steps(part);
+    }
+  }
+
+  /// Runs a part. @param act  void(double share), called before each step with its share (0, 1]
+  template <class Act>
+  void run(double seconds, double power, Act act) {
+    const int count = steps(seconds);
+    for (int i = 1; i <= count; ++i) {
+      act(static_cast<double>(i) / count);
+      simulation_.advance(power);
+      if (simulation_.totals.non_finite_vertices > 0) {
+        throw pbdsurg::Error("the state is no longer finite at " +
+                             std::to_string(simulation_.time()) + " s");
+      }
+      ++done_;
+      for (Observer* observer : observers_) {
+        observer->step(simulation_, static_cast<double>(done_) / planned_);
+      }
+    }
+  }
+
+  void moment(const std::string& name) {
+    for (Observer* observer : observers_) {
+      observer->moment(simulation_, name);
+    }
+  }
+
+ private:
+  [[nodiscard]] int steps(double seconds) const {
+    return std::max(1, static_cast<int>(time_scale_ * seconds / Simulation::kTimeStep + 0.5));
+  }
+
+  Simulation& simulation_;
+  std::span<Observer* const> observers_;
+  double time_scale_;
+  int planned_ = 0;
+  int done_ = 0;
+};
+
+// The vertex of an organ that lies farthest in a direction.
+Eigen::Vector3f farthest(const Simulation& simulation, OrganIndex organ,
+                         const Eigen::Vector3f& direction) {
+  const auto positions = simulation.positions_of(organ);
+  return *std::max_element(positions.begin(), positions.end(),
+                           [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+                             return a.dot(direction) < b.dot(direction);
+                           });
+}
+
+// The vertex with tissue that is nearest to a point, or the point itself if none is left.
+Eigen::Vector3f nearest_tissue(const Simulation& simulation, OrganIndex organ,
+                               const Eigen::Vector3f& point) {
+  const auto positions = simulation.positions_of(organ);
+  constexpr float kReach = 0.05F;
+  Eigen::Vector3f nearest = point;
+  float least = std::numeric_limits<float>::max();
+  for (const Index v : pbdsurg::find_vertices_near(simulation.solver, organ, point, kReach)) {
+    const Eigen::Vector3f& x = positions[v - simulation.solver.bodies()[organ].first_vertex];
+    if ((x - point).squaredNorm() < least) {
+      least = (x - point).squaredNorm();
+      nearest = x;
+    }
+  }
+  return nearest;
+}
+
+// The middle of the living membrane link nearest to a point, or the point itself if none is left.
+Eigen::Vector3f nearest_membrane(const Simulation& simulation, const Eigen::Vector3f& point) {
+  const auto positions = simulation.solver.positions();
+  Eigen::Vector3f nearest = point;
+  float least = std::numeric_limits<float>::max();
+  for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
+    if (!simulation.solver.is_link_alive(l)) {
+      continue;
+    }
+    const pbdsurg::Link& link = simulation.solver.links()[l];
+    const Eigen::Vector3f middle = 0.5F * (positions[link.first] + positions[link.second]);
+    if ((middle - point).squaredNorm() < least) {
+      least = (middle - point).squaredNorm();
+      nearest = middle;
+    }
+  }
+  return nearest;
+}
+
+// Figure 9: drag, hold, release, and watch the tissue come back.
+Recovery drag_and_release(Simulation& simulation, Script& script) {
+  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-1, 0, -0.7F});
+  const Eigen::Vector3f start = simulation.grasper.tip;
+  simulation.grasper.tip = fundus;
+  simulation.grasp(kGallbladder, 6e-3F);
+  const auto held = pbdsurg::find_vertices_near(simulation.solver, kGallbladder, fundus, 6e-3F);
+  std::vector<Eigen::Vector3f> before(held.size()), now(held.size());
+  simulation.solver.read_positions(held, before);
+  const auto distance = [&] {
+    simulation.solver.read_positions(held, now);
+    double sum = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      sum += (now[i] - before[i]).norm();
+    }
+    return sum / static_cast<double>(now.size());
+  };
+
+  const Eigen::Vector3f pull(-0.014F, -0.004F, -0.016F);
+  script.run(kDrag, 0, [&](double share) {
+    simulation.grasper.tip = fundus + static_cast<float>(share) * pull;
+  });
+  script.run(kHold, 0, [](double) {});
+  script.moment("drag_000ms");
+
+  simulation.release();
+  Recovery recovery{{0}, {distance()}};
+  const double released = simulation.time();
+  double next = 0.025;
+  script.run(kRecover, 0, [&](double) {
+    simulation.approach(simulation.grasper, start, 3 * kHandSpeed);
+    const double since = simulation.time() - released;
+    if (since > 0) {
+      recovery.times.push_back(since);
+      recovery.distances.push_back(distance());
+    }
+    if (since >= next - 1e-6 && next < 0.11) {
+      script.moment(next < 0.03 ? "drag_025ms" : next < 0.06 ? "drag_050ms" : "drag_100ms");
+      next *= 2;
+    }
+  });
+  recovery.times.push_back(simulation.time() - released);
+  recovery.distances.push_back(distance());
+  script.moment("drag_500ms");
+  return recovery;
+}
+
+// Figures 5 and 11: the hook burns its way along the side of Calot's fat that faces the scope.
+void burn_fat(Simulation& simulation, Script& script) {
+  const Eigen::Vector3f pouch = farthest(simulation, kGallbladder, {0.8F, -0.5F, -0.6F});
+  const Eigen::Vector3f facing = farthest(simulation, kCalotFat, {0.1F, -0.35F, -1});
+  script.run(kApproach, 0, [&](double) {
+    simulation.approach(simulation.grasper, pouch, kHandSpeed);
+    simulation.approach(simulation.hook, facing, 2 * kHandSpeed);
+  });
+  simulation.grasper.tip = nearest_tissue(simulation, kGallbladder, simulation.grasper.tip);
+  simulation.grasp(kGallbladder, 5e-3F);
+  const Eigen::Vector3f held = simulation.grasper.tip;
+  script.run(kRetract, 0, [&](double share) {
+    simulation.grasper.tip =
+        held + static_cast<float>(share) * Eigen::Vector3f(-0.006F, -0.004F, -0.006F);
+  });
+  script.moment("burn_begin");
+
+  for (int half = 0; half < 2; ++half) {
+    script.run(kBurn / 2, kCutPower, [&](double share) {
+      // there and back again, 10 mm along the fat
+      const double way = half == 0 ? share : 1 - share;
+      const Eigen::Vector3f aim =
+          facing + static_cast<float>(way) * Eigen::Vector3f(0.010F, 0.002F, 0);
+      simulation.approach(simulation.hook, nearest_tissue(simulation, kCalotFat, aim), kWorkSpeed);
+    });
+    script.moment(half == 0 ? "burn_middle" : "burn_end");
+  }
+}
+
+// Figure 7: from the fundus on, under traction, link by link.
+void separate(Simulation& simulation, Script& script) {
+  simulation.release();
+  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-1, 0.2F, -0.5F});
+  Eigen::Vector3f edge = nearest_membrane(simulation, fundus);
+  script.run(kRegrasp, 0, [&](double) {
+    simulation.approach(simulation.grasper, fundus, 2 * kHandSpeed);
+    // around the organ, not through it
+    const Eigen::Vector3f outside = edge + Eigen::Vector3f(-0.015F, -0.02F, -0.02F);
+    simulation.approach(simulation.hook, outside, 3 * kHandSpeed);
+  });
+  simulation.grasper.tip = nearest_tissue(simulation, kGallbladder, simulation.grasper.tip);
+  simulation.grasp(kGallbladder, 6e-3F);
+  const Eigen::Vector3f held = simulation.grasper.tip;
+  script.run(kPull, 0, [&](double share) {
+    simulation.grasper.tip =
+        held + static_cast<float>(share) * Eigen::Vector3f(0, -0.003F, -0.008F);
+    simulation.approach(simulation.hook, nearest_membrane(simulation, edge), kHandSpeed);
+  });
+  script.moment("separate_begin");
+
+  const Eigen::Vector3f pulled = simulation.grasper.tip;
+  for (int half = 0; half < 2; ++half) {
+    script.run(kSeparate / 2, kSeparatePower, [&](double share) {
+      const float way = static_cast<float>((half + share) / 2);
+      simulation.grasper.tip = pulled + way * Eigen::Vector3f(0.004F, -0.004F, -0.014F);
+      simulation.approach(simulation.hook, nearest_membrane(simulation, simulation.hook.tip),
+                          2 * kWorkSpeed);
+    });
+    script.moment(half == 0 ? "separate_middle" : "separate_end");
+  }
+}
+
+}  // namespace
+
+Recovery run_procedure(Simulation& simulation, std::span<Observer* const> observers,
+                       double time_scale) {
+  Script script(simulation, observers, time_scale);
+  script.run(kSettle, 0, [](double) {});
+  script.moment("start");
+  const Recovery recovery = drag_and_release(simulation, script);
+  burn_fat(simulation, script);
+  separate(simulation, script);
+  return recovery;
+}
+
+}  // namespace cholecystectomy

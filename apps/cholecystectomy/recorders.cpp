@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recorders.h"
+
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include <unistd.h>
+
+#include "pbdsurg/core/error.h"
+
+namespace cholecystectomy {
+
+ForceRecorder::ForceRecorder(const std::filesystem::path& path) : path_(path), file_(path) {
+  file_ << "t_s,tool,fx_n,fy_n,fz_n\n";
+  if (!file_) {
+    throw pbdsurg::FileError(path.string() + ": cannot be opened for writing");
+  }
+  file_.precision(7);
+}
+
+void ForceRecorder::step(const Simulation& simulation, double) {
+  const Eigen::Vector3f on_grasper = simulation.solver.tool_force(simulation.grasper.tool);
+  const Eigen::Vector3f on_hook = simulation.solver.tool_force(simulation.hook.tool);
+  const auto write = [&](const char* tool, const Eigen::Vector3f& force) {
+    file_ << simulation.time() << ',' << tool << ',' << force.x() << ',' << force.y() << ','
+          << force.z() << '\n';
+  };
+  write("grasper", on_grasper);
+  write("hook", on_hook);
+  times.push_back(simulation.time());
+  grasper.push_back(on_grasper.norm());
+  hook.push_back(on_hook.norm());
+}
+
+void ForceRecorder::moment(const Simulation&, const std::string&) {}
+
+void ForceRecorder::close() {
+  file_.close();
+  if (!file_) {
+    throw pbdsurg::FileError(path_.string() + ": could not be written to its end");
+  }
+}
+
+SeriesRecorder::SeriesRecorder(const std::filesystem::path& path) : series_(path) {}
+
+void SeriesRecorder::step(const Simulation&, double) {}
+
+void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
+  const StageTimer timer(simulation.times, "series");
+  const pbdsurg::Solver& solver = simulation.solver;
+  pbdsurg::MeshData mesh;
+  pbdsurg::MeshFields fields;
+  pbdsurg::MeshField temperature{"temperature_degC", 1, {}};
+  pbdsurg::MeshField water{"water_left", 1, {}};
+  pbdsurg::MeshField body_of_tet{"body", 1, {}};
+  pbdsurg::MeshField state{"heat_state", 1, {}};
+  for (const Eigen::Vector3f& x : solver.positions()) {
+    mesh.points.push_back(x.cast<double>());
+  }
+  temperature.values.assign(mesh.points.size(), static_cast<float>(pbdsurg::kBodyTemperature));
+  water.values.assign(mesh.points.size(), 1.0F);
+  for (std::size_t b = 0; b < solver.bodies().size(); ++b) {
+    const pbdsurg::Body& body = solver.bodies()[b];
+    const std::optional<std::size_t> burn = burn_index(static_cast<OrganIndex>(b));
+    if (burn) {
+      const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
+      for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {
+        temperature.values[body.first_vertex + v] = static_cast<float>(field.temperatures()[v]);
+        water.values[body.first_vertex + v] = static_cast<float>(field.water()[v]);
+      }
+    }
+    for (pbdsurg::Index t = 0; t < body.tet_count; ++t) {
+      if (solver.is_tet_alive(body.first_tet + t)) {
+        mesh.tets.push_back(solver.tets()[body.first_tet + t]);
+        body_of_tet.values.push_back(static_cast<float>(b));
+        state.values.push_back(burn ? static_cast<float>(simulation.cautery.state(solver, *burn, t))
+                                    : 0.0F);
+      }
+    }
+  }
+  fields.point = {std::move(temperature), std::move(water)};
+  fields.cell = {std::move(body_of_tet), std::move(state)};
+  series_.add_frame(simulation.time(), mesh, fields);
+}
+
+ProgressRecorder::ProgressRecorder() : is_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressRecorder::step(const Simulation& simulation, double progress) {
+  const int percent = static_cast<int>(100 * progress);
+  if (!is_terminal_ || percent == shown_) {
+    return;
+  }
+  shown_ = percent;
+  constexpr int kWidth = 40;
+  std::string bar(static_cast<std::size_t>(kWidth * progress), '#');
+  bar.resize(kWidth, '.');
+  std::fprintf(stderr, "\r[%s] %3d %%  %5.2f s simulated", bar.c_str(), percent, simulation.time());
+  if (percent == 100) {
+    std::fputc('\n', stderr);
+  }
+  std::fflush(stderr);
+}
+
+void ProgressRecorder::moment(const Simulation& simulation, const std::string& name) {
+  if (!is_terminal_) {
+    std::fprintf(stderr, "%6.2f s  %s\n", simulation.time(), name.c_str());
+  }
+}
+
+}  // namespace cholecystectomy

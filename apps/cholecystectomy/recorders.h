@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a run leaves behind, beside pictures: forces, a ParaView series, a line of progress.
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/mesh/series.h"
+
+#include "procedure.h"
+
+namespace cholecystectomy {
+
+/// Writes force.csv: t_s, tool, fx_n, fy_n, fz_n; two rows a step.
+class ForceRecorder final : public Observer {
+ public:
+  /// @throws pbdsurg::FileError  if the file cannot be opened
+  explicit ForceRecorder(const std::filesystem::path& path);
+
+  void step(const Simulation& simulation, double progress) override;
+  void moment(const Simulation& simulation, const std::string& name) override;
+
+  /// Magnitudes for the plot of figure 6. [step_count] s and N
+  std::vector<double> times, grasper, hook;
+
+  /// @throws pbdsurg::FileError  if not all could be written
+  void close();
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream file_;
+};
+
+/// Writes series.pvd with positions, temperature, water, body and heat state at each moment.
+class SeriesRecorder final : public Observer {
+ public:
+  explicit SeriesRecorder(const std::filesystem::path& path);
+
+  void step(const Simulation& simulation, double progress) override;
+  void moment(const Simulation& simulation, const std::string& name) override;
+
+ private:
+  pbdsurg::MeshSeries series_;
+};
+
+/// Shows a bar on a terminal, or a line a moment elsewhere.
+class ProgressRecorder final : public Observer {
+ public:
+  ProgressRecorder();
+
+  void step(const Simulation& simulation, double progress) override;
+  void moment(const Simulation& simulation, const std::string& name) override;
+
+ private:
+  bool is_terminal_;
+  int shown_ = -1;  // percent
+};
+
+}  // namespace cholecystectomy

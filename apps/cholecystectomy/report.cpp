@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "pbdsurg/core/error.h"
+
+namespace cholecystectomy {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json bodies_of(const pbdsurg::Solver& solver) {
+  Json bodies = Json::array();
+  for (const pbdsurg::Body& body : solver.bodies()) {
+    const auto edges =
+        std::count_if(solver.edges().begin(), solver.edges().end(), [&](const pbdsurg::Edge& edge) {
+          return edge[0] >= body.first_vertex && edge[0] < body.first_vertex + body.vertex_count;
+        });
+    bodies.push_back({{"name", body.name},
+                      {"vertices", body.vertex_count},
+                      {"edges", edges},
+                      {"tets", body.tet_count}});
+  }
+  return bodies;
+}
+
+Json colors_of(const pbdsurg::StepPlan& plan) {
+  const auto count = [&](pbdsurg::PhaseKind kind) {
+    return std::count_if(plan.phases.begin(), plan.phases.end(),
+                         [&](const pbdsurg::Phase& phase) { return phase.kind == kind; });
+  };
+  return {{"distance", count(pbdsurg::PhaseKind::distance)},
+          {"volume", count(pbdsurg::PhaseKind::volume)},
+          {"attachment", count(pbdsurg::PhaseKind::attachment)},
+          {"contact", count(pbdsurg::PhaseKind::contact)},
+          {"total", plan.phases.size()}};
+}
+
+Json build() {
+  return {
+      {"version", PBDSURG_VERSION}, {"type", PBDSURG_BUILD_TYPE}, {"compiler", PBDSURG_COMPILER}};
+}
+
+// Distance left at the times of figure 9, mm, at the first step not before each.
+Json recovery_of(const Recovery& recovery) {
+  Json result;
+  for (const int ms : {0, 25, 50, 100}) {
+    for (std::size_t i = 0; i < recovery.times.size(); ++i) {
+      if (recovery.times[i] >= 1e-3 * ms - 1e-6) {
+        result[std::to_string(ms)] = 1e3 * recovery.distances[i];
+        break;
+      }
+    }
+  }
+  result["end"] = 1e3 * recovery.distances.back();
+  return result;
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& path, const Simulation& simulation,
+                  const Recovery& recovery, std::uint64_t seed,
+                  const std::vector<std::string>& organ_notes) {
+  const pbdsurg::Solver& solver = simulation.solver;
+  const pbdsurg::HeatLedger ledger = simulation.cautery.ledger();
+  const double links = simulation.cautery.link_energy_spent();
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(solver.state_hash()));
+
+  Json report;
+  report["bodies"] = bodies_of(solver);
+  report["organ_files"] = organ_notes;
+  report["links"] = solver.links().size();
+  report["membrane_links"] = simulation.scene.membrane_link_count;
+  report["plan"] = solver.plan().name;
+  report["projection"] =
+      solver.options().mode == pbdsurg::ProjectionMode::fraction ? "fraction" : "compliance";
+  report["substeps"] = solver.options().substeps;
+  report["iterations"] = solver.options().iterations;
+  report["time_step_s"] = Simulation::kTimeStep;
+  report["steps"] = simulation.totals.steps;
+  report["simulated_s"] = simulation.time();
+  report["colors"] = colors_of(solver.plan());
+  report["backend"] = solver.backend_name();
+  report["build"] = build();
+  report["seed"] = seed;
+  report["tets_deleted"] = simulation.totals.tets_deleted;
+  report["links_cut"] = simulation.totals.links_cut;
+  report["energy_in_j"] = ledger.in + links;
+  report["energy_ledger"] = {
+      {"in_j", ledger.in + links},
+      {"sensible_j", ledger.sensible},
+      {"latent_j", ledger.latent},
+      {"removed_j", ledger.removed},
+      {"links_j", links},
+      {"error_j", ledger.in - ledger.sensible - ledger.latent - ledger.removed}};
+  report["residual_max"] = simulation.totals.residual_max;
+  report["inverted_tets_max"] = simulation.totals.inverted_tets_max;
+  report["dropped_contacts"] = simulation.totals.dropped_contacts;
+  report["recovery_mm"] = recovery_of(recovery);
+  report["state_hash"] = hash;
+  report["stages_ms"] = simulation.times;
+
+  std::ofstream file(path);
+  file << report.dump(2) << '\n';
+  file.close();
+  if (!file) {
+    throw pbdsurg::FileError(path.string() + ": cannot be written");
+  }
+}
+
+}  // namespace cholecystectomy

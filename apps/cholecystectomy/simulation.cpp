@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "pbdsurg/contact/proximity.h"
+#include "pbdsurg/core/random.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::Capsule;
+using pbdsurg::CauteryBody;
+
+std::int64_t now() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+// Capsules in the tool's frame: the tip at the origin, the shaft along +z.
+const std::vector<Capsule>& hook_capsules() {
+  static const std::vector<Capsule> capsules{{{0, 0, 0}, {0.003F, 0, 0.001F}, 0.0005F},
+                                             {{0.003F, 0, 0.001F}, {0.003F, 0, 0.012F}, 0.0006F},
+                                             {{0.003F, 0, 0.014F}, {0.003F, 0, 0.25F}, 0.0025F}};
+  return capsules;
+}
+
+const std::vector<Capsule>& grasper_capsules() {
+  static const std::vector<Capsule> capsules{{{0, 0, 0}, {0, 0, 0.016F}, 0.0018F},
+                                             {{0, 0, 0.018F}, {0, 0, 0.25F}, 0.0025F}};
+  return capsules;
+}
+
+constexpr std::array<OrganIndex, 3> kBurnable{kGallbladder, kLiverBed, kCalotFat};
+
+std::vector<CauteryBody> burnable(const SurgicalScene& scene) {
+  std::vector<CauteryBody> bodies;
+  for (const OrganIndex body : kBurnable) {
+    bodies.push_back({body, &scene.meshes[body], scene.tissues[body]});
+  }
+  return bodies;
+}
+
+constexpr pbdsurg::CauteryOptions kHookOptions{
+    .contact_radius = 2.5e-3, .dry_water = 0.05, .largest_shrinkage = 0.3, .link_energy = 0.4};
+
+// A hand's tremor: 0.1 mm at about 9 Hz (physiological tremor is 8 to 12 Hz), from the seed alone.
+Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::Index tool, double time) {
+  Eigen::Vector3f offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double phase = 2 * std::numbers::pi * pbdsurg::random_unit(seed, tool, 2 * axis);
+    const double rate = 8 + 3 * pbdsurg::random_unit(seed, tool, 2 * axis + 1);
+    offset[axis] = static_cast<float>(1e-4 * std::sin(2 * std::numbers::pi * rate * time + phase));
+  }
+  return offset;
+}
+
+// Turns the shaft towards the port.
+void aim(Instrument& instrument) {
+  instrument.orientation = Eigen::Quaternionf::FromTwoVectors(Eigen::Vector3f::UnitZ(),
+                                                              instrument.port - instrument.tip);
+}
+
+}  // namespace
+
+std::optional<std::size_t> burn_index(OrganIndex organ) {
+  const auto found = std::find(kBurnable.begin(), kBurnable.end(), organ);
+  if (found == kBurnable.end()) {
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(found - kBurnable.begin());
+}
+
+StageTimer::StageTimer(StageTimes& times, const std::string& stage)
+    : total_(times[stage]), start_(now()) {}
+
+StageTimer::~StageTimer() {
+  total_ += 1e-6 * static_cast<double>(now() - start_);
+}
+
+pbdsurg::ToolPose Instrument::pose() const {
+  pbdsurg::ToolPose pose = pbdsurg::ToolPose::Identity();
+  pose.linear() = orientation.toRotationMatrix();
+  pose.translation() = tip;
+  return pose;
+}
+
+Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::SolverOptions& options,
+                       std::uint64_t seed, StageTimes& stage_times)
+    : scene(surgical_scene),
+      solver(surgical_scene.scene, options),
+      cautery(solver, burnable(surgical_scene), kHookOptions),
+      times(stage_times),
+      seed_(seed) {
+  grasper.port = {-0.05F, 0.05F, -0.16F};
+  grasper.tip = {-0.04F, 0.03F, -0.06F};
+  hook.port = {0.12F, -0.08F, -0.16F};
+  hook.tip = {0.1F, -0.04F, -0.06F};
+  aim(grasper);
+  aim(hook);
+  grasper.tool = solver.add_tool(grasper_capsules(), grasper.pose());
+  hook.tool = solver.add_tool(hook_capsules(), hook.pose());
+}
+
+void Simulation::place(Instrument& instrument) {
+  if (!instrument.holds) {
+    aim(instrument);
+  }
+  pbdsurg::ToolPose pose = instrument.pose();
+  pose.translation() += tremor(seed_, instrument.tool, time());
+  solver.move_tool(instrument.tool, pose);
+}
+
+void Simulation::advance(double power) {
+  for (Instrument* instrument : {&grasper, &hook}) {
+    place(*instrument);
+  }
+  hook_power = power;
+  {
+    const StageTimer timer(times, "cautery");
+    const pbdsurg::CauteryReport report = cautery.update(solver, hook.tip, power, kTimeStep);
+    totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
+    totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
+  }
+  const StageTimer timer(times, "solve");
+  const pbdsurg::StepReport report = solver.step(kTimeStep);
+  ++totals.steps;
+  totals.residual_max = std::max(report.distance_residual, report.volume_residual);
+  totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
+  totals.non_finite_vertices = report.non_finite_vertices;
+  totals.dropped_contacts += report.dropped_contacts;
+}
+
+std::size_t Simulation::grasp(OrganIndex organ, float radius) {
+  const auto vertices = pbdsurg::find_vertices_near(solver, organ, grasper.tip, radius);
+  solver.grasp(grasper.tool, vertices);
+  grasper.holds = !vertices.empty();
+  return vertices.size();
+}
+
+void Simulation::release() {
+  solver.release(grasper.tool);
+  grasper.holds = false;
+}
+
+void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {
+  const Eigen::Vector3f way = point - instrument.tip;
+  const float reach = speed * kTimeStep;
+  instrument.tip += way.norm() <= reach ? way : Eigen::Vector3f(reach / way.norm() * way);
+}
+
+std::vector<Eigen::Vector3f> Simulation::positions_of(OrganIndex organ) const {
+  const pbdsurg::Body& body = solver.bodies()[organ];
+  std::vector<pbdsurg::Index> ids(static_cast<std::size_t>(body.vertex_count));
+  for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {
+    ids[v] = body.first_vertex + v;
+  }
+  std::vector<Eigen::Vector3f> positions(ids.size());
+  solver.read_positions(ids, positions);
+  return positions;
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The scene in motion under two instruments, with what the report needs to know.
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cautery.h"
+
+#include "surgical_scene.h"
+
+namespace cholecystectomy {
+
+/// Milliseconds spent, by stage: the only part of the report that differs from run to run.
+using StageTimes = std::map<std::string, double>;
+
+/// Adds the time of its life to a stage.
+class StageTimer {
+ public:
+  StageTimer(StageTimes& times, const std::string& stage);
+  ~StageTimer();
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  double& total_;
+  std::int64_t start_;
+};
+
+/// Counts of a run so far.
+struct Totals {
+  std::int64_t steps = 0;
+  std::int64_t tets_deleted = 0;
+  std::int64_t links_cut = 0;
+  float residual_max = 0;  ///< largest |C| relative to the rest value, after the last step
+  pbdsurg::Index inverted_tets_max = 0;
+  pbdsurg::Index non_finite_vertices = 0;
+  std::int64_t dropped_contacts = 0;
+};
+
+/// An instrument: its tip, and the port in the abdominal wall that its shaft passes through.
+struct Instrument {
+  pbdsurg::Index tool;
+  Eigen::Vector3f port;  ///< m
+  Eigen::Vector3f tip;   ///< m, where it is wanted
+  Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
+  bool holds = false;
+
+  [[nodiscard]] pbdsurg::ToolPose pose() const;
+};
+
+/// Which heat field of the cautery belongs to an organ, if it can be burnt.
+std::optional<std::size_t> burn_index(OrganIndex organ);
+
+class Simulation {
+ public:
+  /// @param scene  kept by reference: must outlive the simulation
+  /// @param seed   of the instruments' tremor
+  Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options, std::uint64_t seed,
+             StageTimes& times);
+
+  static constexpr float kTimeStep = 5e-3F;  ///< s
+
+  /// One step with power at the hook, W.
+  void advance(double power);
+
+  /// Closes the grasper around the vertices of an organ near its tip. @return how many it holds
+  std::size_t grasp(OrganIndex organ, float radius);
+  void release();
+
+  /// Moves a tip towards a point, at most at a speed, m/s.
+  void approach(Instrument& instrument, const Eigen::Vector3f& point, float speed);
+
+  [[nodiscard]] double time() const noexcept {
+    return kTimeStep * static_cast<double>(totals.steps);
+  }
+  [[nodiscard]] std::vector<Eigen::Vector3f> positions_of(OrganIndex organ) const;
+
+  const SurgicalScene& scene;
+  pbdsurg::Solver solver;
+  pbdsurg::Cautery cautery;
+  Instrument grasper;
+  Instrument hook;
+  double hook_power = 0;  ///< W, of the last step
+  Totals totals;
+  StageTimes& times;
+
+ private:
+  void place(Instrument& instrument);
+
+  std::uint64_t seed_;
+};
+
+}  // namespace cholecystectomy

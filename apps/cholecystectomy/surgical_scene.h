@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The anatomy as a scene: materials, what is held, what is joined to what.
+
+#include <string>
+#include <vector>
+
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/thermal/tissue.h"
+
+namespace cholecystectomy {
+
+/// Bodies in the order in which they are added.
+enum OrganIndex : pbdsurg::Index { kGallbladder, kLiverBed, kDuct, kArtery, kCalotFat, kBileDuct };
+
+struct SurgicalScene {
+  pbdsurg::Scene scene;
+  std::vector<pbdsurg::TetMesh> meshes;            ///< [body]
+  std::vector<pbdsurg::TissueProperties> tissues;  ///< [body]
+  pbdsurg::Index membrane_link_count = 0;          ///< links [0, n) join gallbladder and liver
+};
+
+/// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links
+/// surfaces that lie close: the membrane between gallbladder and liver first.
+SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy);
+
+}  // namespace cholecystectomy
