@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <locale>
 #include <map>
 #include <sstream>
 
@@ -32,6 +33,7 @@ std::string packed(Number value, std::endian order) {
 
 std::string text(double value) {
   std::ostringstream out;
+  out.imbue(std::locale::classic());
   out.precision(17);
   out << value;
   return out.str();
