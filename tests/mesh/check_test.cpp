@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "mesh/sample_files.h"
+#include "support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::box_mesh;
+using testing::box_surface;
+
+bool finds(const MeshReport& report, Severity severity, const std::string& text) {
+  return std::any_of(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
+    return finding.severity == severity && finding.text.find(text) != std::string::npos;
+  });
+}
+
+/// Appends a copy of another mesh, moved along x.
+void append(MeshData& mesh, const MeshData& other, double shift) {
+  const auto first = static_cast<Index>(mesh.points.size());
+  for (const Eigen::Vector3d& p : other.points) {
+    mesh.points.emplace_back(p + Eigen::Vector3d(shift, 0, 0));
+  }
+  for (Tet tet : other.tets) {
+    for (Index& v : tet) {
+      v += first;
+    }
+    mesh.tets.push_back(tet);
+  }
+  for (Triangle triangle : other.triangles) {
+    for (Index& v : triangle) {
+      v += first;
+    }
+    mesh.triangles.push_back(triangle);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("check: a box of tets is counted and measured", "[unit]") {
+  MeshData mesh = box_mesh(3);
+  mesh.points.emplace_back(9, 9, 9);
+
+  const MeshReport report = check_mesh(mesh);
+
+  CHECK(report.vertices == 64);
+  CHECK(report.boundary_vertices == 56);
+  CHECK(report.unreferenced == 1);
+  CHECK(report.tets == 162);
+  CHECK(report.boundary_triangles == 108);
+  CHECK(report.edges == 64 + 162 + 56 - 3);  // E = V + T + Vb - 3 for a solid
+  CHECK(report.components == 1);
+  CHECK(report.shells == 1);
+  CHECK(report.euler == 1);
+  CHECK(report.closed);
+  CHECK(report.volume == Approx(27.0 / (64 * 64 * 64)));
+  CHECK(report.area == Approx(54.0 / (64 * 64)));
+  CHECK(report.shortest_edge == Approx(1.0 / 64));
+  CHECK(report.longest_edge == Approx(std::sqrt(3.0) / 64));
+  CHECK(report.min_dihedral == Approx(std::numbers::pi / 4));
+  CHECK(report.max_dihedral == Approx(std::numbers::pi / 2));
+  CHECK(report.max_vertex_tets == 24);
+  CHECK(report.inverted + report.flat + report.duplicate_points + report.near_points +
+            report.overfull_faces + report.pinched_vertices + report.overshared_edges ==
+        0);
+  CHECK_FALSE(report.has_errors());
+  REQUIRE(report.findings.size() == 1);
+  CHECK(report.findings[0].text == "points that no element uses: 1 (64)");
+}
+
+TEST_CASE("check: inverted means against the majority", "[unit]") {
+  MeshData mesh = box_mesh(2);
+  const double volume = check_mesh(mesh).volume;
+  std::swap(mesh.tets[7][0], mesh.tets[7][1]);
+  const MeshReport one = check_mesh(mesh);
+  for (Tet& tet : mesh.tets) {
+    std::swap(tet[2], tet[3]);
+  }
+  const MeshReport all_but_one = check_mesh(mesh);
+
+  CHECK(one.inverted == 1);
+  CHECK_FALSE(one.turned);
+  CHECK(finds(one, Severity::error, "inverted tets: 1 (7)"));
+  CHECK(all_but_one.inverted == 1);
+  CHECK(all_but_one.turned);
+  CHECK(finds(all_but_one, Severity::error, "inverted tets: 1 (7)"));
+  CHECK(all_but_one.volume == Approx(volume * 46 / 48));
+  CHECK(one.volume == Approx(volume * 46 / 48));
+}
+
+TEST_CASE("check: flat, repeated and overlapping tets are errors", "[unit]") {
+  MeshData mesh = box_mesh(1);
+  mesh.tets.push_back({0, 1, 3, 2});  // four corners of one side
+  CHECK(finds(check_mesh(mesh), Severity::error, "flat tets (volume zero to rounding): 1 (6)"));
+
+  mesh.tets.back() = {0, 1, 1, 2};
+  CHECK(finds(check_mesh(mesh), Severity::error, "tets that use a vertex twice: 1 (6)"));
+
+  mesh.tets.back() = mesh.tets[2];
+  std::rotate(mesh.tets.back().begin(), mesh.tets.back().begin() + 1, mesh.tets.back().end());
+  CHECK(check_mesh(mesh).duplicate_tets == 1);
+  CHECK(finds(check_mesh(mesh), Severity::error, "tets that repeat an earlier one: 1 (6 as 2)"));
+
+  // a third tet on the inner face of the first one
+  const MeshData pair{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}, {0.5, 0.5, 2}},
+                      {{0, 1, 2, 3}, {0, 2, 1, 4}, {0, 1, 2, 5}},
+                      {}};
+  CHECK(check_mesh(pair).overfull_faces == 1);
+  CHECK(finds(check_mesh(pair), Severity::error, "faces of three or more tets"));
+}
+
+TEST_CASE("check: what only touches is pinched, and parts are counted", "[unit]") {
+  const MeshData at_vertex{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}},
+      {{0, 1, 2, 3}, {0, 5, 4, 6}},
+      {}};
+  const MeshReport vertex = check_mesh(at_vertex);
+  CHECK(vertex.pinched_vertices == 1);
+  CHECK(vertex.components == 1);
+  CHECK(vertex.shells == 2);
+  CHECK(vertex.overshared_edges == 0);
+  CHECK(finds(vertex, Severity::warning, "pinched vertices"));
+
+  const MeshData at_edge{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                         {{0, 2, 3, 1}, {0, 4, 5, 1}},
+                         {}};
+  const MeshReport edge = check_mesh(at_edge);
+  CHECK(edge.overshared_edges == 1);
+  CHECK_FALSE(edge.closed);
+
+  MeshData two = box_mesh(1);
+  append(two, box_mesh(1), 1);
+  const MeshReport parts = check_mesh(two);
+  CHECK(parts.components == 2);
+  CHECK(parts.shells == 2);
+  CHECK(parts.euler == 2);
+}
+
+TEST_CASE("check: a hollow mesh has two shells", "[unit]") {
+  MeshData mesh = box_mesh(3);
+  const Index centre = 1 + 4 * (1 + 4 * 1);  // first corner of the middle cube
+  std::erase_if(mesh.tets, [&](const Tet& tet) {
+    return std::find(tet.begin(), tet.end(), centre) != tet.end() &&
+           std::find(tet.begin(), tet.end(), centre + 1 + 4 + 16) != tet.end();
+  });
+  REQUIRE(mesh.tets.size() == 156);
+
+  const MeshReport report = check_mesh(mesh);
+  CHECK(report.shells == 2);
+  CHECK(report.euler == 2);
+  CHECK(report.closed);
+  CHECK(finds(report, Severity::note, "2 closed shells"));
+}
+
+TEST_CASE("check: repeated points are found exactly and nearly, at every scale", "[property]") {
+  const double scale = GENERATE(1e3, 1.0, 1e-6);
+  MeshData mesh = box_mesh(2);
+  append(mesh, box_mesh(1), 2.0 / 64);  // touches with four corners at equal places
+  mesh.points.back() += Eigen::Vector3d(1e-9, 0, 0);
+  const MeshData corner{
+      {{-1.0 / 64 + 2e-8, 0, 0}, {-1, 0, 0}, {-1, -1, 0}, {-1, 0, -1}}, {{0, 1, 2, 3}}, {}};
+  append(mesh, corner, 0);
+  for (Eigen::Vector3d& p : mesh.points) {
+    p *= scale;
+  }
+
+  const MeshReport report = check_mesh(mesh);
+
+  CHECK(report.duplicate_points == 4);
+  CHECK(report.near_points == 1);
+  CHECK(finds(report, Severity::warning, "(35 as 0)"));
+}
+
+TEST_CASE("check: surfaces are closed, wound and turned, or not", "[unit]") {
+  const MeshData surface = box_surface(3);
+  const MeshReport good = check_mesh(surface);
+  CHECK(good.tets == 0);
+  CHECK(good.vertices == 56);
+  CHECK(good.edges == 162);
+  CHECK(good.boundary_triangles == 108);
+  CHECK(good.euler == 2);
+  CHECK(good.closed);
+  CHECK(good.shells == 1);
+  CHECK_FALSE(good.inside_out);
+  CHECK(good.volume == Approx(27.0 / (64 * 64 * 64)));
+  CHECK_FALSE(good.has_errors());
+
+  MeshData turned = surface;
+  for (Triangle& triangle : turned.triangles) {
+    std::swap(triangle[0], triangle[1]);
+  }
+  CHECK(check_mesh(turned).inside_out);
+  CHECK(check_mesh(turned).volume == Approx(good.volume));
+
+  MeshData open = surface;
+  open.triangles.pop_back();
+  CHECK(check_mesh(open).open_edges == 3);
+  CHECK(check_mesh(open).shells == 0);
+  CHECK_FALSE(check_mesh(open).closed);
+
+  MeshData badly_wound = surface;
+  std::swap(badly_wound.triangles[5][0], badly_wound.triangles[5][1]);
+  CHECK(check_mesh(badly_wound).badly_wound_edges == 3);
+  CHECK_FALSE(check_mesh(badly_wound).inside_out);
+
+  MeshData repeated = surface;
+  repeated.triangles.push_back(surface.triangles[4]);
+  CHECK(check_mesh(repeated).duplicate_triangles == 1);
+  CHECK(check_mesh(repeated).overshared_edges == 3);
+
+  MeshData flat = surface;
+  flat.triangles.push_back({0, 0, 1});
+  CHECK(check_mesh(flat).flat_triangles == 1);
+}
+
+TEST_CASE("check: broken content is reported, not thrown", "[unit]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  MeshData mesh = box_mesh(1);
+  mesh.tets[3][2] = 99;
+  CHECK(finds(check_mesh(mesh), Severity::error, "points that do not exist: 1 (3)"));
+
+  mesh = box_mesh(1);
+  mesh.points[4].y() = nan;
+  CHECK(finds(check_mesh(mesh), Severity::error, "points that are not finite: 1 (4)"));
+
+  mesh = box_mesh(1);
+  mesh.points[4].y() = std::numeric_limits<double>::max();
+  CHECK(check_mesh(mesh).vertices == 8);
+
+  mesh.points.assign(8, Eigen::Vector3d::Zero());
+  CHECK(check_mesh(mesh).duplicate_points == 7);
+  CHECK(check_mesh(mesh).flat == 6);
+
+  CHECK(finds(check_mesh({}), Severity::error, "neither tets nor triangles"));
+  CHECK(finds(check_mesh({{{0, 0, 0}}, {}, {}}), Severity::error, "neither tets nor triangles"));
+}
+
+}  // namespace pbdsurg

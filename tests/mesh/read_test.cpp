@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/mesh/read.h"
+
+#include <locale>
+
+#include "pbdsurg/core/error.h"
+
+#include "mesh/sample_files.h"
+#include "support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::box_mesh;
+using testing::box_surface;
+using testing::ContainsSubstring;
+using testing::SampleFile;
+using testing::TemporaryFolder;
+
+void check_samples(const std::vector<SampleFile>& samples, const MeshData& wanted) {
+  const TemporaryFolder folder;
+  for (const SampleFile& sample : samples) {
+    INFO(sample.encoding);
+    for (const SampleFile::Part& part : sample.parts) {
+      folder.put(part.name, part.bytes);
+    }
+    const MeshData mesh = read_mesh(folder / sample.parts[0].name);
+    CHECK((mesh.points == wanted.points));
+    CHECK((mesh.tets == wanted.tets));
+    CHECK((mesh.triangles == wanted.triangles));
+  }
+}
+
+/// What reading a file with this name and content says.
+std::string reading(const std::string& name, const std::string& bytes) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put(name, bytes).string();
+  try {
+    static_cast<void>(read_tet_mesh(path));
+  } catch (const Error& error) {
+    std::string text = error.what();
+    const std::size_t at = text.find(path);
+    return at == std::string::npos ? text : text.replace(at, path.size(), name);
+  }
+  return "";
+}
+
+const std::string kMsh2 =
+    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n"
+    "1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n1 4 2 0 1 1 2 3 4\n"
+    "$EndElements\n";
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  const std::size_t at = text.find(what);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, what.size(), with);
+}
+
+}  // namespace
+
+TEST_CASE("read: one mesh is the same from every encoding", "[unit]") {
+  const MeshData box = box_mesh(3);
+
+  check_samples(testing::tet_samples(box), box);
+  check_samples(testing::tet_only_samples(box), {box.points, box.tets, {}});
+  const MeshData surface = box_surface(3);
+  check_samples(testing::surface_samples(surface), surface);
+}
+
+// Would catch a stream that asks the locale for its decimal point or groups of digits.
+TEST_CASE("read: numbers do not depend on the locale", "[unit]") {
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\2"; }
+  };
+  const MeshData box = box_mesh(3);
+
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  const std::vector<SampleFile> samples = testing::tet_samples(box);
+  check_samples(samples, box);
+  std::locale::global(before);
+}
+
+TEST_CASE("read: quads, polygons and strips become triangles", "[unit]") {
+  const TemporaryFolder folder;
+
+  const MeshData strip = read_mesh(
+      folder.put("strip.vtk",
+                 "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
+                 "0 0 0 1 0 0 0 1 0 1 1 0\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n"));
+  CHECK((strip.triangles == std::vector<Triangle>{{0, 1, 2}, {2, 1, 3}}));
+
+  const MeshData quad =
+      read_mesh(folder.put("quad.msh", replaced(kMsh2, "1 4 2 0 1 1 2 3 4", "1 3 2 0 1 1 2 3 4")));
+  CHECK((quad.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+
+  const MeshData pixel = read_mesh(
+      folder.put("pixel.vtk",
+                 "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                 "0 0 0 1 0 0 0 1 0 1 1 0\nCELLS 2 7\n4 0 1 2 3\n1 0\nCELL_TYPES 2\n8 1\n"));
+  CHECK((pixel.triangles == std::vector<Triangle>{{0, 1, 3}, {0, 3, 2}}));
+
+  const MeshData obj = read_mesh(folder.put(
+      "forms.obj",
+      "# c\nmtllib x.mtl\nv 0 0 0\nv 1 0 0 # one\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
+      "o part\nf 1/1/1 2//1 3/1 4\nf -4 -3 \\\n -2\n"));
+  CHECK((obj.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}}));
+}
+
+TEST_CASE("read: STL corners are joined where they are equal, signs of zero apart", "[unit]") {
+  const TemporaryFolder folder;
+  const MeshData mesh = read_mesh(folder.put(
+      "weld.stl",
+      "solid facet of things\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+      "vertex 0 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 -0.0\n"
+      "vertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"));
+
+  CHECK(mesh.points.size() == 4);
+  CHECK((mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}));
+}
+
+TEST_CASE("read: a mesh counted the other way round is turned as a whole", "[unit]") {
+  const TemporaryFolder folder;
+  const auto path =
+      folder.put("turned.msh", replaced(kMsh2, "1 4 2 0 1 1 2 3 4", "1 4 2 0 1 1 3 2 4"));
+
+  CHECK(total_volume(read_tet_mesh(path)) == Approx(1.0 / 6));
+  CHECK((read_mesh(path).tets == std::vector<Tet>{{0, 2, 1, 3}}));
+}
+
+TEST_CASE("read: lengths become metres, and a guess is reported", "[unit]") {
+  const TemporaryFolder folder;
+  std::string scaled = kMsh2;
+  for (const char* row : {"2 1 0 0", "3 0 1 0", "4 0 0 1"}) {
+    scaled = replaced(scaled, row, replaced(row, " 1", " 80"));
+  }
+  const auto path = folder.put("mm.msh", scaled + "$Comments\n$EndComments\n");
+
+  const MeshFile guessed = read_mesh_file(path, {LengthUnit::automatic});
+  CHECK(guessed.unit == LengthUnit::millimetre);
+  CHECK_FALSE(guessed.unit_ambiguous);
+  CHECK(guessed.longest_side == Approx(0.08));
+  CHECK(guessed.mesh.points[1].x() == Approx(0.08));
+  CHECK(guessed.format == "Gmsh MSH 2.2, ASCII");
+  CHECK(read_mesh(path).points[1].x() == 80);
+  CHECK(read_mesh(path, {LengthUnit::centimetre}).points[1].x() == Approx(0.8));
+}
+
+TEST_CASE("read: a broken text file is refused with its line and reason", "[unit]") {
+  CHECK(reading("ok.msh", kMsh2) == "");
+  CHECK(reading("a.msh", replaced(kMsh2, "1 1 2 3 4", "1 1 2 3 9")) ==
+        "a.msh:13: element 1 refers to node 9; no node has this id");
+  CHECK(reading("a.msh", replaced(kMsh2, "3 0 1 0", "3 0 nan 0")) ==
+        "a.msh:8: a coordinate is not a number; it must be finite");
+  CHECK(reading("a.msh", replaced(kMsh2, "3 0 1 0", "3 0 1e999 0")) ==
+        "a.msh:8: '1e999' stands where a coordinate should be");
+  CHECK(reading("a.msh", replaced(kMsh2, "1 4 2 0", "1 5 2 0")) ==
+        "a.msh:13: cell 1 is a hexahedron (type 5); volume cells must be four-node tetrahedra");
+  CHECK(reading("a.msh", replaced(kMsh2, "1 4 2 0", "1 777 2 0")) ==
+        "a.msh:13: cell 1 has the unknown type 777");
+  CHECK(reading("a.msh", replaced(kMsh2, "$Nodes\n4", "$Nodes\n4000000000")) ==
+        "a.msh:5: 4000000000 nodes are announced; at most 2147483647 are supported");
+  CHECK_THAT(reading("a.msh", replaced(kMsh2, "$Nodes\n4", "$Nodes\n2000000000")),
+             ContainsSubstring("a.msh:5: 2000000000 nodes are announced, but only"));
+  CHECK(reading("a.msh", replaced(kMsh2, "$Nodes\n4", "$Nodes\n-4")) ==
+        "a.msh:5: -4 is announced as the number of nodes; it must not be negative");
+  CHECK(reading("a.msh", replaced(kMsh2, "$Nodes\n4", "$Nodes\n3")) ==
+        "a.msh:9: the section should end here with $EndNodes");
+  CHECK(reading("a.msh", replaced(kMsh2, "4 0 0 1", "3 0 0 1")) ==
+        "a.msh:9: two points have the id 3");
+  CHECK_THAT(reading("a.msh", replaced(kMsh2, "2.2", "4.0")),
+             ContainsSubstring("a.msh:2: version 4.0 is not supported"));
+  CHECK(reading("a.msh", replaced(kMsh2, "1 0 0 0", "1 0.000 0.000 0.000").substr(0, 77)) ==
+        "a.msh:8: the file ends where a coordinate should be");
+  CHECK(reading("a.msh", "$NOD\n0\n$ENDNOD\n") == "a.msh: the mesh is empty: it has no points");
+  CHECK(reading("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n") ==
+        "a.obj:3: the face refers to point 3; ids must be in [1, 3), or negative to count "
+        "backwards");
+  CHECK(reading("a.xyz", "1 2 3") ==
+        "a.xyz: neither its first bytes nor its extension '.xyz' are those of a known format "
+        "(msh, vtk, vtu, node, ele, mesh, stl, obj, ply)");
+  CHECK_THAT(reading("a.vtu", "<VTKFile type='PolyData'/>"),
+             ContainsSubstring("a.vtu:1: a VTKFile of type PolyData is not supported"));
+  CHECK_THAT(reading("a.node", "1 3\n0 0 0 0\n"), ContainsSubstring("a.ele is not there"));
+  CHECK_THAT(reading("a.mesh", "MeshVersionFormatted 2 Dimension 3 Vertices 1 0 0 0 0 Hexahedra 1"),
+             ContainsSubstring("the file holds Hexahedra"));
+  CHECK_THROWS_WITH(read_mesh("/nonexistent/a.msh"), ContainsSubstring("no such file"));
+  CHECK_THROWS_WITH(read_mesh(std::filesystem::temp_directory_path()),
+                    ContainsSubstring("not a regular file"));
+}
+
+TEST_CASE("read: a broken binary file is refused with its byte and reason", "[unit]") {
+  std::string stl(84, ' ');
+  stl[80] = '\x10', stl[81] = stl[82] = '\0', stl[83] = '\x40';
+  CHECK(reading("a.stl", stl) ==
+        "a.stl: byte 80: 1073741840 triangles take 53687092084 bytes, but the file has 84");
+  CHECK(reading("a.vtk",
+                "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+                "POINTS 2000000000 double\n1234") ==
+        "a.vtk: byte 87: 2000000000 points are announced, but only 4 bytes are left");
+}
+
+TEST_CASE("read: a mesh that cannot be simulated says why and which file", "[unit]") {
+  const std::string flat = replaced(kMsh2, "4 0 0 1", "4 1 1 0");
+  CHECK_THAT(reading("a.msh", flat),
+             ContainsSubstring("a.msh: tet 0") && ContainsSubstring("is flat"));
+  CHECK_THAT(
+      reading("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+      ContainsSubstring("is a surface of 1 triangles") && ContainsSubstring("pbdsurg mesh make"));
+}
+
+}  // namespace pbdsurg
