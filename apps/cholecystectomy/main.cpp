@@ -40,7 +40,7 @@ struct Arguments {
 pbdsurg::SolverOptions solver_options(bool paper) {
   pbdsurg::SolverOptions options =
       paper ? pbdsurg::SolverOptions::paper() : pbdsurg::SolverOptions{};
-  options.damping = 20;
+  options.damping = 60;
   return options;
 }
 

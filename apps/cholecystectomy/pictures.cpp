@@ -101,15 +101,30 @@ Tool make_tool(const Instrument& instrument, bool is_hook) {
   return tool;
 }
 
-void add_membrane(const Simulation& simulation, RenderSnapshot& snapshot) {
-  const auto positions = simulation.solver.positions();
-  for (Index l = 0; l < static_cast<Index>(simulation.solver.links().size()); ++l) {
-    if (!simulation.solver.is_link_alive(l)) {
-      continue;
+// The membrane between gallbladder and liver as a sheet where it holds, and every link as a strand.
+void add_connections(const Simulation& simulation, RenderSnapshot& snapshot) {
+  const pbdsurg::Solver& solver = simulation.solver;
+  const auto positions = solver.positions();
+  Surface sheet;
+  sheet.name = "membrane";
+  sheet.appearance = appearance_of(Tissue::membrane);
+  for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
+    const pbdsurg::Link& link = solver.links()[l];
+    sheet.positions.push_back(0.5F * (positions[link.first] + positions[link.second]));
+  }
+  for (const pbdsurg::Triangle& triangle : simulation.scene.membrane.triangles) {
+    if (std::all_of(triangle.begin(), triangle.end(),
+                    [&](Index l) { return solver.is_link_alive(l); })) {
+      sheet.triangles.push_back(triangle);
     }
-    const pbdsurg::Link& link = simulation.solver.links()[l];
-    snapshot.strands.push_back(
-        {positions[link.first], positions[link.second], {0.93F, 0.86F, 0.78F, 0.75F}, 0.0004F});
+  }
+  snapshot.surfaces.push_back(std::move(sheet));
+  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
+    if (solver.is_link_alive(l)) {
+      const pbdsurg::Link& link = solver.links()[l];
+      snapshot.strands.push_back(
+          {positions[link.first], positions[link.second], {0.93F, 0.86F, 0.78F, 0.6F}, 0.0003F});
+    }
   }
 }
 
@@ -175,7 +190,7 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   snapshot.surfaces.push_back(std::move(wall));
   snapshot.tools.push_back(make_tool(simulation.grasper, false));
   snapshot.tools.push_back(make_tool(simulation.hook, true));
-  add_membrane(simulation, snapshot);
+  add_connections(simulation, snapshot);
   snapshot.smoke = smoke_;
   snapshot.camera = camera_for(name);
 

@@ -19,7 +19,7 @@ constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
 
 // Lengths of the parts, s.
 constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
-constexpr double kApproach = 1.0, kRetract = 0.4, kBurn = 3.0;
+constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.0;
 constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 4.0;
 
 // Steps through the script and tells the observers.
@@ -27,8 +27,8 @@ class Script {
  public:
   Script(Simulation& simulation, std::span<Observer* const> observers, double time_scale)
       : simulation_(simulation), observers_(observers), time_scale_(time_scale) {
-    for (const double part : {kSettle, kDrag, kHold, kRecover, kApproach, kRetract, kBurn, kRegrasp,
-                              kPull, kSeparate}) {
+    for (const double part : {kSettle, kApproach, kDrag, kHold, kRecover, kApproach, kRetract,
+                              kBurn, kRegrasp, kPull, kSeparate}) {
       planned_ += steps(part);
     }
   }
@@ -79,6 +79,15 @@ Eigen::Vector3f farthest(const Simulation& simulation, OrganIndex organ,
                            });
 }
 
+Eigen::Vector3f centre_of(const Simulation& simulation, OrganIndex organ) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  const auto positions = simulation.positions_of(organ);
+  for (const Eigen::Vector3f& x : positions) {
+    sum += x / static_cast<float>(positions.size());
+  }
+  return sum;
+}
+
 // The vertex with tissue that is nearest to a point, or the point itself if none is left.
 Eigen::Vector3f nearest_tissue(const Simulation& simulation, OrganIndex organ,
                                const Eigen::Vector3f& point) {
@@ -96,10 +105,11 @@ Eigen::Vector3f nearest_tissue(const Simulation& simulation, OrganIndex organ,
   return nearest;
 }
 
-// The middle of the living membrane link nearest to a point, or the point itself if none is left.
-Eigen::Vector3f nearest_membrane(const Simulation& simulation, const Eigen::Vector3f& point) {
+// Where the membrane parts next: the middle of the living link nearest to the fundus, with a bias
+// towards where the hook is; the point itself if none is left.
+Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector3f& point) {
   const auto positions = simulation.solver.positions();
-  Eigen::Vector3f nearest = point;
+  Eigen::Vector3f front = point;
   float least = std::numeric_limits<float>::max();
   for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
     if (!simulation.solver.is_link_alive(l)) {
@@ -107,19 +117,23 @@ Eigen::Vector3f nearest_membrane(const Simulation& simulation, const Eigen::Vect
     }
     const pbdsurg::Link& link = simulation.solver.links()[l];
     const Eigen::Vector3f middle = 0.5F * (positions[link.first] + positions[link.second]);
-    if ((middle - point).squaredNorm() < least) {
-      least = (middle - point).squaredNorm();
-      nearest = middle;
+    const float cost = middle.x() + 0.3F * (middle - point).norm();
+    if (cost < least) {
+      least = cost;
+      front = middle;
     }
   }
-  return nearest;
+  return front;
 }
 
 // Figure 9: drag, hold, release, and watch the tissue come back.
 Recovery drag_and_release(Simulation& simulation, Script& script) {
-  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-1, 0, -0.7F});
   const Eigen::Vector3f start = simulation.grasper.tip;
-  simulation.grasper.tip = fundus;
+  script.run(kApproach, 0, [&](double) {
+    simulation.approach(simulation.grasper, farthest(simulation, kGallbladder, {-1, 0, -0.7F}),
+                        2 * kHandSpeed);
+  });
+  const Eigen::Vector3f fundus = simulation.grasper.tip;
   simulation.grasp(kGallbladder, 6e-3F);
   const auto held = pbdsurg::find_vertices_near(simulation.solver, kGallbladder, fundus, 6e-3F);
   std::vector<Eigen::Vector3f> before(held.size()), now(held.size());
@@ -165,7 +179,9 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
 // Figures 5 and 11: the hook burns its way along the side of Calot's fat that faces the scope.
 void burn_fat(Simulation& simulation, Script& script) {
   const Eigen::Vector3f pouch = farthest(simulation, kGallbladder, {0.8F, -0.5F, -0.6F});
-  const Eigen::Vector3f facing = farthest(simulation, kCalotFat, {0.1F, -0.35F, -1});
+  const Eigen::Vector3f facing =
+      nearest_tissue(simulation, kCalotFat,
+                     centre_of(simulation, kCalotFat) + Eigen::Vector3f(-0.004F, -0.03F, -0.03F));
   script.run(kApproach, 0, [&](double) {
     simulation.approach(simulation.grasper, pouch, kHandSpeed);
     simulation.approach(simulation.hook, facing, 2 * kHandSpeed);
@@ -194,13 +210,16 @@ void burn_fat(Simulation& simulation, Script& script) {
 // Figure 7: from the fundus on, under traction, link by link.
 void separate(Simulation& simulation, Script& script) {
   simulation.release();
-  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-1, 0.2F, -0.5F});
-  Eigen::Vector3f edge = nearest_membrane(simulation, fundus);
-  script.run(kRegrasp, 0, [&](double) {
+  // another port for the hook, so that its shaft reaches the gap past the fundus
+  simulation.hook.port = {-0.15F, -0.06F, -0.04F};
+  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-0.6F, -0.2F, -1});
+  script.run(kRegrasp, 0, [&](double share) {
     simulation.approach(simulation.grasper, fundus, 2 * kHandSpeed);
     // around the organ, not through it
-    const Eigen::Vector3f outside = edge + Eigen::Vector3f(-0.015F, -0.02F, -0.02F);
-    simulation.approach(simulation.hook, outside, 3 * kHandSpeed);
+    const Eigen::Vector3f waiting =
+        membrane_front(simulation, fundus) + Eigen::Vector3f(-0.02F, -0.01F, -0.01F);
+    const Eigen::Vector3f beside(waiting.x(), -0.06F, -0.04F);
+    simulation.approach(simulation.hook, share < 0.6 ? beside : waiting, 4 * kHandSpeed);
   });
   simulation.grasper.tip = nearest_tissue(simulation, kGallbladder, simulation.grasper.tip);
   simulation.grasp(kGallbladder, 6e-3F);
@@ -208,7 +227,8 @@ void separate(Simulation& simulation, Script& script) {
   script.run(kPull, 0, [&](double share) {
     simulation.grasper.tip =
         held + static_cast<float>(share) * Eigen::Vector3f(0, -0.003F, -0.008F);
-    simulation.approach(simulation.hook, nearest_membrane(simulation, edge), kHandSpeed);
+    simulation.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
+                        kHandSpeed);
   });
   script.moment("separate_begin");
 
@@ -217,7 +237,7 @@ void separate(Simulation& simulation, Script& script) {
     script.run(kSeparate / 2, kSeparatePower, [&](double share) {
       const float way = static_cast<float>((half + share) / 2);
       simulation.grasper.tip = pulled + way * Eigen::Vector3f(0.004F, -0.004F, -0.014F);
-      simulation.approach(simulation.hook, nearest_membrane(simulation, simulation.hook.tip),
+      simulation.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
                           2 * kWorkSpeed);
     });
     script.moment(half == 0 ? "separate_middle" : "separate_end");

@@ -24,7 +24,7 @@ constexpr double kFatModulus = 2.5e3;
 constexpr double kMembraneModulus = 60e3;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 
-constexpr double kMembraneReach = 2.2e-3;    // m, between gallbladder and liver
+constexpr double kMembraneReach = 4.5e-3;    // m, between gallbladder and the liver's coarser mesh
 constexpr double kConnectionReach = 2.5e-3;  // m, between the other organs
 
 // An edge stands for a bar as wide as it is long: stiffness E L. A volume constraint stands for the
@@ -55,10 +55,7 @@ Index add(SurgicalScene& result, const char* name, const TetMesh& mesh,
 
 // Fixes the two ends of a tube along its longest side, or only the one with the larger coordinate.
 void fix_ends(SurgicalScene& result, Index body, double reach, bool both) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : result.meshes[body].positions()) {
-    box.extend(p);
-  }
+  const Eigen::AlignedBox3d box = pbdsurg::bounding_box(result.meshes[body]);
   Eigen::Index axis = 0;
   box.sizes().maxCoeff(&axis);
   result.scene.fix_where(body, [&](const Eigen::Vector3d& p) {
@@ -70,14 +67,17 @@ pbdsurg::Stiffness membrane_stiffness(double rest_length) {
   return {1.0F, static_cast<float>(rest_length / (kMembraneModulus * kMembraneAreaPerLink))};
 }
 
-void link_surfaces(SurgicalScene& result, Index first, Index second, double reach) {
-  for (const pbdsurg::MembraneLink& link :
-       pbdsurg::membrane_links(result.meshes[first], result.meshes[second], reach)) {
+std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Index first, Index second,
+                                                 double reach) {
+  const std::vector<pbdsurg::MembraneLink> links =
+      pbdsurg::membrane_links(result.meshes[first], result.meshes[second], reach);
+  for (const pbdsurg::MembraneLink& link : links) {
     result.scene.add_link({result.scene.body(first).first_vertex + link.first,
                            result.scene.body(second).first_vertex + link.second,
                            static_cast<float>(link.rest_length),
                            membrane_stiffness(std::max(link.rest_length, 0.2e-3))});
   }
+  return links;
 }
 
 // Links each vertex of an enclosed tube to the nearest vertex of what encloses it, inside or out.
@@ -117,17 +117,15 @@ SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy) {
   add(result, "common_bile_duct", anatomy.common_bile_duct, pbdsurg::kConnectiveTissue,
       kDuctModulus, true);
 
-  Eigen::AlignedBox3d liver;
-  for (const Eigen::Vector3d& p : anatomy.liver.positions()) {
-    liver.extend(p);
-  }
+  const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(anatomy.liver);
   result.scene.fix_where(kLiverBed, [&](const Eigen::Vector3d& p) {
     return p.z() > liver.min().z() + 0.6 * liver.sizes().z();
   });
   fix_ends(result, kArtery, 2e-3, false);
   fix_ends(result, kBileDuct, 3e-3, true);
 
-  link_surfaces(result, kGallbladder, kLiverBed, kMembraneReach);
+  const auto membrane = link_surfaces(result, kGallbladder, kLiverBed, kMembraneReach);
+  result.membrane = pbdsurg::membrane_sheet(anatomy.gallbladder, anatomy.liver, membrane);
   result.membrane_link_count = static_cast<Index>(result.scene.links().size());
   link_surfaces(result, kCalotFat, kGallbladder, kConnectionReach);
   link_surfaces(result, kCalotFat, kLiverBed, kConnectionReach);

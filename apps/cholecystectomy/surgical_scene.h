@@ -9,6 +9,7 @@
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/thermal/tissue.h"
@@ -23,6 +24,7 @@ struct SurgicalScene {
   std::vector<pbdsurg::TetMesh> meshes;            ///< [body]
   std::vector<pbdsurg::TissueProperties> tissues;  ///< [body]
   pbdsurg::Index membrane_link_count = 0;          ///< links [0, n) join gallbladder and liver
+  pbdsurg::MeshData membrane;                      ///< triangles between them: point i is on link i
 };
 
 /// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links

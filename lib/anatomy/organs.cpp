@@ -119,7 +119,7 @@ MeshData abdominal_wall() {
   MeshData wall;
   wall.points.push_back(center + Vector3d(0, 0, radii.z()));
   for (int row = 1; row <= kRows; ++row) {
-    const double latitude = 0.6 * std::numbers::pi * row / kRows;  // from the pole
+    const double latitude = 0.85 * std::numbers::pi * row / kRows;  // from the pole
     for (int i = 0; i < kAround; ++i) {
       const double longitude = 2 * std::numbers::pi * i / kAround;
       const Vector3d direction(std::sin(latitude) * std::cos(longitude),

@@ -144,6 +144,14 @@ double total_volume(const TetMesh& mesh) {
   return sum;
 }
 
+Eigen::AlignedBox3d bounding_box(const TetMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& x : mesh.positions()) {
+    box.extend(x);
+  }
+  return box;
+}
+
 std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   if (!(density > 0) || !std::isfinite(density)) {
     throw InvalidArgument("density is " + format(density) +

@@ -5,6 +5,7 @@
 /// Rest meshes of tetrahedra with checked invariants.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <span>
 #include <vector>
 
@@ -66,6 +67,9 @@ Index orient_tets(std::span<const Eigen::Vector3d> positions, std::span<Tet> tet
 
 /// Sum of the signed volumes, m^3.
 [[nodiscard]] double total_volume(const TetMesh& mesh);
+
+/// The smallest box around all vertices, m; empty for a mesh without vertices.
+[[nodiscard]] Eigen::AlignedBox3d bounding_box(const TetMesh& mesh);
 
 /// Vertex masses: a quarter of each tetrahedron's mass to each of its corners.
 ///
