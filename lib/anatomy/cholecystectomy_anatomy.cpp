@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
-#include <vector>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/surface_distance.h"
-#include "pbdsurg/mesh/tetrahedralize.h"
-#include "pbdsurg/mesh/topology.h"
 
 #include "anatomy/outer_surface.h"
 #include "mesh/describe.h"
@@ -16,76 +15,109 @@
 namespace pbdsurg {
 namespace {
 
-// Lattice cells, m. They resolve each organ's thinnest part, and give liver and gallbladder the
-// sizes of the largest meshes of the paper.
+// The thinnest wall without holes is 1 / 0.89 cells thick.
 constexpr double kWallCellsPerThickness = 0.88;
-constexpr double kLiverSpacing = 6.8e-3;
-constexpr double kDuctSpacing = 1.05e-3;
-constexpr double kArterySpacing = 0.9e-3;
-constexpr double kBileDuctSpacing = 1.8e-3;
-constexpr double kFatSpacing = 1.9e-3;
 
 constexpr int kBall = 1;  // Euler number of a solid organ
 constexpr int kHollowBall = 2;
 
-TetMesh fill(const ImplicitShape& shape, double spacing, int euler) {
+OrganRecipe recipe(const ImplicitShape& shape, double spacing) {
   TetrahedralizeOptions options;
   options.spacing = spacing;
-  options.euler = euler;
-  return tetrahedralize(shape, options).mesh;
+  options.euler = kBall;
+  return {[shape](double) { return shape; }, options};
 }
 
-// A user's shape may have any topology.
-TetMesh fill(const ImplicitShape& shape, double spacing) {
+OrganRecipe wall_recipe(const ImplicitShape& outer, double thickness) {
+  if (!(thickness > 0) || !std::isfinite(thickness)) {
+    throw InvalidArgument("the wall of the gallbladder is " + describe(thickness) +
+                          " m thick; this must be positive and finite");
+  }
   TetrahedralizeOptions options;
-  options.spacing = spacing;
-  return tetrahedralize(shape, options).mesh;
+  options.spacing = kWallCellsPerThickness * thickness;
+  options.euler = kHollowBall;
+  const auto shape = [=](double spacing) {
+    return shell_shape(outer, std::max(thickness, spacing / kWallCellsPerThickness));
+  };
+  return {shape, options};
 }
 
-template <class BuiltIn>
-TetMesh make_organ(const OrganSource& source, double spacing, BuiltIn built_in) {
+TetMesh make_own(Organ organ, const OrganSource& source, double wall_thickness) {
   if (const auto* mesh = std::get_if<TetMesh>(&source)) {
     return *mesh;
   }
-  if (const auto* shape = std::get_if<ImplicitShape>(&source)) {
-    return fill(*shape, spacing);
+  const auto& shape = std::get<ImplicitShape>(source);
+  OrganRecipe own = organ_recipe(organ, shape, wall_thickness);
+  if (organ != Organ::gallbladder) {
+    own.shape = [&shape](double) { return shape; };
   }
-  return fill(built_in(), spacing, kBall);
+  own.options.euler.reset();  // a user's organ may have any topology
+  return tetrahedralize(own.shape, own.options).mesh;
 }
 
-ImplicitShape outer_gallbladder(const OrganSource& source) {
-  if (const auto* mesh = std::get_if<TetMesh>(&source)) {
-    return filled_shape(*mesh);
-  }
-  if (const auto* shape = std::get_if<ImplicitShape>(&source)) {
-    return *shape;
-  }
-  return gallbladder_outer();
-}
-
-TetMesh make_gallbladder(const OrganSource& source, const ImplicitShape& outer,
-                         double wall_thickness) {
-  if (const auto* mesh = std::get_if<TetMesh>(&source)) {
-    return *mesh;
-  }
-  const ImplicitShape wall = shell_shape(outer, wall_thickness);
-  const double spacing = kWallCellsPerThickness * wall_thickness;
-  return std::holds_alternative<ImplicitShape>(source) ? fill(wall, spacing)
-                                                       : fill(wall, spacing, kHollowBall);
+ImplicitShape outside_of(const OrganSource& source) {
+  const auto* mesh = std::get_if<TetMesh>(&source);
+  return mesh != nullptr ? filled_shape(*mesh) : std::get<ImplicitShape>(source);
 }
 
 }  // namespace
 
+const char* name_of(Organ organ) {
+  switch (organ) {
+    case Organ::gallbladder:
+      return "gallbladder";
+    case Organ::liver:
+      return "liver";
+    case Organ::cystic_duct:
+      return "cystic_duct";
+    case Organ::cystic_artery:
+      return "cystic_artery";
+    case Organ::common_bile_duct:
+      return "common_bile_duct";
+    case Organ::calot_fat:
+      return "calot_fat";
+  }
+  throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
+}
+
+OrganRecipe organ_recipe(Organ organ, const ImplicitShape& gallbladder, double wall_thickness) {
+  // Spacings that resolve the thinnest part of each organ, and that give liver and gallbladder the
+  // sizes of the paper's largest meshes.
+  switch (organ) {
+    case Organ::gallbladder:
+      return wall_recipe(gallbladder, wall_thickness);
+    case Organ::liver:
+      return recipe(liver_bed(gallbladder), 6.8e-3);
+    case Organ::cystic_duct:
+      return recipe(cystic_duct(), 1.05e-3);
+    case Organ::cystic_artery:
+      return recipe(cystic_artery(), 0.9e-3);
+    case Organ::common_bile_duct:
+      return recipe(common_bile_duct(), 1.8e-3);
+    case Organ::calot_fat:
+      return recipe(calot_fat(gallbladder), 1.9e-3);
+  }
+  throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
+}
+
 CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions& options) {
-  const ImplicitShape outer = outer_gallbladder(options.gallbladder);
+  const auto own_gallbladder = options.own.find(Organ::gallbladder);
+  const ImplicitShape outer = own_gallbladder != options.own.end()
+                                  ? outside_of(own_gallbladder->second)
+                                  : gallbladder_outer();
   CholecystectomyAnatomy anatomy;
-  anatomy.gallbladder = make_gallbladder(options.gallbladder, outer, options.wall_thickness);
-  anatomy.liver = make_organ(options.liver, kLiverSpacing, [&] { return liver_bed(outer); });
-  anatomy.cystic_duct = make_organ(options.cystic_duct, kDuctSpacing, cystic_duct);
-  anatomy.cystic_artery = make_organ(options.cystic_artery, kArterySpacing, cystic_artery);
-  anatomy.common_bile_duct =
-      make_organ(options.common_bile_duct, kBileDuctSpacing, common_bile_duct);
-  anatomy.calot_fat = make_organ(options.calot_fat, kFatSpacing, [&] { return calot_fat(outer); });
+  for (const Organ organ : kOrgans) {
+    const auto own = options.own.find(organ);
+    if (own != options.own.end()) {
+      anatomy.organs[organ] = make_own(organ, own->second, options.wall_thickness);
+    } else {
+      OrganRecipe built_in = organ_recipe(organ, outer, options.wall_thickness);
+      if (own_gallbladder != options.own.end()) {
+        built_in.options.euler.reset();  // a strange gallbladder may cut its bed to pieces
+      }
+      anatomy.organs[organ] = tetrahedralize(built_in.shape, built_in.options).mesh;
+    }
+  }
   anatomy.abdominal_wall = abdominal_wall();
   return anatomy;
 }

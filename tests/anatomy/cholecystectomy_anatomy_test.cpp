@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 
+#include <algorithm>
+#include <numbers>
+
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/topology.h"
@@ -23,7 +26,10 @@ TetMesh filled(const ImplicitShape& shape, double spacing) {
 CholecystectomyOptions with_stand_ins() {
   const TetMesh ball = filled(sphere_shape({1, 0, 0}, 0.01), 0.005);
   CholecystectomyOptions options;
-  options.cystic_duct = options.cystic_artery = options.common_bile_duct = options.calot_fat = ball;
+  for (const Organ organ :
+       {Organ::cystic_duct, Organ::cystic_artery, Organ::common_bile_duct, Organ::calot_fat}) {
+    options.own.emplace(organ, ball);
+  }
   return options;
 }
 
@@ -39,34 +45,56 @@ double least_value(const ImplicitShape& shape, const TetMesh& mesh) {
 
 TEST_CASE("cholecystectomy anatomy: organs are as large as the paper's largest", "[property]") {
   const CholecystectomyAnatomy anatomy = make_cholecystectomy_anatomy();
-  const auto is_between = [](const TetMesh& mesh, Index low, Index high) {
-    return mesh.tet_count() >= low && mesh.tet_count() <= high;
+  const auto is_between = [&anatomy](Organ organ, Index low, Index high) {
+    const Index count = anatomy.organs.at(organ).tet_count();
+    return count >= low && count <= high;
   };
-  CHECK(is_between(anatomy.gallbladder, 22611, 24500));
-  CHECK(is_between(anatomy.liver, 19729, 24000));
-  CHECK(is_between(anatomy.calot_fat, 12000, 16000));
-  CHECK(is_between(anatomy.cystic_duct, 3000, 5000));
-  CHECK(is_between(anatomy.cystic_artery, 3000, 5000));
-  CHECK(is_between(anatomy.common_bile_duct, 3000, 5000));
-  for (const TetMesh* mesh :
-       {&anatomy.gallbladder, &anatomy.liver, &anatomy.calot_fat, &anatomy.cystic_duct,
-        &anatomy.cystic_artery, &anatomy.common_bile_duct}) {
-    CHECK(find_components(mesh->vertex_count(), mesh->tets()).count == 1);
+  CHECK(is_between(Organ::gallbladder, 22611, 24500));
+  CHECK(is_between(Organ::liver, 19729, 24000));
+  CHECK(is_between(Organ::calot_fat, 12000, 16000));
+  CHECK(is_between(Organ::cystic_duct, 3000, 5000));
+  CHECK(is_between(Organ::cystic_artery, 3000, 5000));
+  CHECK(is_between(Organ::common_bile_duct, 3000, 5000));
+  CHECK(anatomy.organs.size() == kOrgans.size());
+  CHECK_FALSE(anatomy.abdominal_wall.triangles.empty());
+}
+
+TEST_CASE("cholecystectomy anatomy: every recipe gives well-shaped tetrahedra", "[property]") {
+  for (const Organ organ : kOrgans) {
+    CAPTURE(name_of(organ));
+    const OrganRecipe recipe = organ_recipe(organ);
+    const TetrahedralizeReport report = tetrahedralize(recipe.shape, recipe.options).report;
+    CHECK(report.min_dihedral > 20 * std::numbers::pi / 180);
+    CHECK(report.meshes_made == 1);
+    CHECK(report.pieces == 1);
+    CHECK(report.bridges == 0);
+    CHECK(report.thin_share < 0.02);
   }
+}
+
+TEST_CASE("cholecystectomy anatomy: a coarser wall grows thick enough", "[unit]") {
+  OrganRecipe recipe = organ_recipe(Organ::gallbladder);
+  recipe.options.spacing = 0;
+  recipe.options.vertex_count = 2500;
+  const TetrahedralizeReport report = tetrahedralize(recipe.shape, recipe.options).report;
+  CHECK(report.euler == 2);
+  CHECK(report.spacing > 3.5e-3);
 }
 
 TEST_CASE("cholecystectomy anatomy: a user's shape gets a wall and a bed of its own", "[unit]") {
   const ImplicitShape own = ellipsoid_shape({0.03, 0, 0.015}, {0.04, 0.02, 0.018});
   CholecystectomyOptions options = with_stand_ins();
-  options.gallbladder = own;
+  options.own.emplace(Organ::gallbladder, own);
   options.wall_thickness = 4e-3;
 
   const CholecystectomyAnatomy anatomy = make_cholecystectomy_anatomy(options);
 
   // the wall is thinner than its outside by far
-  CHECK(total_volume(anatomy.gallbladder) < 0.6 * total_volume(filled(own, 4e-3)));
-  CHECK(least_value(own, anatomy.liver) > 0.5e-3);
-  CHECK(total_volume(anatomy.liver) < 0.99 * total_volume(filled(liver_block(), 7e-3)));
+  CHECK(total_volume(anatomy.organs.at(Organ::gallbladder)) <
+        0.6 * total_volume(filled(own, 4e-3)));
+  CHECK(least_value(own, anatomy.organs.at(Organ::liver)) > 0.5e-3);
+  CHECK(total_volume(anatomy.organs.at(Organ::liver)) <
+        0.99 * total_volume(filled(liver_block(), 7e-3)));
 }
 
 // The liver must not grow into the lumen of a hollow mesh.
@@ -74,13 +102,13 @@ TEST_CASE("cholecystectomy anatomy: a user's mesh is kept and bedded", "[unit]")
   const ImplicitShape outside = sphere_shape({0.03, 0, 0.02}, 0.02);
   const TetMesh own = filled(shell_shape(outside, 3e-3), 2.6e-3);
   CholecystectomyOptions options = with_stand_ins();
-  options.gallbladder = own;
+  options.own.emplace(Organ::gallbladder, own);
 
   const CholecystectomyAnatomy anatomy = make_cholecystectomy_anatomy(options);
 
-  CHECK(std::equal(anatomy.gallbladder.tets().begin(), anatomy.gallbladder.tets().end(),
-                   own.tets().begin(), own.tets().end()));
-  CHECK(least_value(outside, anatomy.liver) > 0.3e-3);
+  const TetMesh& kept = anatomy.organs.at(Organ::gallbladder);
+  CHECK(std::equal(kept.tets().begin(), kept.tets().end(), own.tets().begin(), own.tets().end()));
+  CHECK(least_value(outside, anatomy.organs.at(Organ::liver)) > 0.3e-3);
   const ImplicitShape solid = filled_shape(own);
   CHECK(solid({0.03, 0, 0.02}) == Approx(-0.02).epsilon(0.05));
 }

@@ -53,7 +53,7 @@ std::vector<NamedShape> all_shapes() {
           {"round cone", round_cone_shape({0, 0, 0}, 0.012, {0.03, 0.01, 0.01}, 0.004), 1},
           {"swallowed round cone", round_cone_shape({0, 0, 0}, 0.012, {0.003, 0, 0}, 0.004), 1},
           {"tube", tube, 1},
-          {"ellipsoid", ellipsoid_shape({0, 0, 0}, {0.015, 0.010, 0.0095}), 1.2},
+          {"ellipsoid", ellipsoid_shape({0, 0, 0}, {0.040, 0.010, 0.0095}), 1},
           {"box", box, 1},
           {"union", smooth_union(ball, box, 0.005), 1},
           {"intersection", smooth_intersection(ball, box, 0.005), 1},
@@ -149,7 +149,10 @@ TEST_CASE("implicit shape: known values", "[unit]") {
   CHECK(shell_shape(ball, 0.5)({1.75, 0, 0}) == Approx(-0.25));
   CHECK(offset_shape(ball, 0.5)({5, 0, 0}) == Approx(2.5));
   CHECK(half_space_shape({1, 0, 0}, {2, 0, 0})({4, 7, 7}) == Approx(3));
-  CHECK(ellipsoid_shape({0, 0, 0}, {1, 2, 3})({0, 2, 0}) == Approx(0).margin(1e-15));
+  CHECK(ellipsoid_shape({0, 0, 0}, {1, 2, 3})({0, 2, 0}) == Approx(0).margin(1e-6));
+  CHECK(ellipsoid_shape({0, 0, 0}, {1, 2, 3})({0, 0, 0}) == Approx(-1).margin(1e-6));
+  CHECK(ellipsoid_shape({0, 0, 0}, {1, 2, 3})({0, 0, 7}) == Approx(4).margin(1e-6));
+  CHECK(ellipsoid_shape({0, 0, 0}, {2, 2, 2})({3, 4, 0}) == Approx(3).margin(1e-6));
   // equal values are lowered by a quarter of the blend radius
   CHECK(smooth_union(ball, ball, 0.4)({3, 0, 0}) == Approx(0.9));
   CHECK(smooth_intersection(ball, ball, 0.4)({3, 0, 0}) == Approx(1.1));

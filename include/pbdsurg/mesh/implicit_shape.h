@@ -58,7 +58,7 @@ class ImplicitShape {
   std::shared_ptr<const Definition> definition_;
 };
 
-// --- primitives: exact distances unless said otherwise. Sizes must be positive and finite, else
+// --- primitives: exact distances. Sizes must be positive and finite, else
 // --- InvalidArgument
 // ------------------------------------------------------------------------------
 
@@ -80,7 +80,7 @@ class ImplicitShape {
 [[nodiscard]] ImplicitShape tube_shape(std::span<const Eigen::Vector4d> knots,
                                        int pieces_per_span = 10);
 
-/// An ellipsoid along the axes. Not an exact distance: exact on the surface to first order.
+/// An ellipsoid along the axes. The distance is exact to 1e-7 of its smallest radius.
 [[nodiscard]] ImplicitShape ellipsoid_shape(const Eigen::Vector3d& center,
                                             const Eigen::Vector3d& radii);
 

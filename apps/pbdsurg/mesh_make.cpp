@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh_make.h"
+
+#include <algorithm>
+#include <charconv>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
+#include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/mesh/write.h"
+
+#include "mesh_file.h"
+
+namespace pbdsurg {
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+constexpr std::string_view kTable2Prefix = "table2:";
+
+struct Options {
+  std::string what;
+  std::string output;
+  Index vertex_count = 0;
+  double spacing_mm = 0;
+  Table2Kind kind = Table2Kind::hollow;
+  bool has_kind = false;
+  LengthUnit unit = LengthUnit::metre;
+  bool json = false;
+};
+
+struct Made {
+  TetMesh mesh;
+  std::optional<TetrahedralizeReport> report;  // none for table 2
+};
+
+// What is asked for on the command line replaces the recipe's resolution.
+void apply_resolution(const Options& options, TetrahedralizeOptions& recipe) {
+  if (options.vertex_count > 0 || options.spacing_mm > 0) {
+    recipe.vertex_count = options.vertex_count;
+    recipe.spacing = kMillimetre * options.spacing_mm;
+  }
+}
+
+Made make_table2(const Options& options) {
+  const std::string_view row = std::string_view(options.what).substr(kTable2Prefix.size());
+  int number = 0;
+  const auto [end, error] = std::from_chars(row.data(), row.data() + row.size(), number);
+  if (error != std::errc() || end != row.data() + row.size()) {
+    throw InvalidArgument("'" + options.what + "' names no row of table 2; they are table2:1 to " +
+                          "table2:5");
+  }
+  if (options.vertex_count > 0 || options.spacing_mm > 0) {
+    throw InvalidArgument("a row of table 2 has its own size; leave out --vertices and --spacing");
+  }
+  return {table2_mesh(number, options.kind), std::nullopt};
+}
+
+Made make(const Options& options) {
+  if (options.what.starts_with(kTable2Prefix)) {
+    return make_table2(options);
+  }
+  if (options.has_kind) {
+    throw InvalidArgument("--kind is for the rows of table 2 only");
+  }
+  const auto organ = std::find_if(kOrgans.begin(), kOrgans.end(),
+                                  [&](Organ o) { return options.what == name_of(o); });
+  if (organ != kOrgans.end()) {
+    OrganRecipe recipe = organ_recipe(*organ);
+    apply_resolution(options, recipe.options);
+    Tetrahedralization result = tetrahedralize(recipe.shape, recipe.options);
+    return {std::move(result.mesh), result.report};
+  }
+  TetrahedralizeOptions recipe;
+  recipe.vertex_count = 10'000;
+  apply_resolution(options, recipe);
+  const MeshFile file = read_with_unit(options.what, options.unit);
+  Tetrahedralization result = tetrahedralize(file.mesh, recipe);
+  return {std::move(result.mesh), result.report};
+}
+
+// What is unusual about the mesh, for people.
+void print_remarks(const Options& options, const TetrahedralizeReport& report) {
+  if (report.pieces > 1) {
+    std::cerr << "pbdsurg: " << options.what << ": the largest of " << report.pieces
+              << " pieces is kept; " << report.dropped_tets << " tets are dropped\n";
+  }
+  if (report.bridges > 0) {
+    std::cerr << "pbdsurg: " << options.what << ": thickened at " << report.bridges
+              << " spots where it was pinched\n";
+  }
+  if (report.thin_share > 0.02) {
+    std::cerr << "pbdsurg: " << options.what << ": " << 100 * report.thin_share
+              << " % of the surface lies over parts too thin for a spacing of "
+              << report.spacing / kMillimetre << " mm; details there may be lost\n";
+  }
+}
+
+void run(const Options& options) {
+  const Made made = make(options);
+  MeshFile file{{{made.mesh.positions().begin(), made.mesh.positions().end()},
+                 {made.mesh.tets().begin(), made.mesh.tets().end()},
+                 {}},
+                "made by pbdsurg",
+                LengthUnit::metre,
+                false,
+                0.0};
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : file.mesh.points) {
+    box.extend(point);
+  }
+  file.longest_side = box.sizes().maxCoeff();
+  write_mesh(options.output, file.mesh);
+  if (made.report) {
+    print_remarks(options, *made.report);
+  }
+  const MeshReport report = check_mesh(file.mesh);
+  if (!options.json) {
+    std::cout << to_text(options.output, file, report);
+    return;
+  }
+  nlohmann::ordered_json json = to_json(file, report);
+  if (made.report) {
+    json["spacing_m"] = made.report->spacing;
+    json["meshes_made"] = made.report->meshes_made;
+    json["pieces"] = made.report->pieces;
+    json["dropped_tets"] = made.report->dropped_tets;
+    json["bridges"] = made.report->bridges;
+    json["thin_share"] = made.report->thin_share;
+  } else {
+    json["kind"] = options.kind == Table2Kind::hollow ? "hollow" : "surface_filled";
+  }
+  std::cout << json.dump(2) << '\n';
+}
+
+std::string organ_names() {
+  std::string names;
+  for (const Organ organ : kOrgans) {
+    names += std::string(name_of(organ)) + ", ";
+  }
+  return names;
+}
+
+}  // namespace
+
+void add_mesh_make(CLI::App& mesh) {
+  CLI::App& command = *mesh.add_subcommand("make", "Make a mesh of tetrahedra");
+  const auto options = std::make_shared<Options>();
+  command
+      .add_option("what", options->what,
+                  organ_names() + "table2:1 to table2:5, or a surface file to fill")
+      ->required();
+  command.add_option("output", options->output, "msh, vtk, vtu, stl or obj file")->required();
+  command
+      .add_option("--vertices", options->vertex_count,
+                  "Wanted number of vertices (default for files: 10000)")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--spacing", options->spacing_mm, "Lattice cell in mm")
+      ->check(CLI::PositiveNumber);
+  const std::map<std::string, Table2Kind> kinds{{"hollow", Table2Kind::hollow},
+                                                {"surface_filled", Table2Kind::surface_filled}};
+  CLI::Option* kind = command.add_option("--kind", options->kind, "Of a row of table 2");
+  kind->transform(CLI::CheckedTransformer(kinds).description("hollow|surface_filled"))
+      ->type_name("");
+  add_unit_option(command, options->unit);
+  command.add_flag("--json", options->json, "Print JSON");
+  command.callback([options, kind] {
+    options->has_kind = kind->count() > 0;
+    run(*options);
+  });
+}
+
+}  // namespace pbdsurg
