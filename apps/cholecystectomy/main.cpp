@@ -29,7 +29,7 @@ namespace {
 struct Arguments {
   bool headless = false;
   std::filesystem::path out = "out";
-  std::map<std::string, std::filesystem::path> organs;
+  std::map<pbdsurg::Organ, std::filesystem::path> organs;
   pbdsurg::LengthUnit unit = pbdsurg::LengthUnit::automatic;
   std::uint64_t seed = 1;
   double time_scale = 1;
@@ -130,7 +130,8 @@ int main(int argc, char** argv) {
       if (equals == std::string::npos || equals == 0 || equals + 1 == organ.size()) {
         throw pbdsurg::InvalidArgument("--organ " + organ + ": expected NAME=FILE");
       }
-      if (!arguments.organs.emplace(organ.substr(0, equals), organ.substr(equals + 1)).second) {
+      const pbdsurg::Organ name = cholecystectomy::find_organ(organ.substr(0, equals));
+      if (!arguments.organs.emplace(name, organ.substr(equals + 1)).second) {
         throw pbdsurg::InvalidArgument("--organ " + organ + ": this organ is given twice");
       }
     }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 #include <variant>
@@ -16,6 +17,9 @@
 #include "pbdsurg/mesh/topology.h"
 
 namespace cholecystectomy {
+
+using pbdsurg::Organ;
+
 namespace {
 
 using pbdsurg::ImplicitShape;
@@ -87,45 +91,9 @@ Points used_points(const MeshData& mesh) {
   return points;
 }
 
-struct Organ {
-  const TetMesh& (*built_in)(const pbdsurg::CholecystectomyAnatomy&);
-  OrganSource& (*source)(pbdsurg::CholecystectomyOptions&);
-};
-
-const std::map<std::string, Organ>& organs() {
-  using Anatomy = pbdsurg::CholecystectomyAnatomy;
-  using Options = pbdsurg::CholecystectomyOptions;
-  static const std::map<std::string, Organ> table{
-      {"gallbladder",
-       {[](const Anatomy& a) -> const TetMesh& { return a.gallbladder; },
-        [](Options& o) -> OrganSource& { return o.gallbladder; }}},
-      {"liver",
-       {[](const Anatomy& a) -> const TetMesh& { return a.liver; },
-        [](Options& o) -> OrganSource& { return o.liver; }}},
-      {"cystic_duct",
-       {[](const Anatomy& a) -> const TetMesh& { return a.cystic_duct; },
-        [](Options& o) -> OrganSource& { return o.cystic_duct; }}},
-      {"cystic_artery",
-       {[](const Anatomy& a) -> const TetMesh& { return a.cystic_artery; },
-        [](Options& o) -> OrganSource& { return o.cystic_artery; }}},
-      {"calot_fat",
-       {[](const Anatomy& a) -> const TetMesh& { return a.calot_fat; },
-        [](Options& o) -> OrganSource& { return o.calot_fat; }}},
-      {"common_bile_duct",
-       {[](const Anatomy& a) -> const TetMesh& { return a.common_bile_duct; },
-        [](Options& o) -> OrganSource& { return o.common_bile_duct; }}},
-  };
-  return table;
-}
-
 ImplicitShape filled(const OrganSource& source) {
-  if (const auto* mesh = std::get_if<TetMesh>(&source)) {
-    return pbdsurg::filled_shape(*mesh);
-  }
-  if (const auto* shape = std::get_if<ImplicitShape>(&source)) {
-    return *shape;
-  }
-  return pbdsurg::gallbladder_outer();
+  const auto* mesh = std::get_if<TetMesh>(&source);
+  return mesh != nullptr ? pbdsurg::filled_shape(*mesh) : std::get<ImplicitShape>(source);
 }
 
 // Moves a user's liver along z until its underside lies at the height of the gallbladder's middle.
@@ -145,14 +113,14 @@ void rest_on_gallbladder(Points& liver, const ImplicitShape& gallbladder) {
   }
 }
 
-MeshData place(const MeshData& mesh, const std::string& name, const TetMesh& replaced) {
+MeshData place(const MeshData& mesh, Organ organ, const TetMesh& replaced) {
   const Points used = used_points(mesh);
   const Points target(replaced.positions().begin(), replaced.positions().end());
   const double ratio = longest_side(used) / longest_side(target);
   if (!(ratio < kLargestRatio) || !(ratio > 1 / kLargestRatio)) {
     std::ostringstream text;
-    text << "the " << name << " given is " << longest_side(used) << " m long; it must be within "
-         << kLargestRatio << " times of " << longest_side(target)
+    text << "the " << pbdsurg::name_of(organ) << " given is " << longest_side(used)
+         << " m long; it must be within " << kLargestRatio << " times of " << longest_side(target)
          << " m, that of the organ it replaces (is the unit right? see --unit)";
     throw pbdsurg::InvalidArgument(text.str());
   }
@@ -179,47 +147,46 @@ OrganSource make_source(MeshData mesh, const std::string& path) {
 
 }  // namespace
 
-LoadedAnatomy load_anatomy(const std::map<std::string, std::filesystem::path>& files,
-                           pbdsurg::LengthUnit unit) {
-  pbdsurg::CholecystectomyOptions options;
-  LoadedAnatomy loaded;
-  for (const auto& [name, path] : files) {
-    if (!organs().contains(name)) {
-      std::string known;
-      for (const std::string& organ : kOrganNames) {
-        known += " " + organ;
-      }
-      throw pbdsurg::InvalidArgument("there is no organ '" + name + "'; there are:" + known);
+Organ find_organ(const std::string& name) {
+  std::string known;
+  for (const Organ organ : pbdsurg::kOrgans) {
+    if (name == pbdsurg::name_of(organ)) {
+      return organ;
     }
+    known += std::string(" ") + pbdsurg::name_of(organ);
   }
+  throw pbdsurg::InvalidArgument("there is no organ '" + name + "'; there are:" + known);
+}
+
+LoadedAnatomy load_anatomy(const std::map<Organ, std::filesystem::path>& files,
+                           pbdsurg::LengthUnit unit) {
+  LoadedAnatomy loaded;
+  loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
   if (files.empty()) {
-    loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
     return loaded;
   }
-
-  const pbdsurg::CholecystectomyAnatomy built_in = pbdsurg::make_cholecystectomy_anatomy();
-  for (const std::string& name : kOrganNames) {  // the gallbladder first: the liver follows it
-    const auto file = files.find(name);
-    if (file == files.end()) {
-      continue;
-    }
-    pbdsurg::MeshFile read = pbdsurg::read_mesh_file(file->second, {unit});
+  pbdsurg::CholecystectomyOptions options;
+  for (const auto& [organ, path] : files) {  // the gallbladder comes first: the liver follows it
+    pbdsurg::MeshFile read = pbdsurg::read_mesh_file(path, {unit});
     pbdsurg::orient_majority(read.mesh);
-    const Organ& organ = organs().at(name);
-    MeshData placed = place(read.mesh, name, organ.built_in(built_in));
+    MeshData placed = place(read.mesh, organ, loaded.anatomy.organs.at(organ));
     std::ostringstream note;
-    note << name << ": " << file->second.filename().string() << ", " << read.format << ", in "
-         << pbdsurg::name_of(read.unit) << (read.unit_ambiguous ? " (a guess)" : "") << ", "
-         << placed.tets.size() << " tetrahedra, " << placed.triangles.size() << " triangles";
+    note << pbdsurg::name_of(organ) << ": " << path.filename().string() << ", " << read.format
+         << ", in " << pbdsurg::name_of(read.unit) << (read.unit_ambiguous ? " (a guess)" : "")
+         << ", " << placed.tets.size() << " tetrahedra, " << placed.triangles.size()
+         << " triangles";
     loaded.notes.push_back(note.str());
-    if (name == "liver") {
-      const ImplicitShape gallbladder = filled(options.gallbladder);
+    if (organ == Organ::liver) {
+      const auto own = options.own.find(Organ::gallbladder);
+      const ImplicitShape gallbladder =
+          own == options.own.end() ? pbdsurg::gallbladder_outer() : filled(own->second);
       rest_on_gallbladder(placed.points, gallbladder);
-      const OrganSource liver = make_source(std::move(placed), file->second.string());
-      options.liver = pbdsurg::smooth_difference(
-          filled(liver), pbdsurg::offset_shape(gallbladder, kFossaGap), kFossaRounding);
+      const ImplicitShape liver = filled(make_source(std::move(placed), path.string()));
+      options.own.emplace(
+          organ, pbdsurg::smooth_difference(liver, pbdsurg::offset_shape(gallbladder, kFossaGap),
+                                            kFossaRounding));
     } else {
-      organ.source(options) = make_source(std::move(placed), file->second.string());
+      options.own.emplace(organ, make_source(std::move(placed), path.string()));
     }
   }
   loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy(options);

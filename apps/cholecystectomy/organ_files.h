@@ -14,10 +14,6 @@
 
 namespace cholecystectomy {
 
-/// The organs' names, as in the report and on the command line.
-inline const std::vector<std::string> kOrganNames{"gallbladder",   "liver",     "cystic_duct",
-                                                  "cystic_artery", "calot_fat", "common_bile_duct"};
-
 /// An anatomy in which some organs come from files, and what was done to them, a line each.
 struct LoadedAnatomy {
   pbdsurg::CholecystectomyAnatomy anatomy;
@@ -30,11 +26,14 @@ struct LoadedAnatomy {
 /// the default thickness. Each is moved, never scaled, so that its centre and its principal axes
 /// meet those of the organ it replaces. Liver bed and fat are made to fit the gallbladder; a liver
 /// of the user's gets a fossa.
-/// @param files  organ name to file
-/// @throws pbdsurg::InvalidArgument  if a name is not one of kOrganNames, or the organ is more than
-///                                   four times larger or smaller than the one it replaces
+/// @throws pbdsurg::InvalidArgument  if an organ is more than four times larger or smaller than the
+///                                   one it replaces
 /// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it
-LoadedAnatomy load_anatomy(const std::map<std::string, std::filesystem::path>& files,
+LoadedAnatomy load_anatomy(const std::map<pbdsurg::Organ, std::filesystem::path>& files,
                            pbdsurg::LengthUnit unit);
+
+/// The organ of that name, as in the report.
+/// @throws pbdsurg::InvalidArgument  naming the organs that there are
+pbdsurg::Organ find_organ(const std::string& name);
 
 }  // namespace cholecystectomy

@@ -25,19 +25,21 @@ constexpr double kCoagulationEnds = 75;
 constexpr double kSmokeEvery = 0.04;  // s
 constexpr double kSmokeLife = 0.9;    // s
 
-Tissue tissue_of(Index body) {
-  switch (body) {
-    case kGallbladder:
+Tissue tissue_of(Organ organ) {
+  switch (organ) {
+    case Organ::gallbladder:
       return Tissue::gallbladder;
-    case kLiverBed:
+    case Organ::liver:
       return Tissue::liver;
-    case kArtery:
+    case Organ::cystic_artery:
       return Tissue::artery;
-    case kCalotFat:
+    case Organ::calot_fat:
       return Tissue::fat;
-    default:
+    case Organ::cystic_duct:
+    case Organ::common_bile_duct:
       return Tissue::duct;
   }
+  return Tissue::duct;
 }
 
 // The living surface of a body, with its burn marks.
@@ -46,8 +48,8 @@ Surface make_surface(const Simulation& simulation, Index b) {
   const pbdsurg::Body& body = solver.bodies()[b];
   Surface surface;
   surface.name = body.name;
-  surface.appearance = appearance_of(tissue_of(b));
-  surface.positions = simulation.positions_of(static_cast<OrganIndex>(b));
+  surface.appearance = appearance_of(tissue_of(static_cast<Organ>(b)));
+  surface.positions = simulation.positions_of(static_cast<Organ>(b));
   for (const Eigen::Vector3d& x : simulation.scene.meshes[b].positions()) {
     surface.rest_positions.push_back(x.cast<float>());
   }
@@ -58,7 +60,7 @@ Surface make_surface(const Simulation& simulation, Index b) {
     }
     surface.triangles.push_back(local);
   }
-  if (const auto burn = burn_index(static_cast<OrganIndex>(b))) {
+  if (const auto burn = burn_index(static_cast<Organ>(b))) {
     const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
     for (Index v = 0; v < body.vertex_count; ++v) {
       const double whitened = (field.peak_temperatures()[v] - kCoagulationBegins) /

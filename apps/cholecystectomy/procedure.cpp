@@ -70,7 +70,7 @@ class Script {
 };
 
 // The vertex of an organ that lies farthest in a direction.
-Eigen::Vector3f farthest(const Simulation& simulation, OrganIndex organ,
+Eigen::Vector3f farthest(const Simulation& simulation, Organ organ,
                          const Eigen::Vector3f& direction) {
   const auto positions = simulation.positions_of(organ);
   return *std::max_element(positions.begin(), positions.end(),
@@ -79,7 +79,7 @@ Eigen::Vector3f farthest(const Simulation& simulation, OrganIndex organ,
                            });
 }
 
-Eigen::Vector3f centre_of(const Simulation& simulation, OrganIndex organ) {
+Eigen::Vector3f centre_of(const Simulation& simulation, Organ organ) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   const auto positions = simulation.positions_of(organ);
   for (const Eigen::Vector3f& x : positions) {
@@ -89,14 +89,16 @@ Eigen::Vector3f centre_of(const Simulation& simulation, OrganIndex organ) {
 }
 
 // The vertex with tissue that is nearest to a point, or the point itself if none is left.
-Eigen::Vector3f nearest_tissue(const Simulation& simulation, OrganIndex organ,
+Eigen::Vector3f nearest_tissue(const Simulation& simulation, Organ organ,
                                const Eigen::Vector3f& point) {
   const auto positions = simulation.positions_of(organ);
   constexpr float kReach = 0.05F;
   Eigen::Vector3f nearest = point;
   float least = std::numeric_limits<float>::max();
-  for (const Index v : pbdsurg::find_vertices_near(simulation.solver, organ, point, kReach)) {
-    const Eigen::Vector3f& x = positions[v - simulation.solver.bodies()[organ].first_vertex];
+  for (const Index v :
+       pbdsurg::find_vertices_near(simulation.solver, body_of(organ), point, kReach)) {
+    const Eigen::Vector3f& x =
+        positions[v - simulation.solver.bodies()[body_of(organ)].first_vertex];
     if ((x - point).squaredNorm() < least) {
       least = (x - point).squaredNorm();
       nearest = x;
@@ -130,12 +132,13 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
 Recovery drag_and_release(Simulation& simulation, Script& script) {
   const Eigen::Vector3f start = simulation.grasper.tip;
   script.run(kApproach, 0, [&](double) {
-    simulation.approach(simulation.grasper, farthest(simulation, kGallbladder, {-1, 0, -0.7F}),
-                        2 * kHandSpeed);
+    simulation.approach(simulation.grasper,
+                        farthest(simulation, Organ::gallbladder, {-1, 0, -0.7F}), 2 * kHandSpeed);
   });
   const Eigen::Vector3f fundus = simulation.grasper.tip;
-  simulation.grasp(kGallbladder, 6e-3F);
-  const auto held = pbdsurg::find_vertices_near(simulation.solver, kGallbladder, fundus, 6e-3F);
+  simulation.grasp(Organ::gallbladder, 6e-3F);
+  const auto held =
+      pbdsurg::find_vertices_near(simulation.solver, body_of(Organ::gallbladder), fundus, 6e-3F);
   std::vector<Eigen::Vector3f> before(held.size()), now(held.size());
   simulation.solver.read_positions(held, before);
   const auto distance = [&] {
@@ -178,16 +181,16 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
 
 // Figures 5 and 11: the hook burns its way along the side of Calot's fat that faces the scope.
 void burn_fat(Simulation& simulation, Script& script) {
-  const Eigen::Vector3f pouch = farthest(simulation, kGallbladder, {0.8F, -0.5F, -0.6F});
-  const Eigen::Vector3f facing =
-      nearest_tissue(simulation, kCalotFat,
-                     centre_of(simulation, kCalotFat) + Eigen::Vector3f(-0.004F, -0.03F, -0.03F));
+  const Eigen::Vector3f pouch = farthest(simulation, Organ::gallbladder, {0.8F, -0.5F, -0.6F});
+  const Eigen::Vector3f facing = nearest_tissue(
+      simulation, Organ::calot_fat,
+      centre_of(simulation, Organ::calot_fat) + Eigen::Vector3f(-0.004F, -0.03F, -0.03F));
   script.run(kApproach, 0, [&](double) {
     simulation.approach(simulation.grasper, pouch, kHandSpeed);
     simulation.approach(simulation.hook, facing, 2 * kHandSpeed);
   });
-  simulation.grasper.tip = nearest_tissue(simulation, kGallbladder, simulation.grasper.tip);
-  simulation.grasp(kGallbladder, 5e-3F);
+  simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
+  simulation.grasp(Organ::gallbladder, 5e-3F);
   const Eigen::Vector3f held = simulation.grasper.tip;
   script.run(kRetract, 0, [&](double share) {
     simulation.grasper.tip =
@@ -201,7 +204,8 @@ void burn_fat(Simulation& simulation, Script& script) {
       const double way = half == 0 ? share : 1 - share;
       const Eigen::Vector3f aim =
           facing + static_cast<float>(way) * Eigen::Vector3f(0.010F, 0.002F, 0);
-      simulation.approach(simulation.hook, nearest_tissue(simulation, kCalotFat, aim), kWorkSpeed);
+      simulation.approach(simulation.hook, nearest_tissue(simulation, Organ::calot_fat, aim),
+                          kWorkSpeed);
     });
     script.moment(half == 0 ? "burn_middle" : "burn_end");
   }
@@ -212,7 +216,7 @@ void separate(Simulation& simulation, Script& script) {
   simulation.release();
   // another port for the hook, so that its shaft reaches the gap past the fundus
   simulation.hook.port = {-0.15F, -0.06F, -0.04F};
-  const Eigen::Vector3f fundus = farthest(simulation, kGallbladder, {-0.6F, -0.2F, -1});
+  const Eigen::Vector3f fundus = farthest(simulation, Organ::gallbladder, {-0.6F, -0.2F, -1});
   script.run(kRegrasp, 0, [&](double share) {
     simulation.approach(simulation.grasper, fundus, 2 * kHandSpeed);
     // around the organ, not through it
@@ -221,8 +225,8 @@ void separate(Simulation& simulation, Script& script) {
     const Eigen::Vector3f beside(waiting.x(), -0.06F, -0.04F);
     simulation.approach(simulation.hook, share < 0.6 ? beside : waiting, 4 * kHandSpeed);
   });
-  simulation.grasper.tip = nearest_tissue(simulation, kGallbladder, simulation.grasper.tip);
-  simulation.grasp(kGallbladder, 6e-3F);
+  simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
+  simulation.grasp(Organ::gallbladder, 6e-3F);
   const Eigen::Vector3f held = simulation.grasper.tip;
   script.run(kPull, 0, [&](double share) {
     simulation.grasper.tip =

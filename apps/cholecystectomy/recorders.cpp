@@ -62,7 +62,7 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
   water.values.assign(mesh.points.size(), 1.0F);
   for (std::size_t b = 0; b < solver.bodies().size(); ++b) {
     const pbdsurg::Body& body = solver.bodies()[b];
-    const std::optional<std::size_t> burn = burn_index(static_cast<OrganIndex>(b));
+    const std::optional<std::size_t> burn = burn_index(static_cast<Organ>(b));
     if (burn) {
       const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
       for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {

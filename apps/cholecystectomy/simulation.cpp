@@ -35,12 +35,13 @@ const std::vector<Capsule>& grasper_capsules() {
   return capsules;
 }
 
-constexpr std::array<OrganIndex, 3> kBurnable{kGallbladder, kLiverBed, kCalotFat};
+constexpr std::array<Organ, 3> kBurnable{Organ::gallbladder, Organ::liver, Organ::calot_fat};
 
 std::vector<CauteryBody> burnable(const SurgicalScene& scene) {
   std::vector<CauteryBody> bodies;
-  for (const OrganIndex body : kBurnable) {
-    bodies.push_back({body, &scene.meshes[body], scene.tissues[body]});
+  for (const Organ organ : kBurnable) {
+    bodies.push_back(
+        {body_of(organ), &scene.meshes[body_of(organ)], scene.tissues[body_of(organ)]});
   }
   return bodies;
 }
@@ -67,7 +68,7 @@ void aim(Instrument& instrument) {
 
 }  // namespace
 
-std::optional<std::size_t> burn_index(OrganIndex organ) {
+std::optional<std::size_t> burn_index(Organ organ) {
   const auto found = std::find(kBurnable.begin(), kBurnable.end(), organ);
   if (found == kBurnable.end()) {
     return std::nullopt;
@@ -135,8 +136,8 @@ void Simulation::advance(double power) {
   totals.dropped_contacts += report.dropped_contacts;
 }
 
-std::size_t Simulation::grasp(OrganIndex organ, float radius) {
-  const auto vertices = pbdsurg::find_vertices_near(solver, organ, grasper.tip, radius);
+std::size_t Simulation::grasp(Organ organ, float radius) {
+  const auto vertices = pbdsurg::find_vertices_near(solver, body_of(organ), grasper.tip, radius);
   solver.grasp(grasper.tool, vertices);
   grasper.holds = !vertices.empty();
   return vertices.size();
@@ -153,8 +154,8 @@ void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, 
   instrument.tip += way.norm() <= reach ? way : Eigen::Vector3f(reach / way.norm() * way);
 }
 
-std::vector<Eigen::Vector3f> Simulation::positions_of(OrganIndex organ) const {
-  const pbdsurg::Body& body = solver.bodies()[organ];
+std::vector<Eigen::Vector3f> Simulation::positions_of(Organ organ) const {
+  const pbdsurg::Body& body = solver.bodies()[body_of(organ)];
   std::vector<pbdsurg::Index> ids(static_cast<std::size_t>(body.vertex_count));
   for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {
     ids[v] = body.first_vertex + v;

@@ -57,7 +57,7 @@ struct Instrument {
 };
 
 /// Which heat field of the cautery belongs to an organ, if it can be burnt.
-std::optional<std::size_t> burn_index(OrganIndex organ);
+std::optional<std::size_t> burn_index(Organ organ);
 
 class Simulation {
  public:
@@ -72,7 +72,7 @@ class Simulation {
   void advance(double power);
 
   /// Closes the grasper around the vertices of an organ near its tip. @return how many it holds
-  std::size_t grasp(OrganIndex organ, float radius);
+  std::size_t grasp(Organ organ, float radius);
   void release();
 
   /// Moves a tip towards a point, at most at a speed, m/s.
@@ -81,7 +81,7 @@ class Simulation {
   [[nodiscard]] double time() const noexcept {
     return kTimeStep * static_cast<double>(totals.steps);
   }
-  [[nodiscard]] std::vector<Eigen::Vector3f> positions_of(OrganIndex organ) const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> positions_of(Organ organ) const;
 
   const SurgicalScene& scene;
   pbdsurg::Solver solver;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 namespace cholecystectomy {
@@ -15,17 +16,35 @@ using pbdsurg::Index;
 using pbdsurg::Material;
 using pbdsurg::TetMesh;
 
-// Elasticity of each tissue, Pa, at the small end of what the literature gives for living organs.
-constexpr double kGallbladderModulus = 100e3;
-constexpr double kLiverModulus = 6e3;
-constexpr double kDuctModulus = 150e3;
-constexpr double kArteryModulus = 200e3;
-constexpr double kFatModulus = 2.5e3;
+// Elasticity of the membrane, Pa, at the small end of what the literature gives for living tissue.
 constexpr double kMembraneModulus = 60e3;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 
 constexpr double kMembraneReach = 4.5e-3;    // m, between gallbladder and the liver's coarser mesh
 constexpr double kConnectionReach = 2.5e-3;  // m, between the other organs
+
+struct OrganProperties {
+  pbdsurg::TissueProperties tissue;
+  double modulus;  // Pa, at the small end of what the literature gives for living organs
+  bool is_tube;    // tubes have distance constraints only
+};
+
+OrganProperties properties_of(Organ organ) {
+  switch (organ) {
+    case Organ::gallbladder:
+      return {pbdsurg::kGallbladderWall, 100e3, false};
+    case Organ::liver:
+      return {pbdsurg::kLiver, 6e3, false};
+    case Organ::cystic_duct:
+    case Organ::common_bile_duct:
+      return {pbdsurg::kConnectiveTissue, 150e3, true};
+    case Organ::cystic_artery:
+      return {pbdsurg::kConnectiveTissue, 200e3, true};
+    case Organ::calot_fat:
+      return {pbdsurg::kFat, 2.5e3, false};
+  }
+  throw pbdsurg::InvalidArgument("unknown organ");
+}
 
 // An edge stands for a bar as wide as it is long: stiffness E L. A volume constraint stands for the
 // bulk modulus E / (3 (1 - 2 nu)) at nu = 0.45.
@@ -42,23 +61,24 @@ Material make_material(const TetMesh& mesh, const pbdsurg::TissueProperties& tis
   material.stretch.compliance = static_cast<float>(1 / (modulus * length));
   const double volume = pbdsurg::total_volume(mesh) / mesh.tet_count();
   material.volume.compliance = static_cast<float>(volume * 3 * (1 - 2 * 0.45) / modulus);
-  material.has_volume_constraints = !is_tube;  // tubes have distance constraints only
+  material.has_volume_constraints = !is_tube;
   return material;
 }
 
-Index add(SurgicalScene& result, const char* name, const TetMesh& mesh,
-          const pbdsurg::TissueProperties& tissue, double modulus, bool is_tube = false) {
+void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh) {
+  const auto& [tissue, modulus, is_tube] = properties_of(organ);
   result.meshes.push_back(mesh);
   result.tissues.push_back(tissue);
-  return result.scene.add_body(name, mesh, make_material(mesh, tissue, modulus, is_tube));
+  result.scene.add_body(pbdsurg::name_of(organ), mesh,
+                        make_material(mesh, tissue, modulus, is_tube));
 }
 
 // Fixes the two ends of a tube along its longest side, or only the one with the larger coordinate.
-void fix_ends(SurgicalScene& result, Index body, double reach, bool both) {
-  const Eigen::AlignedBox3d box = pbdsurg::bounding_box(result.meshes[body]);
+void fix_ends(SurgicalScene& result, Organ organ, double reach, bool both) {
+  const Eigen::AlignedBox3d box = pbdsurg::bounding_box(result.meshes[body_of(organ)]);
   Eigen::Index axis = 0;
   box.sizes().maxCoeff(&axis);
-  result.scene.fix_where(body, [&](const Eigen::Vector3d& p) {
+  result.scene.fix_where(body_of(organ), [&](const Eigen::Vector3d& p) {
     return p[axis] > box.max()[axis] - reach || (both && p[axis] < box.min()[axis] + reach);
   });
 }
@@ -67,13 +87,13 @@ pbdsurg::Stiffness membrane_stiffness(double rest_length) {
   return {1.0F, static_cast<float>(rest_length / (kMembraneModulus * kMembraneAreaPerLink))};
 }
 
-std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Index first, Index second,
+std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Organ first, Organ second,
                                                  double reach) {
   const std::vector<pbdsurg::MembraneLink> links =
-      pbdsurg::membrane_links(result.meshes[first], result.meshes[second], reach);
+      pbdsurg::membrane_links(result.meshes[body_of(first)], result.meshes[body_of(second)], reach);
   for (const pbdsurg::MembraneLink& link : links) {
-    result.scene.add_link({result.scene.body(first).first_vertex + link.first,
-                           result.scene.body(second).first_vertex + link.second,
+    result.scene.add_link({result.scene.body(body_of(first)).first_vertex + link.first,
+                           result.scene.body(body_of(second)).first_vertex + link.second,
                            static_cast<float>(link.rest_length),
                            membrane_stiffness(std::max(link.rest_length, 0.2e-3))});
   }
@@ -81,9 +101,9 @@ std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Index fi
 }
 
 // Links each vertex of an enclosed tube to the nearest vertex of what encloses it, inside or out.
-void link_enclosed(SurgicalScene& result, Index tube, Index around, double reach) {
-  const auto inner = result.meshes[tube].positions();
-  const auto outer = result.meshes[around].positions();
+void link_enclosed(SurgicalScene& result, Organ tube, Organ around, double reach) {
+  const auto inner = result.meshes[body_of(tube)].positions();
+  const auto outer = result.meshes[body_of(around)].positions();
   for (std::size_t v = 0; v < inner.size(); ++v) {
     double nearest = reach;
     Index partner = pbdsurg::kInvalidIndex;
@@ -95,8 +115,8 @@ void link_enclosed(SurgicalScene& result, Index tube, Index around, double reach
       }
     }
     if (partner != pbdsurg::kInvalidIndex) {
-      result.scene.add_link({result.scene.body(tube).first_vertex + static_cast<Index>(v),
-                             result.scene.body(around).first_vertex + partner,
+      result.scene.add_link({result.scene.body(body_of(tube)).first_vertex + static_cast<Index>(v),
+                             result.scene.body(body_of(around)).first_vertex + partner,
                              static_cast<float>(nearest),
                              membrane_stiffness(std::max(nearest, 0.2e-3))});
     }
@@ -108,32 +128,28 @@ void link_enclosed(SurgicalScene& result, Index tube, Index around, double reach
 SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy) {
   SurgicalScene result;
   result.scene.set_gravity({0, 0, -9.81F});
-  add(result, "gallbladder", anatomy.gallbladder, pbdsurg::kGallbladderWall, kGallbladderModulus);
-  add(result, "liver", anatomy.liver, pbdsurg::kLiver, kLiverModulus);
-  add(result, "cystic_duct", anatomy.cystic_duct, pbdsurg::kConnectiveTissue, kDuctModulus, true);
-  add(result, "cystic_artery", anatomy.cystic_artery, pbdsurg::kConnectiveTissue, kArteryModulus,
-      true);
-  add(result, "calot_fat", anatomy.calot_fat, pbdsurg::kFat, kFatModulus);
-  add(result, "common_bile_duct", anatomy.common_bile_duct, pbdsurg::kConnectiveTissue,
-      kDuctModulus, true);
+  for (const Organ organ : pbdsurg::kOrgans) {
+    add_organ(result, organ, anatomy.organs.at(organ));
+  }
 
-  const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(anatomy.liver);
-  result.scene.fix_where(kLiverBed, [&](const Eigen::Vector3d& p) {
+  const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(anatomy.organs.at(Organ::liver));
+  result.scene.fix_where(body_of(Organ::liver), [&](const Eigen::Vector3d& p) {
     return p.z() > liver.min().z() + 0.6 * liver.sizes().z();
   });
-  fix_ends(result, kArtery, 2e-3, false);
-  fix_ends(result, kBileDuct, 3e-3, true);
+  fix_ends(result, Organ::cystic_artery, 2e-3, false);
+  fix_ends(result, Organ::common_bile_duct, 3e-3, true);
 
-  const auto membrane = link_surfaces(result, kGallbladder, kLiverBed, kMembraneReach);
-  result.membrane = pbdsurg::membrane_sheet(anatomy.gallbladder, anatomy.liver, membrane);
+  const auto membrane = link_surfaces(result, Organ::gallbladder, Organ::liver, kMembraneReach);
+  result.membrane = pbdsurg::membrane_sheet(anatomy.organs.at(Organ::gallbladder),
+                                            anatomy.organs.at(Organ::liver), membrane);
   result.membrane_link_count = static_cast<Index>(result.scene.links().size());
-  link_surfaces(result, kCalotFat, kGallbladder, kConnectionReach);
-  link_surfaces(result, kCalotFat, kLiverBed, kConnectionReach);
-  link_surfaces(result, kArtery, kGallbladder, kConnectionReach);
-  link_surfaces(result, kDuct, kGallbladder, kConnectionReach);
-  link_surfaces(result, kDuct, kBileDuct, kConnectionReach);
-  link_enclosed(result, kDuct, kCalotFat, kConnectionReach);
-  link_enclosed(result, kArtery, kCalotFat, kConnectionReach);
+  link_surfaces(result, Organ::calot_fat, Organ::gallbladder, kConnectionReach);
+  link_surfaces(result, Organ::calot_fat, Organ::liver, kConnectionReach);
+  link_surfaces(result, Organ::cystic_artery, Organ::gallbladder, kConnectionReach);
+  link_surfaces(result, Organ::cystic_duct, Organ::gallbladder, kConnectionReach);
+  link_surfaces(result, Organ::cystic_duct, Organ::common_bile_duct, kConnectionReach);
+  link_enclosed(result, Organ::cystic_duct, Organ::calot_fat, kConnectionReach);
+  link_enclosed(result, Organ::cystic_artery, Organ::calot_fat, kConnectionReach);
   return result;
 }
 

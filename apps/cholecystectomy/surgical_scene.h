@@ -16,8 +16,12 @@
 
 namespace cholecystectomy {
 
-/// Bodies in the order in which they are added.
-enum OrganIndex : pbdsurg::Index { kGallbladder, kLiverBed, kDuct, kArtery, kCalotFat, kBileDuct };
+using pbdsurg::Organ;
+
+/// Bodies are added in the order of pbdsurg::kOrgans, which is that of the enumerators.
+constexpr pbdsurg::Index body_of(Organ organ) {
+  return static_cast<pbdsurg::Index>(organ);
+}
 
 struct SurgicalScene {
   pbdsurg::Scene scene;

@@ -18,4 +18,6 @@ void add_mesh_check(CLI::App& mesh, int& status);
 
 void add_mesh_convert(CLI::App& mesh);
 
+void add_mesh_make(CLI::App& mesh);
+
 }  // namespace pbdsurg

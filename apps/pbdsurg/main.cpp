@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command-line tool: pbdsurg mesh info|check|convert.
+// The command-line tool: pbdsurg mesh info|check|convert|make.
 #include <exception>
 #include <iostream>
 
@@ -10,12 +10,13 @@
 int main(int argument_count, char** arguments) {
   CLI::App app("Real-time soft tissue for surgical simulators: tools", "pbdsurg");
   app.require_subcommand(1);
-  CLI::App& mesh = *app.add_subcommand("mesh", "Examine and convert meshes");
+  CLI::App& mesh = *app.add_subcommand("mesh", "Examine, convert and make meshes");
   mesh.require_subcommand(1);
   int status = 0;
   pbdsurg::add_mesh_info(mesh);
   pbdsurg::add_mesh_check(mesh, status);
   pbdsurg::add_mesh_convert(mesh);
+  pbdsurg::add_mesh_make(mesh);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

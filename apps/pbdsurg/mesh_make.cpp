@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh_make.h"
-
 #include <algorithm>
 #include <charconv>
 #include <iostream>
@@ -19,6 +17,7 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/write.h"
 
+#include "commands.h"
 #include "mesh_file.h"
 
 namespace pbdsurg {
@@ -107,18 +106,10 @@ void print_remarks(const Options& options, const TetrahedralizeReport& report) {
 
 void run(const Options& options) {
   const Made made = make(options);
-  MeshFile file{{{made.mesh.positions().begin(), made.mesh.positions().end()},
-                 {made.mesh.tets().begin(), made.mesh.tets().end()},
-                 {}},
-                "made by pbdsurg",
-                LengthUnit::metre,
-                false,
-                0.0};
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& point : file.mesh.points) {
-    box.extend(point);
-  }
-  file.longest_side = box.sizes().maxCoeff();
+  MeshFile file{{}, "made by pbdsurg", LengthUnit::metre, false};
+  file.mesh.points.assign(made.mesh.positions().begin(), made.mesh.positions().end());
+  file.mesh.tets.assign(made.mesh.tets().begin(), made.mesh.tets().end());
+  file.longest_side = bounding_box(made.mesh).sizes().maxCoeff();
   write_mesh(options.output, file.mesh);
   if (made.report) {
     print_remarks(options, *made.report);
