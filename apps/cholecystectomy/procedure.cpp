@@ -33,13 +33,14 @@ class Script {
     }
   }
 
-  /// Runs a part. @param act  void(double share), called before each step with its share (0, 1]
+  /// Runs a part. @param power  W, in an operation of full length
+  /// @param act  void(double share), called before each step with its share (0, 1]
   template <class Act>
   void run(double seconds, double power, Act act) {
     const int count = steps(seconds);
     for (int i = 1; i <= count; ++i) {
       act(static_cast<double>(i) / count);
-      simulation_.advance(power);
+      simulation_.advance(power / time_scale_);
       if (simulation_.totals.non_finite_vertices > 0) {
         throw pbdsurg::Error("the state is no longer finite at " +
                              std::to_string(simulation_.time()) + " s");
@@ -49,6 +50,11 @@ class Script {
         observer->step(simulation_, static_cast<double>(done_) / planned_);
       }
     }
+  }
+
+  /// Moves a tip towards a point. @param speed  m/s at most, in an operation of full length
+  void approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {
+    simulation_.approach(instrument, point, speed / static_cast<float>(time_scale_));
   }
 
   void moment(const std::string& name) {
@@ -132,8 +138,8 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
 Recovery drag_and_release(Simulation& simulation, Script& script) {
   const Eigen::Vector3f start = simulation.grasper.tip;
   script.run(kApproach, 0, [&](double) {
-    simulation.approach(simulation.grasper,
-                        farthest(simulation, Organ::gallbladder, {-1, 0, -0.7F}), 2 * kHandSpeed);
+    script.approach(simulation.grasper, farthest(simulation, Organ::gallbladder, {-1, 0, -0.7F}),
+                    2 * kHandSpeed);
   });
   const Eigen::Vector3f fundus = simulation.grasper.tip;
   simulation.grasp(Organ::gallbladder, 6e-3F);
@@ -162,7 +168,7 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
   const double released = simulation.time();
   double next = 0.025;
   script.run(kRecover, 0, [&](double) {
-    simulation.approach(simulation.grasper, start, 3 * kHandSpeed);
+    script.approach(simulation.grasper, start, 3 * kHandSpeed);
     const double since = simulation.time() - released;
     if (since > 0) {
       recovery.times.push_back(since);
@@ -186,8 +192,8 @@ void burn_fat(Simulation& simulation, Script& script) {
       simulation, Organ::calot_fat,
       centre_of(simulation, Organ::calot_fat) + Eigen::Vector3f(-0.004F, -0.03F, -0.03F));
   script.run(kApproach, 0, [&](double) {
-    simulation.approach(simulation.grasper, pouch, kHandSpeed);
-    simulation.approach(simulation.hook, facing, 2 * kHandSpeed);
+    script.approach(simulation.grasper, pouch, kHandSpeed);
+    script.approach(simulation.hook, facing, 2 * kHandSpeed);
   });
   simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
   simulation.grasp(Organ::gallbladder, 5e-3F);
@@ -204,8 +210,8 @@ void burn_fat(Simulation& simulation, Script& script) {
       const double way = half == 0 ? share : 1 - share;
       const Eigen::Vector3f aim =
           facing + static_cast<float>(way) * Eigen::Vector3f(0.010F, 0.002F, 0);
-      simulation.approach(simulation.hook, nearest_tissue(simulation, Organ::calot_fat, aim),
-                          kWorkSpeed);
+      script.approach(simulation.hook, nearest_tissue(simulation, Organ::calot_fat, aim),
+                      kWorkSpeed);
     });
     script.moment(half == 0 ? "burn_middle" : "burn_end");
   }
@@ -218,12 +224,12 @@ void separate(Simulation& simulation, Script& script) {
   simulation.hook.port = {-0.15F, -0.06F, -0.04F};
   const Eigen::Vector3f fundus = farthest(simulation, Organ::gallbladder, {-0.6F, -0.2F, -1});
   script.run(kRegrasp, 0, [&](double share) {
-    simulation.approach(simulation.grasper, fundus, 2 * kHandSpeed);
+    script.approach(simulation.grasper, fundus, 2 * kHandSpeed);
     // around the organ, not through it
     const Eigen::Vector3f waiting =
         membrane_front(simulation, fundus) + Eigen::Vector3f(-0.02F, -0.01F, -0.01F);
     const Eigen::Vector3f beside(waiting.x(), -0.06F, -0.04F);
-    simulation.approach(simulation.hook, share < 0.6 ? beside : waiting, 4 * kHandSpeed);
+    script.approach(simulation.hook, share < 0.6 ? beside : waiting, 4 * kHandSpeed);
   });
   simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
   simulation.grasp(Organ::gallbladder, 6e-3F);
@@ -231,8 +237,7 @@ void separate(Simulation& simulation, Script& script) {
   script.run(kPull, 0, [&](double share) {
     simulation.grasper.tip =
         held + static_cast<float>(share) * Eigen::Vector3f(0, -0.003F, -0.008F);
-    simulation.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
-                        kHandSpeed);
+    script.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip), kHandSpeed);
   });
   script.moment("separate_begin");
 
@@ -241,8 +246,8 @@ void separate(Simulation& simulation, Script& script) {
     script.run(kSeparate / 2, kSeparatePower, [&](double share) {
       const float way = static_cast<float>((half + share) / 2);
       simulation.grasper.tip = pulled + way * Eigen::Vector3f(0.004F, -0.004F, -0.014F);
-      simulation.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
-                          2 * kWorkSpeed);
+      script.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
+                      2 * kWorkSpeed);
     });
     script.moment(half == 0 ? "separate_middle" : "separate_end");
   }

@@ -32,7 +32,9 @@ struct Recovery {
 
 /// Runs everything: drag and release the fundus; burn Calot's fat; cut the membrane from the fundus
 /// on while the grasper pulls.
-/// @param time_scale  of the lengths of all parts; 1 is the operation as designed, less is a sketch
+/// @param time_scale  of the lengths of all parts; 1 is the operation as designed, less is a
+/// sketch, in
+///                    which hands and heat are as much faster
 /// @throws pbdsurg::Error  if the state stops being finite
 Recovery run_procedure(Simulation& simulation, std::span<Observer* const> observers,
                        double time_scale);

@@ -17,9 +17,15 @@ function(build_and_run_consumer name)
   file(REMOVE_RECURSE "${build}")
   run(${CMAKE_COMMAND} -S "${CONSUMER_DIR}" -B "${build}" -G "${GENERATOR}"
       -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
-      -D CMAKE_EXPORT_COMPILE_COMMANDS=ON ${ARGN})
-  run(${CMAKE_COMMAND} --build "${build}" --target consumer --parallel 2)
+      -D CMAKE_EXPORT_COMPILE_COMMANDS=ON -D HELLO_SOURCE=${SOURCE_DIR}/examples/hello_tissue.cpp
+      ${ARGN})
+  run(${CMAKE_COMMAND} --build "${build}" --target consumer hello --parallel 2)
   run("${build}/consumer")
+  # two tetrahedra that share a face
+  file(WRITE "${build}/two.vtk" "# vtk DataFile Version 3.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+    "POINTS 5 double\n0 0 0 0.1 0 0 0 0.1 0 0 0 0.1 0.1 0.1 0.1\n"
+    "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n")
+  run("${build}/hello" "${build}/two.vtk")
 
   file(STRINGS "${build}/compile_commands.json" command REGEX "\"command\".*consumer/main\\.cpp")
   if(NOT command)
