@@ -30,8 +30,7 @@ inline constexpr std::array<Table2Row, 5> kTable2{{{3966, 21076, 13125},
 
 enum class Table2Kind {
   /// A hollow gallbladder of well-shaped tetrahedra, its wall as thin as the lattice resolves:
-  /// links
-  /// within 3 % of the row, tetrahedra within 5 %, dihedral angles of 22 degrees and more.
+  /// links within 3 % of the row, tetrahedra within 5 %, dihedral angles of 22 degrees and more.
   hollow,
   /// A solid gallbladder filled from its surface vertices alone, as the paper's meshes are (their
   /// counts fit no other kind): long slivers, half of all dihedral angles under 10 degrees, dozens
