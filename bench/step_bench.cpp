@@ -45,10 +45,10 @@ std::vector<Eigen::Vector3f> stretched() {
 void report_work(benchmark::State& state, std::size_t edges) {
   state.counters["edges"] = static_cast<double>(edges);
   state.counters["tets"] = mesh().tet_count();
-  state.counters["time_per_projection"] = benchmark::Counter(
-      static_cast<double>(state.iterations()) * kIterations *
-          (static_cast<double>(edges) + mesh().tet_count()),
-      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["time_per_projection"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * kIterations *
+                             (static_cast<double>(edges) + mesh().tet_count()),
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void BM_serial_step(benchmark::State& state) {

@@ -108,14 +108,17 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--out", arguments.out, "folder for pictures, report.json, force.csv, series.pvd")
       ->capture_default_str();
-  app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)");
-  app.add_option("--unit", arguments.unit, "unit of the files: auto, mm, cm or m")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, LengthUnit>{{"auto", LengthUnit::automatic},
-                                                                    {"mm", LengthUnit::millimetre},
-                                                                    {"cm", LengthUnit::centimetre},
-                                                                    {"m", LengthUnit::metre}}))
-      ->default_str("auto");
+  app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)")
+      ->allow_extra_args(false)
+      ->type_name("");
+  const std::map<std::string, LengthUnit> units{{"auto", LengthUnit::automatic},
+                                                {"mm", LengthUnit::millimetre},
+                                                {"cm", LengthUnit::centimetre},
+                                                {"m", LengthUnit::metre}};
+  app.add_option("--unit", arguments.unit, "of these files")
+      ->transform(CLI::CheckedTransformer(units).description("auto|mm|cm|m"))
+      ->default_str("auto")
+      ->type_name("");
   app.add_option("--seed", arguments.seed, "of the hands' tremor")->capture_default_str();
   app.add_option("--time-scale", arguments.time_scale,
                  "length of the operation relative to the full script")

@@ -142,9 +142,7 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
                     2 * kHandSpeed);
   });
   const Eigen::Vector3f fundus = simulation.grasper.tip;
-  simulation.grasp(Organ::gallbladder, 6e-3F);
-  const auto held =
-      pbdsurg::find_vertices_near(simulation.solver, body_of(Organ::gallbladder), fundus, 6e-3F);
+  const std::vector<Index> held = simulation.grasp(Organ::gallbladder, 6e-3F);
   std::vector<Eigen::Vector3f> before(held.size()), now(held.size());
   simulation.solver.read_positions(held, before);
   const auto distance = [&] {
@@ -192,10 +190,10 @@ void burn_fat(Simulation& simulation, Script& script) {
       simulation, Organ::calot_fat,
       centre_of(simulation, Organ::calot_fat) + Eigen::Vector3f(-0.004F, -0.03F, -0.03F));
   script.run(kApproach, 0, [&](double) {
-    script.approach(simulation.grasper, pouch, kHandSpeed);
+    script.approach(simulation.grasper, nearest_tissue(simulation, Organ::gallbladder, pouch),
+                    2 * kHandSpeed);
     script.approach(simulation.hook, facing, 2 * kHandSpeed);
   });
-  simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
   simulation.grasp(Organ::gallbladder, 5e-3F);
   const Eigen::Vector3f held = simulation.grasper.tip;
   script.run(kRetract, 0, [&](double share) {
@@ -224,14 +222,14 @@ void separate(Simulation& simulation, Script& script) {
   simulation.hook.port = {-0.15F, -0.06F, -0.04F};
   const Eigen::Vector3f fundus = farthest(simulation, Organ::gallbladder, {-0.6F, -0.2F, -1});
   script.run(kRegrasp, 0, [&](double share) {
-    script.approach(simulation.grasper, fundus, 2 * kHandSpeed);
+    script.approach(simulation.grasper, nearest_tissue(simulation, Organ::gallbladder, fundus),
+                    2 * kHandSpeed);
     // around the organ, not through it
     const Eigen::Vector3f waiting =
         membrane_front(simulation, fundus) + Eigen::Vector3f(-0.02F, -0.01F, -0.01F);
     const Eigen::Vector3f beside(waiting.x(), -0.06F, -0.04F);
     script.approach(simulation.hook, share < 0.6 ? beside : waiting, 4 * kHandSpeed);
   });
-  simulation.grasper.tip = nearest_tissue(simulation, Organ::gallbladder, simulation.grasper.tip);
   simulation.grasp(Organ::gallbladder, 6e-3F);
   const Eigen::Vector3f held = simulation.grasper.tip;
   script.run(kPull, 0, [&](double share) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/contact/proximity.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
 namespace cholecystectomy {
@@ -136,11 +137,22 @@ void Simulation::advance(double power) {
   totals.dropped_contacts += report.dropped_contacts;
 }
 
-std::size_t Simulation::grasp(Organ organ, float radius) {
-  const auto vertices = pbdsurg::find_vertices_near(solver, body_of(organ), grasper.tip, radius);
+std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
+  constexpr std::size_t kFewest = 4;
+  std::vector<pbdsurg::Index> vertices;
+  for (const float factor : {1.0F, 2.0F, 4.0F, 8.0F}) {
+    vertices = pbdsurg::find_vertices_near(solver, body_of(organ), grasper.tip, factor * radius);
+    if (vertices.size() >= kFewest) {
+      break;
+    }
+  }
+  if (vertices.empty()) {
+    throw pbdsurg::Error(std::string("the grasper finds no ") + pbdsurg::name_of(organ) +
+                         " to hold at " + std::to_string(time()) + " s");
+  }
   solver.grasp(grasper.tool, vertices);
-  grasper.holds = !vertices.empty();
-  return vertices.size();
+  grasper.holds = true;
+  return vertices;
 }
 
 void Simulation::release() {

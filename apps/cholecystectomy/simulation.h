@@ -71,8 +71,11 @@ class Simulation {
   /// One step with power at the hook, W.
   void advance(double power);
 
-  /// Closes the grasper around the vertices of an organ near its tip. @return how many it holds
-  std::size_t grasp(Organ organ, float radius);
+  /// Closes the grasper around the vertices of an organ near its tip, reaching further where the
+  /// mesh is so coarse that fewer than four lie within the radius.
+  /// @return  the scene vertices that it holds
+  /// @throws pbdsurg::Error  if there are none within eight times the radius
+  std::vector<pbdsurg::Index> grasp(Organ organ, float radius);
   void release();
 
   /// Moves a tip towards a point, at most at a speed, m/s.

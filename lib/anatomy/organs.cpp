@@ -115,7 +115,7 @@ MeshData abdominal_wall() {
   // Longitude by latitude on a stretched half sphere that opens towards the laparoscope.
   constexpr int kAround = 64, kRows = 24;
   const Vector3d center = millimetres(35, 0, 0);
-  const Vector3d radii = millimetres(190, 160, 120);
+  const Vector3d radii = millimetres(230, 220, 190);
   MeshData wall;
   wall.points.push_back(center + Vector3d(0, 0, radii.z()));
   for (int row = 1; row <= kRows; ++row) {
