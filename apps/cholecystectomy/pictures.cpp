@@ -135,7 +135,7 @@ Camera camera_for(const std::string& moment) {
   Camera camera;
   camera.up = {0, 0, 1};
   if (moment.starts_with("burn")) {
-    camera.eye = {0.075F, -0.055F, -0.075F};
+    camera.eye = {0.074F, -0.040F, -0.055F};
     camera.target = {0.082F, 0.014F, 0.004F};
   } else if (moment.starts_with("separate")) {
     camera.eye = {-0.055F, -0.085F, -0.045F};

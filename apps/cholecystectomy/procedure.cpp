@@ -19,7 +19,7 @@ constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
 
 // Lengths of the parts, s.
 constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
-constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.0;
+constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.5;
 constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 4.0;
 
 // Steps through the script and tells the observers.
@@ -204,10 +204,10 @@ void burn_fat(Simulation& simulation, Script& script) {
 
   for (int half = 0; half < 2; ++half) {
     script.run(kBurn / 2, kCutPower, [&](double share) {
-      // there and back again, 10 mm along the fat
+      // there and back again, 5 mm along the fat
       const double way = half == 0 ? share : 1 - share;
       const Eigen::Vector3f aim =
-          facing + static_cast<float>(way) * Eigen::Vector3f(0.010F, 0.002F, 0);
+          facing + static_cast<float>(way) * Eigen::Vector3f(0.005F, 0.001F, 0);
       script.approach(simulation.hook, nearest_tissue(simulation, Organ::calot_fat, aim),
                       kWorkSpeed);
     });
