@@ -66,9 +66,10 @@ int run(const Arguments& arguments) {
   }
 
   ForceRecorder forces(arguments.out / "force.csv");
+  CauteryRecorder cautery(arguments.out / "cautery.csv");
   SeriesRecorder series(arguments.out / "series.pvd");
   ProgressRecorder progress;
-  std::vector<Observer*> observers{&forces, &series, &progress};
+  std::vector<Observer*> observers{&forces, &cautery, &series, &progress};
   std::string pictures = "no pictures (built without EGL, libepoxy or stb)";
 #ifdef PBDSURG_HAS_PICTURES
   std::optional<PictureRecorder> recorder;
@@ -82,6 +83,7 @@ int run(const Arguments& arguments) {
 
   const Recovery recovery = run_procedure(simulation, observers, arguments.time_scale);
   forces.close();
+  cautery.close();
 #ifdef PBDSURG_HAS_PICTURES
   draw_plots(arguments.out, forces, recovery);
   if (recorder) {

@@ -69,8 +69,8 @@ double longest_side(const Points& points) {
   return box.isEmpty() ? 0 : box.sizes().maxCoeff();
 }
 
-// The points of a mesh that its tetrahedra or triangles use.
-Points used_points(const MeshData& mesh) {
+// Drops the points that neither tetrahedra nor triangles use.
+void drop_unused_points(MeshData& mesh) {
   std::vector<bool> used(mesh.points.size(), false);
   for (const pbdsurg::Tet& tet : mesh.tets) {
     for (const pbdsurg::Index v : tet) {
@@ -82,13 +82,25 @@ Points used_points(const MeshData& mesh) {
       used[v] = true;
     }
   }
+  std::vector<pbdsurg::Index> new_id(mesh.points.size(), pbdsurg::kInvalidIndex);
   Points points;
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (used[v]) {
+      new_id[v] = static_cast<pbdsurg::Index>(points.size());
       points.push_back(mesh.points[v]);
     }
   }
-  return points;
+  mesh.points = std::move(points);
+  for (pbdsurg::Tet& tet : mesh.tets) {
+    for (pbdsurg::Index& v : tet) {
+      v = new_id[v];
+    }
+  }
+  for (pbdsurg::Triangle& triangle : mesh.triangles) {
+    for (pbdsurg::Index& v : triangle) {
+      v = new_id[v];
+    }
+  }
 }
 
 ImplicitShape filled(const OrganSource& source) {
@@ -114,17 +126,16 @@ void rest_on_gallbladder(Points& liver, const ImplicitShape& gallbladder) {
 }
 
 MeshData place(const MeshData& mesh, Organ organ, const TetMesh& replaced) {
-  const Points used = used_points(mesh);
   const Points target(replaced.positions().begin(), replaced.positions().end());
-  const double ratio = longest_side(used) / longest_side(target);
+  const double ratio = longest_side(mesh.points) / longest_side(target);
   if (!(ratio < kLargestRatio) || !(ratio > 1 / kLargestRatio)) {
     std::ostringstream text;
-    text << "the " << pbdsurg::name_of(organ) << " given is " << longest_side(used)
+    text << "the " << pbdsurg::name_of(organ) << " given is " << longest_side(mesh.points)
          << " m long; it must be within " << kLargestRatio << " times of " << longest_side(target)
          << " m, that of the organ it replaces (is the unit right? see --unit)";
     throw pbdsurg::InvalidArgument(text.str());
   }
-  const Frame from = frame_of(used);
+  const Frame from = frame_of(mesh.points);
   const Frame to = frame_of(target);
   const Eigen::Matrix3d rotation = to.axes * from.axes.transpose();
   MeshData placed = mesh;
@@ -169,6 +180,13 @@ LoadedAnatomy load_anatomy(const std::map<Organ, std::filesystem::path>& files,
   for (const auto& [organ, path] : files) {  // the gallbladder comes first: the liver follows it
     pbdsurg::MeshFile read = pbdsurg::read_mesh_file(path, {unit});
     pbdsurg::orient_majority(read.mesh);
+    if (!read.mesh.tets.empty()) {
+      read.mesh.triangles.clear();  // a surface beside tetrahedra is theirs
+    }
+    drop_unused_points(read.mesh);
+    if (read.mesh.points.empty()) {
+      throw pbdsurg::InvalidMesh(path.string() + ": there are no tetrahedra and no triangles");
+    }
     MeshData placed = place(read.mesh, organ, loaded.anatomy.organs.at(organ));
     std::ostringstream note;
     note << pbdsurg::name_of(organ) << ": " << path.filename().string() << ", " << read.format

@@ -155,7 +155,7 @@ PictureRecorder::PictureRecorder(const std::filesystem::path& directory,
 
 // Smoke rises from the hook while it heats; each puff lives for kSmokeLife.
 void PictureRecorder::step(const Simulation& simulation, double) {
-  constexpr float kStep = Simulation::kTimeStep;
+  constexpr float kStep = static_cast<float>(Simulation::kTimeStep);
   for (std::size_t i = 0; i < smoke_.size(); ++i) {
     smoke_[i].center += kStep * smoke_velocities_[i];
     smoke_[i].radius += 0.006F * kStep;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/core/error.h"
 
 namespace cholecystectomy {
@@ -78,7 +77,10 @@ class Script {
 // The vertex of an organ that lies farthest in a direction.
 Eigen::Vector3f farthest(const Simulation& simulation, Organ organ,
                          const Eigen::Vector3f& direction) {
-  const auto positions = simulation.positions_of(organ);
+  const auto positions = simulation.tissue_of(organ);
+  if (positions.empty()) {
+    throw pbdsurg::Error(std::string("nothing is left of the ") + pbdsurg::name_of(organ));
+  }
   return *std::max_element(positions.begin(), positions.end(),
                            [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
                              return a.dot(direction) < b.dot(direction);
@@ -87,7 +89,7 @@ Eigen::Vector3f farthest(const Simulation& simulation, Organ organ,
 
 Eigen::Vector3f centre_of(const Simulation& simulation, Organ organ) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  const auto positions = simulation.positions_of(organ);
+  const auto positions = simulation.tissue_of(organ);
   for (const Eigen::Vector3f& x : positions) {
     sum += x / static_cast<float>(positions.size());
   }
@@ -97,14 +99,9 @@ Eigen::Vector3f centre_of(const Simulation& simulation, Organ organ) {
 // The vertex with tissue that is nearest to a point, or the point itself if none is left.
 Eigen::Vector3f nearest_tissue(const Simulation& simulation, Organ organ,
                                const Eigen::Vector3f& point) {
-  const auto positions = simulation.positions_of(organ);
-  constexpr float kReach = 0.05F;
   Eigen::Vector3f nearest = point;
   float least = std::numeric_limits<float>::max();
-  for (const Index v :
-       pbdsurg::find_vertices_near(simulation.solver, body_of(organ), point, kReach)) {
-    const Eigen::Vector3f& x =
-        positions[v - simulation.solver.bodies()[body_of(organ)].first_vertex];
+  for (const Eigen::Vector3f& x : simulation.tissue_of(organ)) {
     if ((x - point).squaredNorm() < least) {
       least = (x - point).squaredNorm();
       nearest = x;

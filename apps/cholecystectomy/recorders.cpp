@@ -11,20 +11,31 @@
 
 namespace cholecystectomy {
 
-ForceRecorder::ForceRecorder(const std::filesystem::path& path) : path_(path), file_(path) {
-  file_ << "t_s,tool,fx_n,fy_n,fz_n\n";
+CsvFile::CsvFile(const std::filesystem::path& path, const std::string& header)
+    : path_(path), file_(path) {
+  file_ << header << '\n';
   if (!file_) {
     throw pbdsurg::FileError(path.string() + ": cannot be opened for writing");
   }
-  file_.precision(7);
+  file_.precision(9);
 }
+
+void CsvFile::close() {
+  file_.close();
+  if (!file_) {
+    throw pbdsurg::FileError(path_.string() + ": could not be written to its end");
+  }
+}
+
+ForceRecorder::ForceRecorder(const std::filesystem::path& path)
+    : file_(path, "t_s,tool,fx_n,fy_n,fz_n") {}
 
 void ForceRecorder::step(const Simulation& simulation, double) {
   const Eigen::Vector3f on_grasper = simulation.solver.tool_force(simulation.grasper.tool);
   const Eigen::Vector3f on_hook = simulation.solver.tool_force(simulation.hook.tool);
   const auto write = [&](const char* tool, const Eigen::Vector3f& force) {
-    file_ << simulation.time() << ',' << tool << ',' << force.x() << ',' << force.y() << ','
-          << force.z() << '\n';
+    file_.stream() << simulation.time() << ',' << tool << ',' << force.x() << ',' << force.y()
+                   << ',' << force.z() << '\n';
   };
   write("grasper", on_grasper);
   write("hook", on_hook);
@@ -37,9 +48,21 @@ void ForceRecorder::moment(const Simulation&, const std::string&) {}
 
 void ForceRecorder::close() {
   file_.close();
-  if (!file_) {
-    throw pbdsurg::FileError(path_.string() + ": could not be written to its end");
-  }
+}
+
+CauteryRecorder::CauteryRecorder(const std::filesystem::path& path)
+    : file_(path, "t_s,power_w,energy_in_j,tets_deleted,links_cut") {}
+
+void CauteryRecorder::step(const Simulation& simulation, double) {
+  file_.stream() << simulation.time() << ',' << simulation.hook_power << ','
+                 << simulation.energy_in() << ',' << simulation.totals.tets_deleted << ','
+                 << simulation.totals.links_cut << '\n';
+}
+
+void CauteryRecorder::moment(const Simulation&, const std::string&) {}
+
+void CauteryRecorder::close() {
+  file_.close();
 }
 
 SeriesRecorder::SeriesRecorder(const std::filesystem::path& path) : series_(path) {}
@@ -51,6 +74,7 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
   const pbdsurg::Solver& solver = simulation.solver;
   pbdsurg::MeshData mesh;
   pbdsurg::MeshFields fields;
+  pbdsurg::MeshField velocity{"velocity_m_s", 3, {}};
   pbdsurg::MeshField temperature{"temperature_degC", 1, {}};
   pbdsurg::MeshField water{"water_left", 1, {}};
   pbdsurg::MeshField body_of_tet{"body", 1, {}};
@@ -79,7 +103,10 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
       }
     }
   }
-  fields.point = {std::move(temperature), std::move(water)};
+  for (const Eigen::Vector3f& v : solver.velocities()) {
+    velocity.values.insert(velocity.values.end(), {v.x(), v.y(), v.z()});
+  }
+  fields.point = {std::move(velocity), std::move(temperature), std::move(water)};
   fields.cell = {std::move(body_of_tet), std::move(state)};
   series_.add_frame(simulation.time(), mesh, fields);
 }

@@ -15,6 +15,22 @@
 
 namespace cholecystectomy {
 
+/// A text file of comma-separated values that is written line by line.
+class CsvFile {
+ public:
+  /// @throws pbdsurg::FileError  if the file cannot be opened
+  CsvFile(const std::filesystem::path& path, const std::string& header);
+
+  std::ostream& stream() { return file_; }
+
+  /// @throws pbdsurg::FileError  if not all could be written
+  void close();
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream file_;
+};
+
 /// Writes force.csv: t_s, tool, fx_n, fy_n, fz_n; two rows a step.
 class ForceRecorder final : public Observer {
  public:
@@ -31,11 +47,28 @@ class ForceRecorder final : public Observer {
   void close();
 
  private:
-  std::filesystem::path path_;
-  std::ofstream file_;
+  CsvFile file_;
 };
 
-/// Writes series.pvd with positions, temperature, water, body and heat state at each moment.
+/// Writes cautery.csv: t_s, power_w, energy_in_j, tets_deleted, links_cut; a row a step, sums so
+/// far.
+class CauteryRecorder final : public Observer {
+ public:
+  /// @throws pbdsurg::FileError  if the file cannot be opened
+  explicit CauteryRecorder(const std::filesystem::path& path);
+
+  void step(const Simulation& simulation, double progress) override;
+  void moment(const Simulation& simulation, const std::string& name) override;
+
+  /// @throws pbdsurg::FileError  if not all could be written
+  void close();
+
+ private:
+  CsvFile file_;
+};
+
+/// Writes series.pvd with positions, velocities, temperature, water, body and heat state at each
+/// moment.
 class SeriesRecorder final : public Observer {
  public:
   explicit SeriesRecorder(const std::filesystem::path& path);

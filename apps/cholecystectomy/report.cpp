@@ -91,7 +91,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["seed"] = seed;
   report["tets_deleted"] = simulation.totals.tets_deleted;
   report["links_cut"] = simulation.totals.links_cut;
-  report["energy_in_j"] = ledger.in + links;
+  report["energy_in_j"] = simulation.energy_in();
   report["energy_ledger"] = {
       {"in_j", ledger.in + links},
       {"sensible_j", ledger.sensible},
@@ -100,6 +100,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
       {"links_j", links},
       {"error_j", ledger.in - ledger.sensible - ledger.latent - ledger.removed}};
   report["residual_max"] = simulation.totals.residual_max;
+  report["residual_last"] = simulation.totals.residual_last;
   report["inverted_tets_max"] = simulation.totals.inverted_tets_max;
   report["dropped_contacts"] = simulation.totals.dropped_contacts;
   report["recovery_mm"] = recovery_of(recovery);

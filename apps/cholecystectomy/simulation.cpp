@@ -129,9 +129,10 @@ void Simulation::advance(double power) {
     totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
   }
   const StageTimer timer(times, "solve");
-  const pbdsurg::StepReport report = solver.step(kTimeStep);
+  const pbdsurg::StepReport report = solver.step(static_cast<float>(kTimeStep));
   ++totals.steps;
-  totals.residual_max = std::max(report.distance_residual, report.volume_residual);
+  totals.residual_last = std::max(report.distance_residual, report.volume_residual);
+  totals.residual_max = std::max(totals.residual_max, totals.residual_last);
   totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
   totals.non_finite_vertices = report.non_finite_vertices;
   totals.dropped_contacts += report.dropped_contacts;
@@ -162,7 +163,7 @@ void Simulation::release() {
 
 void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {
   const Eigen::Vector3f way = point - instrument.tip;
-  const float reach = speed * kTimeStep;
+  const float reach = speed * static_cast<float>(kTimeStep);
   instrument.tip += way.norm() <= reach ? way : Eigen::Vector3f(reach / way.norm() * way);
 }
 
@@ -175,6 +176,18 @@ std::vector<Eigen::Vector3f> Simulation::positions_of(Organ organ) const {
   std::vector<Eigen::Vector3f> positions(ids.size());
   solver.read_positions(ids, positions);
   return positions;
+}
+
+std::vector<Eigen::Vector3f> Simulation::tissue_of(Organ organ) const {
+  std::vector<Eigen::Vector3f> positions = positions_of(organ);
+  pbdsurg::Index vertex = solver.bodies()[body_of(organ)].first_vertex;
+  std::vector<Eigen::Vector3f> tissue;
+  for (const Eigen::Vector3f& x : positions) {
+    if (solver.has_tissue(vertex++)) {
+      tissue.push_back(x);
+    }
+  }
+  return tissue;
 }
 
 }  // namespace cholecystectomy

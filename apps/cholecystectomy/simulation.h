@@ -39,7 +39,8 @@ struct Totals {
   std::int64_t steps = 0;
   std::int64_t tets_deleted = 0;
   std::int64_t links_cut = 0;
-  float residual_max = 0;  ///< largest |C| relative to the rest value, after the last step
+  float residual_max = 0;   ///< largest |C| relative to the rest value, over all steps
+  float residual_last = 0;  ///< the same after the last step
   pbdsurg::Index inverted_tets_max = 0;
   pbdsurg::Index non_finite_vertices = 0;
   std::int64_t dropped_contacts = 0;
@@ -66,7 +67,7 @@ class Simulation {
   Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options, std::uint64_t seed,
              StageTimes& times);
 
-  static constexpr float kTimeStep = 5e-3F;  ///< s
+  static constexpr double kTimeStep = 5e-3;  ///< s
 
   /// One step with power at the hook, W.
   void advance(double power);
@@ -81,10 +82,19 @@ class Simulation {
   /// Moves a tip towards a point, at most at a speed, m/s.
   void approach(Instrument& instrument, const Eigen::Vector3f& point, float speed);
 
+  /// Energy that the hook has delivered so far, into tissue and links, J.
+  [[nodiscard]] double energy_in() const {
+    return cautery.ledger().in + cautery.link_energy_spent();
+  }
+
   [[nodiscard]] double time() const noexcept {
     return kTimeStep * static_cast<double>(totals.steps);
   }
+  /// Of every vertex of an organ, m.
   [[nodiscard]] std::vector<Eigen::Vector3f> positions_of(Organ organ) const;
+
+  /// Of those that have tissue left, m.
+  [[nodiscard]] std::vector<Eigen::Vector3f> tissue_of(Organ organ) const;
 
   const SurgicalScene& scene;
   pbdsurg::Solver solver;

@@ -13,7 +13,6 @@ namespace cholecystectomy {
 namespace {
 
 using pbdsurg::Index;
-using pbdsurg::Material;
 using pbdsurg::TetMesh;
 
 // Elasticity of the membrane, Pa, at the small end of what the literature gives for living tissue.
@@ -46,31 +45,13 @@ OrganProperties properties_of(Organ organ) {
   throw pbdsurg::InvalidArgument("unknown organ");
 }
 
-// An edge stands for a bar as wide as it is long: stiffness E L. A volume constraint stands for the
-// bulk modulus E / (3 (1 - 2 nu)) at nu = 0.45.
-Material make_material(const TetMesh& mesh, const pbdsurg::TissueProperties& tissue, double modulus,
-                       bool is_tube) {
-  const auto edges = pbdsurg::find_edges(mesh.tets());
-  double length = 0;
-  for (const auto& [a, b] : edges) {
-    length +=
-        (mesh.positions()[a] - mesh.positions()[b]).norm() / static_cast<double>(edges.size());
-  }
-  Material material;
-  material.density = static_cast<float>(tissue.density);
-  material.stretch.compliance = static_cast<float>(1 / (modulus * length));
-  const double volume = pbdsurg::total_volume(mesh) / mesh.tet_count();
-  material.volume.compliance = static_cast<float>(volume * 3 * (1 - 2 * 0.45) / modulus);
-  material.has_volume_constraints = !is_tube;
-  return material;
-}
-
 void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh) {
   const auto& [tissue, modulus, is_tube] = properties_of(organ);
   result.meshes.push_back(mesh);
   result.tissues.push_back(tissue);
-  result.scene.add_body(pbdsurg::name_of(organ), mesh,
-                        make_material(mesh, tissue, modulus, is_tube));
+  pbdsurg::Material material = pbdsurg::elastic_material(mesh, tissue.density, modulus);
+  material.has_volume_constraints = !is_tube;
+  result.scene.add_body(pbdsurg::name_of(organ), mesh, material);
 }
 
 // Fixes the two ends of a tube along its longest side, or only the one with the larger coordinate.

@@ -12,6 +12,12 @@ namespace pbdsurg {
 namespace {
 
 void check_constraints(const ConstraintVertices& constraints) {
+  if (constraints.arity < 1 || constraints.vertex_count < 0 ||
+      constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
+    throw InvalidArgument(std::to_string(constraints.vertices.size()) +
+                          " ids do not make constraints of " + std::to_string(constraints.arity) +
+                          " vertices each, out of " + std::to_string(constraints.vertex_count));
+  }
   for (Index c = 0; c < constraints.constraint_count(); ++c) {
     const std::span<const Index> vertices = constraints[c];
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -98,6 +104,9 @@ std::optional<ColorConflict> find_conflict(const Coloring& coloring,
     throw InvalidArgument("a colouring of " + std::to_string(coloring.color_of.size()) +
                           " constraints does not fit " +
                           std::to_string(constraints.constraint_count()) + " constraints");
+  }
+  if (coloring.color_count < 0) {
+    throw InvalidArgument("a colouring has " + std::to_string(coloring.color_count) + " colours");
   }
   // constraints of each colour in ascending order, then the last one seen at each vertex
   std::vector<std::vector<Index>> members(static_cast<std::size_t>(coloring.color_count));

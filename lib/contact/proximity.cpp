@@ -2,32 +2,32 @@
 #include "pbdsurg/contact/proximity.h"
 
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "pbdsurg/core/error.h"
-
-#include "solver/solver_data.h"
 
 namespace pbdsurg {
 
 std::vector<Index> find_vertices_near(const Solver& solver, Index body,
                                       const Eigen::Vector3f& point, float radius) {
-  const SolverData& data = solver_data(solver);
-  if (body < 0 || body >= static_cast<Index>(data.bodies.size())) {
+  if (body < 0 || body >= static_cast<Index>(solver.bodies().size())) {
     throw InvalidArgument("there is no body " + std::to_string(body) + "; the solver has " +
-                          std::to_string(data.bodies.size()));
+                          std::to_string(solver.bodies().size()));
   }
   if (!point.allFinite() || !(radius > 0) || !std::isfinite(radius)) {
     throw InvalidArgument("a search radius is " + std::to_string(radius) +
                           " m; point and radius must be finite, the radius positive");
   }
-  const Body& where = data.bodies[body];
+  const Body& where = solver.bodies()[body];
+  std::vector<Index> ids(static_cast<std::size_t>(where.vertex_count));
+  std::iota(ids.begin(), ids.end(), where.first_vertex);
+  std::vector<Eigen::Vector3f> positions(ids.size());
+  solver.read_positions(ids, positions);
   std::vector<Index> found;
-  for (Index v = where.first_vertex; v < where.first_vertex + where.vertex_count; ++v) {
-    const Particle& p = data.particles[v];
-    if (data.vertex_masses[v] > 0 &&
-        (Eigen::Vector3f(p.x, p.y, p.z) - point).squaredNorm() < radius * radius) {
-      found.push_back(v);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (solver.has_tissue(ids[i]) && (positions[i] - point).squaredNorm() < radius * radius) {
+      found.push_back(ids[i]);
     }
   }
   return found;

@@ -150,7 +150,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
   result.topology_version = ++data.topology_version;
 
   for (EditParticipant* participant : participants) {
-    participant->apply(solver, result);
+    participant->apply(solver, edit, result);
   }
   return result;
 }

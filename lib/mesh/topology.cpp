@@ -61,6 +61,22 @@ std::vector<Edge> find_edges(std::span<const Tet> tets) {
   return edges;
 }
 
+Index find_edge(std::span<const Edge> edges, Index a, Index b) {
+  const Edge key{std::min(a, b), std::max(a, b)};
+  return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), key) - edges.begin());
+}
+
+std::vector<std::array<Index, 6>> find_tet_edges(std::span<const Tet> tets,
+                                                 std::span<const Edge> edges) {
+  std::vector<std::array<Index, 6>> result(tets.size());
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      result[t][e] = find_edge(edges, tets[t][kTetEdges[e][0]], tets[t][kTetEdges[e][1]]);
+    }
+  }
+  return result;
+}
+
 std::vector<BoundaryTriangle> find_boundary(std::span<const Tet> tets) {
   struct Face {
     Triangle key;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/segment.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -20,16 +22,6 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
                       .slerp(fraction, Eigen::Quaternionf(to.linear()))
                       .toRotationMatrix();
   return pose;
-}
-
-Eigen::Vector3f closest_on_segment(const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-                                   const Eigen::Vector3f& x) {
-  const Eigen::Vector3f d = b - a;
-  const float length_squared = d.squaredNorm();
-  if (!(length_squared > 0)) {
-    return a;
-  }
-  return a + std::clamp((x - a).dot(d) / length_squared, 0.0F, 1.0F) * d;
 }
 
 struct Box {

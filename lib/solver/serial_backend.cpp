@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "pbdsurg/constraints/attachment.h"
@@ -154,16 +155,35 @@ void for_each_value(const SolverData& data, const ConstraintSlots<kArity>& slots
   }
 }
 
+// A residual that is not a number counts as infinite: it must not hide behind the finite ones.
+void raise(float& largest, float value) {
+  largest =
+      std::isfinite(value) ? std::max(largest, value) : std::numeric_limits<float>::infinity();
+}
+
 void report_constraints(const SolverData& data, StepReport& report) {
   for_each_value<DistanceConstraint>(data, data.distances, [&](float value, float rest) {
     if (rest > 0) {
-      report.distance_residual = std::max(report.distance_residual, std::abs(value) / rest);
+      raise(report.distance_residual, std::abs(value) / rest);
     }
   });
   for_each_value<VolumeConstraint>(data, data.volumes, [&](float value, float rest) {
-    report.volume_residual = std::max(report.volume_residual, std::abs(value) / rest);
+    raise(report.volume_residual, std::abs(value) / rest);
     report.inverted_tets += value + rest < 0;
   });
+  // tubes have no volume constraints, but can be inverted all the same
+  for (const Body& body : data.bodies) {
+    if (body.material.has_volume_constraints) {
+      continue;
+    }
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      Vec3<float> points[4];
+      for (int k = 0; k < 4; ++k) {
+        points[k] = load(data.particles[data.tets[t][k]]);
+      }
+      report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
+    }
+  }
 }
 
 class SerialBackend final : public Backend {

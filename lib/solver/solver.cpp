@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -40,12 +41,6 @@ float pick(const Stiffness& stiffness, ProjectionMode mode) {
   return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
 }
 
-// Which edge of the sorted list joins two vertices.
-Index find_edge(std::span<const Edge> edges, Index a, Index b) {
-  const Edge key{std::min(a, b), std::max(a, b)};
-  return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), key) - edges.begin());
-}
-
 IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
   IndexLists lists;
   std::vector<std::pair<Index, Index>> ends;  // vertex, link
@@ -68,18 +63,15 @@ void copy_topology(const Scene& scene, SolverData& data) {
   data.links.assign(scene.links().begin(), scene.links().end());
   data.vertex_links = find_vertex_links(scene.vertex_count(), data.links);
   data.edges = find_edges(data.tets);
-  data.tet_edges.resize(data.tets.size());
+  data.tet_edges = find_tet_edges(data.tets, data.edges);
   data.edge_tets.assign(data.edges.size(), 0);
   data.vertex_tets.assign(static_cast<std::size_t>(scene.vertex_count()), 0);
   data.tet_alive.assign(data.tets.size(), true);
   for (std::size_t t = 0; t < data.tets.size(); ++t) {
-    const Tet& tet = data.tets[t];
-    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
-      const Index edge = find_edge(data.edges, tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
-      data.tet_edges[t][e] = edge;
+    for (const Index edge : data.tet_edges[t]) {
       ++data.edge_tets[edge];
     }
-    for (const Index v : tet) {
+    for (const Index v : data.tets[t]) {
       ++data.vertex_tets[v];
     }
   }
@@ -159,8 +151,12 @@ auto& checked_tool(Data& data, Index tool) {
 }
 
 void check_pose(const ToolPose& pose) {
-  if (!pose.matrix().allFinite()) {
-    throw InvalidArgument("a tool's pose must be finite");
+  constexpr float kRounding = 1e-3F;  // of a product of unit vectors
+  const Eigen::Matrix3f rotation = pose.linear();
+  if (!pose.matrix().allFinite() ||
+      !(rotation.transpose() * rotation).isApprox(Eigen::Matrix3f::Identity(), kRounding) ||
+      !(rotation.determinant() > 0)) {
+    throw InvalidArgument("a tool's pose must be a finite translation and a rotation");
   }
 }
 
@@ -264,8 +260,12 @@ Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
 
 StepReport Solver::step(float dt) {
-  if (!(dt > 0) || !std::isfinite(dt)) {
-    throw InvalidArgument("dt is " + std::to_string(dt) + " s; it must be positive and finite");
+  const float h = dt / static_cast<float>(data_->options.substeps);
+  if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(1 / (h * h))) {
+    std::ostringstream text;
+    text << "dt is " << dt << " s in " << data_->options.substeps
+         << " substeps; it must be positive and finite, and so must 1 / substep^2";
+    throw InvalidArgument(text.str());
   }
   return data_->backend->step(*data_, dt);
 }
@@ -346,6 +346,11 @@ void Solver::restore(const Snapshot& snapshot) {
                           std::to_string(snapshot.topology_version) + ", the solver is at " +
                           std::to_string(data_->topology_version));
   }
+  check_finite("position", snapshot.positions);
+  check_finite("velocity", snapshot.velocities);
+  for (const ToolPose& pose : snapshot.tool_poses) {
+    check_pose(pose);
+  }
   write_positions(snapshot.positions);
   write_velocities(snapshot.velocities);
   for (std::size_t t = 0; t < data_->tools.size(); ++t) {
@@ -387,7 +392,8 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   ToolState tool;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
-  tool.contacts.reserve(static_cast<std::size_t>(data_->options.contact_capacity));
+  tool.contacts.reserve(
+      std::min(data_->particles.size(), static_cast<std::size_t>(data_->options.contact_capacity)));
   data_->tools.push_back(std::move(tool));
   data_->rebuild_plan();
   return static_cast<Index>(data_->tools.size()) - 1;
@@ -411,6 +417,9 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
   }
   for (const Index v : vertices) {
     check_id("vertex", v, data_->particles.size());
+    if (!has_tissue(v)) {
+      throw InvalidArgument("vertex " + std::to_string(v) + " has no tissue left to hold");
+    }
     if (held[v]) {
       throw InvalidArgument("tool " + std::to_string(tool) + " holds vertex " + std::to_string(v) +
                             " already");
@@ -466,6 +475,11 @@ bool Solver::is_edge_alive(Index edge) const {
 bool Solver::is_link_alive(Index link) const {
   check_id("link", link, data_->links.size());
   return data_->distances.is_alive(data_->distance_of_link(link));
+}
+
+bool Solver::has_tissue(Index vertex) const {
+  check_id("vertex", vertex, data_->particles.size());
+  return data_->vertex_masses[vertex] > 0;
 }
 
 float Solver::rest_length(Index edge) const {

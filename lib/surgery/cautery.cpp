@@ -10,6 +10,8 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "core/segment.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -18,15 +20,6 @@ void check_range(const char* what, double value, double low, double high) {
     throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
                           std::to_string(low) + ", " + std::to_string(high) + "]");
   }
-}
-
-float distance_to_segment(const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-                          const Eigen::Vector3f& x) {
-  const Eigen::Vector3f d = b - a;
-  const float length_squared = d.squaredNorm();
-  const float s =
-      length_squared > 0 ? std::clamp((x - a).dot(d) / length_squared, 0.0F, 1.0F) : 0.0F;
-  return (a + s * d - x).norm();
 }
 
 // Rest values follow the water in steps of one percent, so that an edit a step stays small.
@@ -53,6 +46,17 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
                             std::to_string(solver.bodies().size()));
     }
     const Body& body = solver.bodies()[entry.body];
+    if (std::any_of(bodies_.begin(), bodies_.end(),
+                    [&](const Body& other) { return other.name == body.name; })) {
+      throw InvalidArgument("body '" + body.name + "' is given twice");
+    }
+    if (entry.mesh == nullptr) {
+      throw InvalidArgument("no mesh is given for body '" + body.name + "'");
+    }
+    if (!(entry.tissue.water_fraction > 0)) {
+      throw InvalidArgument("the tissue of body '" + body.name +
+                            "' has no water; without it nothing would ever vaporise");
+    }
     if (entry.mesh->vertex_count() != body.vertex_count ||
         entry.mesh->tet_count() != body.tet_count) {
       throw InvalidArgument("the mesh given for body '" + body.name + "' has " +
@@ -66,6 +70,13 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
       volumes.push_back(static_cast<float>(tet_volume(entry.mesh->positions(), tet)));
     }
   }
+  EditResult gone;
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    if (!solver.is_tet_alive(t)) {
+      gone.tets.push_back(t);
+    }
+  }
+  apply(solver, {}, gone);
   for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
     rest_lengths_.push_back(solver.is_edge_alive(e) ? solver.rest_length(e) : 0.0F);
   }
@@ -120,7 +131,8 @@ std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
     if (!solver.is_link_alive(static_cast<Index>(l))) {
       continue;
     }
-    const double distance = distance_to_segment(positions[link.first], positions[link.second], tip);
+    const double distance =
+        (closest_on_segment(positions[link.first], positions[link.second], tip) - tip).norm();
     if (distance < options_.contact_radius) {
       touched.push_back({static_cast<Index>(l), 1 - distance / options_.contact_radius});
     }
@@ -248,12 +260,19 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
   if (!edit.remove_tets.empty() || !edit.remove_links.empty() || !edit.rest_lengths.empty() ||
       !edit.rest_volumes.empty()) {
     std::vector<EditParticipant*> all(participants.begin(), participants.end());
-    for (HeatField& field : fields_) {
-      all.push_back(&field);
-    }
+    all.push_back(this);
     report.edit = apply_edit(solver, edit, all);
   }
   return report;
+}
+
+void Cautery::validate(const Solver&, const TopologyEdit&) const {}
+
+void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
+                    const EditResult& result) noexcept {
+  for (HeatField& field : fields_) {
+    field.apply(solver, edit, result);
+  }
 }
 
 HeatLedger Cautery::ledger() const {

@@ -43,7 +43,7 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index 
       first_tet_(first_tet),
       tets_(mesh.tets().begin(), mesh.tets().end()),
       edges_(find_edges(tets_)),
-      tet_edges_(tets_.size()),
+      tet_edges_(find_tet_edges(tets_, edges_)),
       tet_conductances_(tets_.size()),
       tet_masses_(tets_.size()),
       alive_(tets_.size(), true),
@@ -64,16 +64,12 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index 
   }
   edge_tets_.offsets.assign(edges_.size() + 1, 0);
   for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const Tet& tet = tets_[t];
-    tet_masses_[t] = tissue.density * tet_volume(mesh.positions(), tet);
-    tet_conductances_[t] = edge_conductances(mesh.positions(), tet, tissue.conductivity);
-    for (std::size_t e = 0; e < 6; ++e) {
-      const auto [a, b] = std::minmax(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
-      tet_edges_[t][e] = static_cast<Index>(
-          std::lower_bound(edges_.begin(), edges_.end(), Edge{a, b}) - edges_.begin());
-      ++edge_tets_.offsets[tet_edges_[t][e] + 1];
+    tet_masses_[t] = tissue.density * tet_volume(mesh.positions(), tets_[t]);
+    tet_conductances_[t] = edge_conductances(mesh.positions(), tets_[t], tissue.conductivity);
+    for (const Index edge : tet_edges_[t]) {
+      ++edge_tets_.offsets[edge + 1];
     }
-    for (const Index v : tet) {
+    for (const Index v : tets_[t]) {
       capacities_[v] += tet_masses_[t] * tissue.specific_heat / 4;
       ++vertex_tets_[v];
     }
@@ -94,7 +90,7 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index 
 
 // Summed afresh from the live tetrahedra: subtracting would drift, and an edge without tissue must
 // conduct exactly nothing.
-void HeatField::sum_edge(Index edge) {
+void HeatField::sum_edge(Index edge) noexcept {
   double sum = 0;
   for (const Index t : edge_tets_[edge]) {
     if (alive_[t]) {
@@ -102,10 +98,10 @@ void HeatField::sum_edge(Index edge) {
       sum += tet_conductances_[t][std::find(own.begin(), own.end(), edge) - own.begin()];
     }
   }
-  conductances_[edge] = sum;
+  conductances_[edge] = std::max(sum, 0.0);
 }
 
-// Explicit Euler keeps T_i between its neighbours' when dt sum_j |k_ij| <= M_i.
+// With k_ij >= 0, explicit Euler keeps T_i between its neighbours' when dt sum_j k_ij <= M_i.
 void HeatField::bound_step(double dt) {
   if (dt == bounded_dt_) {
     return;
@@ -113,7 +109,7 @@ void HeatField::bound_step(double dt) {
   std::vector<double> sums(capacities_.size(), 0.0);
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     for (const Index v : edges_[e]) {
-      sums[v] += std::abs(conductances_[e]);
+      sums[v] += conductances_[e];
     }
   }
   double needed = 1;
@@ -144,8 +140,7 @@ void HeatField::boil(Index vertex) {
   if (!(excess > 0) || !(water_[vertex] > 0) || !(tissue_.water_fraction > 0)) {
     return;
   }
-  // latent and sensible heat scale with the same mass, so their ratio is that of the tissue
-  const double whole = tissue_.water_fraction * kLatentHeatOfWater / tissue_.specific_heat;  // K
+  const double whole = latent_rise();
   if (excess < water_[vertex] * whole) {
     water_[vertex] -= excess / whole;
     temperatures_[vertex] = kBoilingTemperature;
@@ -195,12 +190,17 @@ void HeatField::step(double dt, std::span<const HeatSource> sources) {
   update_held();
 }
 
-void HeatField::update_held() {
+// How much warmer the heat that boils all water would make the tissue, K: latent and sensible heat
+// scale with the same mass.
+double HeatField::latent_rise() const noexcept {
+  return tissue_.water_fraction * kLatentHeatOfWater / tissue_.specific_heat;
+}
+
+void HeatField::update_held() noexcept {
   ledger_.sensible = ledger_.latent = 0;
-  const double whole = tissue_.water_fraction * kLatentHeatOfWater / tissue_.specific_heat;
   for (std::size_t v = 0; v < capacities_.size(); ++v) {
     ledger_.sensible += capacities_[v] * (temperatures_[v] - kBodyTemperature);
-    ledger_.latent += capacities_[v] * (1 - water_[v]) * whole;
+    ledger_.latent += capacities_[v] * (1 - water_[v]) * latent_rise();
   }
 }
 
@@ -209,39 +209,39 @@ int HeatField::boiling_vertices(Index tet) const {
       std::count_if(tets_[tet].begin(), tets_[tet].end(), [&](Index v) { return has_boiled(v); }));
 }
 
-void HeatField::remove_tets(std::span<const Index> tets) {
-  const double held_before = ledger_.sensible + ledger_.latent;
-  for (const Index t : tets) {
-    alive_[t] = false;
-    for (const Index v : tets_[t]) {
-      capacities_[v] -= tet_masses_[t] * tissue_.specific_heat / 4;
-      if (--vertex_tets_[v] == 0) {
-        capacities_[v] = 0;  // exactly nothing, whatever rounding left
-      }
+void HeatField::remove_tet(Index tet) noexcept {
+  alive_[tet] = false;
+  const double share = tet_masses_[tet] * tissue_.specific_heat / 4;
+  for (const Index v : tets_[tet]) {
+    ledger_.removed +=
+        share * (temperatures_[v] - kBodyTemperature + (1 - water_[v]) * latent_rise());
+    capacities_[v] -= share;
+    if (--vertex_tets_[v] == 0) {
+      capacities_[v] = 0;  // exactly nothing, whatever rounding left
     }
   }
-  for (const Index t : tets) {
-    for (const Index edge : tet_edges_[t]) {
-      sum_edge(edge);
-    }
-  }
-  bounded_dt_ = 0;
-  update_held();
-  ledger_.removed += held_before - ledger_.sensible - ledger_.latent;
 }
 
 void HeatField::validate(const Solver&, const TopologyEdit&) const {}
 
-void HeatField::apply(const Solver&, const EditResult& result) noexcept {
-  std::vector<Index> own;
+void HeatField::apply(const Solver&, const TopologyEdit&, const EditResult& result) noexcept {
+  const auto is_own = [&](Index t) {
+    return t >= first_tet_ && t < first_tet_ + static_cast<Index>(tets_.size());
+  };
   for (const Index t : result.tets) {
-    if (t >= first_tet_ && t < first_tet_ + static_cast<Index>(tets_.size())) {
-      own.push_back(t - first_tet_);
+    if (is_own(t)) {
+      remove_tet(t - first_tet_);
+      bounded_dt_ = 0;
     }
   }
-  if (!own.empty()) {
-    remove_tets(own);
+  for (const Index t : result.tets) {
+    if (is_own(t)) {
+      for (const Index edge : tet_edges_[t - first_tet_]) {
+        sum_edge(edge);
+      }
+    }
   }
+  update_held();
 }
 
 }  // namespace pbdsurg

@@ -81,6 +81,11 @@ TEST_CASE("coloring: bad constraints are refused by name", "[unit]") {
   CHECK_THROWS_WITH(color_greedy(view(std::vector<Edge>{{2, 2}}, 4)), ContainsSubstring("twice"));
   CHECK_THROWS_AS(find_conflict({{0}, 1}, view(std::vector<Edge>{{0, 1}, {2, 3}}, 4)),
                   InvalidArgument);
+  ConstraintVertices odd = view(std::vector<Edge>{{0, 1}, {2, 3}}, 4);
+  odd.arity = 3;
+  CHECK_THROWS_WITH(color_greedy(odd), ContainsSubstring("4 ids do not make"));
+  odd.arity = 0;
+  CHECK_THROWS_AS(clique_bound(odd), InvalidArgument);
   CHECK_THROWS_AS(find_conflict({{0, 7}, 1}, view(std::vector<Edge>{{0, 1}, {2, 3}}, 4)),
                   InvalidArgument);
 }

@@ -200,12 +200,17 @@ TEST_CASE("topology edit: a participant may refuse, and follows what was done", 
   struct Watcher : EditParticipant {
     bool refuses = false;
     EditResult seen;
+    std::size_t asked = 0;
     void validate(const Solver&, const TopologyEdit&) const override {
       if (refuses) {
         throw InvalidArgument("not now");
       }
     }
-    void apply(const Solver&, const EditResult& result) noexcept override { seen = result; }
+    void apply(const Solver&, const TopologyEdit& edit,
+               const EditResult& result) noexcept override {
+      seen = result;
+      asked = edit.remove_tets.size();
+    }
   };
   Solver solver(make_two_blocks());
   Watcher watcher;
@@ -218,6 +223,7 @@ TEST_CASE("topology edit: a participant may refuse, and follows what was done", 
   watcher.refuses = false;
   apply_edit(solver, {.remove_tets = {1}}, participants);
   CHECK(watcher.seen.tets == std::vector<Index>{1});
+  CHECK(watcher.asked == 1);
   CHECK(watcher.seen.topology_version == 1);
 }
 

@@ -26,6 +26,20 @@ TEST_CASE("topology: two tets that share a face", "[unit]") {
   CHECK(find_components(5, tets).count == 1);
 }
 
+TEST_CASE("topology: the edges of a tetrahedron are found again", "[unit]") {
+  const std::vector<Tet> tets{{3, 1, 0, 2}, {1, 2, 3, 4}};
+  const std::vector<Edge> edges = find_edges(tets);
+
+  const auto tet_edges = find_tet_edges(tets, edges);
+
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (std::size_t e = 0; e < 6; ++e) {
+      const Index a = tets[t][kTetEdges[e][0]], b = tets[t][kTetEdges[e][1]];
+      CHECK(edges[tet_edges[t][e]] == Edge{std::min(a, b), std::max(a, b)});
+    }
+  }
+}
+
 TEST_CASE("topology: components are numbered by their smallest vertex", "[unit]") {
   const std::vector<Tet> tets{{6, 7, 8, 9}, {0, 1, 2, 3}};
 

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <utility>
+
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -99,6 +102,74 @@ TEST_CASE("contact: two tools may hold one vertex, in phases of their own", "[un
   solver.release(left);
   solver.release(right);
   CHECK(solver.plan().phases.empty());
+}
+
+// Would catch a tool that jumps: only one that travels meets what lies in between.
+TEST_CASE("contact: a tool travels evenly over the substeps", "[unit]") {
+  Scene scene = make_particle({0.03, 0, 0});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, {.substeps = 100});
+  const Index tool =
+      solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.005F}}, ToolPose::Identity());
+  ToolPose pose = ToolPose::Identity();
+  pose.translation().x() = 0.06F;
+  solver.move_tool(tool, pose);
+  solver.step(0.1F);
+
+  CHECK(solver.positions()[0].x() >= 0.065F - 1e-5F);
+}
+
+TEST_CASE("contact: what is held turns with the tool, the short way round", "[unit]") {
+  Scene scene = make_particle({0.03, 0, 0});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, {.substeps = 2});
+  ToolPose start = ToolPose::Identity();
+  start.linear() = Eigen::AngleAxisf(0.4F, Eigen::Vector3f::UnitX()).toRotationMatrix();
+  start.translation() = Eigen::Vector3f(0.01F, 0, 0);
+  const Index tool = solver.add_tool({}, start);
+  solver.grasp(tool, std::vector<Index>{0});
+  ToolPose turned = start;
+  turned.prerotate(Eigen::AngleAxisf(1.5707963F, Eigen::Vector3f::UnitZ()));
+  turned.translation() = start.translation();
+  solver.move_tool(tool, turned);
+  solver.step(0.01F);
+
+  // 2 cm from the pivot along x before, along y after; the last substep moved it by the last half
+  const Eigen::Vector3f x = solver.positions()[0];
+  CHECK((x - Eigen::Vector3f(0.01F, 0.02F, 0)).norm() < 1e-6F);
+  const float half = 0.02F * std::sqrt(0.5F);
+  const Eigen::Vector3f middle(0.01F + half, half, 0);
+  CHECK((solver.velocities()[0] - (x - middle) / 0.005F).norm() < 1e-2F);
+}
+
+TEST_CASE("contact: of two capsules the deeper one pushes", "[unit]") {
+  const bool deep_first = GENERATE(true, false);
+  Scene scene = make_particle({0, 0.004, 0});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, {.substeps = 1});
+  std::vector<Capsule> capsules{{{0, 0, 0}, {0, 0, 0}, 0.01F},
+                                {{0, 0.012F, 0}, {0, 0.012F, 0}, 0.0085F}};
+  if (!deep_first) {
+    std::swap(capsules[0], capsules[1]);
+  }
+  solver.add_tool(capsules, ToolPose::Identity());
+  solver.step(1e-3F);
+
+  CHECK(solver.positions()[0].y() == Approx(0.01));
+}
+
+// Would catch a missing margin: gravity of this substep alone would carry the particle in.
+TEST_CASE("contact: a vertex just outside is kept outside by the sweeps", "[unit]") {
+  Scene scene;
+  scene.add_particles("pair", std::vector<Eigen::Vector3d>{{0, 0.0105, 0}, {0, 0.02, 0}}, 1e-3);
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  scene.fix_vertices(0, std::vector<Index>{1});
+  scene.add_link({0, 1, 0.015F, {}});  // pushes the first particle 5 mm towards the tool
+  Solver solver(scene, {.substeps = 1, .iterations = 20});
+  solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
+  solver.step(1e-3F);
+
+  CHECK(solver.positions()[0].y() >= 0.01F - 1e-6F);
 }
 
 TEST_CASE("contact: what exceeds the capacity is counted", "[unit]") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/solver/solver.h"
 
+#include <cmath>
 #include <limits>
 
 #include "pbdsurg/core/error.h"
@@ -250,6 +251,42 @@ TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "
   const StepReport report = solver.step(1e-4F);
   CHECK(report.non_finite_vertices > 0);
   CHECK(report.first_non_finite >= 0);
+  CHECK(std::isinf(report.volume_residual));
+}
+
+TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit]") {
+  Scene scene;
+  scene.add_body("tube", testing::make_box({1, 1, 1}, kEdge), {.has_volume_constraints = false});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene);
+  auto mirrored = solver.positions();
+  for (Eigen::Vector3f& p : mirrored) {
+    p.x() = -p.x();
+  }
+  solver.write_positions(mirrored);
+  CHECK(solver.step(1e-3F).inverted_tets == 6);
+}
+
+TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[property]") {
+  const TetMesh bar = testing::make_box({8, 3, 3}, kEdge);
+  const auto sag = [&](double modulus, int substeps) {
+    Scene scene;
+    scene.add_body("bar", bar, elastic_material(bar, 1000, modulus));
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    Solver solver(scene, {.substeps = substeps, .iterations = 10, .damping = 20});
+    for (int i = 0; i < 300; ++i) {
+      solver.step(5e-3F);
+    }
+    return static_cast<double>(scene.positions()[8].y() - solver.positions()[8].y());
+  };
+  const double soft = sag(20e3, 20);
+  CHECK(soft > 1e-4);
+  CHECK(soft / sag(40e3, 20) == Approx(2).epsilon(0.1));
+  CHECK(soft / sag(20e3, 40) == Approx(1).epsilon(0.1));  // stiffness is not left to the steps
+
+  CHECK_THROWS_WITH(elastic_material(bar, 1000, 0), ContainsSubstring("Young's modulus"));
+  CHECK_THROWS_WITH(elastic_material(bar, 1000, 1e3, 0.5), ContainsSubstring("Poisson's ratio"));
+  CHECK_THROWS_WITH(elastic_material(TetMesh(), 1000, 1e3), ContainsSubstring("tetrahedra"));
 }
 
 TEST_CASE("solver: the plan lists every phase once and colours are valid in size", "[unit]") {
@@ -300,7 +337,17 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   CHECK_THROWS_WITH(
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {1, 0, 0}, 0}}, ToolPose::Identity()),
       ContainsSubstring("capsule 0"));
+  CHECK_THROWS_WITH(solver.step(1e-25F), ContainsSubstring("substep"));
+  ToolPose scaled = ToolPose::Identity();
+  scaled.linear() *= 2;
+  CHECK_THROWS_WITH(solver.add_tool({}, scaled), ContainsSubstring("rotation"));
   Snapshot other = solver.snapshot();
+  const std::uint64_t before = solver.state_hash();
+  other.positions[0].x() += 1;
+  other.velocities[5].x() = nan;
+  CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("velocity of vertex 5"));
+  CHECK(solver.state_hash() == before);
+  other = solver.snapshot();
   other.topology_version = 9;
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
 }

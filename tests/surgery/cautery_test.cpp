@@ -40,7 +40,7 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
   std::vector<HeatState> before(setup.mesh.tet_count(), HeatState::normal);
   std::map<std::pair<HeatState, HeatState>, int> passages;
   Index removed = 0;
-  bool shrank = false;
+  bool shrank = false, shortened = false;
   for (int i = 0; i < 300; ++i) {
     const CauteryReport report = cautery.update(solver, tip, 8, 5e-3);
     removed += static_cast<Index>(report.edit.tets.size());
@@ -54,6 +54,12 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
       if (now == HeatState::burning) {
         shrank = shrank || solver.rest_volume(t) <
                                0.9 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+        for (const Index e : solver.tet_edges(t)) {
+          const auto [a, b] = solver.edges()[e];
+          const double before_burning =
+              (setup.mesh.positions()[a] - setup.mesh.positions()[b]).norm();
+          shortened = shortened || solver.rest_length(e) < 0.95 * before_burning;
+        }
       }
     }
     const HeatLedger ledger = cautery.ledger();
@@ -63,6 +69,7 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
 
   CHECK(removed > 10);
   CHECK(shrank);
+  CHECK(shortened);
   CHECK(passages[{HeatState::normal, HeatState::heated}] > 10);
   CHECK(passages[{HeatState::heated, HeatState::burning}] > 10);
   CHECK(passages[{HeatState::burning, HeatState::vaporised}] > 10);
@@ -123,6 +130,23 @@ TEST_CASE("cautery: links part when they have taken their energy, the near ones 
   CHECK(solver.is_link_alive(2));
 }
 
+TEST_CASE("cautery: it follows edits made before and beside it", "[unit]") {
+  const Setup setup;
+  Solver solver(setup.scene);
+  const CauteryBody body{0, &setup.mesh, kFat};
+  TopologyEdit half, rest;
+  for (Index t = 0; t < setup.mesh.tet_count(); ++t) {
+    (t % 2 == 0 ? half : rest).remove_tets.push_back(t);
+  }
+  apply_edit(solver, half);
+  Cautery cautery(solver, std::span(&body, 1));
+  CHECK(cautery.ledger().removed == 0);
+  EditParticipant* participants[] = {&cautery};
+  apply_edit(solver, rest, participants);
+
+  CHECK(cautery.update(solver, {4e-3F, 4e-3F, 4e-3F}, 30, 0.01).energy == 0);
+}
+
 TEST_CASE("cautery: bad values are refused by name", "[unit]") {
   const Setup setup;
   Solver solver(setup.scene);
@@ -137,6 +161,12 @@ TEST_CASE("cautery: bad values are refused by name", "[unit]") {
                     ContainsSubstring("contact_radius"));
   CHECK_THROWS_WITH(make(0, setup.mesh, {.dry_water = 2}), ContainsSubstring("dry_water"));
   CHECK_THROWS_WITH(make(0, setup.mesh, {.link_energy = -1}), ContainsSubstring("link_energy"));
+  const CauteryBody twice[] = {{0, &setup.mesh, kFat}, {0, &setup.mesh, kFat}};
+  CHECK_THROWS_WITH(Cautery(solver, twice), ContainsSubstring("given twice"));
+  const CauteryBody none{0, nullptr, kFat};
+  CHECK_THROWS_WITH(Cautery(solver, std::span(&none, 1)), ContainsSubstring("no mesh"));
+  const CauteryBody dry{0, &setup.mesh, {1000, 3000, 0.5, 0}};
+  CHECK_THROWS_WITH(Cautery(solver, std::span(&dry, 1)), ContainsSubstring("no water"));
   Cautery cautery = make(0, setup.mesh, {});
   CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, -1, 0.01), InvalidArgument);
   CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, 1, 0), InvalidArgument);

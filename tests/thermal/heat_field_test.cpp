@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/thermal/heat_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -72,7 +73,11 @@ TEST_CASE("heat field: a half space under constant flux follows its closed form"
 // Would catch heat made or lost by conduction, boiling or removal.
 TEST_CASE("heat field: every joule is accounted for", "[property]") {
   const TetMesh block = testing::make_box({6, 6, 6}, 1e-3, 0.1);
+  Scene scene;
+  scene.add_body("block", block);
+  Solver solver(scene);
   HeatField field(block, kFat);
+  EditParticipant* participants[] = {&field};
   std::vector<HeatSource> sources;
   for (const Index v : block.tets()[500]) {
     sources.push_back({v, 1.5});
@@ -80,14 +85,14 @@ TEST_CASE("heat field: every joule is accounted for", "[property]") {
   for (int i = 0; i < 100; ++i) {
     field.step(5e-3, sources);
     if (i == 60) {
-      std::vector<Index> boiling;
+      TopologyEdit edit;
       for (Index t = 0; t < block.tet_count(); ++t) {
         if (field.boiling_vertices(t) == 4) {
-          boiling.push_back(t);
+          edit.remove_tets.push_back(t);
         }
       }
-      REQUIRE_FALSE(boiling.empty());
-      field.remove_tets(boiling);
+      REQUIRE_FALSE(edit.remove_tets.empty());
+      apply_edit(solver, edit, participants);
     }
     CHECK(sum(field.ledger()) == Approx(field.ledger().in).epsilon(1e-9));
   }
@@ -121,23 +126,33 @@ TEST_CASE("heat field: temperature waits at 100 degrees until the water is gone"
   CHECK(field.boiling_vertices(0) == 4);
 }
 
-// Would catch an unstable explicit step: slivers need tiny steps and must not blow up.
-TEST_CASE("heat field: slivers stay between the temperatures around them", "[property]") {
-  std::vector<Eigen::Vector3d> points{
-      {0, 0, 0}, {1e-3, 0, 0}, {0, 1e-3, 0}, {0.4e-3, 0.4e-3, 1e-8}, {0, 0, 1e-3}};
-  const TetMesh sliver(points, {{0, 1, 2, 3}, {0, 3, 2, 4}, {0, 1, 3, 4}});
-  HeatField field(sliver, kLiver);
-  field.step(1e-3, std::vector<HeatSource>{{4, 1.0}});
-  const double peak = field.temperatures()[4];
-  for (int i = 0; i < 1000; ++i) {
-    field.step(0.1, {});
+// Would catch an unstable explicit step: flat and obtuse tetrahedra need tiny steps and have
+// negative conductances, and must neither blow up nor cool below what surrounds them.
+TEST_CASE("heat field: temperatures stay between those around, on the worst of meshes",
+          "[property]") {
+  const double height = GENERATE(1.0, 0.1, 0.03);  // of a cell, relative to its width
+  const double dt = GENERATE(5e-3, 0.5);
+  const TetMesh block = testing::make_box({6, 6, 4}, 1e-3, 0.2);
+  std::vector<Eigen::Vector3d> points(block.positions().begin(), block.positions().end());
+  for (Eigen::Vector3d& p : points) {
+    p.z() *= height;
+  }
+  const TetMesh flat(points, {block.tets().begin(), block.tets().end()});
+  HeatField field(flat, kLiver);
+  field.step(5e-3, std::vector<HeatSource>{{100, 0.05}});
+  const double peak = *std::max_element(field.temperatures().begin(), field.temperatures().end());
+  REQUIRE(peak > kBodyTemperature);
+  for (int i = 0; i < 200; ++i) {
+    field.step(dt, {});
     for (const double t : field.temperatures()) {
       REQUIRE(t >= kBodyTemperature - 1e-9);
       REQUIRE(t <= peak + 1e-9);
     }
   }
-  CHECK(field.limited_edge_count() > 0);
-  CHECK(sum(field.ledger()) == Approx(1e-3));
+  CHECK(sum(field.ledger()) == Approx(field.ledger().in));
+  if (height < 0.1 && dt > 0.1) {
+    CHECK(field.limited_edge_count() > 0);
+  }
 }
 
 TEST_CASE("heat field: it follows an edit of its own body only", "[unit]") {

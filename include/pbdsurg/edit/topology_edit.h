@@ -51,14 +51,17 @@ class EditParticipant {
   virtual void validate(const Solver& solver, const TopologyEdit& edit) const = 0;
 
   /// Follows an edit that all have accepted, after the solver did.
-  virtual void apply(const Solver& solver, const EditResult& result) noexcept = 0;
+  /// @param result  what went, consequences included
+  virtual void apply(const Solver& solver, const TopologyEdit& edit,
+                     const EditResult& result) noexcept = 0;
 };
 
 /// Changes a solver's topology between two steps: all of it, or nothing.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
 /// and links to a vertex that it was the last to use. Colours stay valid: constraints are only
-/// removed. Cost: proportional to the change.
+/// removed. Cost: proportional to the change, and once to the number of vertices when a tool held
+/// one of those that lost their tissue; participants add theirs.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

@@ -4,6 +4,7 @@
 /// @file
 /// What follows from the connectivity of tetrahedra: edges, surface, adjacency, components.
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,15 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
 
 /// Unique edges, each with its smaller id first, sorted. Cost: O(T log T).
 [[nodiscard]] std::vector<Edge> find_edges(std::span<const Tet> tets);
+
+/// Where the edge between two vertices stands in a list from find_edges(). The edge must be there.
+/// Cost: O(log E).
+[[nodiscard]] Index find_edge(std::span<const Edge> edges, Index a, Index b);
+
+/// The six edges of each tetrahedron, in the order of kTetEdges.
+/// @param edges  from find_edges() of the same tetrahedra
+[[nodiscard]] std::vector<std::array<Index, 6>> find_tet_edges(std::span<const Tet> tets,
+                                                               std::span<const Edge> edges);
 
 /// Triangles that belong to exactly one tetrahedron, in the order of the tetrahedra.
 /// Cost: O(T log T).

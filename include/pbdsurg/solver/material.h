@@ -4,6 +4,8 @@
 /// @file
 /// How a body resists deformation.
 
+#include "pbdsurg/mesh/tet_mesh.h"
+
 namespace pbdsurg {
 
 /// One type of constraint's resistance, in both projection modes; the solver's mode picks one.
@@ -12,13 +14,25 @@ struct Stiffness {
   float compliance = 0;  ///< compliance mode: >= 0; distance m/N, volume m^5/N; 0 is rigid
 };
 
-/// Material of one body. The defaults are the paper's (stretch stiffness 0.4, see the digest of its
-/// appendix in the README), with compliances of a soft organ at millimetre edges.
+/// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid
+/// until given: see elastic_material().
 struct Material {
   float density = 1000;                ///< kg/m^3, positive
   Stiffness stretch{0.4F, 0.0F};       ///< along edges
   Stiffness volume{1.0F, 0.0F};        ///< of tetrahedra
   bool has_volume_constraints = true;  ///< false for tubes, which the paper gives edges only
 };
+
+/// A material whose compliances stand for an elastic solid: an edge for a bar as wide as the mesh's
+/// mean edge is long (stiffness E L), a tetrahedron for the bulk modulus E / (3 (1 - 2 nu)). How
+/// stiff a network of bars is as a whole depends on the mesh: take E as a scale, within a small
+/// factor, not as a calibrated modulus.
+///
+/// @param density          kg/m^3
+/// @param youngs_modulus   Pa, positive and finite; soft organs have 1e3 to 1e5
+/// @param poissons_ratio   in (-1, 0.5)
+/// @throws InvalidArgument  naming the value out of range, or if the mesh has no tetrahedra
+[[nodiscard]] Material elastic_material(const TetMesh& mesh, double density, double youngs_modulus,
+                                        double poissons_ratio = 0.45);
 
 }  // namespace pbdsurg

@@ -33,7 +33,8 @@ struct SolverOptions {
   ProjectionMode mode = ProjectionMode::compliance;
   int substeps = 10;   ///< per step, >= 1
   int iterations = 1;  ///< sweeps over all phases per substep, >= 1
-  float damping = 0;   ///< 1/s, >= 0: free motion loses this share of its speed per second
+  /// 1/s, >= 0: a rate of drag against the world; each substep divides speeds by 1 + damping h.
+  float damping = 0;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   BackendKind backend = BackendKind::automatic;
 
@@ -68,7 +69,7 @@ class Solver {
 
   /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
   /// Heat, edits, rendering and readback are outside it.
-  /// @param dt  s, positive and finite
+  /// @param dt  s, positive and finite, and not so small that 1 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt; never for physics
   StepReport step(float dt);
 
@@ -109,7 +110,8 @@ class Solver {
   [[nodiscard]] Snapshot snapshot() const;
 
   /// Goes back to a snapshot; what tools hold is released.
-  /// @throws InvalidArgument  if the snapshot is of another size or of another topology
+  /// @throws InvalidArgument  if the snapshot is of another size or topology, or not finite; then
+  ///                          nothing has changed
   void restore(const Snapshot& snapshot);
 
   /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
@@ -117,23 +119,27 @@ class Solver {
 
   // --- tools ---------------------------------------------------------------------------------
 
-  /// Adds an instrument that pushes vertices out of its capsules, without friction.
+  /// Adds an instrument that pushes vertices out of its capsules, without friction. Only vertices
+  /// are tested: a capsule thinner than an edge can pass through a face.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
   /// @return          its index
-  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not positive
+  /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
+  /// positive,
+  ///                          or a pose that is not a rotation and a translation
   Index add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
 
   /// Moves a tool: it travels there evenly over the substeps of the next step.
-  /// @throws InvalidArgument  if the index is out of range or the pose is not finite
+  /// @throws InvalidArgument  as add_tool(), and if there is no such tool
   void move_tool(Index tool, const ToolPose& pose);
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.
-  /// @param vertices    [n] scene vertices; a vertex may be held by several tools
+  /// @param vertices    [n] scene vertices with tissue; a vertex may be held by several tools, and
+  /// a
+  ///                    fixed one stays where it is and adds no force
   /// @param compliance  m/N, >= 0, in either projection mode; 0 holds rigidly
-  /// @throws InvalidArgument  naming the tool, vertex or value out of range, or the vertex that
-  /// this
-  ///                          tool holds already; then nothing is grasped
+  /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
+  ///                          tissue, or that this tool holds already; then nothing is grasped
   void grasp(Index tool, std::span<const Index> vertices, float compliance = 0);
 
   /// Lets go of everything the tool holds.
@@ -163,6 +169,9 @@ class Solver {
   [[nodiscard]] bool is_tet_alive(Index tet) const;
   [[nodiscard]] bool is_edge_alive(Index edge) const;
   [[nodiscard]] bool is_link_alive(Index link) const;
+
+  /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
+  [[nodiscard]] bool has_tissue(Index vertex) const;
 
   /// Rest length of a live edge, m, and rest volume of a live tetrahedron, m^3, as they are now.
   [[nodiscard]] float rest_length(Index edge) const;

@@ -15,8 +15,9 @@ struct StepReport {
   Index first_non_finite = kInvalidIndex;  ///< scene vertex, the smallest such id
   Index contacts = 0;                      ///< vertex-tool contacts in the last substep
   Index dropped_contacts = 0;              ///< beyond the contact capacity, over all substeps
-  float distance_residual = 0;             ///< largest |C| / rest length over live edges and links
-  float volume_residual = 0;               ///< largest |C| / rest volume over live tetrahedra
+  float distance_residual = 0;  ///< largest |C| / rest length over live edges and links; infinite
+                                ///< when one is not a number
+  float volume_residual = 0;    ///< likewise over live tetrahedra, |C| / rest volume
 };
 
 }  // namespace pbdsurg

@@ -50,10 +50,15 @@ struct CauteryReport {
 };
 
 /// Couples a hook's tip to heat fields and to topology. Deterministic.
-class Cautery {
+///
+/// Only vertices are sensed: where edges are longer than the contact radius, a tip between them
+/// touches nothing. Edits made elsewhere must name the cautery as a participant, so that its fields
+/// follow.
+class Cautery final : public EditParticipant {
  public:
-  /// @throws InvalidArgument  naming the option out of range, the body that is not there, or the
-  ///                          body whose mesh does not have its size
+  /// Tetrahedra that are gone already are left out.
+  /// @throws InvalidArgument  naming the option out of range, the body that is not there, is given
+  ///                          twice or has no water, or whose mesh is missing or not of its size
   Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
           const CauteryOptions& options = {});
 
@@ -66,7 +71,9 @@ class Cautery {
   /// @param power  W, >= 0
   /// @param dt     s
   /// @param participants  further holders of topology, beside the heat fields
-  /// @throws InvalidArgument  for a value out of range; then nothing has changed
+  /// @throws InvalidArgument  for a value out of range; then nothing has changed. What another
+  ///                          participant throws to refuse the edit passes through: the heat has
+  ///                          been delivered then, and the edit is tried again in the next update.
   CauteryReport update(Solver& solver, const Eigen::Vector3f& tip, double power, double dt,
                        std::span<EditParticipant* const> participants = {});
 
@@ -75,6 +82,10 @@ class Cautery {
 
   /// State of a tetrahedron of the i-th body. @param tet  of the body
   [[nodiscard]] HeatState state(const Solver& solver, std::size_t i, Index tet) const;
+
+  void validate(const Solver& solver, const TopologyEdit& edit) const override;
+  void apply(const Solver& solver, const TopologyEdit& edit,
+             const EditResult& result) noexcept override;
 
   /// Sum over all fields, and what went into links, J.
   [[nodiscard]] HeatLedger ledger() const;

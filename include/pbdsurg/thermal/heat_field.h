@@ -22,7 +22,8 @@ struct HeatSource {
   double power;  ///< W
 };
 
-/// Where the energy went since the start, J. What came in is the sum of the other three.
+/// Where the energy went since the start, J. What came in equals the sum of the other three, which
+/// are counted separately.
 struct HeatLedger {
   double in = 0;        ///< delivered by sources
   double sensible = 0;  ///< held as temperature above body temperature
@@ -32,18 +33,23 @@ struct HeatLedger {
 
 /// Heat conduction on the rest mesh with boiling, stepped explicitly.
 ///
-/// Linear finite elements with lumped mass: dT_i/dt = sum_j k_ij (T_j - T_i) / M_i + q_i / M_i. A
-/// vertex at 100 degrees stays there until its water has boiled away (excess-heat correction,
-/// exactly conservative); perfusion and surface loss are neglected, which is justified for
-/// activations of seconds. Explicit steps are subdivided for stability; where slivers would need
-/// more than kMostSubsteps, conduction through their edges is limited instead: energy is still
-/// conserved, but heat spreads more slowly there (limited_edge_count() says how many).
-/// Deterministic.
+/// Linear finite elements with lumped mass: dT_i/dt = sum_j k_ij (T_j - T_i) / M_i + q_i / M_i.
+/// Edges whose assembled k_ij is negative, which obtuse tetrahedra cause, conduct nothing: less
+/// accurate there, but no temperature leaves the range of those around it. A vertex at 100 degrees
+/// stays there until its water has boiled away (excess-heat correction, exactly conservative);
+/// perfusion and surface loss are neglected, which is justified for activations of seconds.
+/// Explicit steps are subdivided for stability; where slivers would need more than kMostSubsteps,
+/// conduction through their edges is limited instead: energy is still conserved, but heat spreads
+/// more slowly there (limited_edge_count() says how many). Deterministic.
+///
+/// Follows edits of its body: pass it to apply_edit() as a participant. Cost of a step, and of the
+/// step after an edit once more: O(vertices + edges) of the body.
 class HeatField final : public EditParticipant {
  public:
   static constexpr int kMostSubsteps = 16;  ///< per call of step()
 
-  /// @param mesh       the body's rest mesh
+  /// @param mesh       the body's rest mesh, whole: a field made after tetrahedra were removed does
+  ///                   not know of that
   /// @param first_tet  the body's place in the scene's numbering, see Body
   /// @throws InvalidArgument  naming the property that is not positive, or the water fraction
   ///                          outside [0, 1]
@@ -64,13 +70,13 @@ class HeatField final : public EditParticipant {
   /// [vertex_count] share of the original water that is left, 1 to 0, never rising
   [[nodiscard]] std::span<const double> water() const noexcept { return water_; }
 
-  /// Whether any tetrahedron is left at a vertex.
+  /// Whether any tetrahedron is left at a vertex. @param vertex  of the body
   [[nodiscard]] bool has_tissue(Index vertex) const { return capacities_[vertex] > 0; }
 
   /// [edge_count] vertices of the body, sorted
   [[nodiscard]] std::span<const Edge> edges() const noexcept { return edges_; }
 
-  /// Whether a vertex has ever reached the boiling temperature.
+  /// Whether a vertex has ever reached the boiling temperature. @param vertex  of the body
   [[nodiscard]] bool has_boiled(Index vertex) const {
     return peaks_[vertex] >= kBoilingTemperature;
   }
@@ -82,18 +88,17 @@ class HeatField final : public EditParticipant {
   [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
   [[nodiscard]] Index limited_edge_count() const noexcept { return limited_edge_count_; }
 
-  /// Takes tetrahedra out, with the heat that they hold.
-  /// @param tets  of the body, alive, each once
-  void remove_tets(std::span<const Index> tets);
-
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
-  void apply(const Solver& solver, const EditResult& result) noexcept override;
+  void apply(const Solver& solver, const TopologyEdit& edit,
+             const EditResult& result) noexcept override;
 
  private:
-  void sum_edge(Index edge);
+  void remove_tet(Index tet) noexcept;
+  void sum_edge(Index edge) noexcept;
   void bound_step(double dt);
   void boil(Index vertex);
-  void update_held();
+  void update_held() noexcept;
+  [[nodiscard]] double latent_rise() const noexcept;
 
   TissueProperties tissue_;
   Index first_tet_;
