@@ -34,6 +34,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   double time_scale = 1;
   bool paper = false;
+  bool no_pictures = false;
 };
 
 // Small steps, with the damping of living tissue; or the paper's solver.
@@ -70,22 +71,28 @@ int run(const Arguments& arguments) {
   SeriesRecorder series(arguments.out / "series.pvd");
   ProgressRecorder progress;
   std::vector<Observer*> observers{&forces, &cautery, &series, &progress};
-  std::string pictures = "no pictures (built without EGL, libepoxy or stb)";
+  std::string pictures = "no pictures";
 #ifdef PBDSURG_HAS_PICTURES
   std::optional<PictureRecorder> recorder;
-  try {
-    recorder.emplace(arguments.out, loaded.anatomy.abdominal_wall);
-    observers.push_back(&*recorder);
-  } catch (const pbdsurg::BackendUnavailable& error) {
-    pictures = std::string("no pictures (") + error.what() + ")";
+  if (!arguments.no_pictures) {
+    try {
+      recorder.emplace(arguments.out, loaded.anatomy.abdominal_wall);
+      observers.push_back(&*recorder);
+    } catch (const pbdsurg::BackendUnavailable& error) {
+      pictures += std::string(" (") + error.what() + ")";
+    }
   }
+#else
+  pictures += " (built without EGL, libepoxy or stb)";
 #endif
 
   const Recovery recovery = run_procedure(simulation, observers, arguments.time_scale);
   forces.close();
   cautery.close();
 #ifdef PBDSURG_HAS_PICTURES
-  draw_plots(arguments.out, forces, recovery);
+  if (!arguments.no_pictures) {
+    draw_plots(arguments.out, forces, recovery);
+  }
   if (recorder) {
     pictures = std::to_string(recorder->files.size()) + " pictures " +
                recorder->files.front().string() + " to " + recorder->files.back().string();
@@ -126,6 +133,7 @@ int main(int argc, char** argv) {
                  "length of the operation relative to the full script")
       ->check(CLI::Range(0.01, 10.0))
       ->capture_default_str();
+  app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
   app.add_flag("--paper", arguments.paper,
                "the paper's solver: one substep, 30 iterations, stiffness fractions");
   CLI11_PARSE(app, argc, argv);
