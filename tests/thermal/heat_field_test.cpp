@@ -104,11 +104,9 @@ TEST_CASE("heat field: temperature waits at 100 degrees until the water is gone"
   const TetMesh block = testing::make_box({1, 1, 1}, 1e-3);
   HeatField field(block, kLiver);
   std::vector<HeatSource> everywhere;
-  double mass = 0;
   const std::vector<double> masses = lumped_masses(block, kLiver.density);
   for (Index v = 0; v < 8; ++v) {
     everywhere.push_back({v, 1e6 * masses[v]});  // 1 MW/kg
-    mass += masses[v];
   }
   const double to_boil = 63 * kLiver.specific_heat / 1e6;                  // s
   const double to_dry = kLiver.water_fraction * kLatentHeatOfWater / 1e6;  // s
