@@ -7,11 +7,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <span>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/quality.h"
 
 namespace pbdsurg {
 
@@ -57,13 +57,9 @@ inline DihedralRange dihedral_range(std::span<const Eigen::Vector3d> points,
                                     std::span<const Tet> tets) {
   DihedralRange range;
   for (const Tet& tet : tets) {
-    const auto n = face_normals({points[tet[0]], points[tet[1]], points[tet[2]], points[tet[3]]});
-    for (int i = 0; i < 4; ++i) {
-      for (int j = i + 1; j < 4; ++j) {
-        const double angle = std::atan2(n[i].cross(n[j]).norm(), -n[i].dot(n[j]));
-        range.min = std::min(range.min, angle);
-        range.max = std::max(range.max, angle);
-      }
+    for (const double angle : dihedral_angles(points, tet)) {
+      range.min = std::min(range.min, angle);
+      range.max = std::max(range.max, angle);
     }
   }
   return range;
