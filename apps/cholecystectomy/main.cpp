@@ -98,6 +98,13 @@ int run(const Arguments& arguments) {
                recorder->files.front().string() + " to " + recorder->files.back().string();
   }
 #endif
+  const pbdsurg::Index inverted = simulation.totals.inverted_tets_max;
+  if (100 * inverted > static_cast<pbdsurg::Index>(scene.scene.tets().size())) {
+    std::fprintf(stderr,
+                 "warning: up to %d tetrahedra were inverted at one time, more than one in a "
+                 "hundred; does `pbdsurg mesh check` find slivers in an organ of yours?\n",
+                 inverted);
+  }
   const std::filesystem::path report = arguments.out / "report.json";
   write_report(report, simulation, recovery, arguments.seed, loaded.notes);
   std::printf("wrote %s and the report %s\n", pictures.c_str(), report.c_str());
@@ -128,7 +135,9 @@ int main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(units).description("auto|mm|cm|m"))
       ->default_str("auto")
       ->type_name("");
-  app.add_option("--seed", arguments.seed, "of the hands' tremor")->capture_default_str();
+  app.add_option("--seed", arguments.seed, "of the hands' tremor")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--time-scale", arguments.time_scale,
                  "length of the operation relative to the full script")
       ->check(CLI::Range(0.01, 10.0))
@@ -136,7 +145,11 @@ int main(int argc, char** argv) {
   app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
   app.add_flag("--paper", arguments.paper,
                "the paper's solver: one substep, 30 iterations, stiffness fractions");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   try {
     for (const std::string& organ : organs) {
       const std::size_t equals = organ.find('=');

@@ -19,7 +19,7 @@ constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
 // Lengths of the parts, s.
 constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
 constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.5;
-constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 4.0;
+constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 6.0;
 
 // Steps through the script and tells the observers.
 class Script {
@@ -134,19 +134,19 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
 // Figure 9: drag, hold, release, and watch the tissue come back.
 Recovery drag_and_release(Simulation& simulation, Script& script) {
   const Eigen::Vector3f start = simulation.grasper.tip;
+  const std::vector<Eigen::Vector3f> untouched = simulation.solver.positions();
   script.run(kApproach, 0, [&](double) {
     script.approach(simulation.grasper, farthest(simulation, Organ::gallbladder, {-1, 0, -0.7F}),
                     2 * kHandSpeed);
   });
   const Eigen::Vector3f fundus = simulation.grasper.tip;
   const std::vector<Index> held = simulation.grasp(Organ::gallbladder, 6e-3F);
-  std::vector<Eigen::Vector3f> before(held.size()), now(held.size());
-  simulation.solver.read_positions(held, before);
+  std::vector<Eigen::Vector3f> now(held.size());
   const auto distance = [&] {
     simulation.solver.read_positions(held, now);
     double sum = 0;
     for (std::size_t i = 0; i < now.size(); ++i) {
-      sum += (now[i] - before[i]).norm();
+      sum += (now[i] - untouched[held[i]]).norm();
     }
     return sum / static_cast<double>(now.size());
   };
@@ -240,9 +240,8 @@ void separate(Simulation& simulation, Script& script) {
   for (int half = 0; half < 2; ++half) {
     script.run(kSeparate / 2, kSeparatePower, [&](double share) {
       const float way = static_cast<float>((half + share) / 2);
-      simulation.grasper.tip = pulled + way * Eigen::Vector3f(0.004F, -0.004F, -0.014F);
-      script.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip),
-                      2 * kWorkSpeed);
+      simulation.grasper.tip = pulled + way * Eigen::Vector3f(0.006F, -0.006F, -0.026F);
+      script.approach(simulation.hook, membrane_front(simulation, simulation.hook.tip), kHandSpeed);
     });
     script.moment(half == 0 ? "separate_middle" : "separate_end");
   }

@@ -47,8 +47,11 @@ std::vector<CauteryBody> burnable(const SurgicalScene& scene) {
   return bodies;
 }
 
-constexpr pbdsurg::CauteryOptions kHookOptions{
-    .contact_radius = 2.5e-3, .dry_water = 0.05, .largest_shrinkage = 0.3, .link_energy = 0.4};
+constexpr pbdsurg::CauteryOptions kHookOptions{.contact_radius = 2.5e-3,
+                                               .dry_water = 0.05,
+                                               .largest_shrinkage = 0.3,
+                                               .link_energy = 0.12,
+                                               .link_share = 4};
 
 // A hand's tremor: 0.1 mm at about 9 Hz (physiological tremor is 8 to 12 Hz), from the seed alone.
 Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::Index tool, double time) {

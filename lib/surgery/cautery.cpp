@@ -38,6 +38,10 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
     throw InvalidArgument("link_energy is " + std::to_string(options.link_energy) +
                           " J; it must be positive and finite");
   }
+  if (!(options.link_share > 0) || !std::isfinite(options.link_share)) {
+    throw InvalidArgument("link_share is " + std::to_string(options.link_share) +
+                          "; it must be positive and finite");
+  }
   check_range("dry_water", options.dry_water, 0, 1);
   check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
   for (const CauteryBody& entry : bodies) {
@@ -134,7 +138,8 @@ std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
     const double distance =
         (closest_on_segment(positions[link.first], positions[link.second], tip) - tip).norm();
     if (distance < options_.contact_radius) {
-      touched.push_back({static_cast<Index>(l), 1 - distance / options_.contact_radius});
+      touched.push_back(
+          {static_cast<Index>(l), options_.link_share * (1 - distance / options_.contact_radius)});
     }
   }
   return touched;

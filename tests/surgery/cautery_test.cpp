@@ -130,6 +130,21 @@ TEST_CASE("cautery: links part when they have taken their energy, the near ones 
   CHECK(solver.is_link_alive(2));
 }
 
+TEST_CASE("cautery: a link takes its share beside tissue", "[unit]") {
+  Setup setup;
+  const Index corner = 0;  // at the origin; the next vertex is one edge away
+  setup.scene.add_particles("end", std::vector<Eigen::Vector3d>{{0, 0, -1e-3}}, 1e-4);
+  setup.scene.add_link({corner, setup.mesh.vertex_count(), 1e-3F, {}});
+  Solver solver(setup.scene);
+  const CauteryBody body{0, &setup.mesh, kFat};
+  // the tip at the corner, which the link touches too: distances 0 and 0
+  Cautery cautery(solver, std::span(&body, 1), {.contact_radius = 0.5e-3, .link_energy = 1e3});
+  cautery.update(solver, solver.positions()[corner], 10, 0.01);
+
+  CHECK(cautery.link_energy_spent() == Approx(0.8 * 0.1));  // four parts of five
+  CHECK(cautery.ledger().in == Approx(0.2 * 0.1));
+}
+
 TEST_CASE("cautery: it follows edits made before and beside it", "[unit]") {
   const Setup setup;
   Solver solver(setup.scene);
@@ -167,6 +182,7 @@ TEST_CASE("cautery: bad values are refused by name", "[unit]") {
   CHECK_THROWS_WITH(Cautery(solver, std::span(&none, 1)), ContainsSubstring("no mesh"));
   const CauteryBody dry{0, &setup.mesh, {1000, 3000, 0.5, 0}};
   CHECK_THROWS_WITH(Cautery(solver, std::span(&dry, 1)), ContainsSubstring("no water"));
+  CHECK_THROWS_WITH(make(0, setup.mesh, {.link_share = 0}), ContainsSubstring("link_share"));
   Cautery cautery = make(0, setup.mesh, {});
   CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, -1, 0.01), InvalidArgument);
   CHECK_THROWS_AS(cautery.update(solver, {0, 0, 0}, 1, 0), InvalidArgument);

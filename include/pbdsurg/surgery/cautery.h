@@ -31,7 +31,9 @@ struct CauteryOptions {
   double contact_radius = 1.5e-3;  ///< m, reach of the tip into tissue
   double dry_water = 0.05;         ///< share of water below which boiling tissue is gone
   double largest_shrinkage = 0.3;  ///< of lengths, when all water has gone
-  double link_energy = 0.8;        ///< J that part one link: a strand of membrane boiled dry
+  double link_energy = 0.8;        ///< J that part one link: 0.5 mm^3 of membrane boiled dry
+  double link_share = 4;           ///< how much more a link takes than a vertex as near: current
+                                   ///< crowds in what is thin
 };
 
 /// A body that the hook may burn.
@@ -65,8 +67,9 @@ class Cautery final : public EditParticipant {
   /// Applies power at the tip for dt, lets heat spread, shrinks, removes and cuts.
   ///
   /// The power is shared among the vertices and links within the contact radius, by
-  /// 1 - distance / radius; vertices whose water is gone take nothing and pass their share on to
-  /// wet neighbours. Where all is dry, nothing is delivered. A power of zero lets the tissue cool.
+  /// 1 - distance / radius, links link_share times as much; vertices whose water is gone take
+  /// nothing and pass their share on to wet neighbours. Where all is dry, nothing is delivered. A
+  /// power of zero lets the tissue cool.
   /// @param tip    m, in the world
   /// @param power  W, >= 0
   /// @param dt     s
