@@ -77,14 +77,16 @@ build_preset() {
     fail "building preset $preset failed"
 }
 
-# run_benchmarks BIN_DIR OUT_DIR [NAME]: each program NAME_bench, as NAME.json and NAME.txt.
+# run_benchmarks BIN_DIR OUT_DIR [NAME]: each program NAME_bench, as NAME.json and NAME.txt: medians of
+# five repetitions, those of one program interleaved.
 run_benchmarks() {
   local bin=$1 out=$2 only=${3:-} program name count=0
   for program in "$bin"/*_bench; do
     name=$(basename "$program" _bench)
     [[ -x $program && (-z $only || $name == "$only") ]] || continue
     say "benchmark $name"
-    "$program" --benchmark_out="$out/$name.json" --benchmark_out_format=json | tee "$out/$name.txt" ||
+    "$program" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
+      --benchmark_report_aggregates_only=true --benchmark_out="$out/$name.json" --benchmark_out_format=json | tee "$out/$name.txt" ||
       fail "benchmark $name failed"
     count=$((count + 1))
   done
