@@ -11,15 +11,11 @@ namespace pbdsurg {
 
 std::vector<Index> find_vertices_near(const Solver& solver, Index body,
                                       const Eigen::Vector3f& point, float radius) {
-  if (body < 0 || body >= static_cast<Index>(solver.bodies().size())) {
-    throw InvalidArgument("there is no body " + std::to_string(body) + "; the solver has " +
-                          std::to_string(solver.bodies().size()));
-  }
+  const Body& where = solver.body(body);
   if (!point.allFinite() || !(radius > 0) || !std::isfinite(radius)) {
     throw InvalidArgument("a search radius is " + std::to_string(radius) +
                           " m; point and radius must be finite, the radius positive");
   }
-  const Body& where = solver.bodies()[body];
   std::vector<Index> ids(static_cast<std::size_t>(where.vertex_count));
   std::iota(ids.begin(), ids.end(), where.first_vertex);
   std::vector<Eigen::Vector3f> positions(ids.size());

@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/edit/live_boundary.h"
 
-#include <string>
-
-#include "pbdsurg/core/error.h"
-
 namespace pbdsurg {
 
 std::vector<BoundaryTriangle> find_live_boundary(const Solver& solver, Index body) {
-  if (body < 0 || body >= static_cast<Index>(solver.bodies().size())) {
-    throw InvalidArgument("there is no body " + std::to_string(body) + "; the solver has " +
-                          std::to_string(solver.bodies().size()));
-  }
-  const Body& where = solver.bodies()[body];
+  const Body& where = solver.body(body);
   std::vector<Tet> live;
   std::vector<Index> ids;
   for (Index t = where.first_tet; t < where.first_tet + where.tet_count; ++t) {

@@ -447,6 +447,14 @@ Eigen::Vector3f Solver::tool_force(Index tool) const {
 std::span<const Body> Solver::bodies() const noexcept {
   return data_->bodies;
 }
+const Body& Solver::body(Index index) const {
+  if (index < 0 || index >= static_cast<Index>(data_->bodies.size())) {
+    throw InvalidArgument("there is no body " + std::to_string(index) + "; the solver has " +
+                          std::to_string(data_->bodies.size()));
+  }
+  return data_->bodies[index];
+}
+
 std::span<const Tet> Solver::tets() const noexcept {
   return data_->tets;
 }

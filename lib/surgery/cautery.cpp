@@ -45,11 +45,7 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
   check_range("dry_water", options.dry_water, 0, 1);
   check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
   for (const CauteryBody& entry : bodies) {
-    if (entry.body < 0 || entry.body >= static_cast<Index>(solver.bodies().size())) {
-      throw InvalidArgument("there is no body " + std::to_string(entry.body) + "; the solver has " +
-                            std::to_string(solver.bodies().size()));
-    }
-    const Body& body = solver.bodies()[entry.body];
+    const Body& body = solver.body(entry.body);
     if (std::any_of(bodies_.begin(), bodies_.end(),
                     [&](const Body& other) { return other.name == body.name; })) {
       throw InvalidArgument("body '" + body.name + "' is given twice");

@@ -153,6 +153,9 @@ class Solver {
 
   [[nodiscard]] std::span<const Body> bodies() const noexcept;
 
+  /// @throws InvalidArgument  naming the index and how many bodies there are
+  [[nodiscard]] const Body& body(Index index) const;
+
   /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
   [[nodiscard]] std::span<const Tet> tets() const noexcept;
 
