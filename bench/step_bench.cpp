@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"

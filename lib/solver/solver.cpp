@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/coloring/greedy.h"
 
 #include <algorithm>
 #include <vector>

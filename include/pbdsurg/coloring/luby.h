@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Colouring by maximal independent sets.
+
+#include <cstdint>
+
+#include "pbdsurg/coloring/coloring.h"
+
+namespace pbdsurg {
+
+/// For each colour in turn, a maximal set of uncoloured constraints that share no vertex, found by
+/// rounds of random keys (Luby 1986, "A simple parallel algorithm for the maximal independent set
+/// problem"): a constraint joins when its key is the largest at each of its vertices.
+///
+/// The result depends on constraints and seed alone. Cost: O(log n) rounds a colour, each over the
+/// constraints that may still join.
+/// @param seed     of the keys
+/// @param threads  >= 1, or 0 for one a processor
+/// @throws InvalidArgument  as check_constraints(), or if threads is negative
+[[nodiscard]] Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed = 0,
+                                  int threads = 1);
+
+}  // namespace pbdsurg

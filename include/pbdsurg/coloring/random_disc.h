@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Random colouring disc: all constraints draw colours at once and keep what does not clash.
+
+#include <cstdint>
+
+#include "pbdsurg/coloring/coloring.h"
+
+namespace pbdsurg {
+
+/// How a constraint's palette starts.
+enum class Palette : std::uint8_t {
+  /// All constraints draw from as many colours as the clique bound: few colours, evenly filled.
+  clique_bound,
+  /// 1 + floor(conflicts / shrink) colours, as in Vivace, where conflicts are the other constraints
+  /// that share a vertex: low colours fill first, as in table 1 of Pan et al. 2020.
+  conflicts,
+};
+
+struct RandomDiscOptions {
+  Palette palette = Palette::clique_bound;
+  double shrink = 2;  ///< >= 1; used by Palette::conflicts
+};
+
+/// Rounds of random draws (Grable, Panconesi 2000; Fratarcangeli, Tibaldo, Pellacini 2016,
+/// "Vivace"): each uncoloured constraint draws one of the colours of its palette that its vertices
+/// have not seen; of those that clash in a round the one with the largest random rank keeps its
+/// draw; a constraint without a colour left gets the next one. The rank is what makes it end: when
+/// all that clash give way, two neighbours with one colour left can do so forever.
+///
+/// The result depends on constraints, seed and options alone. Cost: 5 to 30 rounds, each over the
+/// constraints still uncoloured; memory O(vertices * colours) bits and 4 bytes for each of up to 32
+/// colours a vertex.
+/// @param seed     of draws and ranks
+/// @param threads  >= 1, or 0 for one a processor
+/// @throws InvalidArgument  as check_constraints(), or if an option or threads is out of range
+[[nodiscard]] Coloring color_random_disc(const ConstraintVertices& constraints,
+                                         std::uint64_t seed = 0, int threads = 1,
+                                         const RandomDiscOptions& options = {});
+
+}  // namespace pbdsurg

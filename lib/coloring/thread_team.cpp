@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "coloring/thread_team.h"
+
+#include <algorithm>
+#include <string>
+
+#include "pbdsurg/core/error.h"
+
+namespace pbdsurg {
+
+int resolve_threads(int threads) {
+  if (threads < 0) {
+    throw InvalidArgument("threads is " + std::to_string(threads) +
+                          "; it must be >= 1, or 0 for one a processor");
+  }
+  if (threads == 0) {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+  return threads;
+}
+
+}  // namespace pbdsurg
