@@ -35,31 +35,45 @@ struct ColorMasks {
   }
 };
 
-/// One of several colours, evenly; kInvalidIndex if there is none.
-/// @param free_word  free_word(i): colours [64 i, 64 i + 64) to choose from, for i in [0, words)
-/// @param draw       random bits, of which the upper half is used
+/// Colours to choose from, drawn evenly.
+/// @tparam FreeWord  free_word(i): colours [64 i, 64 i + 64) to choose from, for i in [0, words)
 template <class FreeWord>
-PBDSURG_HOST_DEVICE Index draw_color(int words, const FreeWord& free_word, std::uint64_t draw) {
-  draw >>= 32;
-  if (words == 1) {
-    const std::uint64_t word = free_word(0);
-    const auto count = static_cast<std::uint64_t>(count_bits(word));
-    return count == 0 ? kInvalidIndex : nth_bit(word, static_cast<int>((draw * count) >> 32));
-  }
-  std::uint64_t count = 0;
-  for (int i = 0; i < words; ++i) {
-    count += static_cast<std::uint64_t>(count_bits(free_word(i)));
-  }
-  auto rank = static_cast<int>((draw * count) >> 32);
-  for (int i = 0; i < words && count > 0; ++i) {
-    const std::uint64_t word = free_word(i);
-    const int here = count_bits(word);
-    if (rank < here) {
-      return 64 * i + nth_bit(word, rank);
+class ColorDraw {
+ public:
+  PBDSURG_HOST_DEVICE ColorDraw(int words, const FreeWord& free_word)
+      : free_word_(free_word), first_(free_word(0)), count_(count_bits(first_)) {
+    for (int i = 1; i < words; ++i) {
+      count_ += count_bits(free_word(i));
     }
-    rank -= here;
   }
-  return kInvalidIndex;
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool empty() const { return count_ == 0; }
+
+  /// @param random  of which the upper half is used
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index draw(std::uint64_t random) const {
+    auto rank = static_cast<int>(((random >> 32) * static_cast<std::uint64_t>(count_)) >> 32);
+    std::uint64_t word = first_;
+    for (int i = 0;;) {
+      const int here = count_bits(word);
+      if (rank < here) {
+        return 64 * i + nth_bit(word, rank);
+      }
+      rank -= here;
+      word = free_word_(++i);
+    }
+  }
+
+ private:
+  FreeWord free_word_;
+  std::uint64_t first_;
+  int count_;
+};
+
+/// One of the colours, or kInvalidIndex if there is none.
+template <class FreeWord>
+PBDSURG_HOST_DEVICE Index draw_color(int words, const FreeWord& free_word, std::uint64_t random) {
+  const ColorDraw<FreeWord> colors(words, free_word);
+  return colors.empty() ? kInvalidIndex : colors.draw(random);
 }
 
 }  // namespace pbdsurg

@@ -31,16 +31,15 @@ void check_shape(const ConstraintVertices& constraints) {
                           std::to_string(constraints.arity) +
                           " vertices a constraint: neither can be negative");
   }
-  if (constraints.vertices.size() >
-      static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+  if (constraints.vertices.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     throw InvalidArgument(std::to_string(constraints.vertices.size()) +
                           " vertices named by constraints; there can be at most 2^31 - 1");
   }
   if (constraints.arity > 0) {
     if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
       throw InvalidArgument(std::to_string(constraints.vertices.size()) +
-                            " ids do not make constraints of " +
-                            std::to_string(constraints.arity) + " vertices each");
+                            " ids do not make constraints of " + std::to_string(constraints.arity) +
+                            " vertices each");
     }
     return;
   }
@@ -97,8 +96,7 @@ std::vector<Index> count_valences(const ConstraintVertices& constraints) {
 
 void check_constraints(const ConstraintVertices& constraints) {
   check_shape(constraints);
-  with_arity(constraints,
-             [&](const auto& access) { check_ids(access, constraints.vertex_count); });
+  with_arity(constraints, [&](const auto& access) { check_ids(access, constraints.vertex_count); });
 }
 
 Index clique_bound(const ConstraintVertices& constraints) {

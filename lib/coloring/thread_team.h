@@ -20,6 +20,8 @@ namespace pbdsurg {
 /// One thread: no atomics, no barriers.
 class SerialTeam {
  public:
+  static constexpr int kColorsPerTask = 64;
+
   [[nodiscard]] Index group() const noexcept { return 0; }
   [[nodiscard]] Index group_count() const noexcept { return 1; }
   [[nodiscard]] Index lane() const noexcept { return 0; }
@@ -73,6 +75,8 @@ class SerialTeam {
 /// One of several threads. A group is one thread.
 class ThreadTeam {
  public:
+  static constexpr int kColorsPerTask = SerialTeam::kColorsPerTask;
+
   ThreadTeam(Index thread, Index thread_count, std::barrier<>& barrier)
       : thread_(thread), thread_count_(thread_count), barrier_(&barrier) {}
 
@@ -120,8 +124,8 @@ class ThreadTeam {
   std::barrier<>* barrier_;
 };
 
-/// Runs program(team) on `threads` threads, the caller's among them; on the caller's alone where the
-/// system has no more, which changes nothing but the time.
+/// Runs program(team) on `threads` threads, the caller's among them; on the caller's alone where
+/// the system has no more, which changes nothing but the time.
 /// @param threads  >= 1
 template <class Program>
 void run_team(int threads, const Program& program) {

@@ -1,93 +1,89 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/coloring/greedy.h"
+#include "pbdsurg/coloring/coloring.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/mesh/topology.h"
 
+#include "coloring/sample_constraints.h"
 #include "support/catch.h"
-#include "support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::Approx;
 using testing::ContainsSubstring;
 
-template <std::size_t kArity>
-ConstraintVertices view(const std::vector<std::array<Index, kArity>>& constraints, Index vertices) {
-  return {std::span<const std::array<Index, kArity>>(constraints), vertices};
-}
+const std::vector<Edge> kPath{{0, 1}, {2, 3}, {1, 2}};
+const ConstraintVertices kPathView{std::span<const Edge>(kPath), 4};
 
 }  // namespace
 
-TEST_CASE("coloring: greedy is valid and reports no more colours than it uses", "[property]") {
-  const TetMesh box = testing::make_box({7, 5, 3}, 1e-3, 0.1);
-  const std::vector<Tet> tets(box.tets().begin(), box.tets().end());
-  const std::vector<Edge> edges = find_edges(tets);
-
-  for (const ConstraintVertices& constraints :
-       {view(tets, box.vertex_count()), view(edges, box.vertex_count())}) {
-    const Coloring coloring = color_greedy(constraints);
-
-    CHECK_FALSE(find_conflict(coloring, constraints));
-    CHECK(coloring.color_count >= clique_bound(constraints));
-    std::vector<bool> used(coloring.color_count, false);
-    for (const Index color : coloring.color_of) {
-      used[color] = true;
-    }
-    CHECK(std::count(used.begin(), used.end(), false) == 0);
-  }
-}
-
-// Would catch masks that are too narrow: a hub gives every constraint a colour of its own.
-TEST_CASE("coloring: a hub of 300 constraints needs 300 colours", "[unit]") {
-  std::vector<Edge> spokes;
-  for (Index i = 1; i <= 300; ++i) {
-    spokes.push_back({0, i});
-  }
-
-  const Coloring coloring = color_greedy(view(spokes, 301));
-
-  CHECK(coloring.color_count == 300);
-  CHECK(clique_bound(view(spokes, 301)) == 300);
-  CHECK_FALSE(find_conflict(coloring, view(spokes, 301)));
-}
-
 TEST_CASE("coloring: a conflict is found and named", "[unit]") {
-  const std::vector<Edge> path{{0, 1}, {2, 3}, {1, 2}};
-
-  const auto conflict = find_conflict({{0, 0, 0}, 1}, view(path, 4));
+  const auto conflict = find_conflict({{0, 0, 0}, 1}, kPathView);
 
   REQUIRE(conflict);
+  CHECK(conflict->color == 0);
   CHECK(conflict->first == 0);
   CHECK(conflict->second == 2);
   CHECK(conflict->vertex == 1);
-  CHECK_FALSE(find_conflict({{0, 0, 1}, 2}, view(path, 4)));
+  CHECK_FALSE(find_conflict({{0, 0, 1}, 2}, kPathView));
 }
 
-TEST_CASE("coloring: nothing to colour takes no colour", "[unit]") {
-  CHECK(color_greedy(view(std::vector<Edge>{}, 5)).color_count == 0);
-  CHECK(color_greedy(view(std::vector<Tet>{}, 0)).color_count == 0);
-  CHECK(clique_bound(view(std::vector<Tet>{}, 0)) == 0);
+TEST_CASE("coloring: overflow conflicts with nothing", "[unit]") {
+  CHECK_FALSE(find_conflict({{0, 0, kOverflowColor}, 1}, kPathView));
+  CHECK_FALSE(find_conflict({{kOverflowColor, kOverflowColor, kOverflowColor}, 0}, kPathView));
 }
 
-TEST_CASE("coloring: bad constraints are refused by name", "[unit]") {
-  CHECK_THROWS_WITH(color_greedy(view(std::vector<Edge>{{0, 1}, {1, 4}}, 4)),
-                    ContainsSubstring("constraint 1") && ContainsSubstring("vertex 4"));
-  CHECK_THROWS_WITH(color_greedy(view(std::vector<Edge>{{-1, 1}}, 4)),
-                    ContainsSubstring("vertex -1"));
-  CHECK_THROWS_WITH(color_greedy(view(std::vector<Edge>{{2, 2}}, 4)), ContainsSubstring("twice"));
-  CHECK_THROWS_AS(find_conflict({{0}, 1}, view(std::vector<Edge>{{0, 1}, {2, 3}}, 4)),
-                  InvalidArgument);
-  ConstraintVertices odd = view(std::vector<Edge>{{0, 1}, {2, 3}}, 4);
-  odd.arity = 3;
-  CHECK_THROWS_WITH(color_greedy(odd), ContainsSubstring("4 ids do not make"));
-  odd.arity = 0;
-  CHECK_THROWS_AS(clique_bound(odd), InvalidArgument);
-  CHECK_THROWS_AS(find_conflict({{0, 7}, 1}, view(std::vector<Edge>{{0, 1}, {2, 3}}, 4)),
-                  InvalidArgument);
+TEST_CASE("coloring: what does not fit the constraints is refused", "[unit]") {
+  CHECK_THROWS_WITH(find_conflict({{0}, 1}, kPathView), ContainsSubstring("colouring of 1"));
+  CHECK_THROWS_WITH(find_conflict({{0, 7, 1}, 2}, kPathView),
+                    ContainsSubstring("constraint 1") && ContainsSubstring("colour 7"));
+  CHECK_THROWS_AS(find_conflict({{0, -2, 1}, 2}, kPathView), InvalidArgument);
+  CHECK_THROWS_AS(find_conflict({{}, -1}, kPathView), InvalidArgument);
+  CHECK_THROWS_AS(measure_coloring({{0}, 1}, kPathView), InvalidArgument);
+  CHECK_THROWS_AS(color_sizes({{3}, 2}), InvalidArgument);
+}
+
+// By hand, with 12 colours: a tenth is two whole colours.
+TEST_CASE("coloring: statistics follow their definitions", "[unit]") {
+  std::vector<Edge> edges;
+  Coloring coloring{{}, 12};
+  for (Index color = 0; color < 12; ++color) {
+    for (Index i = 0; i <= color; ++i) {
+      edges.push_back(
+          {static_cast<Index>(2 * edges.size()), static_cast<Index>(2 * edges.size() + 1)});
+      coloring.color_of.push_back(color);
+    }
+  }
+  edges.push_back({0, 1});
+  coloring.color_of.push_back(kOverflowColor);
+
+  const ColoringStatistics statistics =
+      measure_coloring(coloring, {std::span<const Edge>(edges), 2 * 78});
+
+  CHECK(statistics.constraints == 79);
+  CHECK(statistics.overflow == 1);
+  CHECK(statistics.colors == 12);
+  CHECK(statistics.clique_bound == 2);
+  CHECK(statistics.top10 == Approx(23.0 / 78));
+  CHECK(statistics.last10 == Approx(3.0 / 78));
+  CHECK(statistics.mid80 == Approx(52.0 / 78));
+  CHECK(statistics.max_over_mean == Approx(12 / 6.5));
+  CHECK(statistics.relative_deviation == Approx(std::sqrt(143.0 / 12) / 6.5));
+}
+
+TEST_CASE("coloring: statistics of next to nothing are finite", "[unit]") {
+  const ColoringStatistics none = measure_coloring({}, {std::span<const Edge>(), 3});
+  CHECK(none.constraints == 0);
+  CHECK(none.relative_deviation == 0);
+  CHECK(none.top10 + none.mid80 + none.last10 == 0);
+
+  const ColoringStatistics one =
+      measure_coloring({{0}, 1}, {std::span<const Edge>(kPath).first(1), 4});
+  CHECK(one.top10 == 1);
+  CHECK(one.mid80 == 0);
+  CHECK(one.last10 == 0);
 }
 
 }  // namespace pbdsurg

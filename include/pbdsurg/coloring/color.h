@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The front door: colour by name, then repair, limit and balance as asked.
+
+#include <cstdint>
+
+#include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/coloring/greedy.h"
+#include "pbdsurg/coloring/random_disc.h"
+
+namespace pbdsurg {
+
+enum class ColoringAlgorithm : std::uint8_t {
+  greedy,           ///< see color_greedy()
+  luby,             ///< see color_luby()
+  jones_plassmann,  ///< see color_jones_plassmann()
+  random_disc,      ///< see color_random_disc()
+};
+
+struct ColoringOptions {
+  ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;
+  GreedyOrder order = GreedyOrder::natural;  ///< of ColoringAlgorithm::greedy
+  RandomDiscOptions disc = {};               ///< of ColoringAlgorithm::random_disc
+  bool repair = false;                       ///< call repair_coloring()
+  bool balance = false;                      ///< call balance_coloring(), last
+  Index max_colors = 0;                      ///< call limit_colors() unless it is 0
+  std::uint64_t seed = 0;
+  int threads = 1;  ///< >= 1, or 0 for one a processor; the result is the same
+};
+
+/// Colours constraints on the CPU. cuda/coloring.h has the same for a GPU, with the same result.
+/// @throws InvalidArgument  as the functions it calls
+[[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
+                                         const ColoringOptions& options = {});
+
+/// "greedy", "luby", "jones_plassmann", "random_disc"
+[[nodiscard]] const char* name_of(ColoringAlgorithm algorithm) noexcept;
+
+/// "natural", "largest_valence", "smallest_last", "saturation"
+[[nodiscard]] const char* name_of(GreedyOrder order) noexcept;
+
+}  // namespace pbdsurg

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Fewer colours for a colouring that there is.
+
+#include <cstdint>
+
+#include "pbdsurg/coloring/coloring.h"
+
+namespace pbdsurg {
+
+/// Moves constraints out of the highest colours, down to the clique bound where it can.
+///
+/// One-step ejection: a constraint takes a colour from the one or two that hold it around its
+/// vertices, and each of those moves to another colour that is free for it. All constraints above
+/// the limit try at once; of attempts that touch a common vertex the one of largest random rank
+/// goes through. The limit starts at the clique bound and rises when nothing moves any more.
+///
+/// The colouring stays valid and never gains a colour. The result depends on the arguments other
+/// than threads alone. Cost: nothing at the clique bound; otherwise O(vertices named) and
+/// O(colours * constraints at a vertex) for each constraint above it and round.
+/// @param coloring  valid; overflow stays where it is
+/// @param threads   >= 1, or 0 for one a processor
+/// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
+///                          valid, or if threads is negative; then nothing has changed
+void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints,
+                     std::uint64_t seed = 0, int threads = 1);
+
+/// Keeps the largest max_colors colours, as colours 0, 1, ... by falling size, moves into them what
+/// one-step ejection can, and leaves the rest to the overflow group. Nothing changes if there are
+/// no more colours than that.
+/// @param max_colors  >= 1
+/// @throws InvalidArgument  as repair_coloring(), or if max_colors is out of range
+void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Index max_colors,
+                  std::uint64_t seed = 0, int threads = 1);
+
+}  // namespace pbdsurg

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/balance.h"
+
+#include <numeric>
+#include <vector>
+
+#include "coloring/balance_program.h"
+#include "coloring/color_gaps.h"
+#include "coloring/color_tables.h"
+#include "coloring/constraint_access.h"
+#include "coloring/thread_team.h"
+
+namespace pbdsurg {
+
+void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints, std::uint64_t seed,
+                      int threads) {
+  threads = resolve_threads(threads);
+  ColorTables tables = make_color_tables(coloring, constraints);
+  const Index colored = count_above(tables.sizes, 0);
+  if (colored == 0) {
+    return;
+  }
+  const auto colors = static_cast<std::size_t>(coloring.color_count);
+  std::vector<Index> changes(colors), begins(colors), counts(colors);
+  std::vector<std::uint32_t> odds(colors);
+  std::vector<Index> volunteers(coloring.color_of.size());
+  std::vector<std::uint64_t> targets(static_cast<std::size_t>(tables.words));
+  Unevenness unevenness[3];
+  with_arity(constraints, [&](const auto& access) {
+    BalanceProgram<std::decay_t<decltype(access)>> program;
+    program.constraints = access;
+    program.seed = seed;
+    program.color_count = coloring.color_count;
+    program.colored_count = colored;
+    program.masks = {tables.masks.data(), tables.words};
+    program.color_of = coloring.color_of.data();
+    program.sizes = tables.sizes.data();
+    program.changes = changes.data();
+    program.odds = odds.data();
+    program.begins = begins.data();
+    program.counts = counts.data();
+    program.volunteers = volunteers.data();
+    program.targets = targets.data();
+    program.unevenness = unevenness;
+    run_team(threads, program);
+  });
+  close_color_gaps(coloring);
+}
+
+}  // namespace pbdsurg

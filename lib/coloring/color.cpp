@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/color.h"
+
+#include <string>
+
+#include "pbdsurg/coloring/balance.h"
+#include "pbdsurg/coloring/jones_plassmann.h"
+#include "pbdsurg/coloring/luby.h"
+#include "pbdsurg/coloring/repair.h"
+#include "pbdsurg/core/error.h"
+
+namespace pbdsurg {
+namespace {
+
+Coloring color_by_name(const ConstraintVertices& constraints, const ColoringOptions& options) {
+  switch (options.algorithm) {
+    case ColoringAlgorithm::greedy:
+      return color_greedy(constraints, options.order);
+    case ColoringAlgorithm::luby:
+      return color_luby(constraints, options.seed, options.threads);
+    case ColoringAlgorithm::jones_plassmann:
+      return color_jones_plassmann(constraints, options.seed);
+    case ColoringAlgorithm::random_disc:
+      return color_random_disc(constraints, options.seed, options.threads, options.disc);
+  }
+  throw InvalidArgument("unknown colouring algorithm " +
+                        std::to_string(static_cast<int>(options.algorithm)));
+}
+
+}  // namespace
+
+Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
+  if (options.max_colors < 0) {
+    throw InvalidArgument("max_colors is " + std::to_string(options.max_colors) +
+                          "; it must be >= 1, or 0 for no limit");
+  }
+  Coloring coloring = color_by_name(constraints, options);
+  if (options.repair) {
+    repair_coloring(coloring, constraints, options.seed, options.threads);
+  }
+  if (options.max_colors > 0) {
+    limit_colors(coloring, constraints, options.max_colors, options.seed, options.threads);
+  }
+  if (options.balance) {
+    balance_coloring(coloring, constraints, options.seed, options.threads);
+  }
+  return coloring;
+}
+
+const char* name_of(ColoringAlgorithm algorithm) noexcept {
+  switch (algorithm) {
+    case ColoringAlgorithm::greedy:
+      return "greedy";
+    case ColoringAlgorithm::luby:
+      return "luby";
+    case ColoringAlgorithm::jones_plassmann:
+      return "jones_plassmann";
+    case ColoringAlgorithm::random_disc:
+      return "random_disc";
+  }
+  return "unknown";
+}
+
+const char* name_of(GreedyOrder order) noexcept {
+  switch (order) {
+    case GreedyOrder::natural:
+      return "natural";
+    case GreedyOrder::largest_valence:
+      return "largest_valence";
+    case GreedyOrder::smallest_last:
+      return "smallest_last";
+    case GreedyOrder::saturation:
+      return "saturation";
+  }
+  return "unknown";
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a program that changes a colouring starts from.
+
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/coloring/coloring.h"
+
+namespace pbdsurg {
+
+struct ColorTables {
+  int words = 1;                     ///< 64 colours each
+  std::vector<std::uint64_t> masks;  ///< [vertex_count * words] as ColorMasks
+  std::vector<Index> sizes;          ///< [color_count]
+};
+
+/// @throws InvalidArgument  as check_constraints() and find_conflict(), or naming the first
+/// conflict
+[[nodiscard]] ColorTables make_color_tables(const Coloring& coloring,
+                                            const ConstraintVertices& constraints);
+
+/// Constraints of colours from `limit` on.
+[[nodiscard]] Index count_above(const std::vector<Index>& sizes, Index limit);
+
+}  // namespace pbdsurg

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/repair.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "coloring/color_gaps.h"
+#include "coloring/color_tables.h"
+#include "coloring/constraint_access.h"
+#include "coloring/repair_program.h"
+#include "coloring/thread_team.h"
+
+namespace pbdsurg {
+namespace {
+
+// Moves what it can below the limit, which may rise to last_limit.
+void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, ColorTables& tables,
+                  Index limit, Index last_limit, std::uint64_t seed, int threads) {
+  const auto above = static_cast<std::size_t>(count_above(tables.sizes, limit));
+  const IndexLists lists = find_vertex_constraints(constraints);
+  std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count));
+  std::vector<Index> list(above), other_list(above);
+  std::vector<std::uint64_t> best(above);
+  Index counts[3] = {};
+  with_arity(constraints, [&](const auto& access) {
+    RepairProgram<std::decay_t<decltype(access)>> program;
+    program.constraints = access;
+    program.seed = seed;
+    program.limit = limit;
+    program.last_limit = last_limit;
+    program.masks = {tables.masks.data(), tables.words};
+    program.claims = {keys.data(), keys.size(), 1, rank_bits_for(access.count)};
+    program.offsets = lists.offsets.data();
+    program.entries = lists.entries.data();
+    program.color_of = coloring.color_of.data();
+    program.lists[0] = list.data();
+    program.lists[1] = other_list.data();
+    program.best = best.data();
+    program.counts = counts;
+    run_team(threads, program);
+  });
+}
+
+// Largest colour first; of equal ones the lower.
+void sort_colors(Coloring& coloring, ColorTables& tables, const ConstraintVertices& constraints) {
+  std::vector<Index> order(tables.sizes.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return tables.sizes[a] > tables.sizes[b]; });
+  std::vector<Index> number(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    number[order[i]] = static_cast<Index>(i);
+  }
+  for (Index& color : coloring.color_of) {
+    color = color == kOverflowColor ? kOverflowColor : number[color];
+  }
+  tables = make_color_tables(coloring, constraints);
+}
+
+}  // namespace
+
+void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints, std::uint64_t seed,
+                     int threads) {
+  threads = resolve_threads(threads);
+  ColorTables tables = make_color_tables(coloring, constraints);
+  const Index bound = clique_bound(constraints);
+  if (coloring.color_count > bound) {
+    lower_colors(coloring, constraints, tables, bound, coloring.color_count, seed, threads);
+  }
+  close_color_gaps(coloring);
+}
+
+void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Index max_colors,
+                  std::uint64_t seed, int threads) {
+  if (max_colors < 1) {
+    throw InvalidArgument("max_colors is " + std::to_string(max_colors) + "; it must be >= 1");
+  }
+  threads = resolve_threads(threads);
+  ColorTables tables = make_color_tables(coloring, constraints);
+  if (coloring.color_count <= max_colors) {
+    return;
+  }
+  sort_colors(coloring, tables, constraints);
+  lower_colors(coloring, constraints, tables, max_colors, max_colors, seed, threads);
+  for (Index& color : coloring.color_of) {
+    color = color >= max_colors ? kOverflowColor : color;
+  }
+  close_color_gaps(coloring);
+}
+
+}  // namespace pbdsurg

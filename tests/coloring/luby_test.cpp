@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/luby.h"
+
+#include "pbdsurg/core/error.h"
+
+#include "coloring/sample_constraints.h"
+#include "support/catch.h"
+
+namespace pbdsurg {
+
+// Would catch sets that are not maximal: then a constraint could take a lower colour.
+TEST_CASE("luby: colours are maximal independent sets", "[property]") {
+  for (const testing::SampleConstraints& sample : testing::all_samples()) {
+    INFO(sample.name);
+    const ConstraintVertices constraints = sample.view();
+    const Coloring coloring = color_luby(constraints, 7);
+
+    CHECK_FALSE(find_conflict(coloring, constraints));
+    CHECK(testing::has_no_gap(coloring));
+    CHECK(testing::leaves_no_lower_color_free(coloring, constraints));
+  }
+}
+
+TEST_CASE("luby: the result depends on the seed, not on the threads", "[property]") {
+  for (const testing::SampleConstraints& sample : testing::all_samples()) {
+    INFO(sample.name);
+    const Coloring one = color_luby(sample.view(), 3, 1);
+    for (const int threads : {2, 3, 8}) {
+      CHECK(color_luby(sample.view(), 3, threads) == one);
+    }
+    if (one.color_of.size() > 100) {
+      CHECK(color_luby(sample.view(), 4) != one);
+    }
+  }
+}
+
+TEST_CASE("luby: a negative number of threads is refused", "[unit]") {
+  CHECK_THROWS_AS(color_luby({}, 0, -1), InvalidArgument);
+}
+
+}  // namespace pbdsurg
