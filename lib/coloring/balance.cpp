@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/balance.h"
 
-#include <numeric>
 #include <vector>
 
 #include "coloring/balance_program.h"
@@ -16,7 +15,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
                       int threads) {
   threads = resolve_threads(threads);
   ColorTables tables = make_color_tables(coloring, constraints);
-  const Index colored = count_above(tables.sizes, 0);
+  const Index colored = count_from(tables.sizes, 0);
   if (colored == 0) {
     return;
   }

@@ -9,6 +9,10 @@
 #include "pbdsurg/coloring/repair.h"
 #include "pbdsurg/core/error.h"
 
+#include "coloring/coloring_options.h"
+#include "coloring/disc_palette.h"
+#include "coloring/thread_team.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -23,17 +27,32 @@ Coloring color_by_name(const ConstraintVertices& constraints, const ColoringOpti
     case ColoringAlgorithm::random_disc:
       return color_random_disc(constraints, options.seed, options.threads, options.disc);
   }
-  throw InvalidArgument("unknown colouring algorithm " +
-                        std::to_string(static_cast<int>(options.algorithm)));
+  return {};  // checked before
 }
 
 }  // namespace
 
-Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
+void check_coloring_options(const ColoringOptions& options) {
+  switch (options.algorithm) {
+    case ColoringAlgorithm::greedy:
+    case ColoringAlgorithm::luby:
+    case ColoringAlgorithm::jones_plassmann:
+    case ColoringAlgorithm::random_disc:
+      break;
+    default:
+      throw InvalidArgument("unknown colouring algorithm " +
+                            std::to_string(static_cast<int>(options.algorithm)));
+  }
+  check_disc_options(options.disc);
+  static_cast<void>(resolve_threads(options.threads));
   if (options.max_colors < 0) {
     throw InvalidArgument("max_colors is " + std::to_string(options.max_colors) +
                           "; it must be >= 1, or 0 for no limit");
   }
+}
+
+Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
+  check_coloring_options(options);
   Coloring coloring = color_by_name(constraints, options);
   if (options.repair) {
     repair_coloring(coloring, constraints, options.seed, options.threads);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "coloring/color_tables.h"
 
+#include <algorithm>
 #include <numeric>
 #include <string>
 
@@ -49,8 +50,20 @@ ColorTables make_color_tables(const Coloring& coloring, const ConstraintVertices
   return tables;
 }
 
-Index count_above(const std::vector<Index>& sizes, Index limit) {
-  return std::accumulate(sizes.begin() + limit, sizes.end(), Index{0});
+Index count_from(const std::vector<Index>& sizes, Index first) {
+  return std::accumulate(sizes.begin() + first, sizes.end(), Index{0});
+}
+
+std::vector<Index> numbers_by_size(const std::vector<Index>& sizes) {
+  std::vector<Index> order(sizes.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return sizes[a] > sizes[b]; });
+  std::vector<Index> number(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    number[order[i]] = static_cast<Index>(i);
+  }
+  return number;
 }
 
 }  // namespace pbdsurg

@@ -22,7 +22,10 @@ struct ColorTables {
 [[nodiscard]] ColorTables make_color_tables(const Coloring& coloring,
                                             const ConstraintVertices& constraints);
 
-/// Constraints of colours from `limit` on.
-[[nodiscard]] Index count_above(const std::vector<Index>& sizes, Index limit);
+/// Constraints of colours from `first` on.
+[[nodiscard]] Index count_from(const std::vector<Index>& sizes, Index first);
+
+/// [color_count] a new number for each colour: the largest is 0, of equal ones the lower first.
+[[nodiscard]] std::vector<Index> numbers_by_size(const std::vector<Index>& sizes);
 
 }  // namespace pbdsurg

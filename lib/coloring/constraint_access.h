@@ -28,6 +28,9 @@ struct FixedArity {
   const Index* vertices = nullptr;  ///< [count * kArity]
   Index count = 0;
 
+  /// Where the vertices of a constraint begin.
+  PBDSURG_HOST_DEVICE static Index first_entry(Index constraint) { return constraint * kArity; }
+
   PBDSURG_HOST_DEVICE VertexIds<kArity> operator[](Index constraint) const {
 #if defined(__CUDA_ARCH__)
     // device arrays are aligned for one wide load
@@ -35,7 +38,7 @@ struct FixedArity {
 #else
     VertexIds<kArity> result;
     for (int i = 0; i < kArity; ++i) {
-      result.ids[i] = vertices[static_cast<std::size_t>(constraint) * kArity + i];
+      result.ids[i] = vertices[first_entry(constraint) + i];
     }
     return result;
 #endif
@@ -59,12 +62,13 @@ struct AnyArity {
   Index count = 0;
   int arity = 0;
 
+  PBDSURG_HOST_DEVICE Index first_entry(Index constraint) const {
+    return offsets != nullptr ? offsets[constraint] : constraint * arity;
+  }
+
   PBDSURG_HOST_DEVICE VertexRange operator[](Index constraint) const {
-    if (offsets != nullptr) {
-      return {vertices + offsets[constraint], vertices + offsets[constraint + 1]};
-    }
-    const Index* first = vertices + static_cast<std::size_t>(constraint) * arity;
-    return {first, first + arity};
+    const Index* first = vertices + first_entry(constraint);
+    return {first, offsets != nullptr ? vertices + offsets[constraint + 1] : first + arity};
   }
 };
 

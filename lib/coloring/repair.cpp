@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/repair.h"
 
-#include <algorithm>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -20,7 +18,7 @@ namespace {
 // Moves what it can below the limit, which may rise to last_limit.
 void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, ColorTables& tables,
                   Index limit, Index last_limit, std::uint64_t seed, int threads) {
-  const auto above = static_cast<std::size_t>(count_above(tables.sizes, limit));
+  const auto above = static_cast<std::size_t>(count_from(tables.sizes, limit));
   const IndexLists lists = find_vertex_constraints(constraints);
   std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count));
   std::vector<Index> list(above), other_list(above);
@@ -45,16 +43,8 @@ void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, Col
   });
 }
 
-// Largest colour first; of equal ones the lower.
 void sort_colors(Coloring& coloring, ColorTables& tables, const ConstraintVertices& constraints) {
-  std::vector<Index> order(tables.sizes.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return tables.sizes[a] > tables.sizes[b]; });
-  std::vector<Index> number(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    number[order[i]] = static_cast<Index>(i);
-  }
+  const std::vector<Index> number = numbers_by_size(tables.sizes);
   for (Index& color : coloring.color_of) {
     color = color == kOverflowColor ? kOverflowColor : number[color];
   }

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What the benchmarks of CPU and CUDA colour, and how they report it.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/coloring/color.h"
+
+#include "sample_meshes.h"
+
+namespace pbdsurg::bench {
+
+/// Constraints by name: KIND/TETS/tets|edges, made once.
+///   lattice  24 tetrahedra at each inner vertex: the hard case
+///   split    very irregular
+///   organ    the largest mesh of the table 2 family
+inline const SampleMesh& sample_mesh(const std::string& kind, Index tets) {
+  static std::map<std::pair<std::string, Index>, SampleMesh> meshes;
+  const auto [entry, is_new] = meshes.try_emplace({kind, tets});
+  if (is_new) {
+    if (kind == "lattice") {
+      Index side = 1;
+      while (6 * side * side * side < tets) {
+        ++side;
+      }
+      entry->second = lattice_mesh(side);
+    } else if (kind == "split") {
+      entry->second = split_mesh(tets);
+    } else {
+      const TetMesh organ = table2_mesh(5);
+      entry->second = {{organ.tets().begin(), organ.tets().end()},
+                       find_edges(organ.tets()),
+                       organ.vertex_count()};
+    }
+  }
+  return entry->second;
+}
+
+struct ColoringSample {
+  std::string kind;
+  Index tets;
+  bool edges;
+
+  [[nodiscard]] std::string name() const {
+    return kind + "/" + std::to_string(tets) + "/" + (edges ? "edges" : "tets");
+  }
+  [[nodiscard]] ConstraintVertices constraints() const {
+    const SampleMesh& mesh = sample_mesh(kind, tets);
+    return edges ? mesh.edge_constraints() : mesh.tet_constraints();
+  }
+};
+
+inline std::vector<ColoringSample> coloring_samples() {
+  std::vector<ColoringSample> samples;
+  for (const bool edges : {false, true}) {
+    for (const Index tets : {10'000, 100'000, 1'000'000}) {
+      samples.push_back({"lattice", tets, edges});
+      samples.push_back({"split", tets, edges});
+    }
+    samples.push_back({"organ", 71'456, edges});
+  }
+  return samples;
+}
+
+struct NamedColoring {
+  std::string name;
+  ColoringOptions options;
+};
+
+/// Each parallel algorithm plain, and with all that is done to it.
+inline std::vector<NamedColoring> parallel_colorings() {
+  std::vector<NamedColoring> result;
+  const auto add = [&](ColoringAlgorithm algorithm, bool repair, bool balance) {
+    ColoringOptions options;
+    options.algorithm = algorithm;
+    options.repair = repair;
+    options.balance = balance;
+    result.push_back(
+        {std::string(name_of(algorithm)) + (repair ? "+repair" : "") + (balance ? "+balance" : ""),
+         options});
+  };
+  for (const ColoringAlgorithm algorithm :
+       {ColoringAlgorithm::greedy, ColoringAlgorithm::luby, ColoringAlgorithm::jones_plassmann,
+        ColoringAlgorithm::random_disc}) {
+    add(algorithm, false, false);
+  }
+  for (const ColoringAlgorithm algorithm :
+       {ColoringAlgorithm::greedy, ColoringAlgorithm::random_disc}) {
+    add(algorithm, false, true);
+    add(algorithm, true, false);
+    add(algorithm, true, true);
+  }
+  return result;
+}
+
+/// Colours beside their bound; fails on an invalid colouring.
+inline void report_coloring(benchmark::State& state, const ConstraintVertices& constraints,
+                            const Coloring& coloring) {
+  const ColoringStatistics statistics = measure_coloring(coloring, constraints);
+  state.counters["constraints"] = statistics.constraints;
+  state.counters["colors"] = statistics.colors;
+  state.counters["clique_bound"] = statistics.clique_bound;
+  state.counters["rsd"] = statistics.relative_deviation;
+  state.counters["max_over_mean"] = statistics.max_over_mean;
+  if (find_conflict(coloring, constraints)) {
+    state.SkipWithError("the colouring is not valid");
+  }
+}
+
+}  // namespace pbdsurg::bench

@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_reduce.cuh>
+#include <cub/device/device_scan.cuh>
+#include <cuda_runtime_api.h>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/cuda/coloring.h"
+#include "pbdsurg/cuda/device.h"
+
+#include "check.cuh"
+#include "coloring/balance_program.h"
+#include "coloring/claims.h"
+#include "coloring/color_masks.h"
+#include "coloring/color_tables.h"
+#include "coloring/coloring_options.h"
+#include "coloring/constraint_access.h"
+#include "coloring/disc_palette.h"
+#include "coloring/first_fit_program.cuh"
+#include "coloring/grid_team.cuh"
+#include "coloring/kernels.cuh"
+#include "coloring/luby_program.h"
+#include "coloring/random_disc_program.h"
+#include "coloring/repair_program.h"
+#include "device_buffer.cuh"
+
+namespace pbdsurg::cuda {
+
+struct DeviceColoring::Data {
+  static constexpr std::size_t kScalars = 8;
+
+  // the constraints
+  int arity = 0;  // 0: offsets say
+  Index count = 0;
+  Index vertex_count = 0;
+  Index entry_count = 0;
+  Index max_arity = 0;
+  DeviceBuffer<Index> vertices;
+  DeviceBuffer<Index> constraint_offsets;
+
+  // the colouring
+  DeviceBuffer<Index> color_of;
+  Index color_count = 0;
+
+  // what making it takes
+  DeviceBuffer<Index> valence;   // [vertex_count]
+  DeviceBuffer<Index> scalars;   // [kScalars] counters and flags
+  DeviceBuffer<Index> lists[4];  // [count] each
+  DeviceBuffer<Index> vertex_offsets, vertex_entries, entry_owners, narrow_keys;
+  DeviceBuffer<std::uint64_t> masks, wide_keys[2], best, targets;
+  DeviceBuffer<std::uint32_t> claim_keys, rank_of, odds;
+  DeviceBuffer<Index> vertex_state, palette_of, sizes, changes, begins, counts;
+  DeviceBuffer<Unevenness> unevenness;
+  DeviceBuffer<unsigned char> scratch;
+  cudaStream_t stream = nullptr;
+
+  Data() { PBDSURG_CUDA_CHECK(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking)); }
+  ~Data() { static_cast<void>(cudaStreamDestroy(stream)); }
+
+  template <class F>
+  void with_access(F&& f) const {
+    switch (arity) {
+      case 2:
+        return f(FixedArity<2>{vertices.get(), count});
+      case 4:
+        return f(FixedArity<4>{vertices.get(), count});
+      default:
+        return f(AnyArity{vertices.get(), arity == 0 ? constraint_offsets.get() : nullptr, count,
+                          arity});
+    }
+  }
+
+  template <class T>
+  std::vector<T> read(const T* values, std::size_t size) const {
+    std::vector<T> result(size);
+    PBDSURG_CUDA_CHECK(
+        cudaMemcpyAsync(result.data(), values, size * sizeof(T), cudaMemcpyDeviceToHost, stream));
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+    return result;
+  }
+
+  // --- what colourings start from ----------------------------------------------------------------
+
+  Index find_clique_bound() {
+    Index* const valences = valence.fill(static_cast<std::size_t>(vertex_count), 0, stream);
+    launch(count_valences, entry_count, stream, vertices.get(), valences);
+    return maximum(valences, vertex_count);
+  }
+
+  Index maximum(const Index* values, Index size) {
+    Index* const result = scalars.reserve(kScalars);
+    with_scratch([&](void* memory, std::size_t& bytes) {
+      return cub::DeviceReduce::Max(memory, bytes, values, result, size, stream);
+    });
+    return read(result, 1)[0];
+  }
+
+  // Calls one of CUB's algorithms twice, as they want it: for the size of its memory, then for
+  // good.
+  template <class F>
+  void with_scratch(const F& algorithm) {
+    std::size_t bytes = 0;
+    PBDSURG_CUDA_CHECK(algorithm(nullptr, bytes));
+    PBDSURG_CUDA_CHECK(algorithm(scratch.reserve(bytes), bytes));
+  }
+
+  // The constraints at each vertex: those of smaller rank first, or in their natural order.
+  // @param ranks  [count] or nullptr
+  void list_vertex_constraints(const std::uint32_t* ranks) {
+    const auto entries = static_cast<std::size_t>(entry_count);
+    Index* const owners = entry_owners.reserve(entries);
+    with_access([&](const auto& access) {
+      launch(list_owners<std::decay_t<decltype(access)>>, count, stream, access, owners);
+    });
+    // the sort is stable, so by vertex alone it keeps the natural order
+    if (ranks == nullptr) {
+      sort_entries(vertices.get(), narrow_keys.reserve(entries), rank_bits_for(vertex_count));
+    } else {
+      std::uint64_t* const keys = wide_keys[0].reserve(entries);
+      launch(make_rank_keys, entry_count, stream, vertices.get(), owners, ranks, keys);
+      sort_entries(keys, wide_keys[1].reserve(entries), 32 + rank_bits_for(vertex_count));
+    }
+    Index* const offsets =
+        vertex_offsets.fill(static_cast<std::size_t>(vertex_count) + 1, 0, stream);
+    with_scratch([&](void* memory, std::size_t& bytes) {
+      return cub::DeviceScan::InclusiveSum(memory, bytes, valence.get(), offsets + 1, vertex_count,
+                                           stream);
+    });
+  }
+
+  template <class Key>
+  void sort_entries(const Key* keys, Key* sorted_keys, int bits) {
+    Index* const sorted = vertex_entries.reserve(static_cast<std::size_t>(entry_count));
+    with_scratch([&](void* memory, std::size_t& bytes) {
+      return cub::DeviceRadixSort::SortPairs(memory, bytes, keys, sorted_keys, entry_owners.get(),
+                                             sorted, entry_count, 0, bits, stream);
+    });
+  }
+
+  ClaimTable claim_table(int slots) {
+    const auto size = static_cast<std::size_t>(vertex_count) * slots;
+    return {claim_keys.fill(size, 0, stream), size, slots, rank_bits_for(count)};
+  }
+
+  ColorMasks empty_masks(int words) {
+    return {masks.fill(static_cast<std::size_t>(vertex_count) * words, 0, stream), words};
+  }
+
+  ColorMasks color_masks() {
+    const ColorMasks result = empty_masks((color_count + 63) / 64);
+    with_access([&](const auto& access) {
+      launch(fill_masks<std::decay_t<decltype(access)>>, count, stream, access, color_of.get(),
+             result);
+    });
+    return result;
+  }
+
+  // [colors] constraints of each colour below `colors`
+  std::vector<Index> count_sizes(Index colors) {
+    Index* const result = sizes.fill(static_cast<std::size_t>(colors), 0, stream);
+    const std::size_t shared = colors <= kSharedColors ? colors * sizeof(Index) : 0;
+    const int blocks = std::clamp(count / (8 * kBlock), 1, 1024);
+    count_colors<<<static_cast<unsigned>(blocks), kBlock, shared, stream>>>(count, color_of.get(),
+                                                                            result, colors);
+    PBDSURG_CUDA_CHECK(cudaGetLastError());
+    return read(result, static_cast<std::size_t>(colors));
+  }
+
+  // color -> number[color]
+  void renumber(const std::vector<Index>& number) {
+    const Index* const numbers = counts.upload(number, stream);
+    launch(renumber_colors, count, stream, numbers, color_of.get());
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // `number` is the caller's
+  }
+
+  // Renumbers the colours below `limit` that occur, counts them, and returns their sizes.
+  std::vector<Index> close_gaps(Index limit) {
+    std::vector<Index> used = count_sizes(limit);
+    std::vector<Index> number(used.size(), kInvalidIndex);
+    color_count = 0;
+    Index highest = 0;
+    for (Index color = 0; color < limit; ++color) {
+      if (used[color] > 0) {
+        number[color] = color_count++;
+        highest = color + 1;
+      }
+    }
+    if (highest > color_count) {
+      renumber(number);
+    }
+    std::erase(used, 0);
+    return used;
+  }
+
+  // --- algorithms ------------------------------------------------------------------------------
+
+  // First fit; no constraint gets a higher colour than it has conflicts.
+  void first_fit(const std::uint32_t* ranks, Index bound) {
+    list_vertex_constraints(ranks);
+    Index* const colors =
+        color_of.fill(static_cast<std::size_t>(count), 0xFF, stream);  // kInvalidIndex
+    // one word more than the bound fills, so that more than one window is rare
+    const int words = bound / 64 + 1;
+    with_access([&](const auto& access) {
+      Index uncolored = count;
+      for (Index window = 0; uncolored > 0; window += 64 * words) {
+        FirstFitProgram<std::decay_t<decltype(access)>> program;
+        program.constraints = access;
+        program.vertex_count = vertex_count;
+        program.window = window;
+        program.offsets = vertex_offsets.get();
+        program.entries = vertex_entries.get();
+        program.masks = empty_masks(words);
+        program.color_of = colors;
+        program.next = vertex_state.fill(static_cast<std::size_t>(vertex_count), 0, stream);
+        program.ready = lists[0].fill(static_cast<std::size_t>(count), 0, stream);
+        program.queue = lists[1].reserve(static_cast<std::size_t>(count));
+        program.pushed = scalars.fill(kScalars, 0, stream);
+        run_on_grid(program, count, stream);
+        uncolored = list_uncolored_in(lists[1]);
+      }
+    });
+    close_gaps(std::min<std::int64_t>(count, std::int64_t{max_arity} * bound + 1));
+  }
+
+  // @return how many there are
+  Index list_uncolored_in(DeviceBuffer<Index>& list) {
+    Index* const list_count = scalars.fill(kScalars, 0, stream);
+    launch(list_uncolored, count, stream, color_of.get(),
+           list.reserve(static_cast<std::size_t>(count)), list_count);
+    return read(list_count, 1)[0];
+  }
+
+  const std::uint32_t* valence_ranks() {
+    const auto size = static_cast<std::size_t>(count);
+    std::uint64_t* const keys = wide_keys[0].reserve(size);
+    std::uint64_t* const sorted_keys = wide_keys[1].reserve(size);
+    Index* const ids = lists[0].reserve(size);
+    Index* const order = lists[1].reserve(size);
+    std::uint32_t* const result = rank_of.reserve(size);
+    with_access([&](const auto& access) {
+      launch(make_valence_keys<std::decay_t<decltype(access)>>, count, stream, access,
+             valence.get(), keys, ids);
+    });
+    with_scratch([&](void* memory, std::size_t& bytes) {
+      return cub::DeviceRadixSort::SortPairsDescending(memory, bytes, keys, sorted_keys, ids, order,
+                                                       count, 0, 64, stream);
+    });
+    launch(invert_order, count, stream, order, result);
+    return result;
+  }
+
+  const std::uint32_t* shuffled_ranks(std::uint64_t seed) {
+    std::uint32_t* const result = rank_of.reserve(static_cast<std::size_t>(count));
+    launch(shuffle_ranks, count, stream, rank_bits_for(count), random_bits(seed, 0), result);
+    return result;
+  }
+
+  void luby(std::uint64_t seed, Index bound) {
+    const auto size = static_cast<std::size_t>(count);
+    with_access([&](const auto& access) {
+      LubyProgram<std::decay_t<decltype(access)>> program;
+      program.constraints = access;
+      program.seed = seed;
+      program.claims = claim_table(1);
+      program.last_color = vertex_state.fill(static_cast<std::size_t>(vertex_count), 0xFF, stream);
+      program.color_of = color_of.fill(size, 0xFF, stream);
+      for (int i = 0; i < 2; ++i) {
+        program.candidates[i] = lists[i].reserve(size);
+        program.waiting[i] = lists[2 + i].reserve(size);
+      }
+      program.more_rounds = scalars.fill(kScalars, 0, stream);
+      program.more_colors = program.more_rounds + 3;
+      run_on_grid(program, count, stream);
+    });
+    close_gaps(std::min<std::int64_t>(count, std::int64_t{max_arity} * bound + 1));
+  }
+
+  void random_disc(std::uint64_t seed, const RandomDiscOptions& options, Index bound) {
+    const auto size = static_cast<std::size_t>(count);
+    const Index* palettes = nullptr;
+    Index largest = std::max(bound, 1);
+    if (options.palette == Palette::conflicts) {
+      list_vertex_constraints(nullptr);
+      Index* const result = palette_of.reserve(size);
+      with_access([&](const auto& access) {
+        launch(make_palettes<std::decay_t<decltype(access)>>, count, stream, access,
+               vertex_offsets.get(), vertex_entries.get(), options.shrink, result);
+      });
+      largest = maximum(result, count);
+      palettes = result;
+    }
+    const int words = (largest + 63) / 64;
+    color_of.fill(size, 0xFF, stream);
+    Index pending = count;
+    Index limit = 0;
+    with_access([&](const auto& access) {
+      for (int window = 0; pending > 0; ++window) {
+        RandomDiscProgram<std::decay_t<decltype(access)>> program;
+        program.constraints = access;
+        program.pending = window == 0 ? nullptr : lists[2].get();
+        program.pending_count = pending;
+        program.seed = window_seed(seed, window);
+        program.window = 64 * words * window;
+        program.palettes = window == 0 ? palettes : nullptr;
+        program.palette = window == 0 ? largest : 1;
+        program.masks = empty_masks(words);
+        program.claims = claim_table(disc_claim_slots(largest));
+        program.color_of = color_of.get();
+        program.drawn = lists[3].reserve(size);
+        program.lists[0] = lists[0].reserve(size);
+        program.lists[1] = lists[1].reserve(size);
+        program.more = scalars.fill(kScalars, 0, stream);
+        run_on_grid(program, pending, stream);
+        limit += 64 * words;
+        pending = list_uncolored_in(lists[2]);
+      }
+    });
+    close_gaps(limit);
+  }
+
+  // --- improvements ----------------------------------------------------------------------------
+
+  // Moves what it can below the limit, which may rise to last_limit.
+  // @param above  constraints of colours from the limit on
+  void lower_colors(Index limit, Index last_limit, Index above, std::uint64_t seed) {
+    list_vertex_constraints(nullptr);
+    with_access([&](const auto& access) {
+      RepairProgram<std::decay_t<decltype(access)>> program;
+      program.constraints = access;
+      program.seed = seed;
+      program.limit = limit;
+      program.last_limit = last_limit;
+      program.masks = color_masks();
+      program.claims = claim_table(1);
+      program.offsets = vertex_offsets.get();
+      program.entries = vertex_entries.get();
+      program.color_of = color_of.get();
+      program.lists[0] = lists[0].reserve(static_cast<std::size_t>(above));
+      program.lists[1] = lists[1].reserve(static_cast<std::size_t>(above));
+      program.best = best.fill(static_cast<std::size_t>(above), 0, stream);
+      program.counts = scalars.fill(kScalars, 0, stream);
+      run_on_grid(program, std::max(above, count / 8), stream);
+    });
+  }
+
+  void repair(std::uint64_t seed, Index bound) {
+    if (color_count > bound) {
+      const std::vector<Index> sizes_before = count_sizes(color_count);
+      lower_colors(bound, color_count, count_from(sizes_before, bound), seed);
+      close_gaps(color_count);
+    }
+  }
+
+  void limit_colors(Index max_colors, std::uint64_t seed) {
+    if (color_count <= max_colors) {
+      return;
+    }
+    std::vector<Index> sizes_before = count_sizes(color_count);
+    renumber(numbers_by_size(sizes_before));
+    std::sort(sizes_before.begin(), sizes_before.end(), std::greater<>());
+    lower_colors(max_colors, max_colors, count_from(sizes_before, max_colors), seed);
+    launch(overflow_colors, count, stream, max_colors, color_of.get());
+    close_gaps(max_colors);
+  }
+
+  void balance(std::uint64_t seed) {
+    const std::vector<Index> sizes_before = count_sizes(color_count);
+    const auto colors = sizes_before.size();
+    if (colors == 0) {
+      return;
+    }
+    with_access([&](const auto& access) {
+      BalanceProgram<std::decay_t<decltype(access)>> program;
+      program.constraints = access;
+      program.seed = seed;
+      program.color_count = color_count;
+      program.colored_count = count_from(sizes_before, 0);
+      program.masks = color_masks();
+      program.color_of = color_of.get();
+      program.sizes = sizes.get();
+      program.changes = changes.fill(colors, 0, stream);
+      program.odds = odds.reserve(colors);
+      program.begins = begins.reserve(colors);
+      program.counts = counts.reserve(colors);
+      program.volunteers = lists[0].reserve(static_cast<std::size_t>(count));
+      program.targets = targets.reserve(static_cast<std::size_t>(program.masks.words));
+      program.unevenness = unevenness.fill(3, 0, stream);
+      run_on_grid(program, count, stream);
+    });
+    close_gaps(color_count);
+  }
+};
+
+DeviceColoring::DeviceColoring(const ConstraintVertices& constraints) {
+  check_constraints(constraints);
+  const DeviceList devices = find_devices();
+  if (devices.devices.empty()) {
+    throw BackendUnavailable("no CUDA device: " + devices.reason);
+  }
+  data_ = std::make_unique<Data>();
+  data_->arity = constraints.arity;
+  data_->count = constraints.constraint_count();
+  data_->vertex_count = constraints.vertex_count;
+  data_->entry_count = static_cast<Index>(constraints.vertices.size());
+  data_->max_arity = constraints.arity;
+  for (std::size_t c = 0; c + 1 < constraints.offsets.size(); ++c) {
+    data_->max_arity =
+        std::max(data_->max_arity, constraints.offsets[c + 1] - constraints.offsets[c]);
+  }
+  data_->vertices.upload(constraints.vertices, data_->stream);
+  data_->constraint_offsets.upload(constraints.offsets, data_->stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(data_->stream));
+}
+
+DeviceColoring::~DeviceColoring() = default;
+DeviceColoring::DeviceColoring(DeviceColoring&&) noexcept = default;
+DeviceColoring& DeviceColoring::operator=(DeviceColoring&&) noexcept = default;
+
+void DeviceColoring::color(const ColoringOptions& options) {
+  check_coloring_options(options);
+  if (options.algorithm == ColoringAlgorithm::greedy &&
+      (options.order == GreedyOrder::smallest_last || options.order == GreedyOrder::saturation)) {
+    throw InvalidArgument(std::string("greedy order ") + name_of(options.order) +
+                          " is sequential by nature: on CUDA, use natural or largest_valence");
+  }
+  Data& data = *data_;
+  if (data.count == 0) {
+    return;
+  }
+  const Index bound = data.find_clique_bound();
+  switch (options.algorithm) {
+    case ColoringAlgorithm::greedy:
+      data.first_fit(options.order == GreedyOrder::natural ? nullptr : data.valence_ranks(), bound);
+      break;
+    case ColoringAlgorithm::luby:
+      data.luby(options.seed, bound);
+      break;
+    case ColoringAlgorithm::jones_plassmann:
+      data.first_fit(data.shuffled_ranks(options.seed), bound);
+      break;
+    case ColoringAlgorithm::random_disc:
+      data.random_disc(options.seed, options.disc, bound);
+      break;
+  }
+  if (options.repair) {
+    data.repair(options.seed, bound);
+  }
+  if (options.max_colors > 0) {
+    data.limit_colors(options.max_colors, options.seed);
+  }
+  if (options.balance) {
+    data.balance(options.seed);
+  }
+}
+
+Index DeviceColoring::color_count() const noexcept {
+  return data_->color_count;
+}
+
+const Index* DeviceColoring::device_colors() const noexcept {
+  return data_->color_of.get();
+}
+
+Coloring DeviceColoring::download() const {
+  Coloring coloring;
+  coloring.color_count = data_->color_count;
+  if (data_->color_of.get() != nullptr) {
+    coloring.color_of = data_->read(data_->color_of.get(), static_cast<std::size_t>(data_->count));
+  }
+  return coloring;
+}
+
+Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
+  DeviceColoring device(constraints);
+  device.color(options);
+  return device.download();
+}
+
+}  // namespace pbdsurg::cuda

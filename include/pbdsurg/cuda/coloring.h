@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Colouring on a CUDA device, with the same result as on the CPU, bit for bit.
+
+#include <memory>
+
+#include "pbdsurg/coloring/color.h"
+
+namespace pbdsurg::cuda {
+
+/// Constraints in the memory of the current device, and colourings of them that are made there.
+///
+/// Buffers are kept between calls, so the second colouring with the same options allocates nothing.
+/// One object is used by one thread at a time.
+class DeviceColoring {
+ public:
+  /// Copies the constraints to the device.
+  /// @throws InvalidArgument     as check_constraints()
+  /// @throws BackendUnavailable  if there is no device
+  /// @throws DeviceError         naming the CUDA call that failed
+  explicit DeviceColoring(const ConstraintVertices& constraints);
+  ~DeviceColoring();
+  DeviceColoring(DeviceColoring&&) noexcept;
+  DeviceColoring& operator=(DeviceColoring&&) noexcept;
+
+  /// Colours them as color_constraints() does on the CPU, and waits for the end. The colours stay
+  /// on the device.
+  ///
+  /// ColoringAlgorithm::greedy follows its order as far as it is parallel: a constraint waits for
+  /// those before it at its vertices, which takes 100 to 500 rounds.
+  /// @param options  `threads` is checked and not used
+  /// @throws InvalidArgument  as color_constraints(), and for the orders smallest_last and
+  ///                          saturation, which are sequential by nature; the colouring is then as
+  ///                          it was
+  /// @throws DeviceError      naming the CUDA call that failed
+  void color(const ColoringOptions& options);
+
+  /// Of the last colouring; none before the first.
+  [[nodiscard]] Index color_count() const noexcept;
+
+  /// [constraint_count] in device memory, as Coloring::color_of
+  [[nodiscard]] const Index* device_colors() const noexcept;
+
+  /// The last colouring, copied to the host.
+  /// @throws DeviceError  naming the CUDA call that failed
+  [[nodiscard]] Coloring download() const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+/// All of it in one call: there, colour, back.
+/// @throws as DeviceColoring
+[[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
+                                         const ColoringOptions& options = {});
+
+}  // namespace pbdsurg::cuda
