@@ -20,4 +20,7 @@ void add_mesh_convert(CLI::App& mesh);
 
 void add_mesh_make(CLI::App& mesh);
 
+/// @param status  becomes 1 when the colouring is not valid; must outlive the parsing
+void add_color(CLI::App& app, int& status);
+
 }  // namespace pbdsurg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command-line tool: pbdsurg mesh info|check|convert|make.
+// The command-line tool: pbdsurg mesh info|check|convert|make, pbdsurg color.
 #include <exception>
 #include <iostream>
 
@@ -17,6 +17,7 @@ int main(int argument_count, char** arguments) {
   pbdsurg::add_mesh_check(mesh, status);
   pbdsurg::add_mesh_convert(mesh);
   pbdsurg::add_mesh_make(mesh);
+  pbdsurg::add_color(app, status);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

@@ -2,9 +2,10 @@
 #include "mesh_file.h"
 
 #include <iostream>
-#include <map>
 #include <numbers>
 #include <sstream>
+
+#include "options.h"
 
 namespace pbdsurg {
 namespace {
@@ -14,13 +15,12 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 }  // namespace
 
 void add_unit_option(CLI::App& command, LengthUnit& unit) {
-  const std::map<std::string, LengthUnit> names{{"auto", LengthUnit::automatic},
-                                                {"mm", LengthUnit::millimetre},
-                                                {"cm", LengthUnit::centimetre},
-                                                {"m", LengthUnit::metre}};
-  command.add_option("--unit", unit, "Unit of the coordinates in the file (default: m)")
-      ->transform(CLI::CheckedTransformer(names).description("auto|mm|cm|m"))
-      ->type_name("");
+  add_choice<LengthUnit>(command, "--unit", unit,
+                         {{"auto", LengthUnit::automatic},
+                          {"mm", LengthUnit::millimetre},
+                          {"cm", LengthUnit::centimetre},
+                          {"m", LengthUnit::metre}},
+                         "Unit of the coordinates in the file (default: m)");
 }
 
 MeshFile read_with_unit(const std::string& path, LengthUnit unit) {

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <charconv>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +18,7 @@
 
 #include "commands.h"
 #include "mesh_file.h"
+#include "options.h"
 
 namespace pbdsurg {
 namespace {
@@ -157,11 +157,10 @@ void add_mesh_make(CLI::App& mesh) {
       ->check(CLI::PositiveNumber);
   command.add_option("--spacing", options->spacing_mm, "Lattice cell in mm")
       ->check(CLI::PositiveNumber);
-  const std::map<std::string, Table2Kind> kinds{{"hollow", Table2Kind::hollow},
-                                                {"surface_filled", Table2Kind::surface_filled}};
-  CLI::Option* kind = command.add_option("--kind", options->kind, "Of a row of table 2");
-  kind->transform(CLI::CheckedTransformer(kinds).description("hollow|surface_filled"))
-      ->type_name("");
+  CLI::Option* kind = add_choice<Table2Kind>(
+      command, "--kind", options->kind,
+      {{"hollow", Table2Kind::hollow}, {"surface_filled", Table2Kind::surface_filled}},
+      "Of a row of table 2");
   add_unit_option(command, options->unit);
   command.add_flag("--json", options->json, "Print JSON");
   command.callback([options, kind] {

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/color.h"
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "pbdsurg/coloring/edge_ownership.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/read.h"
+
+#include "color_backend.h"
+#include "commands.h"
+#include "mesh_file.h"
+#include "options.h"
+
+namespace pbdsurg {
+namespace {
+
+enum class Kind { distance, volume, joint, vertex };
+enum class Backend { cpu, cuda };
+
+struct Options {
+  std::string path;
+  Kind kind = Kind::volume;
+  ColoringOptions coloring;
+  Backend backend = Backend::cpu;
+  LengthUnit unit = LengthUnit::metre;
+  std::string output;
+  bool json = false;
+};
+
+const char* name_of(Kind kind) {
+  switch (kind) {
+    case Kind::distance:
+      return "distance";
+    case Kind::volume:
+      return "volume";
+    case Kind::joint:
+      return "joint";
+    case Kind::vertex:
+      return "vertex";
+  }
+  return "unknown";
+}
+
+const char* name_of(Backend backend) {
+  return backend == Backend::cpu ? "cpu" : "cuda";
+}
+
+const char* name_of(Palette palette) {
+  return palette == Palette::clique_bound ? "clique_bound" : "conflicts";
+}
+
+// What is to be coloured, with the arrays that the view looks into beside the mesh's own.
+struct Constraints {
+  std::vector<Edge> edges;
+  IndexLists vertex_tets;
+  std::optional<int> max_owned;  // edges of one tet, of joint constraints
+  ConstraintVertices view;
+};
+
+Constraints find_constraints(Kind kind, const TetMesh& mesh) {
+  Constraints result;
+  result.view = {mesh.tets(), mesh.vertex_count()};
+  switch (kind) {
+    case Kind::distance:
+      result.edges = find_edges(mesh.tets());
+      result.view = {std::span<const Edge>(result.edges), mesh.vertex_count()};
+      break;
+    case Kind::volume:
+      break;
+    case Kind::joint: {
+      const std::vector<Edge> edges = find_edges(mesh.tets());
+      result.max_owned =
+          assign_edges_to_tets(static_cast<Index>(edges.size()), find_tet_edges(mesh.tets(), edges))
+              .max_owned;
+      break;
+    }
+    case Kind::vertex:
+      result.vertex_tets = find_vertex_constraints(result.view);
+      result.view = {result.vertex_tets, mesh.tet_count()};
+      break;
+  }
+  return result;
+}
+
+struct Timed {
+  Coloring coloring;
+  double milliseconds;
+};
+
+Timed color(const Options& options, const ConstraintVertices& constraints) {
+  const auto algorithm = options.backend == Backend::cuda ? color_on_gpu : color_constraints;
+  if (options.backend == Backend::cuda) {
+    // the first call also starts the driver and loads the kernels, a hundred times as long
+    (void)algorithm(constraints, options.coloring);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  Coloring coloring = algorithm(constraints, options.coloring);
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  return {std::move(coloring), time.count()};
+}
+
+void write_colors(const std::string& path, const Coloring& coloring) {
+  std::ofstream file(path);
+  for (const Index color : coloring.color_of) {
+    file << color << '\n';
+  }
+  file.close();
+  if (!file) {
+    throw FileError(path + ": cannot be written");
+  }
+}
+
+nlohmann::ordered_json to_json(const Options& options, const Constraints& constraints,
+                               const ColoringStatistics& statistics, double milliseconds,
+                               bool valid) {
+  nlohmann::ordered_json json{{"constraints", statistics.constraints},
+                              {"colors", statistics.colors},
+                              {"clique_bound", statistics.clique_bound},
+                              {"rsd", statistics.relative_deviation},
+                              {"top10", statistics.top10},
+                              {"mid80", statistics.mid80},
+                              {"last10", statistics.last10},
+                              {"ms", milliseconds},
+                              {"valid", valid},
+                              {"max_over_mean", statistics.max_over_mean},
+                              {"overflow", statistics.overflow},
+                              {"algorithm", name_of(options.coloring.algorithm)}};
+  if (options.coloring.algorithm == ColoringAlgorithm::greedy) {
+    json["order"] = name_of(options.coloring.order);
+  }
+  json["backend"] = name_of(options.backend);
+  json["seed"] = options.coloring.seed;
+  json["threads"] = options.coloring.threads;
+  if (constraints.max_owned) {
+    json["max_owned"] = *constraints.max_owned;
+  }
+  return json;
+}
+
+void print_text(const Options& options, const Constraints& constraints,
+                const ColoringStatistics& statistics, double milliseconds) {
+  std::cout.precision(3);
+  std::cout << options.path << ": " << statistics.constraints << ' ' << name_of(options.kind)
+            << " constraints\n"
+            << "  colours             " << statistics.colors << "; no colouring has fewer than "
+            << statistics.clique_bound << '\n'
+            << "  sizes               deviate by " << 100 * statistics.relative_deviation
+            << " % from their mean; the largest is " << statistics.max_over_mean << " times it\n"
+            << "  shares              " << 100 * statistics.top10 << " % in the largest tenth, "
+            << 100 * statistics.last10 << " % in the smallest tenth of the colours\n"
+            << "  left over           " << statistics.overflow << '\n';
+  if (constraints.max_owned) {
+    std::cout << "  edges of one tet    " << *constraints.max_owned << " at most\n";
+  }
+  std::cout << "  time                " << milliseconds << " ms, "
+            << name_of(options.coloring.algorithm) << " on " << name_of(options.backend) << '\n';
+}
+
+/// @return  whether the colouring is valid
+bool run(const Options& options) {
+  const TetMesh mesh = read_tet_mesh(options.path, {options.unit});
+  const Constraints constraints = find_constraints(options.kind, mesh);
+  const auto [coloring, milliseconds] = color(options, constraints.view);
+  const std::optional<ColorConflict> conflict = find_conflict(coloring, constraints.view);
+  const ColoringStatistics statistics = measure_coloring(coloring, constraints.view);
+  if (!options.output.empty()) {
+    write_colors(options.output, coloring);
+  }
+  if (options.json) {
+    std::cout << to_json(options, constraints, statistics, milliseconds, !conflict).dump(2) << '\n';
+  } else {
+    print_text(options, constraints, statistics, milliseconds);
+  }
+  if (conflict) {
+    std::cerr << "pbdsurg: " << options.path << ": constraints " << conflict->first << " and "
+              << conflict->second << " of colour " << conflict->color << " share "
+              << (options.kind == Kind::vertex ? "tet " : "vertex ") << conflict->vertex << '\n';
+  }
+  return !conflict;
+}
+
+template <class T>
+std::vector<std::pair<std::string, T>> by_name(std::initializer_list<T> values) {
+  std::vector<std::pair<std::string, T>> result;
+  for (const T value : values) {
+    result.emplace_back(name_of(value), value);
+  }
+  return result;
+}
+
+// An option that would change nothing is a mistake.
+void require(bool condition, const CLI::Option& option, const std::string& needed) {
+  if (option.count() > 0 && !condition) {
+    throw InvalidArgument(option.get_name() + ' ' + option.results().front() + " is for " + needed +
+                          " only");
+  }
+}
+
+}  // namespace
+
+void add_color(CLI::App& app, int& status) {
+  CLI::App& command = *app.add_subcommand(
+      "color", "Colour the constraints of a mesh; exit status 1 if two of one colour conflict");
+  const auto options = std::make_shared<Options>();
+  ColoringOptions& coloring = options->coloring;
+  command.add_option("file", options->path, "Mesh of tetrahedra")->required();
+  add_choice(command, "--constraints", options->kind,
+             by_name({Kind::distance, Kind::volume, Kind::joint, Kind::vertex}),
+             "Edges; tets; tets that own their edges; vertices with all tets around them")
+      ->required();
+  add_choice(command, "--algorithm", coloring.algorithm,
+             by_name({ColoringAlgorithm::greedy, ColoringAlgorithm::luby,
+                      ColoringAlgorithm::jones_plassmann, ColoringAlgorithm::random_disc}),
+             "Default: greedy");
+  const CLI::Option* order =
+      add_choice(command, "--order", coloring.order,
+                 by_name({GreedyOrder::natural, GreedyOrder::largest_valence,
+                          GreedyOrder::smallest_last, GreedyOrder::saturation}),
+                 "Of greedy (default: natural)");
+  command.add_flag("--repair", coloring.repair, "Then move constraints out of the highest colours");
+  command.add_flag("--balance", coloring.balance, "Then make the colours equally large");
+  add_whole_number(command, "--max-colors", coloring.max_colors, 1,
+                   "Keep so many colours and leave the rest over");
+  const CLI::Option* palette =
+      add_choice(command, "--palette", coloring.disc.palette,
+                 by_name({Palette::clique_bound, Palette::conflicts}),
+                 "Of random_disc: where it starts (default: clique_bound)");
+  const CLI::Option* shrink =
+      command
+          .add_option("--shrink", coloring.disc.shrink, "Of this palette, from 1 on (default: 2)")
+          ->type_name("S");
+  add_choice(command, "--backend", options->backend, by_name({Backend::cpu, Backend::cuda}),
+             "Default: cpu");
+  add_whole_number<std::uint64_t>(command, "--seed", coloring.seed, 0, "Default: 0");
+  add_whole_number(command, "--threads", coloring.threads, 0,
+                   "0 for one a processor (default: 1); the colours are the same");
+  add_unit_option(command, options->unit);
+  command.add_option("--output", options->output, "Write one colour a line, -1 where left over");
+  command.add_flag("--json", options->json, "Print JSON");
+  command.callback([options, order, palette, shrink, &status] {
+    const ColoringAlgorithm algorithm = options->coloring.algorithm;
+    require(algorithm == ColoringAlgorithm::greedy, *order, "--algorithm greedy");
+    require(algorithm == ColoringAlgorithm::random_disc, *palette, "--algorithm random_disc");
+    require(algorithm == ColoringAlgorithm::random_disc &&
+                options->coloring.disc.palette == Palette::conflicts,
+            *shrink, "--algorithm random_disc --palette conflicts");
+    status = run(*options) ? 0 : 1;
+  });
+}
+
+}  // namespace pbdsurg

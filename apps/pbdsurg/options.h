@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Options of subcommands that say what they allow when they refuse a value.
+
+#include <charconv>
+#include <limits>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace pbdsurg {
+
+/// Adds an option that takes one of several words.
+/// @param value  must outlive the parsing
+template <class T>
+CLI::Option* add_choice(CLI::App& command, const std::string& name, T& value,
+                        const std::vector<std::pair<std::string, T>>& choices,
+                        const std::string& help) {
+  std::string words;
+  for (const auto& choice : choices) {
+    words += (words.empty() ? "" : "|") + choice.first;
+  }
+  const auto choose = [name, &value, choices, words](const std::string& text) {
+    for (const auto& [word, meaning] : choices) {
+      if (text == word) {
+        value = meaning;
+        return;
+      }
+    }
+    throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+  };
+  return command.add_option_function<std::string>(name, choose, help)->type_name(words);
+}
+
+/// Adds an option that takes a whole number of a type's range from `least` on. Digits alone count:
+/// nothing is wrapped, clamped or read as octal.
+/// @param value  must outlive the parsing
+template <class T>
+CLI::Option* add_whole_number(CLI::App& command, const std::string& name, T& value, T least,
+                              const std::string& help) {
+  const auto read = [name, &value, least](const std::string& text) {
+    T number{};
+    const char* text_end = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), text_end, number);
+    if (error != std::errc() || end != text_end || number < least) {
+      throw CLI::ValidationError(name, "'" + text + "' is no whole number from " +
+                                           std::to_string(least) + " to " +
+                                           std::to_string(std::numeric_limits<T>::max()));
+    }
+    value = number;
+  };
+  return command.add_option_function<std::string>(name, read, help)->type_name("N");
+}
+
+}  // namespace pbdsurg
