@@ -10,8 +10,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/coloring/color.h"
+#include "pbdsurg/mesh/tetrahedralize.h"
 
 #include "sample_meshes.h"
 
@@ -20,7 +21,7 @@ namespace pbdsurg::bench {
 /// Constraints by name: KIND/TETS/tets|edges, made once.
 ///   lattice  24 tetrahedra at each inner vertex: the hard case
 ///   split    very irregular
-///   organ    the largest mesh of the table 2 family
+///   organ    a liver of well-shaped tetrahedra
 inline const SampleMesh& sample_mesh(const std::string& kind, Index tets) {
   static std::map<std::pair<std::string, Index>, SampleMesh> meshes;
   const auto [entry, is_new] = meshes.try_emplace({kind, tets});
@@ -34,7 +35,10 @@ inline const SampleMesh& sample_mesh(const std::string& kind, Index tets) {
     } else if (kind == "split") {
       entry->second = split_mesh(tets);
     } else {
-      const TetMesh organ = table2_mesh(5);
+      OrganRecipe liver = organ_recipe(Organ::liver);
+      liver.options.spacing = 0;
+      liver.options.vertex_count = tets / 11 * 2;
+      const TetMesh organ = tetrahedralize(liver.shape, liver.options).mesh;
       entry->second = {{organ.tets().begin(), organ.tets().end()},
                        find_edges(organ.tets()),
                        organ.vertex_count()};
@@ -63,8 +67,8 @@ inline std::vector<ColoringSample> coloring_samples() {
     for (const Index tets : {10'000, 100'000, 1'000'000}) {
       samples.push_back({"lattice", tets, edges});
       samples.push_back({"split", tets, edges});
+      samples.push_back({"organ", tets, edges});
     }
-    samples.push_back({"organ", 71'456, edges});
   }
   return samples;
 }

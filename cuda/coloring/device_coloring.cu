@@ -36,6 +36,11 @@ namespace pbdsurg::cuda {
 struct DeviceColoring::Data {
   static constexpr std::size_t kScalars = 8;
 
+  // Blocks a multiprocessor: for programs that go over all constraints in most phases, and for
+  // those of many short phases.
+  static constexpr int kWideGrid = 3;
+  static constexpr int kNarrowGrid = 1;
+
   // the constraints
   int arity = 0;  // 0: offsets say
   Index count = 0;
@@ -53,7 +58,7 @@ struct DeviceColoring::Data {
   DeviceBuffer<Index> valence;   // [vertex_count]
   DeviceBuffer<Index> scalars;   // [kScalars] counters and flags
   DeviceBuffer<Index> lists[4];  // [count] each
-  DeviceBuffer<Index> vertex_offsets, vertex_entries, entry_owners, narrow_keys;
+  DeviceBuffer<Index> vertex_offsets, vertex_entries, entry_owners, narrow_keys, holder_table;
   DeviceBuffer<std::uint64_t> masks, wide_keys[2], best, targets;
   DeviceBuffer<std::uint32_t> claim_keys, rank_of, odds;
   DeviceBuffer<Index> vertex_state, palette_of, sizes, changes, begins, counts;
@@ -162,15 +167,19 @@ struct DeviceColoring::Data {
     return result;
   }
 
-  // [colors] constraints of each colour below `colors`
-  std::vector<Index> count_sizes(Index colors) {
+  // [colors] constraints of each colour below `colors`, in `sizes`
+  void count_sizes(Index colors) {
     Index* const result = sizes.fill(static_cast<std::size_t>(colors), 0, stream);
     const std::size_t shared = colors <= kSharedColors ? colors * sizeof(Index) : 0;
     const int blocks = std::clamp(count / (8 * kBlock), 1, 1024);
     count_colors<<<static_cast<unsigned>(blocks), kBlock, shared, stream>>>(count, color_of.get(),
                                                                             result, colors);
     PBDSURG_CUDA_CHECK(cudaGetLastError());
-    return read(result, static_cast<std::size_t>(colors));
+  }
+
+  std::vector<Index> read_sizes(Index colors) {
+    count_sizes(colors);
+    return read(sizes.get(), static_cast<std::size_t>(colors));
   }
 
   // color -> number[color]
@@ -182,7 +191,7 @@ struct DeviceColoring::Data {
 
   // Renumbers the colours below `limit` that occur, counts them, and returns their sizes.
   std::vector<Index> close_gaps(Index limit) {
-    std::vector<Index> used = count_sizes(limit);
+    std::vector<Index> used = read_sizes(limit);
     std::vector<Index> number(used.size(), kInvalidIndex);
     color_count = 0;
     Index highest = 0;
@@ -223,7 +232,7 @@ struct DeviceColoring::Data {
         program.ready = lists[0].fill(static_cast<std::size_t>(count), 0, stream);
         program.queue = lists[1].reserve(static_cast<std::size_t>(count));
         program.pushed = scalars.fill(kScalars, 0, stream);
-        run_on_grid(program, count, stream);
+        run_on_grid(program, count, kNarrowGrid, stream);
         uncolored = list_uncolored_in(lists[1]);
       }
     });
@@ -278,7 +287,7 @@ struct DeviceColoring::Data {
       }
       program.more_rounds = scalars.fill(kScalars, 0, stream);
       program.more_colors = program.more_rounds + 3;
-      run_on_grid(program, count, stream);
+      run_on_grid(program, count, kWideGrid, stream);
     });
     close_gaps(std::min<std::int64_t>(count, std::int64_t{max_arity} * bound + 1));
   }
@@ -312,13 +321,13 @@ struct DeviceColoring::Data {
         program.palettes = window == 0 ? palettes : nullptr;
         program.palette = window == 0 ? largest : 1;
         program.masks = empty_masks(words);
-        program.claims = claim_table(disc_claim_slots(largest));
+        program.claims = claim_table(slots_for(largest, kDiscSlots));
         program.color_of = color_of.get();
         program.drawn = lists[3].reserve(size);
         program.lists[0] = lists[0].reserve(size);
         program.lists[1] = lists[1].reserve(size);
         program.more = scalars.fill(kScalars, 0, stream);
-        run_on_grid(program, pending, stream);
+        run_on_grid(program, pending, kWideGrid, stream);
         limit += 64 * words;
         pending = list_uncolored_in(lists[2]);
       }
@@ -328,33 +337,47 @@ struct DeviceColoring::Data {
 
   // --- improvements ----------------------------------------------------------------------------
 
-  // Moves what it can below the limit, which may rise to last_limit.
-  // @param above  constraints of colours from the limit on
-  void lower_colors(Index limit, Index last_limit, Index above, std::uint64_t seed) {
-    list_vertex_constraints(nullptr);
+  // Down to the target or as near as it gets; with gives_up, what does not fit stays above it.
+  void lower_colors(Index target, bool gives_up, std::uint64_t seed) {
+    const auto size = static_cast<std::size_t>(count);
+    count_sizes(color_count);
+    ColorHolders holders;
+    holders.width = color_count;
+    if (ColorHolders::fits(vertex_count, color_count, static_cast<std::size_t>(entry_count))) {
+      holders.table = holder_table.reserve(static_cast<std::size_t>(vertex_count) *
+                                           static_cast<std::size_t>(color_count));
+    } else {
+      list_vertex_constraints(nullptr);
+      holders.offsets = vertex_offsets.get();
+      holders.entries = vertex_entries.get();
+    }
     with_access([&](const auto& access) {
+      if (holders.table != nullptr) {
+        launch(fill_holders<std::decay_t<decltype(access)>>, count, stream, access, color_of.get(),
+               holders);
+      }
       RepairProgram<std::decay_t<decltype(access)>> program;
       program.constraints = access;
       program.seed = seed;
-      program.limit = limit;
-      program.last_limit = last_limit;
+      program.color_count = color_count;
+      program.target = target;
+      program.gives_up = gives_up;
       program.masks = color_masks();
       program.claims = claim_table(1);
-      program.offsets = vertex_offsets.get();
-      program.entries = vertex_entries.get();
+      program.holders = holders;
       program.color_of = color_of.get();
-      program.lists[0] = lists[0].reserve(static_cast<std::size_t>(above));
-      program.lists[1] = lists[1].reserve(static_cast<std::size_t>(above));
-      program.best = best.fill(static_cast<std::size_t>(above), 0, stream);
+      program.sizes = sizes.get();
+      program.lists[0] = lists[0].reserve(size);
+      program.lists[1] = lists[1].reserve(size);
+      program.best = best.fill(size, 0, stream);
       program.counts = scalars.fill(kScalars, 0, stream);
-      run_on_grid(program, std::max(above, count / 8), stream);
+      run_on_grid(program, count, kNarrowGrid, stream);
     });
   }
 
   void repair(std::uint64_t seed, Index bound) {
     if (color_count > bound) {
-      const std::vector<Index> sizes_before = count_sizes(color_count);
-      lower_colors(bound, color_count, count_from(sizes_before, bound), seed);
+      lower_colors(bound, false, seed);
       close_gaps(color_count);
     }
   }
@@ -363,16 +386,14 @@ struct DeviceColoring::Data {
     if (color_count <= max_colors) {
       return;
     }
-    std::vector<Index> sizes_before = count_sizes(color_count);
-    renumber(numbers_by_size(sizes_before));
-    std::sort(sizes_before.begin(), sizes_before.end(), std::greater<>());
-    lower_colors(max_colors, max_colors, count_from(sizes_before, max_colors), seed);
+    renumber(numbers_by_size(read_sizes(color_count)));
+    lower_colors(max_colors, true, seed);
     launch(overflow_colors, count, stream, max_colors, color_of.get());
     close_gaps(max_colors);
   }
 
   void balance(std::uint64_t seed) {
-    const std::vector<Index> sizes_before = count_sizes(color_count);
+    const std::vector<Index> sizes_before = read_sizes(color_count);
     const auto colors = sizes_before.size();
     if (colors == 0) {
       return;
@@ -384,6 +405,7 @@ struct DeviceColoring::Data {
       program.color_count = color_count;
       program.colored_count = count_from(sizes_before, 0);
       program.masks = color_masks();
+      program.claims = claim_table(slots_for(color_count, kBalanceSlots));
       program.color_of = color_of.get();
       program.sizes = sizes.get();
       program.changes = changes.fill(colors, 0, stream);
@@ -391,9 +413,10 @@ struct DeviceColoring::Data {
       program.begins = begins.reserve(colors);
       program.counts = counts.reserve(colors);
       program.volunteers = lists[0].reserve(static_cast<std::size_t>(count));
+      program.drawn = lists[1].reserve(static_cast<std::size_t>(count));
       program.targets = targets.reserve(static_cast<std::size_t>(program.masks.words));
       program.unevenness = unevenness.fill(3, 0, stream);
-      run_on_grid(program, count, stream);
+      run_on_grid(program, count, kNarrowGrid, stream);
     });
     close_gaps(color_count);
   }

@@ -20,8 +20,6 @@ namespace pbdsurg::cuda {
 /// A group is a block.
 class GridTeam {
  public:
-  static constexpr int kColorsPerTask = 1;
-
   [[nodiscard]] __device__ Index group() const { return static_cast<Index>(blockIdx.x); }
   [[nodiscard]] __device__ Index group_count() const { return static_cast<Index>(gridDim.x); }
   [[nodiscard]] __device__ Index lane() const { return static_cast<Index>(threadIdx.x); }
@@ -98,10 +96,11 @@ __global__ void __launch_bounds__(kTeamBlock) run_program(Program program) {
   program(team);
 }
 
-/// Runs program(team) with as many blocks as the device holds at once, or as there is work for.
-/// @param items  one a thread is enough
+/// Runs program(team) on a grid.
+/// @param items           one a thread is enough
+/// @param blocks_at_most  for each multiprocessor: fewer make barriers cheaper, more hide latency
 template <class Program>
-void run_on_grid(const Program& program, Index items, cudaStream_t stream) {
+void run_on_grid(const Program& program, Index items, int blocks_at_most, cudaStream_t stream) {
   int device = 0;
   int processors = 0;
   int blocks_each = 0;
@@ -110,7 +109,7 @@ void run_on_grid(const Program& program, Index items, cudaStream_t stream) {
   PBDSURG_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
       &blocks_each, run_program<Program>, kTeamBlock, 0));
   const int enough = std::max(1, (items + kTeamBlock - 1) / kTeamBlock);
-  const int blocks = std::min(processors * blocks_each, enough);
+  const int blocks = std::min(processors * std::min(blocks_each, blocks_at_most), enough);
   void* arguments[] = {const_cast<Program*>(&program)};
   PBDSURG_CUDA_CHECK(cudaLaunchCooperativeKernel(
       reinterpret_cast<const void*>(&run_program<Program>), dim3(static_cast<unsigned>(blocks)),

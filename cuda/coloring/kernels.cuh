@@ -17,6 +17,7 @@
 #include "coloring/constraint_order.h"
 #include "coloring/disc_palette.h"
 #include "coloring/grid_team.cuh"
+#include "coloring/repair_program.h"
 
 namespace pbdsurg::cuda {
 
@@ -118,6 +119,17 @@ __global__ void fill_masks(Index count, Access constraints, const Index* colors,
   if (c < count && colors[c] >= 0) {
     for (const Index v : constraints[c]) {
       GridTeam::fetch_or(masks.word(v, colors[c] >> 6), std::uint64_t{1} << (colors[c] & 63));
+    }
+  }
+}
+
+template <class Access>
+__global__ void fill_holders(Index count, Access constraints, const Index* colors,
+                             ColorHolders holders) {
+  const Index c = thread_index();
+  if (c < count && colors[c] >= 0) {
+    for (const Index v : constraints[c]) {
+      holders.at(v, colors[c]) = c;
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "coloring/balance_program.h"
+#include "coloring/claims.h"
 #include "coloring/color_gaps.h"
 #include "coloring/color_tables.h"
 #include "coloring/constraint_access.h"
@@ -22,7 +23,9 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
   const auto colors = static_cast<std::size_t>(coloring.color_count);
   std::vector<Index> changes(colors), begins(colors), counts(colors);
   std::vector<std::uint32_t> odds(colors);
-  std::vector<Index> volunteers(coloring.color_of.size());
+  std::vector<Index> volunteers(coloring.color_of.size()), drawn(coloring.color_of.size());
+  const int slots = slots_for(coloring.color_count, kBalanceSlots);
+  std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count) * slots);
   std::vector<std::uint64_t> targets(static_cast<std::size_t>(tables.words));
   Unevenness unevenness[3];
   with_arity(constraints, [&](const auto& access) {
@@ -32,6 +35,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
     program.color_count = coloring.color_count;
     program.colored_count = colored;
     program.masks = {tables.masks.data(), tables.words};
+    program.claims = {keys.data(), keys.size(), slots, rank_bits_for(access.count)};
     program.color_of = coloring.color_of.data();
     program.sizes = tables.sizes.data();
     program.changes = changes.data();
@@ -39,6 +43,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
     program.begins = begins.data();
     program.counts = counts.data();
     program.volunteers = volunteers.data();
+    program.drawn = drawn.data();
     program.targets = targets.data();
     program.unevenness = unevenness;
     run_team(threads, program);

@@ -10,18 +10,25 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/core/types.h"
 
+#include "coloring/claims.h"
 #include "coloring/color_masks.h"
+#include "coloring/team.h"
 
 namespace pbdsurg {
 
 /// How far the sizes of colours are from their mean.
 struct Unevenness {
   std::uint64_t squares = 0;  ///< sum of squared distances from [floor, ceiling] of the mean
+  std::uint64_t surplus = 0;  ///< constraints above the ceiling of the mean
   Index largest = 0;
 };
 
-/// Sweeps over the colours above the mean. Those of one colour share no vertex, so its volunteers
-/// move all at once, each to any colour that is free for it, and cannot clash: one phase a colour.
+/// Sweeps in which some constraints of each colour above the mean volunteer to move to a free
+/// colour below it.
+///
+/// Volunteers of one colour share no vertex, so they move at once without a clash: one phase a
+/// colour, for as long as they are many. When few are left, those of all colours draw and claim at
+/// once, and the rare ones that clash stay.
 template <class Access>
 struct BalanceProgram {
   Access constraints;
@@ -29,6 +36,7 @@ struct BalanceProgram {
   Index color_count = 0;             ///< >= 1
   Index colored_count = 0;           ///< constraints that are not overflow
   ColorMasks masks;                  ///< the colouring's
+  ClaimTable claims;                 ///< of colours
   Index* color_of = nullptr;         ///< [constraint_count]
   Index* sizes = nullptr;            ///< [color_count]
   Index* changes = nullptr;          ///< [color_count] zero at first: of sizes, in this sweep
@@ -36,6 +44,7 @@ struct BalanceProgram {
   Index* begins = nullptr;           ///< [color_count] into volunteers
   Index* counts = nullptr;           ///< [color_count] volunteers of each colour
   Index* volunteers = nullptr;       ///< [constraint_count]
+  Index* drawn = nullptr;            ///< [constraint_count]
   std::uint64_t* targets = nullptr;  ///< [masks.words] colours below the mean
   Unevenness* unevenness = nullptr;  ///< [3] zero at first
 
@@ -46,6 +55,7 @@ struct BalanceProgram {
     const Index tolerance = floor / kToleranceDivisor;
     const std::uint64_t even_enough =
         static_cast<std::uint64_t>(tolerance) * tolerance * static_cast<std::uint64_t>(color_count);
+    ClaimRounds rounds(claims, seed);
     for (std::uint32_t sweep = 0; sweep < kMaxSweeps; ++sweep) {
       Unevenness& uneven = unevenness[sweep % 3];
       for (Index color = team.worker(); color < color_count; color += team.worker_count()) {
@@ -56,6 +66,8 @@ struct BalanceProgram {
                           : sizes[color] < floor ? floor - sizes[color]
                                                  : 0;
         team.fetch_add(uneven.squares, static_cast<std::uint64_t>(std::int64_t{off} * off));
+        team.fetch_add(uneven.surplus, static_cast<std::uint64_t>(
+                                           sizes[color] > ceiling ? sizes[color] - ceiling : 0));
         team.fetch_max(uneven.largest, sizes[color]);
       }
       for (Index word = team.worker(); word < masks.words; word += team.worker_count()) {
@@ -84,30 +96,78 @@ struct BalanceProgram {
         unevenness[(sweep + 1) % 3] = {};
       }
       team.barrier();
-      for (Index c = team.worker(); c < constraints.count; c += team.worker_count()) {
-        const Index color = color_of[c];
-        if (color >= 0 && random_for(c, sweep_seed) >> 32 < odds[color]) {
-          volunteers[begins[color] + team.fetch_add(counts[color], 1)] = c;
-        }
-      }
-      team.barrier();
-      for (Index color = 0; color < color_count; ++color) {
-        // not by sizes, which the fastest may be changing for the next sweep
-        if (odds[color] == 0) {
-          continue;
-        }
-        for (Index i = team.worker(); i < counts[color]; i += team.worker_count()) {
-          move(team, volunteers[begins[color] + i], color, level, sweep_seed);
-        }
-        team.barrier();
+      if (uneven.surplus > static_cast<std::uint64_t>(colored_count / kCrowd)) {
+        move_color_by_color(team, level, sweep_seed);
+      } else {
+        move_at_once(team, rounds, level, sweep_seed);
       }
     }
   }
 
  private:
   static constexpr std::uint32_t kMaxSweeps = 32;
-  static constexpr Index kToleranceDivisor = 128;  // 0.8 % of the mean
+  static constexpr Index kToleranceDivisor = 64;  // 1.6 % of the mean
   static constexpr int kRedraws = 7;
+  static constexpr Index kCrowd = 8;  // at most one in so many volunteers at once
+
+  template <class Team>
+  PBDSURG_DEVICE void move_color_by_color(Team& team, Index level, std::uint64_t sweep_seed) const {
+    for (Index c = team.worker(); c < constraints.count; c += team.worker_count()) {
+      if (volunteers_now(c, sweep_seed)) {
+        const Index color = color_of[c];
+        volunteers[begins[color] + team.fetch_add(counts[color], 1)] = c;
+      }
+    }
+    team.barrier();
+    for (Index color = 0; color < color_count; ++color) {
+      // not by sizes, which the fastest may be changing for the next sweep
+      if (odds[color] == 0) {
+        continue;
+      }
+      for (Index i = team.worker(); i < counts[color]; i += team.worker_count()) {
+        const Index c = volunteers[begins[color] + i];
+        const auto ids = constraints[c];
+        const Index target = draw_target(ids, level, random_for(c, sweep_seed));
+        if (target != kInvalidIndex) {
+          move(team, c, ids, target);
+        }
+      }
+      team.barrier();
+    }
+  }
+
+  template <class Team>
+  PBDSURG_DEVICE void move_at_once(Team& team, ClaimRounds& rounds, Index level,
+                                   std::uint64_t sweep_seed) const {
+    rounds.next(team);
+    const auto begin =
+        static_cast<Index>(std::int64_t{constraints.count} * team.group() / team.group_count());
+    const auto end = static_cast<Index>(std::int64_t{constraints.count} * (team.group() + 1) /
+                                        team.group_count());
+    const auto claimants = team.split(
+        end - begin,
+        [&](Index i) {
+          const Index c = begin + i;
+          const bool moves =
+              volunteers_now(c, sweep_seed) && claim(team, c, level, sweep_seed, rounds.key(c));
+          return Sorted{moves ? Place::one : Place::nowhere, c};
+        },
+        volunteers + begin);
+    team.barrier();
+    for (Index i = team.lane(); i < claimants.one; i += team.lane_count()) {
+      const Index c = volunteers[begin + i];
+      const auto ids = constraints[c];
+      if (holds(ids, drawn[c], rounds.key(c))) {
+        move(team, c, ids, drawn[c]);
+      }
+    }
+    team.barrier();
+  }
+
+  PBDSURG_DEVICE bool volunteers_now(Index c, std::uint64_t sweep_seed) const {
+    const Index color = color_of[c];
+    return color >= 0 && random_for(c, sweep_seed) >> 32 < odds[color];
+  }
 
   // One mix: this runs over all constraints in every sweep.
   PBDSURG_DEVICE static std::uint64_t random_for(Index c, std::uint64_t sweep_seed) {
@@ -115,17 +175,36 @@ struct BalanceProgram {
   }
 
   template <class Team>
-  PBDSURG_DEVICE void move(Team& team, Index c, Index color, Index level,
-                           std::uint64_t sweep_seed) const {
+  PBDSURG_DEVICE bool claim(Team& team, Index c, Index level, std::uint64_t sweep_seed,
+                            std::uint32_t key) const {
     const auto ids = constraints[c];
-    const Index target = draw_target(ids, level, next_random(random_for(c, sweep_seed)));
-    if (target == kInvalidIndex) {
-      return;
+    drawn[c] = draw_target(ids, level, random_for(c, sweep_seed));
+    if (drawn[c] == kInvalidIndex) {
+      return false;
     }
+    for (const Index v : ids) {
+      team.fetch_max(claims.at(v, drawn[c]), key);
+    }
+    return true;
+  }
+
+  template <class Ids>
+  PBDSURG_DEVICE bool holds(const Ids& ids, Index target, std::uint32_t key) const {
+    for (const Index v : ids) {
+      if (claims.at(v, target) != key) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  template <class Team, class Ids>
+  PBDSURG_DEVICE void move(Team& team, Index c, const Ids& ids, Index target) const {
+    const Index color = color_of[c];
     color_of[c] = target;
     for (const Index v : ids) {
-      masks.word(v, color >> 6) &= ~(std::uint64_t{1} << (color & 63));
-      masks.word(v, target >> 6) |= std::uint64_t{1} << (target & 63);
+      team.fetch_and(masks.word(v, color >> 6), ~(std::uint64_t{1} << (color & 63)));
+      team.fetch_or(masks.word(v, target >> 6), std::uint64_t{1} << (target & 63));
     }
     team.fetch_add(changes[color], -1);
     team.fetch_add(changes[target], 1);
@@ -141,6 +220,8 @@ struct BalanceProgram {
     if (colors.empty()) {
       return kInvalidIndex;
     }
+    // the upper half of `random` has decided who volunteers
+    random = next_random(random);
     Index target = colors.draw(random);
     for (int i = 0; i < kRedraws; ++i) {
       random = next_random(random);

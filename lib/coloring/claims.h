@@ -33,6 +33,19 @@ struct ClaimTable {
   }
 };
 
+/// A power of two: enough for as many colours, up to a limit that is one itself.
+constexpr int slots_for(Index colors, int limit) {
+  int slots = 1;
+  while (slots < limit && slots < colors) {
+    slots *= 2;
+  }
+  return slots;
+}
+
+/// Slots where all claim at once, and where few do. More would save delays, but no time.
+inline constexpr int kDiscSlots = 32;
+inline constexpr int kBalanceSlots = 8;
+
 /// Bits for ranks of this many claimants.
 constexpr int rank_bits_for(Index count) {
   int bits = 1;

@@ -20,15 +20,6 @@ constexpr std::uint64_t window_seed(std::uint64_t seed, int window) {
   return seed + 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(window);
 }
 
-/// Claim slots a vertex: as many as colours, up to 32. More would save rounds, but no time.
-constexpr int disc_claim_slots(Index colors) {
-  int slots = 1;
-  while (slots < 32 && slots < colors) {
-    slots *= 2;
-  }
-  return slots;
-}
-
 /// How many other constraints share a vertex with constraint c.
 /// @param offsets, entries  the constraints at each vertex
 template <class Access>

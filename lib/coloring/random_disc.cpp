@@ -60,7 +60,7 @@ Coloring color_random_disc(const ConstraintVertices& constraints, std::uint64_t 
     largest = *std::max_element(palettes.begin(), palettes.end());
   }
   const int words = (largest + 63) / 64;
-  const int slots = disc_claim_slots(largest);
+  const int slots = slots_for(largest, kDiscSlots);
   const auto vertex_count = static_cast<std::size_t>(constraints.vertex_count);
   std::vector<std::uint64_t> masks(vertex_count * words);
   std::vector<std::uint32_t> keys(vertex_count * slots);

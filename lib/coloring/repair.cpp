@@ -15,26 +15,43 @@
 namespace pbdsurg {
 namespace {
 
-// Moves what it can below the limit, which may rise to last_limit.
+// Down to the target or as near as it gets; with gives_up, what does not fit stays above it.
 void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, ColorTables& tables,
-                  Index limit, Index last_limit, std::uint64_t seed, int threads) {
-  const auto above = static_cast<std::size_t>(count_from(tables.sizes, limit));
-  const IndexLists lists = find_vertex_constraints(constraints);
+                  Index target, bool gives_up, std::uint64_t seed, int threads) {
+  std::vector<Index> table;
+  IndexLists lists;
+  if (ColorHolders::fits(constraints.vertex_count, coloring.color_count,
+                         constraints.vertices.size())) {
+    table.resize(static_cast<std::size_t>(constraints.vertex_count) * coloring.color_count);
+  } else {
+    lists = find_vertex_constraints(constraints);
+  }
+  const ColorHolders holders{table.empty() ? nullptr : table.data(), coloring.color_count,
+                             lists.offsets.data(), lists.entries.data()};
+  const std::size_t count = coloring.color_of.size();
   std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count));
-  std::vector<Index> list(above), other_list(above);
-  std::vector<std::uint64_t> best(above);
+  std::vector<Index> list(count), other_list(count);
+  std::vector<std::uint64_t> best(count);
   Index counts[3] = {};
   with_arity(constraints, [&](const auto& access) {
     RepairProgram<std::decay_t<decltype(access)>> program;
     program.constraints = access;
     program.seed = seed;
-    program.limit = limit;
-    program.last_limit = last_limit;
+    program.color_count = coloring.color_count;
+    program.target = target;
+    program.gives_up = gives_up;
     program.masks = {tables.masks.data(), tables.words};
     program.claims = {keys.data(), keys.size(), 1, rank_bits_for(access.count)};
-    program.offsets = lists.offsets.data();
-    program.entries = lists.entries.data();
+    program.holders = holders;
+    for (Index c = 0; c < access.count && holders.table != nullptr; ++c) {
+      for (const Index v : access[c]) {
+        if (coloring.color_of[c] != kOverflowColor) {
+          holders.at(v, coloring.color_of[c]) = c;
+        }
+      }
+    }
     program.color_of = coloring.color_of.data();
+    program.sizes = tables.sizes.data();
     program.lists[0] = list.data();
     program.lists[1] = other_list.data();
     program.best = best.data();
@@ -59,7 +76,7 @@ void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints, 
   ColorTables tables = make_color_tables(coloring, constraints);
   const Index bound = clique_bound(constraints);
   if (coloring.color_count > bound) {
-    lower_colors(coloring, constraints, tables, bound, coloring.color_count, seed, threads);
+    lower_colors(coloring, constraints, tables, bound, false, seed, threads);
   }
   close_color_gaps(coloring);
 }
@@ -75,7 +92,7 @@ void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Ind
     return;
   }
   sort_colors(coloring, tables, constraints);
-  lower_colors(coloring, constraints, tables, max_colors, max_colors, seed, threads);
+  lower_colors(coloring, constraints, tables, max_colors, true, seed, threads);
   for (Index& color : coloring.color_of) {
     color = color >= max_colors ? kOverflowColor : color;
   }

@@ -4,6 +4,8 @@
 /// @file
 /// The parallel program behind repair_coloring() and limit_colors(); see team.h for what a team is.
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include "pbdsurg/core/host_device.h"
@@ -16,39 +18,108 @@
 
 namespace pbdsurg {
 
-/// Moves constraints of colours [limit, ...) below the limit. Where nothing moves any more, the
-/// limit rises by one, up to last_limit; what is still above that stays where it is.
+/// Who has a colour at a vertex: looked up in a table where that has a reasonable size, otherwise
+/// searched among the constraints there.
+struct ColorHolders {
+  Index* table = nullptr;          ///< [vertex_count * width] holds where the vertex has the colour
+  Index width = 0;                 ///< colours
+  const Index* offsets = nullptr;  ///< without a table: [vertex_count + 1] the constraints at each
+  const Index* entries = nullptr;  ///< vertex, in any order
+
+  /// Whether a table is of the size of the constraints themselves, give or take.
+  static bool fits(Index vertex_count, Index colors, std::size_t entry_count) {
+    constexpr std::int64_t kAlwaysFits = 1 << 24;
+    constexpr std::int64_t kPerEntry = 16;
+    return std::int64_t{vertex_count} * colors <=
+           std::max(kAlwaysFits, kPerEntry * static_cast<std::int64_t>(entry_count));
+  }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index& at(Index vertex, Index color) const {
+    return table[static_cast<std::int64_t>(vertex) * width + color];
+  }
+
+  /// The vertex must have the colour.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index find(Index vertex, Index color,
+                                               const Index* color_of) const {
+    if (table != nullptr) {
+      return at(vertex, color);
+    }
+    Index entry = offsets[vertex];
+    while (color_of[entries[entry]] != color) {
+      ++entry;
+    }
+    return entries[entry];
+  }
+};
+
+/// Empties the highest colours, level by level: as many at once as hold few constraints, but at
+/// least one. Where a level cannot be emptied, what is left of it takes as many colours more as it
+/// needs, and that is the end.
 template <class Access>
 struct RepairProgram {
   Access constraints;
   std::uint64_t seed = 0;
-  Index limit = 1;
-  Index last_limit = 1;
-  ColorMasks masks;                ///< the colouring's
-  ClaimTable claims;               ///< of vertices: one slot
-  const Index* offsets = nullptr;  ///< [vertex_count + 1] the constraints at each vertex,
-  const Index* entries = nullptr;  ///< in any order
-  Index* color_of = nullptr;       ///< [constraint_count]
-  Index* lists[2] = {};            ///< [constraints above the limit] each
-  std::uint64_t* best = nullptr;   ///< [constraints above the limit] zero at first
-  Index* counts = nullptr;         ///< [3] zero at first: lengths of the lists by turns
+  Index color_count = 0;          ///< more than the target
+  Index target = 1;               ///< the end is at so many colours; >= 1
+  bool gives_up = false;          ///< one level, down to the target; what is left of it stays
+  ColorMasks masks;               ///< the colouring's
+  ClaimTable claims;              ///< of vertices: one slot
+  ColorHolders holders;           ///< the colouring's
+  Index* color_of = nullptr;      ///< [constraint_count]
+  Index* sizes = nullptr;         ///< [color_count]
+  Index* lists[2] = {};           ///< [constraint_count] each: those above the limit
+  std::uint64_t* best = nullptr;  ///< [constraint_count] zero at first
+  Index* counts = nullptr;        ///< [3] zero at first: lengths of the lists by turns
 
   template <class Team>
   PBDSURG_DEVICE void operator()(Team& team) const {
-    for (Index c = team.worker(); c < constraints.count; c += team.worker_count()) {
-      if (color_of[c] >= limit) {
-        lists[0][team.fetch_add(counts[0], 1)] = c;
+    ClaimRounds rounds(claims, seed);
+    int step = 0;
+    for (Index top = color_count; top > target; ++step) {
+      top = gives_up ? target : next_limit(top);
+      for (Index c = team.worker(); c < constraints.count; c += team.worker_count()) {
+        if (color_of[c] >= top) {
+          lists[step & 1][team.fetch_add(counts[step % 3], 1)] = c;
+        }
+      }
+      team.barrier();
+      if (!empty_level(team, rounds, top, step)) {
+        return;
       }
     }
-    team.barrier();
-    ClaimRounds rounds(claims, seed);
+  }
+
+ private:
+  static constexpr int kPatience = 24;         // steps without progress
+  static constexpr Index kSwappingShare = 32;  // of all constraints
+  static constexpr Index kLevelShare = 64;
+
+  // The lowest limit above which there are few constraints.
+  PBDSURG_DEVICE Index next_limit(Index top) const {
+    Index limit = top - 1;
+    Index above = sizes[limit];
+    while (limit > target && above + sizes[limit - 1] <= constraints.count / kLevelShare) {
+      --limit;
+      above += sizes[limit];
+    }
+    return limit;
+  }
+
+  // Moves all that is listed below the limit. If that fails, the limit rises until it succeeds, or
+  // what is left stays.
+  // @return whether the limit held
+  template <class Team>
+  PBDSURG_DEVICE bool empty_level(Team& team, ClaimRounds& rounds, Index limit, int& step) const {
     Index top = limit;
-    Index mark = counts[0];
+    Index mark = counts[step % 3];
     int waited = 0;
-    for (int step = 0;; ++step) {
+    for (;; ++step) {
       const Index count = counts[step % 3];
+      if (team.worker() == 0) {
+        counts[(step + 2) % 3] = 0;
+      }
       if (count == 0) {
-        return;
+        return top == limit;
       }
       // Swaps are a random walk that ends where there is room: worth it for a few, too slow for
       // many.
@@ -58,28 +129,24 @@ struct RepairProgram {
         mark = count;
         waited = 0;
       } else if (++waited > (swapping ? kPatience : 2)) {
-        if (top == last_limit) {
-          return;
+        if (gives_up) {
+          return false;
         }
         ++top;
         mark = count;
         waited = 0;
       }
       rounds.next(team);
-      if (team.worker() == 0) {
-        counts[(step + 2) % 3] = 0;
-      }
       const Index* list = lists[step & 1];
-      // tasks judge the plans of a constraint for some colours; the best plan stays
-      const Index tasks_each = (top + Team::kColorsPerTask - 1) / Team::kColorsPerTask;
-      const std::int64_t tasks = std::int64_t{count} * tasks_each;
-      for (std::int64_t task = team.worker(); task < tasks; task += team.worker_count()) {
-        const auto at = static_cast<Index>(task / tasks_each);
-        const auto part = static_cast<Index>(task - std::int64_t{at} * tasks_each);
-        if (color_of[list[at]] >= top) {
-          const std::uint64_t key = judge<Team::kColorsPerTask>(
-              list[at], part * Team::kColorsPerTask, top, swapping, rounds.round());
-          team.fetch_max(best[at], key);
+      // every pair of a constraint and a colour judges one plan; the best stays
+      const std::int64_t pairs = std::int64_t{count} * top;
+      for (std::int64_t i = team.worker(); i < pairs; i += team.worker_count()) {
+        const auto at = static_cast<Index>(i / top);
+        const Index c = list[at];
+        Plan plan{static_cast<Index>(i - std::int64_t{at} * top)};
+        if (color_of[c] >= top && find_blockers(c, plan) &&
+            find_new_colors(c, top, rounds.round(), plan) && (swapping || !plan.swaps)) {
+          team.fetch_max(best[at], plan_key(c, plan, rounds.round()));
         }
       }
       team.barrier();
@@ -94,7 +161,7 @@ struct RepairProgram {
       Index* next = lists[(step + 1) & 1];
       for (Index i = team.worker(); i < count; i += team.worker_count()) {
         const Index left =
-            best[i] != 0 ? carry_out(list[i], color_of_key(best[i]), top, rounds) : list[i];
+            best[i] != 0 ? carry_out(team, list[i], color_of_key(best[i]), top, rounds) : list[i];
         if (left != kInvalidIndex && color_of[left] >= top) {
           next[team.fetch_add(counts[(step + 1) % 3], 1)] = left;
         }
@@ -104,10 +171,6 @@ struct RepairProgram {
     }
   }
 
- private:
-  static constexpr int kPatience = 24;  // steps without progress
-  static constexpr Index kSwappingShare = 64;
-
   /// A colour for a constraint, and new colours for those around it that have it.
   struct Plan {
     Index color;
@@ -115,18 +178,6 @@ struct RepairProgram {
     Index blockers[2] = {};
     Index new_colors[2] = {};
     bool swaps = false;  ///< the one blocker is then above the limit in place of the constraint
-
-    /// Counts up to three: more than two is too many.
-    PBDSURG_DEVICE void add_blocker(Index blocker) {
-      if (blocker_count > 2 || (blocker_count > 0 && blockers[0] == blocker) ||
-          (blocker_count > 1 && blockers[1] == blocker)) {
-        return;
-      }
-      if (blocker_count < 2) {
-        blockers[blocker_count] = blocker;
-      }
-      ++blocker_count;
-    }
   };
 
   // The largest is best: fewest blockers first, swaps last, otherwise at random.
@@ -141,55 +192,23 @@ struct RepairProgram {
     return static_cast<Index>(key & 0xFFFFFFFFu);
   }
 
-  // The key of the best plan for constraint c among kCount colours, zero if there is none.
-  template <int kCount>
-  PBDSURG_DEVICE std::uint64_t judge(Index c, Index first, Index top, bool swapping,
-                                     std::uint32_t round) const {
-    Plan plans[kCount];
-    for (Index i = 0; i < kCount; ++i) {
-      plans[i].color = first + i;
-    }
+  // Who holds the plan's colour around constraint c; false if they are more than two.
+  PBDSURG_DEVICE bool find_blockers(Index c, Plan& plan) const {
     for (const Index v : constraints[c]) {
-      if (kCount == 1 && !masks.has(v, first)) {
+      if (!masks.has(v, plan.color)) {
         continue;
       }
-      for (Index e = offsets[v]; e < offsets[v + 1]; ++e) {
-        const Index i = color_of[entries[e]] - first;
-        if (i >= 0 && i < kCount) {
-          plans[i].add_blocker(entries[e]);
-        }
+      const Index blocker = holders.find(v, plan.color, color_of);
+      if ((plan.blocker_count > 0 && plan.blockers[0] == blocker) ||
+          (plan.blocker_count > 1 && plan.blockers[1] == blocker)) {
+        continue;
       }
-    }
-    std::uint64_t best_key = 0;
-    for (Index i = 0; i < kCount && first + i < top; ++i) {
-      if (plans[i].blocker_count <= 2 && find_new_colors(c, top, round, plans[i]) &&
-          (swapping || !plans[i].swaps)) {
-        const std::uint64_t key = plan_key(c, plans[i], round);
-        best_key = key > best_key ? key : best_key;
+      if (plan.blocker_count == 2) {
+        return false;
       }
+      plan.blockers[plan.blocker_count++] = blocker;
     }
-    return best_key;
-  }
-
-  PBDSURG_DEVICE Index find_blocker(Index vertex, Index color) const {
-    if (masks.has(vertex, color)) {
-      for (Index e = offsets[vertex]; e < offsets[vertex + 1]; ++e) {
-        if (color_of[entries[e]] == color) {
-          return entries[e];
-        }
-      }
-    }
-    return kInvalidIndex;
-  }
-
-  // Who holds the plan's colour around constraint c.
-  PBDSURG_DEVICE void find_blockers(Index c, Plan& plan) const {
-    for (const Index v : constraints[c]) {
-      const Index blocker = find_blocker(v, plan.color);
-      if (blocker != kInvalidIndex) {
-        plan.add_blocker(blocker);
-      }
-    }
+    return true;
   }
 
   // Two blockers share no vertex, as they have one colour, so their new colours are independent.
@@ -247,7 +266,9 @@ struct RepairProgram {
 
   // Nobody else touches the vertices of a plan whose claims all stand, nor what lies at them.
   // Returns who is then left above the limit in place of c: c, the one it swapped with, or nobody.
-  PBDSURG_DEVICE Index carry_out(Index c, Index color, Index top, const ClaimRounds& rounds) const {
+  template <class Team>
+  PBDSURG_DEVICE Index carry_out(Team& team, Index c, Index color, Index top,
+                                 const ClaimRounds& rounds) const {
     const std::uint32_t key = rounds.key(c);
     if (!holds(c, key)) {
       return c;
@@ -260,24 +281,32 @@ struct RepairProgram {
       }
     }
     find_new_colors(c, top, rounds.round(), plan);
-    release(c, color_of[c]);
+    // all leave before any arrives, as a swap hands over the same colour
+    release(team, c, color_of[c]);
     for (int i = 0; i < plan.blocker_count; ++i) {
-      release(plan.blockers[i], color);
-      take(plan.blockers[i], plan.new_colors[i]);
+      release(team, plan.blockers[i], color);
+      take(team, plan.blockers[i], plan.new_colors[i]);
     }
-    take(c, color);
+    take(team, c, color);
     return plan.swaps ? plan.blockers[0] : kInvalidIndex;
   }
 
-  PBDSURG_DEVICE void release(Index c, Index color) const {
+  template <class Team>
+  PBDSURG_DEVICE void release(Team& team, Index c, Index color) const {
+    team.fetch_add(sizes[color], -1);
     for (const Index v : constraints[c]) {
       masks.word(v, color >> 6) &= ~(std::uint64_t{1} << (color & 63));
     }
   }
-  PBDSURG_DEVICE void take(Index c, Index color) const {
+  template <class Team>
+  PBDSURG_DEVICE void take(Team& team, Index c, Index color) const {
     color_of[c] = color;
+    team.fetch_add(sizes[color], 1);
     for (const Index v : constraints[c]) {
       masks.word(v, color >> 6) |= std::uint64_t{1} << (color & 63);
+      if (holders.table != nullptr) {
+        holders.at(v, color) = c;
+      }
     }
   }
 };

@@ -20,8 +20,6 @@ namespace pbdsurg {
 /// One thread: no atomics, no barriers.
 class SerialTeam {
  public:
-  static constexpr int kColorsPerTask = 64;
-
   [[nodiscard]] Index group() const noexcept { return 0; }
   [[nodiscard]] Index group_count() const noexcept { return 1; }
   [[nodiscard]] Index lane() const noexcept { return 0; }
@@ -75,8 +73,6 @@ class SerialTeam {
 /// One of several threads. A group is one thread.
 class ThreadTeam {
  public:
-  static constexpr int kColorsPerTask = SerialTeam::kColorsPerTask;
-
   ThreadTeam(Index thread, Index thread_count, std::barrier<>& barrier)
       : thread_(thread), thread_count_(thread_count), barrier_(&barrier) {}
 
