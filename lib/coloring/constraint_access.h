@@ -74,12 +74,14 @@ void with_arity(const ConstraintVertices& constraints, F&& f) {
   const Index* vertices = constraints.vertices.data();
   const Index count = constraints.constraint_count();
   switch (constraints.arity) {
-    case 2: return std::forward<F>(f)(FixedArity<2>{vertices, count});
-    case 4: return std::forward<F>(f)(FixedArity<4>{vertices, count});
+    case 2:
+      return std::forward<F>(f)(FixedArity<2>{vertices, count});
+    case 4:
+      return std::forward<F>(f)(FixedArity<4>{vertices, count});
     default:
-      return std::forward<F>(f)(AnyArity{vertices,
-                                         constraints.arity == 0 ? constraints.offsets.data() : nullptr,
-                                         count, constraints.arity});
+      return std::forward<F>(f)(
+          AnyArity{vertices, constraints.arity == 0 ? constraints.offsets.data() : nullptr, count,
+                   constraints.arity});
   }
 }
 

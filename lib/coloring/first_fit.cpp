@@ -49,16 +49,17 @@ Coloring first_fit(const ConstraintVertices& constraints, std::span<const Index>
   coloring.color_of.resize(static_cast<std::size_t>(constraints.constraint_count()));
   std::vector<std::uint64_t> masks(static_cast<std::size_t>(constraints.vertex_count), 0);
   with_arity(constraints, [&](const auto& access) {
-    std::vector<Index> rest =
-        order.empty()
-            ? fill_window(access, [](Index i) { return i; }, access.count, 0, masks,
-                          coloring.color_of)
-            : fill_window(access, [&](Index i) { return order[i]; }, access.count, 0, masks,
-                          coloring.color_of);
+    std::vector<Index> rest = order.empty() ? fill_window(
+                                                  access, [](Index i) { return i; }, access.count,
+                                                  0, masks, coloring.color_of)
+                                            : fill_window(
+                                                  access, [&](Index i) { return order[i]; },
+                                                  access.count, 0, masks, coloring.color_of);
     for (Index window = kWindow; !rest.empty(); window += kWindow) {
       std::fill(masks.begin(), masks.end(), 0);
-      rest = fill_window(access, [&](Index i) { return rest[i]; },
-                         static_cast<Index>(rest.size()), window, masks, coloring.color_of);
+      rest = fill_window(
+          access, [&](Index i) { return rest[i]; }, static_cast<Index>(rest.size()), window, masks,
+          coloring.color_of);
     }
   });
   const auto highest = std::max_element(coloring.color_of.begin(), coloring.color_of.end());

@@ -144,8 +144,7 @@ std::vector<Index> order_smallest_last(const Access& constraints,
 
 template <class Access>
 Coloring color_by_saturation(const Access& constraints, const IndexLists& vertex_constraints) {
-  const std::vector<Index> conflicts =
-      count_conflicts(constraints, valences(vertex_constraints));
+  const std::vector<Index> conflicts = count_conflicts(constraints, valences(vertex_constraints));
   // Colours seen at each vertex. A colour cannot exceed the number of conflicts.
   const auto highest = std::max_element(conflicts.begin(), conflicts.end());
   const Index color_limit = highest == conflicts.end() ? 1 : *highest + 1;
@@ -215,7 +214,9 @@ Coloring color_by_saturation(const Access& constraints, const IndexLists& vertex
 
 Coloring color_greedy(const ConstraintVertices& constraints, GreedyOrder order) {
   switch (order) {
-    case GreedyOrder::natural: check_constraints(constraints); return first_fit(constraints);
+    case GreedyOrder::natural:
+      check_constraints(constraints);
+      return first_fit(constraints);
     case GreedyOrder::largest_valence:
       check_constraints(constraints);
       return first_fit(constraints, order_by_valence(constraints));

@@ -38,8 +38,7 @@ Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed, i
     program.more_colors = more + 3;
     run_team(threads, program);
   });
-  coloring.color_count =
-      1 + *std::max_element(coloring.color_of.begin(), coloring.color_of.end());
+  coloring.color_count = 1 + *std::max_element(coloring.color_of.begin(), coloring.color_of.end());
   return coloring;
 }
 

@@ -18,18 +18,18 @@ template <class Access>
 struct LubyProgram {
   Access constraints;
   std::uint64_t seed = 0;
-  ClaimTable claims;            ///< of vertices: one slot
-  Index* last_color = nullptr;  ///< [vertex_count] kInvalidIndex at first
-  Index* color_of = nullptr;    ///< [constraint_count] kInvalidIndex at first
-  Index* candidates[2] = {};    ///< [constraint_count] each: who may still join this colour
-  Index* waiting[2] = {};       ///< [constraint_count] each: who must wait for the next
+  ClaimTable claims;             ///< of vertices: one slot
+  Index* last_color = nullptr;   ///< [vertex_count] kInvalidIndex at first
+  Index* color_of = nullptr;     ///< [constraint_count] kInvalidIndex at first
+  Index* candidates[2] = {};     ///< [constraint_count] each: who may still join this colour
+  Index* waiting[2] = {};        ///< [constraint_count] each: who must wait for the next
   Index* more_rounds = nullptr;  ///< [3] zero at first
   Index* more_colors = nullptr;  ///< [3] zero at first
 
   template <class Team>
   PBDSURG_DEVICE void operator()(Team& team) const {
-    const auto begin = static_cast<Index>(std::int64_t{constraints.count} * team.group() /
-                                          team.group_count());
+    const auto begin =
+        static_cast<Index>(std::int64_t{constraints.count} * team.group() / team.group_count());
     const auto end = static_cast<Index>(std::int64_t{constraints.count} * (team.group() + 1) /
                                         team.group_count());
     ClaimRounds rounds(claims, seed);

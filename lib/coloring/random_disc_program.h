@@ -36,10 +36,10 @@ struct RandomDiscProgram {
 
   template <class Team>
   PBDSURG_DEVICE void operator()(Team& team) const {
-    const auto begin = static_cast<Index>(std::int64_t{pending_count} * team.group() /
-                                          team.group_count());
-    const auto end = static_cast<Index>(std::int64_t{pending_count} * (team.group() + 1) /
-                                        team.group_count());
+    const auto begin =
+        static_cast<Index>(std::int64_t{pending_count} * team.group() / team.group_count());
+    const auto end =
+        static_cast<Index>(std::int64_t{pending_count} * (team.group() + 1) / team.group_count());
     Index count = end - begin;
     ClaimRounds rounds(claims, seed);
     for (bool first = true;; first = false) {

@@ -5,8 +5,8 @@
 /// What the parallel colouring programs (*_program.h) ask of the team that runs them.
 ///
 /// A program is one function that every worker of a team runs: CPU
-/// threads (thread_team.h) or the threads of a CUDA grid. Workers form groups; a group owns a contiguous part of the constraints. What
-/// programs use of a team:
+/// threads (thread_team.h) or the threads of a CUDA grid. Workers form groups; a group owns a
+/// contiguous part of the constraints. What programs use of a team:
 ///
 ///   group(), group_count()      who shares a part of the constraints
 ///   lane(), lane_count()        who this worker is within its group

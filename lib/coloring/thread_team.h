@@ -120,8 +120,8 @@ class ThreadTeam {
   std::barrier<>* barrier_;
 };
 
-/// Runs program(team) on `threads` threads, the caller's among them; on the caller's alone where the
-/// system has no more, which changes nothing but the time.
+/// Runs program(team) on `threads` threads, the caller's among them; on the caller's alone where
+/// the system has no more, which changes nothing but the time.
 /// @param threads  >= 1
 template <class Program>
 void run_team(int threads, const Program& program) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/coloring/greedy.h"
-
 #include <algorithm>
 #include <vector>
 
+#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 

@@ -46,9 +46,9 @@ struct ConstraintVertices {
                       : static_cast<Index>(vertices.size() / static_cast<std::size_t>(arity));
   }
   [[nodiscard]] std::span<const Index> operator[](Index constraint) const noexcept {
-    return arity == 0
-               ? vertices.subspan(offsets[constraint], offsets[constraint + 1] - offsets[constraint])
-               : vertices.subspan(static_cast<std::size_t>(constraint) * arity, arity);
+    return arity == 0 ? vertices.subspan(offsets[constraint],
+                                         offsets[constraint + 1] - offsets[constraint])
+                      : vertices.subspan(static_cast<std::size_t>(constraint) * arity, arity);
   }
 };
 

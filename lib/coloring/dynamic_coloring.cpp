@@ -1,0 +1,785 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/coloring/dynamic_coloring.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "pbdsurg/core/bits.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+
+#include "coloring/color_masks.h"
+#include "coloring/constraint_checks.h"
+#include "coloring/list_pool.h"
+
+namespace pbdsurg {
+namespace {
+
+constexpr Index kNoColor = kInvalidIndex;
+constexpr std::size_t kLongestWalk = 64;
+constexpr std::int64_t kMostEntries = std::numeric_limits<Index>::max();
+
+// The vertices of each constraint, by id.
+class ConstraintStore {
+ public:
+  explicit ConstraintStore(int arity) : arity_(arity) {}
+
+  [[nodiscard]] int arity() const noexcept { return arity_; }
+  [[nodiscard]] std::span<const Index> operator[](Index id) const noexcept {
+    return arity_ == 0 ? varying_[id] : std::span(fixed_).subspan(begin(id), arity_);
+  }
+
+  void resize(std::size_t count) {
+    if (arity_ == 0) {
+      varying_.resize(count);
+    } else {
+      fixed_.resize(count * arity_);
+    }
+  }
+  void assign(Index id, std::span<const Index> vertices) {
+    if (arity_ == 0) {
+      varying_.assign(id, vertices);
+    } else {
+      std::copy(vertices.begin(), vertices.end(),
+                fixed_.begin() + static_cast<std::ptrdiff_t>(begin(id)));
+    }
+  }
+  void clear(Index id) {
+    if (arity_ == 0) {
+      varying_.clear(id);
+    }
+  }
+
+ private:
+  [[nodiscard]] std::size_t begin(Index id) const noexcept {
+    return static_cast<std::size_t>(id) * arity_;
+  }
+
+  int arity_;
+  std::vector<Index> fixed_;
+  ListPool varying_;
+};
+
+// The colours at each vertex and the constraint that holds each: a mask, and a list in the order of
+// the colours, so that a holder stands where as many bits lie below its colour.
+class VertexColors {
+ public:
+  [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
+  void add_vertices(Index count) {
+    vertex_count_ += count;
+    bits_.resize(static_cast<std::size_t>(vertex_count_) * words_, 0);
+    holders_.resize(static_cast<std::size_t>(vertex_count_));
+  }
+
+  void clear() {
+    std::fill(bits_.begin(), bits_.end(), 0);
+    for (Index v = 0; v < vertex_count_; ++v) {
+      holders_.clear(v);
+    }
+  }
+
+  // Makes room for colours below color_count.
+  void widen(Index color_count) {
+    const int needed = (color_count + 63) / 64;
+    if (needed <= words_) {
+      return;
+    }
+    const int wider = std::max(needed, words_ + (words_ + 1) / 2);
+    std::vector<std::uint64_t> bits(static_cast<std::size_t>(vertex_count_) * wider, 0);
+    for (std::size_t v = 0; v < static_cast<std::size_t>(vertex_count_); ++v) {
+      std::copy_n(bits_.data() + v * words_, words_, bits.data() + v * wider);
+    }
+    bits_ = std::move(bits);
+    words_ = wider;
+  }
+
+  [[nodiscard]] ColorMasks masks() noexcept { return {bits_.data(), words_}; }
+  [[nodiscard]] std::span<const Index> holders(Index vertex) const noexcept {
+    return holders_[vertex];
+  }
+
+  void reserve(Index vertex, Index constraints) {
+    holders_.reserve(vertex, static_cast<std::size_t>(constraints));
+  }
+  void put(Index vertex, Index color, Index id) {
+    holders_.insert(vertex, colors_below(vertex, color), id);
+    masks().word(vertex, color >> 6) |= std::uint64_t{1} << (color & 63);
+  }
+  void take(Index vertex, Index color) {
+    holders_.erase(vertex, colors_below(vertex, color));
+    masks().word(vertex, color >> 6) &= ~(std::uint64_t{1} << (color & 63));
+  }
+
+ private:
+  [[nodiscard]] Index colors_below(Index vertex, Index color) noexcept {
+    Index count = count_bits(masks().word(vertex, color >> 6) & low_bits(color & 63));
+    for (int i = 0; i < color >> 6; ++i) {
+      count += count_bits(masks().word(vertex, i));
+    }
+    return count;
+  }
+
+  Index vertex_count_ = 0;
+  int words_ = 1;
+  std::vector<std::uint64_t> bits_;  // [vertex_count * words]
+  ListPool holders_;                 // [vertex_count]
+};
+
+// How many constraints each vertex has, and the most that any has.
+class Valences {
+ public:
+  void add_vertices(Index count) { of_vertex_.resize(of_vertex_.size() + count, 0); }
+
+  void add(std::span<const Index> vertices) {
+    for (const Index v : vertices) {
+      const Index valence = ++of_vertex_[v];
+      if (static_cast<std::size_t>(valence) >= vertices_of_.size()) {
+        vertices_of_.resize(static_cast<std::size_t>(valence) + 1, 0);
+      }
+      --vertices_of_[valence - 1];
+      ++vertices_of_[valence];
+      most_ = std::max(most_, valence);
+    }
+  }
+  void subtract(std::span<const Index> vertices) {
+    for (const Index v : vertices) {
+      const Index valence = of_vertex_[v]--;
+      --vertices_of_[valence];
+      ++vertices_of_[valence - 1];
+      if (vertices_of_[most_] == 0) {
+        --most_;  // there now is one more of these
+      }
+    }
+  }
+
+  [[nodiscard]] Index operator[](Index vertex) const noexcept { return of_vertex_[vertex]; }
+  [[nodiscard]] Index most() const noexcept { return most_; }
+  [[nodiscard]] Index most(std::span<const Index> vertices) const noexcept {
+    Index most = 0;
+    for (const Index v : vertices) {
+      most = std::max(most, of_vertex_[v]);
+    }
+    return most;
+  }
+
+ private:
+  std::vector<Index> of_vertex_;
+  std::vector<Index> vertices_of_{0};  // [most + 1] vertices of each valence, relative at 0
+  Index most_ = 0;
+};
+
+// Of constraints, while an edit goes on.
+enum class Role : std::uint8_t {
+  none,
+  gone,      // removed or merged into another
+  kept,      // takes over the vertices of another
+  inserted,  // was not there before
+  moved,     // was there before and has left its colour
+};
+
+bool has_repetition(std::span<const Index> ids, std::vector<Index>& sorted) {
+  sorted.assign(ids.begin(), ids.end());
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+}
+
+}  // namespace
+
+struct DynamicColoring::Data {
+  struct Move {
+    Index id;
+    Index from;
+  };
+  struct Blockers {
+    Index color;
+    Index ids[2];
+  };
+  struct Step {
+    Index winner;
+    Index loser;
+    Index color;
+  };
+
+  Data(const ConstraintVertices& given, const Coloring& coloring) : constraints(given.arity) {
+    check_valid(coloring, given);
+    add_vertices(given.vertex_count);
+    const Index count = given.constraint_count();
+    constraints.resize(static_cast<std::size_t>(count));
+    roles.resize(static_cast<std::size_t>(count), Role::none);
+    ids_there = count;
+    entries = static_cast<std::int64_t>(given.vertices.size());
+    for (Index id = 0; id < count; ++id) {
+      constraints.assign(id, given[id]);
+      valences.add(given[id]);
+    }
+    color_of.resize(static_cast<std::size_t>(count));
+    std::vector<Index> ids(static_cast<std::size_t>(count));
+    std::iota(ids.begin(), ids.end(), 0);
+    take_over(ids, coloring);
+  }
+
+  static void check_valid(const Coloring& coloring, const ConstraintVertices& given) {
+    if (const auto conflict = find_conflict(coloring, given)) {
+      throw InvalidArgument("constraints " + std::to_string(conflict->first) + " and " +
+                            std::to_string(conflict->second) + " of colour " +
+                            std::to_string(conflict->color) + " share vertex " +
+                            std::to_string(conflict->vertex));
+    }
+    const auto overflow =
+        std::find(coloring.color_of.begin(), coloring.color_of.end(), kOverflowColor);
+    if (overflow != coloring.color_of.end()) {
+      throw InvalidArgument("constraint " + std::to_string(overflow - coloring.color_of.begin()) +
+                            " has no colour; all must have one");
+    }
+  }
+
+  // Colour by colour, so that each holder goes to the end of its lists.
+  void take_over(std::span<const Index> ids, const Coloring& coloring) {
+    at_vertex.clear();
+    at_vertex.widen(coloring.color_count);
+    for (Index v = 0; v < at_vertex.vertex_count(); ++v) {
+      at_vertex.reserve(v, valences[v]);
+    }
+    const std::vector<Index> counts = pbdsurg::color_sizes(coloring);
+    std::vector<Index> next(counts.size() + 1, 0);
+    std::partial_sum(counts.begin(), counts.end(), next.begin() + 1);
+    std::vector<Index> order(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      order[next[coloring.color_of[i]]++] = static_cast<Index>(i);
+    }
+    sizes.assign(counts.size(), 0);
+    squares = 0;
+    for (const Index i : order) {
+      put(ids[i], coloring.color_of[i]);
+    }
+    drop_empty_colors();
+    full_excess = color_count() - valences.most();
+    full_deviation = relative_deviation();
+  }
+
+  void add_vertices(Index count) {
+    at_vertex.add_vertices(count);
+    valences.add_vertices(count);
+  }
+
+  [[nodiscard]] Index color_count() const { return static_cast<Index>(sizes.size()); }
+  [[nodiscard]] bool contains(Index id) const {
+    return id >= 0 && static_cast<std::size_t>(id) < color_of.size() && color_of[id] != kNoColor;
+  }
+  void check_there(Index id) const {
+    if (!contains(id)) {
+      throw InvalidArgument("there is no constraint of id " + std::to_string(id));
+    }
+  }
+  [[nodiscard]] double relative_deviation() const {
+    if (ids_there == 0) {
+      return 0;
+    }
+    const double n = ids_there;
+    return std::sqrt(std::max(0.0, color_count() * static_cast<double>(squares) - n * n)) / n;
+  }
+
+  // ---- what an edit may not be
+
+  void check(const ConstraintEdit& edit) {
+    try {
+      for (const Index id : edit.removed) {
+        name(id, Role::gone);
+      }
+      for (const auto& [kept, gone] : edit.merged) {
+        name(kept, Role::kept);
+        name(gone, Role::gone);
+        check_merge(kept, gone);
+      }
+      check_inserted(edit.inserted);
+    } catch (...) {
+      forget_names(edit);
+      throw;
+    }
+    forget_names(edit);
+  }
+
+  void name(Index id, Role role) {
+    check_there(id);
+    if (roles[id] == Role::gone || (roles[id] == Role::kept && role == Role::gone)) {
+      throw InvalidArgument("the edit names constraint " + std::to_string(id) +
+                            " again; what is removed or merged into another is named once");
+    }
+    roles[id] = role;
+  }
+
+  void forget_names(const ConstraintEdit& edit) {
+    const auto forget = [&](Index id) {
+      if (contains(id)) {
+        roles[id] = Role::none;
+      }
+    };
+    for (const Index id : edit.removed) {
+      forget(id);
+    }
+    for (const auto& [kept, gone] : edit.merged) {
+      forget(kept);
+      forget(gone);
+    }
+  }
+
+  void check_merge(Index kept, Index gone) const {
+    const auto a = constraints[kept];
+    const auto b = constraints[gone];
+    if (constraints.arity() > 0 && !std::is_permutation(a.begin(), a.end(), b.begin(), b.end())) {
+      throw InvalidArgument("constraints " + std::to_string(kept) + " and " + std::to_string(gone) +
+                            " do not merge into one of " + std::to_string(constraints.arity()) +
+                            " vertices");
+    }
+  }
+
+  void check_inserted(const ConstraintVertices& inserted) {
+    if (inserted.vertices.empty() && inserted.offsets.empty()) {
+      return;  // nothing, of any arity
+    }
+    if (inserted.arity != constraints.arity()) {
+      throw InvalidArgument("inserted constraints of arity " + std::to_string(inserted.arity) +
+                            " do not fit a set of arity " + std::to_string(constraints.arity()) +
+                            " (0: each its own)");
+    }
+    check_shape(inserted);
+    if (entries + static_cast<std::int64_t>(inserted.vertices.size()) > kMostEntries) {
+      throw InvalidArgument(std::to_string(inserted.vertices.size()) + " vertices named besides " +
+                            std::to_string(entries) + "; there can be at most 2^31 - 1");
+    }
+    for (Index c = 0; c < inserted.constraint_count(); ++c) {
+      for (const Index v : inserted[c]) {
+        if (v < 0 || v >= at_vertex.vertex_count()) {
+          throw InvalidArgument("inserted constraint " + std::to_string(c) + " refers to vertex " +
+                                std::to_string(v) + "; ids must be in [0, " +
+                                std::to_string(at_vertex.vertex_count()) + ")");
+        }
+      }
+      if (has_repetition(inserted[c], scratch)) {
+        const auto twice = std::adjacent_find(scratch.begin(), scratch.end());
+        throw InvalidArgument("inserted constraint " + std::to_string(c) + " lists vertex " +
+                              std::to_string(*twice) + " twice; its vertices must differ");
+      }
+    }
+  }
+
+  // ---- the edit
+
+  ColoringUpdate apply(const ConstraintEdit& edit) {
+    check(edit);
+    waiting.clear();
+    moves.clear();
+    for (const Index id : edit.removed) {
+      remove(id);
+    }
+    for (const auto& [kept, gone] : edit.merged) {
+      merge(kept, gone);
+    }
+    for (const Move& move : moves) {
+      put_back(move);
+    }
+    ColoringUpdate update;
+    if (!edit.inserted.vertices.empty() || !edit.inserted.offsets.empty()) {
+      update.inserted.reserve(static_cast<std::size_t>(edit.inserted.constraint_count()));
+      for (Index c = 0; c < edit.inserted.constraint_count(); ++c) {
+        update.inserted.push_back(insert(edit.inserted[c]));
+      }
+    }
+    color_waiting();
+    drop_empty_colors();
+    for (const Index id : update.inserted) {
+      roles[id] = Role::none;
+    }
+    for (const Move& move : moves) {
+      roles[move.id] = Role::none;
+      if (color_of[move.id] != move.from) {
+        update.recolored.push_back(move.id);
+      }
+    }
+    std::sort(update.recolored.begin(), update.recolored.end());
+    return update;
+  }
+
+  void remove(Index id) {
+    take(id);
+    valences.subtract(constraints[id]);
+    entries -= static_cast<std::int64_t>(constraints[id].size());
+    constraints.clear(id);
+    free_ids.push_back(id);
+    --ids_there;
+  }
+
+  void merge(Index kept, Index gone) {
+    if (color_of[kept] != kNoColor) {
+      note_move(kept);
+      take(kept);
+    }
+    if (constraints.arity() > 0) {
+      remove(gone);
+      return;
+    }
+    const auto a = constraints[kept];
+    const auto b = constraints[gone];
+    scratch.assign(a.begin(), a.end());
+    scratch.insert(scratch.end(), b.begin(), b.end());
+    std::sort(scratch.begin(), scratch.end());
+    scratch.erase(std::unique(scratch.begin(), scratch.end()), scratch.end());
+    valences.subtract(a);
+    entries += static_cast<std::int64_t>(scratch.size() - a.size());
+    remove(gone);
+    constraints.assign(kept, scratch);
+    valences.add(scratch);
+  }
+
+  // Where a merged constraint can keep its colour, it does.
+  void put_back(const Move& move) {
+    const ColorMasks masks = at_vertex.masks();
+    const auto ids = constraints[move.id];
+    if (std::none_of(ids.begin(), ids.end(), [&](Index v) { return masks.has(v, move.from); })) {
+      put(move.id, move.from);
+    } else {
+      waiting.push_back(move.id);
+    }
+  }
+
+  Index insert(std::span<const Index> vertices) {
+    Index id = static_cast<Index>(color_of.size());
+    if (free_ids.empty()) {
+      color_of.push_back(kNoColor);
+      roles.push_back(Role::none);
+      constraints.resize(color_of.size());
+    } else {
+      id = free_ids.back();
+      free_ids.pop_back();
+    }
+    constraints.assign(id, vertices);
+    valences.add(vertices);
+    entries += static_cast<std::int64_t>(vertices.size());
+    ++ids_there;
+    roles[id] = Role::inserted;
+    waiting.push_back(id);
+    return id;
+  }
+
+  void color_waiting() {
+    sort_waiting();
+    while (color_count() < valences.most()) {
+      sizes.push_back(0);
+    }
+    at_vertex.widen(color_count());
+    for (const Index id : waiting) {
+      if (const Index color = find_color_or_make_room(id); color != kNoColor) {
+        put(id, color);
+      } else if (!pass_on(id)) {
+        sizes.push_back(0);
+        at_vertex.widen(color_count());
+        put(id, color_count() - 1);
+      }
+    }
+  }
+
+  // By falling valence; those of equal valence stay in order.
+  void sort_waiting() {
+    scratch.assign(static_cast<std::size_t>(valences.most()) + 2, 0);
+    const auto place = [&](Index id) { return valences.most() - valences.most(constraints[id]); };
+    for (const Index id : waiting) {
+      ++scratch[place(id) + 1];
+    }
+    std::partial_sum(scratch.begin(), scratch.end(), scratch.begin());
+    sorted.resize(waiting.size());
+    for (const Index id : waiting) {
+      sorted[scratch[place(id)]++] = id;
+    }
+    waiting.swap(sorted);
+  }
+
+  // The emptiest colour that none of the vertices has.
+  [[nodiscard]] Index find_color(std::span<const Index> vertices) {
+    const ColorMasks masks = at_vertex.masks();
+    Index best = kNoColor;
+    Index best_size = std::numeric_limits<Index>::max();
+    for (int i = 0; 64 * i < color_count(); ++i) {
+      for (std::uint64_t word = masks.free_word(vertices, i, color_count()); word != 0;
+           word &= word - 1) {
+        const Index color = 64 * i + lowest_bit(word);
+        if (sizes[color] < best_size) {
+          best = color;
+          best_size = sizes[color];
+        }
+      }
+    }
+    return best;
+  }
+
+  [[nodiscard]] Index find_color_or_make_room(Index id) {
+    const Index color = find_color(constraints[id]);
+    return color != kNoColor ? color : make_room(id);
+  }
+
+  // Which colours only one or two others keep from a constraint.
+  void find_blockers(Index id) {
+    const auto vertices = constraints[id];
+    const ColorMasks masks = at_vertex.masks();
+    passed.assign(vertices.size(), 0);
+    singles.clear();
+    pairs.clear();
+    for (Index color = 0; color < color_count(); ++color) {
+      Blockers blockers{color, {kInvalidIndex, kInvalidIndex}};
+      int count = 0;
+      for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (!masks.has(vertices[i], color)) {
+          continue;
+        }
+        const Index holder = at_vertex.holders(vertices[i])[passed[i]++];
+        if (holder != blockers.ids[0] && holder != blockers.ids[1]) {
+          if (count < 2) {
+            blockers.ids[count] = holder;
+          }
+          ++count;
+        }
+      }
+      if (count == 1) {
+        singles.push_back(blockers);
+      } else if (count == 2) {
+        pairs.push_back(blockers);
+      }
+    }
+  }
+
+  // Frees a colour for a constraint by moving the one or two others that hold it. Two of one colour
+  // share no vertex, so each moves without regard to the other.
+  [[nodiscard]] Index make_room(Index id) {
+    find_blockers(id);
+    for (const auto& [color, ids] : singles) {
+      const Index other = find_color(constraints[ids[0]]);
+      if (other != kNoColor) {
+        move(ids[0], other);
+        return color;
+      }
+    }
+    for (const auto& [color, ids] : pairs) {
+      const Index other = find_color(constraints[ids[0]]);
+      if (other != kNoColor && find_color(constraints[ids[1]]) != kNoColor) {
+        move(ids[0], other);
+        move(ids[1], find_color(constraints[ids[1]]));
+        return color;
+      }
+    }
+    return kNoColor;
+  }
+
+  // Colours a constraint for which make_room() has failed, by a walk: it takes a colour from the
+  // one that holds it, which then needs another, and so on until that can be had. All goes back if
+  // the walk grows too long.
+  bool pass_on(Index id) {
+    walk.clear();
+    Index previous = kInvalidIndex;
+    for (Index wanting = id; walk.size() < kLongestWalk;) {
+      std::erase_if(singles, [&](const Blockers& b) { return b.ids[0] == previous; });
+      if (singles.empty()) {
+        break;
+      }
+      const auto& [color, ids] = singles[random_bits(id, walk.size()) % singles.size()];
+      const Step step{wanting, ids[0], color};
+      note_move(step.loser);
+      take(step.loser);
+      put(step.winner, color);
+      walk.push_back(step);
+      previous = std::exchange(wanting, step.loser);
+      if (const Index free = find_color_or_make_room(wanting); free != kNoColor) {
+        put(wanting, free);
+        return true;
+      }
+    }
+    for (auto step = walk.rbegin(); step != walk.rend(); ++step) {
+      take(step->winner);
+      put(step->loser, step->color);
+    }
+    return false;
+  }
+
+  void drop_empty_colors() {
+    while (!sizes.empty() && sizes.back() == 0) {
+      sizes.pop_back();
+    }
+  }
+
+  // ---- one constraint
+
+  void put(Index id, Index color) {
+    for (const Index v : constraints[id]) {
+      at_vertex.put(v, color, id);
+    }
+    color_of[id] = color;
+    squares += 2 * std::int64_t{sizes[color]++} + 1;
+  }
+  void take(Index id) {
+    const Index color = color_of[id];
+    for (const Index v : constraints[id]) {
+      at_vertex.take(v, color);
+    }
+    color_of[id] = kNoColor;
+    squares -= 2 * std::int64_t{--sizes[color]} + 1;
+  }
+  void move(Index id, Index color) {
+    note_move(id);
+    take(id);
+    put(id, color);
+  }
+  void note_move(Index id) {
+    if (roles[id] == Role::none) {
+      roles[id] = Role::moved;
+      moves.push_back({id, color_of[id]});
+    }
+  }
+
+  ConstraintStore constraints;
+  std::vector<Index> color_of;  // [id_count] kNoColor where there is none
+  std::vector<Index> free_ids;
+  Index ids_there = 0;
+  std::int64_t entries = 0;  // vertices named by constraints
+
+  VertexColors at_vertex;
+  Valences valences;         // an edit's constraints count before they have a colour
+  std::vector<Index> sizes;  // [color_count]
+  std::int64_t squares = 0;  // sum of the squares of the sizes
+
+  // at the last full colouring
+  Index full_excess = 0;  // colours above the clique bound
+  double full_deviation = 0;
+
+  // while an edit goes on
+  std::vector<Role> roles;  // [id_count]
+  std::vector<Index> waiting;
+  std::vector<Index> sorted;
+  std::vector<Index> scratch;
+  std::vector<Index> passed;  // holders at each vertex with lower colours
+  std::vector<Blockers> singles;
+  std::vector<Blockers> pairs;
+  std::vector<Step> walk;
+  std::vector<Move> moves;  // first colour of what has moved
+};
+
+ConstraintVertices ColoringExtract::constraints() const {
+  ConstraintVertices result;
+  result.vertices = vertices;
+  result.offsets = offsets;
+  result.arity = arity;
+  result.vertex_count = vertex_count;
+  return result;
+}
+
+DynamicColoring::DynamicColoring(const ConstraintVertices& constraints, const Coloring& coloring)
+    : data_(std::make_unique<Data>(constraints, coloring)) {}
+DynamicColoring::~DynamicColoring() = default;
+DynamicColoring::DynamicColoring(DynamicColoring&&) noexcept = default;
+DynamicColoring& DynamicColoring::operator=(DynamicColoring&&) noexcept = default;
+
+void DynamicColoring::add_vertices(Index count) {
+  if (count < 0 || count > std::numeric_limits<Index>::max() - vertex_count()) {
+    throw InvalidArgument(std::to_string(count) + " vertices cannot be added to " +
+                          std::to_string(vertex_count()) +
+                          "; there can be from as many to 2^31 - 1");
+  }
+  data_->add_vertices(count);
+}
+
+ColoringUpdate DynamicColoring::apply(const ConstraintEdit& edit) {
+  return data_->apply(edit);
+}
+
+int DynamicColoring::arity() const noexcept {
+  return data_->constraints.arity();
+}
+
+Index DynamicColoring::vertex_count() const noexcept {
+  return data_->at_vertex.vertex_count();
+}
+
+Index DynamicColoring::constraint_count() const noexcept {
+  return data_->ids_there;
+}
+
+Index DynamicColoring::id_count() const noexcept {
+  return static_cast<Index>(data_->color_of.size());
+}
+
+bool DynamicColoring::contains(Index id) const noexcept {
+  return data_->contains(id);
+}
+
+std::span<const Index> DynamicColoring::vertices(Index id) const {
+  data_->check_there(id);
+  return data_->constraints[id];
+}
+
+Index DynamicColoring::color(Index id) const {
+  data_->check_there(id);
+  return data_->color_of[id];
+}
+
+Index DynamicColoring::color_count() const noexcept {
+  return data_->color_count();
+}
+
+std::span<const Index> DynamicColoring::color_sizes() const noexcept {
+  return data_->sizes;
+}
+
+Index DynamicColoring::clique_bound() const noexcept {
+  return data_->valences.most();
+}
+
+double DynamicColoring::relative_deviation() const noexcept {
+  return data_->relative_deviation();
+}
+
+bool DynamicColoring::recoloring_pays() const noexcept {
+  const double deviation = relative_deviation() - data_->full_deviation;
+  return color_count() - clique_bound() > data_->full_excess + 2 ||
+         (deviation > 0.1 && deviation * constraint_count() > color_count());
+}
+
+ColoringExtract DynamicColoring::extract() const {
+  ColoringExtract result;
+  result.arity = arity();
+  result.vertex_count = vertex_count();
+  result.ids.reserve(static_cast<std::size_t>(constraint_count()));
+  result.vertices.reserve(static_cast<std::size_t>(data_->entries));
+  result.coloring.color_count = color_count();
+  result.coloring.color_of.reserve(static_cast<std::size_t>(constraint_count()));
+  if (arity() == 0) {
+    result.offsets.push_back(0);
+  }
+  for (Index id = 0; id < id_count(); ++id) {
+    if (!contains(id)) {
+      continue;
+    }
+    const auto of_id = data_->constraints[id];
+    result.ids.push_back(id);
+    result.vertices.insert(result.vertices.end(), of_id.begin(), of_id.end());
+    if (arity() == 0) {
+      result.offsets.push_back(static_cast<Index>(result.vertices.size()));
+    }
+    result.coloring.color_of.push_back(data_->color_of[id]);
+  }
+  return result;
+}
+
+void DynamicColoring::adopt(const ColoringExtract& extract) {
+  const ColoringExtract there = this->extract();
+  if (extract.ids != there.ids || extract.vertices != there.vertices ||
+      extract.offsets != there.offsets) {
+    throw InvalidArgument(
+        "the " + std::to_string(extract.ids.size()) + " constraints recoloured are not the " +
+        std::to_string(there.ids.size()) + " that are there; an edit has come in between");
+  }
+  Data::check_valid(extract.coloring, there.constraints());
+  data_->take_over(there.ids, extract.coloring);
+}
+
+}  // namespace pbdsurg
