@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // What 200 edits of one hundredth each leave of a colouring of tetrahedra, and what they cost:
-// removed are tetrahedra at random (scattered) or those around random vertices (regional), and put
-// back are those of the edit before. Runs on
+// removed are tetrahedra at random (scattered) or neighbours of each other (regional), and put back
+// are those that the edit before removed. Meshes:
 //
-//   surface_filled/ROW  the paper's kind of mesh; needs the program tetgen
-//   hollow/ROW          table 2 as this library makes it
-//   split/TETS          a box whose edges are split at random, each with all tetrahedra around it:
-//                       connectivity as irregular as a mesh can have (dozens to hundreds at a
-//                       vertex)
+//   surface_filled/ROW  of table 2, the paper's kind; needs the program tetgen
+//   hollow/ROW          of table 2, as this library makes them
+//   split/TETS          a box whose edges are split at random, with all tetrahedra around them,
+//   until
+//                       it has five times as many: very irregular, a hundred tetrahedra at a vertex
+//   lattice/SIDE        that box unsplit, 24 tetrahedra at each inner vertex: the hard case
 //
-// Counters: the largest colour count and deviation after any edit, the clique bound of the whole
-// mesh, the whole time of an edit (checks and removals too) for each constraint inserted, and the
-// share of inserted constraints for which another had to change its colour.
+// Counters: colours at the start and the most after any edit; clique bound of the mesh; deviation
+// of the colours' sizes in the end (rsd) and the largest after any edit; the time of an edit,
+// checks and removals included, for each constraint inserted; constraints recoloured for each
+// inserted.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -56,8 +58,8 @@ Tets make_table2(int row, Table2Kind kind) {
   return {{mesh.tets().begin(), mesh.tets().end()}, mesh.vertex_count()};
 }
 
-// Cubes of six tetrahedra; a fifth as many as wanted, the rest comes from splitting.
-Tets make_split(Index wanted, Index side) {
+// A box of side^3 cubes of six tetrahedra; its edges are split until there are as many as wanted.
+Tets make_box(Index side, Index wanted) {
   Tets mesh;
   const auto vertex = [&](const std::array<Index, 3>& p) {
     return p[0] + (side + 1) * (p[1] + (side + 1) * p[2]);
@@ -125,7 +127,7 @@ DynamicColoring color_all(const Tets& mesh) {
   return coloring;
 }
 
-// Which tetrahedra an edit removes, as positions in `there`.
+// Which tetrahedra an edit removes.
 class Chooser {
  public:
   Chooser(const Tets& mesh, bool regional)
@@ -164,10 +166,11 @@ class Chooser {
 };
 
 void run_edits(benchmark::State& state, const Tets& mesh, bool regional) {
+  Index bound = 0;
+  Index start_colors = 0;
   Index colors = 0;
   double deviation = 0;
-  Index start_colors = 0;
-  Index bound = 0;
+  double peak = 0;
   std::size_t inserted = 0;
   std::size_t recolored = 0;
   double seconds = 0;
@@ -203,9 +206,10 @@ void run_edits(benchmark::State& state, const Tets& mesh, bool regional) {
       inserted += out.size();
       recolored += update.recolored.size();
       colors = std::max(colors, coloring.color_count());
-      deviation = std::max(deviation, coloring.relative_deviation());
+      peak = std::max(peak, coloring.relative_deviation());
       out = chosen;
     }
+    deviation = coloring.relative_deviation();
     const ColoringExtract extract = coloring.extract();
     if (find_conflict(extract.coloring, extract.constraints())) {
       state.SkipWithError("the colouring is not valid");
@@ -219,6 +223,7 @@ void run_edits(benchmark::State& state, const Tets& mesh, bool regional) {
   state.counters["start_colors"] = start_colors;
   state.counters["colors"] = colors;
   state.counters["rsd"] = deviation;
+  state.counters["peak_rsd"] = peak;
   state.counters["us_per_insertion"] = 1e6 * seconds / static_cast<double>(inserted);
   state.counters["recolored"] = static_cast<double>(recolored) / static_cast<double>(inserted);
 }
@@ -231,14 +236,11 @@ void BM_table2(benchmark::State& state, Table2Kind kind, bool regional) {
   }
 }
 void BM_split(benchmark::State& state, bool regional) {
-  run_edits(state,
-            make_split(static_cast<Index>(state.range(0)),
-                       static_cast<Index>(std::cbrt(state.range(0) / 30))),
-            regional);
+  const auto wanted = static_cast<Index>(state.range(0));
+  run_edits(state, make_box(static_cast<Index>(std::cbrt(wanted / 30)), wanted), regional);
 }
-
 void BM_lattice(benchmark::State& state, bool regional) {
-  run_edits(state, make_split(0, static_cast<Index>(state.range(0))), regional);
+  run_edits(state, make_box(static_cast<Index>(state.range(0)), 0), regional);
 }
 
 void rows(benchmark::internal::Benchmark* bench) {
@@ -257,8 +259,14 @@ BENCHMARK_CAPTURE(BM_table2, surface_filled_regional, Table2Kind::surface_filled
     ->Apply(rows);
 BENCHMARK_CAPTURE(BM_table2, hollow_scattered, Table2Kind::hollow, false)->Apply(rows);
 BENCHMARK_CAPTURE(BM_table2, hollow_regional, Table2Kind::hollow, true)->Apply(rows);
-BENCHMARK_CAPTURE(BM_lattice, scattered, false)->Arg(15)->UseManualTime();
-BENCHMARK_CAPTURE(BM_lattice, regional, true)->Arg(15)->UseManualTime();
+BENCHMARK_CAPTURE(BM_lattice, scattered, false)
+    ->Arg(15)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_lattice, regional, true)
+    ->Arg(15)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_split, scattered, false)->Apply(sizes);
 BENCHMARK_CAPTURE(BM_split, regional, true)->Apply(sizes);
 

@@ -572,9 +572,9 @@ struct DynamicColoring::Data {
     return kNoColor;
   }
 
-  // Colours a constraint for which make_room() has failed, by a walk: it takes a colour from the
-  // one that holds it, which then needs another, and so on until that can be had. All goes back if
-  // the walk grows too long.
+  // Colours a constraint for which make_room() has failed: it takes the colour of one neighbour,
+  // which then needs another, and so on until that can be had. All goes back if the walk gets stuck
+  // or too long.
   bool pass_on(Index id) {
     walk.clear();
     Index previous = kInvalidIndex;

@@ -357,12 +357,12 @@ void check_quality(const TetMesh& mesh, Index spare_colors, double most_deviatio
 // are kept up to date are compared with ones made from scratch.
 TEST_CASE("dynamic coloring: random edits keep it valid and its counts true", "[property]") {
   const std::vector<Graph> graphs{
-      {4, 60, 150, false, 500},    // tetrahedra, crowded: ejection and new colours
-      {4, 2000, 150, false, 100},  // and sparse: constraints seldom meet
-      {2, 12, 40, false, 500},    {2, 3, 6, false, 400},   {3, 5, 12, false, 400},
-      {1, 4, 9, false, 300},      {5, 30, 60, false, 300}, {0, 40, 80, false, 700},
-      {0, 12, 8, false, 400},     {0, 300, 290, true, 60},  // hubs past 64, 128 and 256 colours
-      {2, 300, 290, true, 60},    {4, 100, 150, true, 150}};
+      {4, 60, 150, false, 3000},   // tetrahedra, crowded: ejection, walks and new colours
+      {4, 2000, 150, false, 300},  // and sparse: constraints seldom meet
+      {2, 12, 40, false, 3000},   {2, 3, 6, false, 1000},   {3, 5, 12, false, 1000},
+      {1, 4, 9, false, 500},      {5, 30, 60, false, 1000}, {0, 40, 80, false, 3000},
+      {0, 12, 8, false, 1000},    {0, 300, 290, true, 300},  // hubs: colours past 64, 128 and 256
+      {2, 300, 290, true, 300},   {4, 100, 150, true, 500}};
   std::uint64_t seed = 1;
   for (const Graph& graph : graphs) {
     INFO("arity " << graph.arity << ", " << graph.vertex_count << " vertices, hub " << graph.hub);
@@ -441,22 +441,43 @@ TEST_CASE("dynamic coloring: empty colours are filled first, trailing ones dropp
   CHECK(coloring.color_count() == 1);
 }
 
-// A path of two edges forces the colours 0, 1 apart; the third edge fits only once the second
-// makes way.
-TEST_CASE("dynamic coloring: others make room before there is a new colour", "[unit]") {
-  const Constraints path = make_constraints(2, {{0, 1}, {2, 3}});
-  DynamicColoring coloring(path.view(5), {{0, 1}, 2});
+TEST_CASE("dynamic coloring: another makes room before there is a new colour", "[unit]") {
+  DynamicColoring coloring(make_constraints(2, {{0, 1}, {2, 3}}).view(4), {{0, 1}, 2});
 
-  // 1 sees colour 0, 2 sees colour 1: {1, 2} has no colour left
+  // 1 sees colour 0, 2 sees colour 1
   const ColoringUpdate update = insert(coloring, make_constraints(2, {{1, 2}}));
 
   CHECK(coloring.color_count() == 2);
   CHECK(update.recolored.size() == 1);
 }
 
+// Neighbours on both sides are stuck themselves; theirs are not.
+TEST_CASE("dynamic coloring: the want of a colour is passed on along a path", "[unit]") {
+  const Constraints path = make_constraints(2, {{0, 1}, {1, 2}, {3, 4}, {4, 5}});
+  DynamicColoring coloring(path.view(6), {{1, 0, 1, 0}, 2});
+
+  const ColoringUpdate update = insert(coloring, make_constraints(2, {{2, 3}}));
+
+  CHECK(coloring.color_count() == 2);
+  CHECK(update.recolored.size() == 2);
+}
+
+// No walk around an odd ring can succeed: all that it has moved must be back.
+TEST_CASE("dynamic coloring: an odd ring takes a third colour and moves nothing", "[unit]") {
+  Constraints ring = make_constraints(2, {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}, {5, 6}});
+  DynamicColoring coloring(ring.view(7), {{0, 1, 0, 1, 0, 1}, 2});
+
+  const ColoringUpdate update = insert(coloring, make_constraints(2, {{6, 0}}));
+
+  CHECK(update.recolored.empty());
+  CHECK(coloring.color_count() == 3);
+  CHECK(coloring.color(update.inserted[0]) == 2);
+}
+
 TEST_CASE("dynamic coloring: a merged constraint keeps its colour where it can", "[unit]") {
-  const Constraints clusters = make_constraints(0, {{0, 1}, {2, 3}, {4, 5}, {3, 6}});
-  DynamicColoring coloring(clusters.view(7), {{0, 0, 0, 1}, 2});
+  const Constraints clusters =
+      make_constraints(0, {{0, 1}, {2, 3}, {4, 5}, {3, 6}, {7, 8}, {6, 8}});
+  DynamicColoring coloring(clusters.view(9), {{0, 0, 0, 1, 1, 0}, 2});
   const std::vector<MergePair> merged{{2, 1}, {2, 0}};
 
   ColoringUpdate update = coloring.apply({{}, merged, {}});
@@ -467,13 +488,12 @@ TEST_CASE("dynamic coloring: a merged constraint keeps its colour where it can",
   CHECK_FALSE(coloring.contains(0));
   CHECK_FALSE(coloring.contains(1));
 
-  // constraint 3 of colour 1 meets vertex 3 of constraint 2; another of colour 0 elsewhere
-  const Index other = insert(coloring, make_constraints(0, {{6}})).inserted[0];
-  REQUIRE(coloring.color(other) == 0);
-  const std::vector<MergePair> clashing{{other, 2}};
+  // constraint 3 has colour 1 at vertex 6, so what takes over 6 cannot keep that colour
+  const std::vector<MergePair> clashing{{4, 5}};
   update = coloring.apply({{}, clashing, {}});
-  CHECK(std::ranges::equal(coloring.vertices(other), std::vector<Index>{0, 1, 2, 3, 4, 5, 6}));
-  CHECK(coloring.color(other) != coloring.color(3));
+  CHECK(update.recolored == std::vector<Index>{4});
+  CHECK(std::ranges::equal(coloring.vertices(4), std::vector<Index>{6, 7, 8}));
+  CHECK(coloring.color(4) == 0);
 }
 
 TEST_CASE("dynamic coloring: freed ids are given again, those of the same edit too", "[unit]") {
