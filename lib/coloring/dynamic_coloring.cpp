@@ -168,7 +168,7 @@ class Valences {
 
  private:
   std::vector<Index> of_vertex_;
-  std::vector<Index> vertices_of_{0};  // [most + 1] vertices of each valence, relative at 0
+  std::vector<Index> vertices_of_{0};  // [most + 1] vertices of each valence but 0
   Index most_ = 0;
 };
 
@@ -180,12 +180,6 @@ enum class Role : std::uint8_t {
   inserted,  // was not there before
   moved,     // was there before and has left its colour
 };
-
-bool has_repetition(std::span<const Index> ids, std::vector<Index>& sorted) {
-  sorted.assign(ids.begin(), ids.end());
-  std::sort(sorted.begin(), sorted.end());
-  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
-}
 
 }  // namespace
 
@@ -359,8 +353,10 @@ struct DynamicColoring::Data {
                                 std::to_string(at_vertex.vertex_count()) + ")");
         }
       }
-      if (has_repetition(inserted[c], scratch)) {
-        const auto twice = std::adjacent_find(scratch.begin(), scratch.end());
+      scratch.assign(inserted[c].begin(), inserted[c].end());
+      std::sort(scratch.begin(), scratch.end());
+      const auto twice = std::adjacent_find(scratch.begin(), scratch.end());
+      if (twice != scratch.end()) {
         throw InvalidArgument("inserted constraint " + std::to_string(c) + " lists vertex " +
                               std::to_string(*twice) + " twice; its vertices must differ");
       }

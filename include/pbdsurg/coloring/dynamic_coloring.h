@@ -21,7 +21,7 @@ struct ConstraintEdit {
   /// them in ascending order. The first may be named again to take over more. Of fixed arity, both
   /// must have the same vertices, and the first is left as it is.
   std::span<const std::pair<Index, Index>> merged;
-  ConstraintVertices inserted;  ///< of the arity of the set; its vertex_count is not read
+  ConstraintVertices inserted;  ///< of the arity of the set; its vertex_count may stay 0
 };
 
 /// What an edit did to the colouring.
@@ -73,8 +73,8 @@ class DynamicColoring {
   /// @throws InvalidArgument  if count is negative or there would be more than 2^31 - 1
   void add_vertices(Index count);
 
-  /// Applies an edit, all of it or nothing. Ids that it frees are the first to be given to what it
-  /// inserts.
+  /// Applies an edit, all of it or nothing (but for want of memory). Ids that it frees are the
+  /// first to be given to what it inserts.
   ///
   /// Cost a constraint: O(arity * colours / 64 + colours + constraints at its vertices), 0.2 to
   /// 0.5 us for tetrahedra, up to 1 us at a million; and up to O(arity * colours^2 / 64) for each
