@@ -21,6 +21,13 @@ namespace {
 
 constexpr Index kNoColor = kInvalidIndex;
 constexpr std::size_t kLongestWalk = 64;
+
+// What an edit may do besides what it is asked for.
+constexpr std::int64_t kMovesPerChange = 8;
+constexpr double kMostDeviation = 0.04;  // of sizes that are left as they are
+constexpr std::int64_t kMisses = 256;    // after which sizes count as even as they get
+constexpr std::int64_t kMissesPerMove = 4;
+
 constexpr std::int64_t kMostEntries = std::numeric_limits<Index>::max();
 
 // The vertices of each constraint, by id.
@@ -192,11 +199,6 @@ struct DynamicColoring::Data {
     Index color;
     Index ids[2];
   };
-  struct Step {
-    Index winner;
-    Index loser;
-    Index color;
-  };
 
   Data(const ConstraintVertices& given, const Coloring& coloring) : constraints(given.arity) {
     check_valid(coloring, given);
@@ -210,7 +212,8 @@ struct DynamicColoring::Data {
       constraints.assign(id, given[id]);
       valences.add(given[id]);
     }
-    color_of.resize(static_cast<std::size_t>(count));
+    color_of.resize(static_cast<std::size_t>(count), kNoColor);
+    position_of.resize(static_cast<std::size_t>(count));
     std::vector<Index> ids(static_cast<std::size_t>(count));
     std::iota(ids.begin(), ids.end(), 0);
     take_over(ids, coloring);
@@ -234,7 +237,6 @@ struct DynamicColoring::Data {
   // Colour by colour, so that each holder goes to the end of its lists.
   void take_over(std::span<const Index> ids, const Coloring& coloring) {
     at_vertex.clear();
-    at_vertex.widen(coloring.color_count);
     for (Index v = 0; v < at_vertex.vertex_count(); ++v) {
       at_vertex.reserve(v, valences[v]);
     }
@@ -245,14 +247,26 @@ struct DynamicColoring::Data {
     for (std::size_t i = 0; i < ids.size(); ++i) {
       order[next[coloring.color_of[i]]++] = static_cast<Index>(i);
     }
-    sizes.assign(counts.size(), 0);
     squares = 0;
+    sizes.clear();
+    for (std::vector<Index>& of_color : members) {
+      of_color.clear();
+    }
+    while (sizes.size() < counts.size()) {
+      open_color();
+    }
     for (const Index i : order) {
       put(ids[i], coloring.color_of[i]);
     }
     drop_empty_colors();
-    full_excess = color_count() - valences.most();
+    note_full_coloring();
+  }
+
+  void note_full_coloring() {
+    full_clique = valences.most();
+    full_excess = color_count() - full_clique;
     full_deviation = relative_deviation();
+    stuck_colors = 0;
   }
 
   void add_vertices(Index count) {
@@ -378,6 +392,7 @@ struct DynamicColoring::Data {
     for (const Move& move : moves) {
       put_back(move);
     }
+    const bool all_new = ids_there == 0;
     ColoringUpdate update;
     if (!edit.inserted.vertices.empty() || !edit.inserted.offsets.empty()) {
       update.inserted.reserve(static_cast<std::size_t>(edit.inserted.constraint_count()));
@@ -385,8 +400,13 @@ struct DynamicColoring::Data {
         update.inserted.push_back(insert(edit.inserted[c]));
       }
     }
+    most_colors = find_most_colors();
     color_waiting();
+    follow_up(edit.removed.size() + edit.merged.size() + update.inserted.size());
     drop_empty_colors();
+    if (all_new) {
+      note_full_coloring();
+    }
     for (const Index id : update.inserted) {
       roles[id] = Role::none;
     }
@@ -446,6 +466,7 @@ struct DynamicColoring::Data {
     Index id = static_cast<Index>(color_of.size());
     if (free_ids.empty()) {
       color_of.push_back(kNoColor);
+      position_of.push_back(0);
       roles.push_back(Role::none);
       constraints.resize(color_of.size());
     } else {
@@ -464,16 +485,17 @@ struct DynamicColoring::Data {
   void color_waiting() {
     sort_waiting();
     while (color_count() < valences.most()) {
-      sizes.push_back(0);
+      open_color();
     }
-    at_vertex.widen(color_count());
     for (const Index id : waiting) {
-      if (const Index color = find_color_or_make_room(id); color != kNoColor) {
+      trail.clear();
+      if (!find_place(id)) {
+        Index color = find_color(constraints[id], color_count());  // of those that are closing
+        if (color == kNoColor) {
+          color = color_count();
+          open_color();
+        }
         put(id, color);
-      } else if (!pass_on(id)) {
-        sizes.push_back(0);
-        at_vertex.widen(color_count());
-        put(id, color_count() - 1);
       }
     }
   }
@@ -493,14 +515,13 @@ struct DynamicColoring::Data {
     waiting.swap(sorted);
   }
 
-  // The emptiest colour that none of the vertices has.
-  [[nodiscard]] Index find_color(std::span<const Index> vertices) {
+  // The emptiest colour below a limit that none of the vertices has.
+  [[nodiscard]] Index find_color(std::span<const Index> vertices, Index limit) {
     const ColorMasks masks = at_vertex.masks();
     Index best = kNoColor;
     Index best_size = std::numeric_limits<Index>::max();
-    for (int i = 0; 64 * i < color_count(); ++i) {
-      for (std::uint64_t word = masks.free_word(vertices, i, color_count()); word != 0;
-           word &= word - 1) {
+    for (int i = 0; 64 * i < limit; ++i) {
+      for (std::uint64_t word = masks.free_word(vertices, i, limit); word != 0; word &= word - 1) {
         const Index color = 64 * i + lowest_bit(word);
         if (sizes[color] < best_size) {
           best = color;
@@ -510,10 +531,20 @@ struct DynamicColoring::Data {
     }
     return best;
   }
+  [[nodiscard]] Index find_color(Index id) { return find_color(constraints[id], open_count()); }
 
   [[nodiscard]] Index find_color_or_make_room(Index id) {
-    const Index color = find_color(constraints[id]);
+    const Index color = find_color(id);
     return color != kNoColor ? color : make_room(id);
+  }
+
+  // Gives an open colour to a constraint that has none, whatever that takes.
+  bool find_place(Index id) {
+    if (const Index color = find_color_or_make_room(id); color != kNoColor) {
+      put_on_trail(id, color);
+      return true;
+    }
+    return pass_on(id);
   }
 
   // Which colours only one or two others keep from a constraint.
@@ -523,7 +554,7 @@ struct DynamicColoring::Data {
     passed.assign(vertices.size(), 0);
     singles.clear();
     pairs.clear();
-    for (Index color = 0; color < color_count(); ++color) {
+    for (Index color = 0; color < open_count(); ++color) {
       Blockers blockers{color, {kInvalidIndex, kInvalidIndex}};
       int count = 0;
       for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -551,17 +582,17 @@ struct DynamicColoring::Data {
   [[nodiscard]] Index make_room(Index id) {
     find_blockers(id);
     for (const auto& [color, ids] : singles) {
-      const Index other = find_color(constraints[ids[0]]);
+      const Index other = find_color(ids[0]);
       if (other != kNoColor) {
         move(ids[0], other);
         return color;
       }
     }
     for (const auto& [color, ids] : pairs) {
-      const Index other = find_color(constraints[ids[0]]);
-      if (other != kNoColor && find_color(constraints[ids[1]]) != kNoColor) {
+      const Index other = find_color(ids[0]);
+      if (other != kNoColor && find_color(ids[1]) != kNoColor) {
         move(ids[0], other);
-        move(ids[1], find_color(constraints[ids[1]]));
+        move(ids[1], find_color(ids[1]));
         return color;
       }
     }
@@ -572,32 +603,118 @@ struct DynamicColoring::Data {
   // which then needs another, and so on until that can be had. All goes back if the walk gets stuck
   // or too long.
   bool pass_on(Index id) {
-    walk.clear();
+    const std::size_t start = trail.size();
     Index previous = kInvalidIndex;
-    for (Index wanting = id; walk.size() < kLongestWalk;) {
+    Index wanting = id;
+    for (std::size_t steps = 0; steps < kLongestWalk; ++steps) {
       std::erase_if(singles, [&](const Blockers& b) { return b.ids[0] == previous; });
       if (singles.empty()) {
         break;
       }
-      const auto& [color, ids] = singles[random_bits(id, walk.size()) % singles.size()];
-      const Step step{wanting, ids[0], color};
-      note_move(step.loser);
-      take(step.loser);
-      put(step.winner, color);
-      walk.push_back(step);
-      previous = std::exchange(wanting, step.loser);
+      const auto [color, ids] = singles[random_bits(id, steps) % singles.size()];
+      take_on_trail(ids[0]);
+      put_on_trail(wanting, color);
+      previous = std::exchange(wanting, ids[0]);
       if (const Index free = find_color_or_make_room(wanting); free != kNoColor) {
-        put(wanting, free);
+        put_on_trail(wanting, free);
         return true;
       }
     }
-    for (auto step = walk.rbegin(); step != walk.rend(); ++step) {
-      take(step->winner);
-      put(step->loser, step->color);
-    }
+    roll_back(start);
     return false;
   }
 
+  // ---- after the edit
+
+  // Of the colours below this limit any may be taken; the others are closing.
+  [[nodiscard]] Index open_count() const { return std::min(color_count(), most_colors); }
+
+  // One more than the clique bound, or as many more as a full colouring has needed.
+  [[nodiscard]] Index find_most_colors() {
+    if (valences.most() < stuck_clique) {
+      stuck_colors = 0;
+    }
+    const Index wanted = std::max(valences.most(), full_clique) + std::max(full_excess, Index{1});
+    return std::max(wanted, stuck_colors);
+  }
+
+  void follow_up(std::size_t named) {
+    work = 0;
+    const std::int64_t budget = kMovesPerChange * static_cast<std::int64_t>(named);
+    trail.clear();
+    close_colors(budget);
+    level(budget);
+  }
+
+  // Moves what the last colours hold to others. One is begun only where it can be ended, or to
+  // begin with. If it cannot be emptied, what has left it in this edit comes back, and that is not
+  // tried again until the clique bound falls.
+  void close_colors(std::int64_t budget) {
+    drop_empty_colors();
+    while (color_count() > most_colors && work < budget) {
+      if (trail.empty() && work > 0 && work + sizes.back() > budget) {
+        break;  // better one colour too many than uneven ones
+      }
+      const Index id = members[color_count() - 1].back();
+      take_on_trail(id);
+      if (!find_place(id)) {
+        roll_back(0);
+        stuck_colors = most_colors = color_count();
+        stuck_clique = valences.most();
+      } else if (sizes.back() == 0) {
+        drop_empty_colors();
+        trail.clear();
+      }
+    }
+  }
+
+  // Moves members of the largest colours to the smallest that are free for them.
+  void level(std::int64_t budget) {
+    std::int64_t misses_left = kMisses;
+    while (is_uneven() && work < budget && misses_left > 0) {
+      const auto end = sizes.begin() + open_count();
+      const auto largest = static_cast<Index>(std::max_element(sizes.begin(), end) - sizes.begin());
+      const std::vector<Index>& ids = members[largest];
+      const std::uint64_t draw = random_bits(ids.size(), static_cast<std::uint64_t>(misses_left));
+      const Index id = ids[draw % ids.size()];
+      const Index color = find_color(id);
+      if (color != kNoColor && sizes[color] + 1 < (1 - kMostDeviation) * sizes[largest]) {
+        move(id, color);
+        misses_left += kMissesPerMove;
+      } else {
+        --misses_left;
+      }
+    }
+  }
+
+  // Whether the sizes of the open colours deviate from the most even ones possible by too much and
+  // by more than one constraint.
+  [[nodiscard]] bool is_uneven() const {
+    std::int64_t count = ids_there;
+    std::int64_t sum = squares;
+    for (Index color = open_count(); color < color_count(); ++color) {
+      count -= sizes[color];
+      sum -= std::int64_t{sizes[color]} * sizes[color];
+    }
+    if (count == 0) {
+      return false;
+    }
+    const std::int64_t colors = open_count();
+    const std::int64_t each = count / colors;
+    const std::int64_t larger = count % colors;
+    const std::int64_t even = colors * each * each + larger * (2 * each + 1);
+    const double most =
+        std::max(kMostDeviation * static_cast<double>(count), static_cast<double>(colors));
+    return static_cast<double>(colors * (sum - even)) > most * most;
+  }
+
+  void open_color() {
+    sizes.push_back(0);
+    if (members.size() < sizes.size()) {
+      members.emplace_back();
+    }
+    at_vertex.widen(color_count());
+  }
   void drop_empty_colors() {
     while (!sizes.empty() && sizes.back() == 0) {
       sizes.pop_back();
@@ -611,6 +728,8 @@ struct DynamicColoring::Data {
       at_vertex.put(v, color, id);
     }
     color_of[id] = color;
+    position_of[id] = sizes[color];
+    members[color].push_back(id);
     squares += 2 * std::int64_t{sizes[color]++} + 1;
   }
   void take(Index id) {
@@ -619,13 +738,39 @@ struct DynamicColoring::Data {
       at_vertex.take(v, color);
     }
     color_of[id] = kNoColor;
+    const Index last = members[color].back();
+    members[color][position_of[id]] = last;
+    position_of[last] = position_of[id];
+    members[color].pop_back();
     squares -= 2 * std::int64_t{--sizes[color]} + 1;
   }
-  void move(Index id, Index color) {
-    note_move(id);
-    take(id);
+
+  // These can be rolled back.
+  void put_on_trail(Index id, Index color) {
+    trail.push_back({id, kNoColor});
     put(id, color);
+    ++work;
   }
+  void take_on_trail(Index id) {
+    note_move(id);
+    trail.push_back({id, color_of[id]});
+    take(id);
+  }
+  void move(Index id, Index color) {
+    take_on_trail(id);
+    put_on_trail(id, color);
+  }
+  void roll_back(std::size_t start) {
+    for (; trail.size() > start; trail.pop_back()) {
+      const auto [id, from] = trail.back();
+      if (from == kNoColor) {
+        take(id);
+      } else {
+        put(id, from);
+      }
+    }
+  }
+
   void note_move(Index id) {
     if (roles[id] == Role::none) {
       roles[id] = Role::moved;
@@ -634,19 +779,26 @@ struct DynamicColoring::Data {
   }
 
   ConstraintStore constraints;
-  std::vector<Index> color_of;  // [id_count] kNoColor where there is none
+  std::vector<Index> color_of;     // [id_count] kNoColor where there is none
+  std::vector<Index> position_of;  // [id_count] among the members of its colour
   std::vector<Index> free_ids;
   Index ids_there = 0;
   std::int64_t entries = 0;  // vertices named by constraints
 
   VertexColors at_vertex;
-  Valences valences;         // an edit's constraints count before they have a colour
-  std::vector<Index> sizes;  // [color_count]
-  std::int64_t squares = 0;  // sum of the squares of the sizes
+  Valences valences;                        // an edit's constraints count before they have a colour
+  std::vector<Index> sizes;                 // [color_count]
+  std::vector<std::vector<Index>> members;  // [colours there have been] ids
+  std::int64_t squares = 0;                 // sum of the squares of the sizes
 
   // at the last full colouring
+  Index full_clique = 0;
   Index full_excess = 0;  // colours above the clique bound
   double full_deviation = 0;
+
+  // when a colour last could not be closed
+  Index stuck_colors = 0;
+  Index stuck_clique = 0;
 
   // while an edit goes on
   std::vector<Role> roles;  // [id_count]
@@ -656,8 +808,10 @@ struct DynamicColoring::Data {
   std::vector<Index> passed;  // holders at each vertex with lower colours
   std::vector<Blockers> singles;
   std::vector<Blockers> pairs;
-  std::vector<Step> walk;
   std::vector<Move> moves;  // first colour of what has moved
+  std::vector<Move> trail;  // what each has left since there was something to go back to
+  Index most_colors = 0;    // colours from there on are closing
+  std::int64_t work = 0;    // constraints moved
 };
 
 ConstraintVertices ColoringExtract::constraints() const {
