@@ -360,12 +360,15 @@ std::vector<Index> change(Splitter& splitter, bool refine, bool regional, Dice& 
   const std::size_t count = splitter.mesh().tets.size();
   std::vector<Index> region;
   if (regional) {
-    region = splitter.find_region(dice.below(count), count / 50);
+    region = splitter.find_region(dice.below(count), count / 20);
   }
   std::vector<bool> seen(count, false);
   std::vector<Index> result;
   while (200 * result.size() < count && (refine || splitter.can_merge())) {
     const Index chosen = regional ? region[dice.below(region.size())] : dice.below(count);
+    if (refine && seen[chosen]) {
+      continue;  // once an edit
+    }
     for (const Index t : refine ? splitter.split(chosen, dice) : splitter.merge()) {
       if (t < static_cast<Index>(count) && !seen[t]) {
         seen[t] = true;
