@@ -109,6 +109,10 @@ class VertexColors {
     return holders_[vertex];
   }
 
+  void fetch(Index vertex) noexcept {
+    __builtin_prefetch(&masks().word(vertex, 0));
+    __builtin_prefetch(holders_[vertex].data());
+  }
   void reserve(Index vertex, Index constraints) {
     holders_.reserve(vertex, static_cast<std::size_t>(constraints));
   }
@@ -383,8 +387,9 @@ struct DynamicColoring::Data {
     check(edit);
     waiting.clear();
     moves.clear();
-    for (const Index id : edit.removed) {
-      remove(id);
+    for (std::size_t i = 0; i < edit.removed.size(); ++i) {
+      fetch_ahead(edit.removed, i);
+      remove(edit.removed[i]);
     }
     for (const auto& [kept, gone] : edit.merged) {
       merge(kept, gone);
@@ -418,6 +423,16 @@ struct DynamicColoring::Data {
     }
     std::sort(update.recolored.begin(), update.recolored.end());
     return update;
+  }
+
+  // Has what is at the vertices of a later constraint fetched into the cache meanwhile.
+  void fetch_ahead(std::span<const Index> ids, std::size_t i) {
+    constexpr std::size_t kAhead = 4;
+    if (i + kAhead < ids.size()) {
+      for (const Index v : constraints[ids[i + kAhead]]) {
+        at_vertex.fetch(v);
+      }
+    }
   }
 
   void remove(Index id) {
@@ -487,7 +502,9 @@ struct DynamicColoring::Data {
     while (color_count() < valences.most()) {
       open_color();
     }
-    for (const Index id : waiting) {
+    for (std::size_t i = 0; i < waiting.size(); ++i) {
+      const Index id = waiting[i];
+      fetch_ahead(waiting, i);
       trail.clear();
       if (!find_place(id)) {
         Index color = find_color(constraints[id], color_count());  // of those that are closing
