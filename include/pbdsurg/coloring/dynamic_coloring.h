@@ -92,7 +92,7 @@ class DynamicColoring {
   /// first to be given to what it inserts.
   ///
   /// Cost a constraint, placed or moved: O(arity * colours / 64 + colours + constraints at its
-  /// vertices), 0.2 to 0.5 us for tetrahedra, up to 1 us at a million; and up to O(arity *
+  /// vertices), 0.2 to 0.5 us for tetrahedra, 1.5 us at a million; and up to O(arity *
   /// colours^2 / 64) for each step of one that finds no colour free. Only when the colours outgrow
   /// the masks, which then grow by half, are those of all vertices touched. Nothing but the result
   /// is allocated once the largest size has been reached.
