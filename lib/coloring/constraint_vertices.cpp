@@ -10,6 +10,7 @@
 #include "pbdsurg/core/error.h"
 
 #include "coloring/constraint_access.h"
+#include "coloring/constraint_checks.h"
 
 namespace pbdsurg {
 namespace {
@@ -23,33 +24,6 @@ namespace {
 [[noreturn]] void refuse_repetition(Index constraint, Index vertex) {
   throw InvalidArgument("constraint " + std::to_string(constraint) + " lists vertex " +
                         std::to_string(vertex) + " twice; its vertices must differ");
-}
-
-void check_shape(const ConstraintVertices& constraints) {
-  if (constraints.vertex_count < 0 || constraints.arity < 0) {
-    throw InvalidArgument(std::to_string(constraints.vertex_count) + " vertices and " +
-                          std::to_string(constraints.arity) +
-                          " vertices a constraint: neither can be negative");
-  }
-  if (constraints.vertices.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw InvalidArgument(std::to_string(constraints.vertices.size()) +
-                          " vertices named by constraints; there can be at most 2^31 - 1");
-  }
-  if (constraints.arity > 0) {
-    if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
-      throw InvalidArgument(std::to_string(constraints.vertices.size()) +
-                            " ids do not make constraints of " + std::to_string(constraints.arity) +
-                            " vertices each");
-    }
-    return;
-  }
-  const std::span<const Index> offsets = constraints.offsets;
-  if (offsets.empty() || offsets.front() != 0 ||
-      static_cast<std::size_t>(offsets.back()) != constraints.vertices.size() ||
-      !std::is_sorted(offsets.begin(), offsets.end())) {
-    throw InvalidArgument("offsets of constraints must rise from 0 to the " +
-                          std::to_string(constraints.vertices.size()) + " ids there are");
-  }
 }
 
 template <int kArity>
@@ -93,6 +67,33 @@ std::vector<Index> count_valences(const ConstraintVertices& constraints) {
 }
 
 }  // namespace
+
+void check_shape(const ConstraintVertices& constraints) {
+  if (constraints.vertex_count < 0 || constraints.arity < 0) {
+    throw InvalidArgument(std::to_string(constraints.vertex_count) + " vertices and " +
+                          std::to_string(constraints.arity) +
+                          " vertices a constraint: neither can be negative");
+  }
+  if (constraints.vertices.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw InvalidArgument(std::to_string(constraints.vertices.size()) +
+                          " vertices named by constraints; there can be at most 2^31 - 1");
+  }
+  if (constraints.arity > 0) {
+    if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
+      throw InvalidArgument(std::to_string(constraints.vertices.size()) +
+                            " ids do not make constraints of " + std::to_string(constraints.arity) +
+                            " vertices each");
+    }
+    return;
+  }
+  const std::span<const Index> offsets = constraints.offsets;
+  if (offsets.empty() || offsets.front() != 0 ||
+      static_cast<std::size_t>(offsets.back()) != constraints.vertices.size() ||
+      !std::is_sorted(offsets.begin(), offsets.end())) {
+    throw InvalidArgument("offsets of constraints must rise from 0 to the " +
+                          std::to_string(constraints.vertices.size()) + " ids there are");
+  }
+}
 
 void check_constraints(const ConstraintVertices& constraints) {
   check_shape(constraints);
