@@ -90,7 +90,7 @@ struct RepairProgram {
   }
 
  private:
-  static constexpr int kPatience = 24;         // steps without progress
+  static constexpr int kPatience = 16;         // steps without progress
   static constexpr Index kSwappingShare = 32;  // of all constraints
   static constexpr Index kLevelShare = 64;
 
@@ -291,11 +291,12 @@ struct RepairProgram {
     return plan.swaps ? plan.blockers[0] : kInvalidIndex;
   }
 
+  // Nobody contends for these words, but a device need not wait for an atomic without a result.
   template <class Team>
   PBDSURG_DEVICE void release(Team& team, Index c, Index color) const {
     team.fetch_add(sizes[color], -1);
     for (const Index v : constraints[c]) {
-      masks.word(v, color >> 6) &= ~(std::uint64_t{1} << (color & 63));
+      team.fetch_and(masks.word(v, color >> 6), ~(std::uint64_t{1} << (color & 63)));
     }
   }
   template <class Team>
@@ -303,7 +304,7 @@ struct RepairProgram {
     color_of[c] = color;
     team.fetch_add(sizes[color], 1);
     for (const Index v : constraints[c]) {
-      masks.word(v, color >> 6) |= std::uint64_t{1} << (color & 63);
+      team.fetch_or(masks.word(v, color >> 6), std::uint64_t{1} << (color & 63));
       if (holders.table != nullptr) {
         holders.at(v, color) = c;
       }
