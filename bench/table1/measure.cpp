@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure.h"
+
+#include "gpu_coloring.h"
+#include "median_time.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+Row measure_coloring(const Sample& sample, const std::string& name,
+                     const ConstraintVertices& constraints, const ColoringOptions& options,
+                     int repetitions) {
+  const Coloring coloring = color_validly(constraints, options);
+  return {&sample,
+          name,
+          options,
+          pbdsurg::measure_coloring(coloring, constraints),
+          median_time(repetitions, [&] { (void)color_constraints(constraints, options); }),
+          time_gpu_coloring(constraints, options, coloring, repetitions)};
+}
+
+}  // namespace
+
+std::vector<Row> measure(const Sample& sample, const Repetitions& repetitions) {
+  std::vector<Row> distance, volume, joint;
+  for (const ColoringOptions& options : table1_colorings()) {
+    distance.push_back(measure_coloring(sample, "distance", sample.edge_constraints(), options,
+                                        repetitions.coloring));
+    volume.push_back(measure_coloring(sample, "volume", sample.tet_constraints(), options,
+                                      repetitions.coloring));
+    joint.push_back(volume.back());  // a colouring of the tetrahedra serves both
+    joint.back().constraints = "joint";
+  }
+  std::vector<Row> rows = std::move(distance);
+  rows.insert(rows.end(), volume.begin(), volume.end());
+  rows.insert(rows.end(), joint.begin(), joint.end());
+  return rows;
+}
+
+}  // namespace pbdsurg::bench
