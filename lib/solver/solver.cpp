@@ -7,13 +7,14 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
-#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "coloring/coloring_options.h"
 #include "solver/backend.h"
 #include "solver/solver_data.h"
 
@@ -35,6 +36,10 @@ void check_options(const SolverOptions& options) {
   if (options.contact_capacity < 0) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
+  }
+  check_coloring_options(options.coloring);
+  if (options.composition != PlanComposition::separate) {
+    throw InvalidArgument("composition is not separate: others are not there yet");
   }
 }
 
@@ -88,6 +93,32 @@ void copy_masses(const Scene& scene, SolverData& data) {
   }
 }
 
+// Colours the constraints listed and adds their phases to the plan.
+// @return [id_count] group of each constraint, kInvalidIndex for those not listed
+template <std::size_t kArity>
+std::vector<Index> group_by_color(PhaseKind kind, std::span<const ConstraintRecord<kArity>> records,
+                                  std::span<const Index> ids, SolverData& data) {
+  std::vector<std::array<Index, kArity>> vertices;
+  vertices.reserve(ids.size());
+  for (const Index id : ids) {
+    vertices.push_back(records[id].vertices);
+  }
+  const Coloring coloring = color_constraints({std::span<const std::array<Index, kArity>>(vertices),
+                                               static_cast<Index>(data.particles.size())},
+                                              data.options.coloring);
+  for (Index color = 0; color < coloring.color_count; ++color) {
+    data.constraint_phases.push_back({kind, color});
+  }
+  const Index overflow_group = coloring.color_count;
+  data.constraint_phases.push_back({kind, overflow_group, true});
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Index color = coloring.color_of[i];
+    group_of[ids[i]] = color == kOverflowColor ? overflow_group : color;
+  }
+  return group_of;
+}
+
 void build_distances(const Scene& scene, SolverData& data) {
   std::vector<ConstraintRecord<2>> records;
   records.reserve(data.edges.size() + data.links.size());
@@ -104,33 +135,41 @@ void build_distances(const Scene& scene, SolverData& data) {
     records.push_back(
         {{link.first, link.second}, link.rest_length, pick(link.stiffness, data.options.mode)});
   }
-  std::vector<std::array<Index, 2>> vertices;
-  vertices.reserve(records.size());
-  for (const auto& record : records) {
-    vertices.push_back(record.vertices);
-  }
-  const std::span<const std::array<Index, 2>> view(vertices);
-  data.distances = ConstraintSlots<2>(records, color_greedy({view, scene.vertex_count()}));
+  std::vector<Index> ids(records.size());
+  std::iota(ids.begin(), ids.end(), 0);
+  const std::span<const ConstraintRecord<2>> view(records);
+  data.distances = ConstraintSlots<2>(view, group_by_color(PhaseKind::distance, view, ids, data));
 }
 
 void build_volumes(const Scene& scene, SolverData& data) {
   std::vector<ConstraintRecord<4>> records;
-  std::vector<Tet> vertices;
-  data.volume_of_tet.assign(data.tets.size(), kInvalidIndex);
+  records.reserve(data.tets.size());
+  std::vector<Index> ids;
   for (const Body& body : data.bodies) {
-    if (!body.material.has_volume_constraints) {
-      continue;
-    }
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      data.volume_of_tet[t] = static_cast<Index>(records.size());
       const double volume = tet_volume(scene.positions(), data.tets[t]);
       records.push_back({data.tets[t], static_cast<float>(volume),
                          pick(body.material.volume, data.options.mode)});
-      vertices.push_back(data.tets[t]);
+      if (body.material.has_volume_constraints) {
+        ids.push_back(t);
+      }
     }
   }
-  const std::span<const Tet> view(vertices);
-  data.volumes = ConstraintSlots<4>(records, color_greedy({view, scene.vertex_count()}));
+  const std::span<const ConstraintRecord<4>> view(records);
+  data.volumes = ConstraintSlots<4>(view, group_by_color(PhaseKind::volume, view, ids, data));
+}
+
+std::string plan_name(const SolverOptions& options) {
+  const ColoringOptions& coloring = options.coloring;
+  std::string name = name_of(coloring.algorithm);
+  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
+    name += std::string(" by ") + name_of(coloring.order);
+  }
+  name += coloring.repair ? "+repair" : "";
+  name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
+  name += coloring.balance ? "+balance" : "";
+  return name +
+         (options.composition == PlanComposition::joint ? ", joint" : ", distances then volumes");
 }
 
 std::unique_ptr<Backend> make_backend(BackendKind kind) {
@@ -191,19 +230,21 @@ SolverOptions SolverOptions::paper() {
   options.mode = ProjectionMode::fraction;
   options.substeps = 1;
   options.iterations = 30;
+  options.coloring = {.algorithm = ColoringAlgorithm::random_disc};
   return options;
 }
 
 void SolverData::rebuild_plan() {
   plan.phases.clear();
-  for (Index color = 0; color < distances.color_count(); ++color) {
-    plan.phases.push_back({PhaseKind::distance, color});
-  }
-  for (Index color = 0; color < volumes.color_count(); ++color) {
-    plan.phases.push_back({PhaseKind::volume, color});
+  for (const Phase& phase : constraint_phases) {
+    const bool is_empty = phase.kind == PhaseKind::distance ? distances.is_empty(phase.color)
+                                                            : volumes.is_empty(phase.color);
+    if (!is_empty) {
+      plan.phases.push_back(phase);
+    }
   }
   // an attachment's colour is the number of tools before it that hold the same vertex
-  std::vector<Index> holders(particles.size(), 0);
+  std::unordered_map<Index, Index> holders;
   Index attachment_colors = 0;
   for (ToolState& tool : tools) {
     for (Attachment& attachment : tool.attachments) {
@@ -252,7 +293,7 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   copy_masses(scene, data);
   build_distances(scene, data);
   build_volumes(scene, data);
-  data.plan.name = "greedy, distances then volumes";
+  data.plan.name = plan_name(options);
   data.rebuild_plan();
 }
 
@@ -500,12 +541,11 @@ float Solver::rest_length(Index edge) const {
 
 float Solver::rest_volume(Index tet) const {
   check_id("tet", tet, data_->tets.size());
-  const Index volume = data_->volume_of_tet[tet];
-  if (!data_->tet_alive[tet] || volume == kInvalidIndex) {
+  if (!data_->volumes.is_alive(tet)) {
     throw InvalidArgument("tet " + std::to_string(tet) +
                           " was removed or belongs to a body without volume constraints");
   }
-  return data_->volumes.record(volume).rest;
+  return data_->volumes.record(tet).rest;
 }
 
 std::uint64_t Solver::topology_version() const noexcept {

@@ -77,11 +77,10 @@ class SolverData {
   std::vector<double> vertex_masses;            // [vertex_count] kg
   std::uint64_t topology_version = 0;
 
-  // constraints: edges first, then links; a tetrahedron of a body without volume constraints has
-  // volume constraint kInvalidIndex
-  ConstraintSlots<2> distances;      // [edge_count + link_count]
-  ConstraintSlots<4> volumes;        // [number of volume constraints]
-  std::vector<Index> volume_of_tet;  // [tet_count]
+  // constraints: edges first, then links; bodies without volume constraints have none of them
+  ConstraintSlots<2> distances;          // [edge_count + link_count]
+  ConstraintSlots<4> volumes;            // [tet_count]
+  std::vector<Phase> constraint_phases;  // one a colour, those emptied since included
   StepPlan plan;
   std::unique_ptr<Backend> backend;
 
@@ -89,7 +88,8 @@ class SolverData {
     return static_cast<Index>(edges.size()) + link;
   }
 
-  /// Phases follow what tools hold, so this is called after each grasp, release or removal.
+  /// Phases follow what tools hold and what is left, so this is called after each grasp, release or
+  /// removal. Cost: O(phases + held vertices).
   void rebuild_plan();
 };
 
