@@ -9,14 +9,15 @@ namespace {
 
 Row measure_coloring(const Sample& sample, const std::string& name,
                      const ConstraintVertices& constraints, const ColoringOptions& options,
-                     int repetitions) {
+                     const StepTimes& step_ms, int repetitions) {
   const Coloring coloring = color_validly(constraints, options);
   return {&sample,
           name,
           options,
           pbdsurg::measure_coloring(coloring, constraints),
           median_time(repetitions, [&] { (void)color_constraints(constraints, options); }),
-          time_gpu_coloring(constraints, options, coloring, repetitions)};
+          time_gpu_coloring(constraints, options, coloring, repetitions),
+          step_ms};
 }
 
 }  // namespace
@@ -24,12 +25,15 @@ Row measure_coloring(const Sample& sample, const std::string& name,
 std::vector<Row> measure(const Sample& sample, const Repetitions& repetitions) {
   std::vector<Row> distance, volume, joint;
   for (const ColoringOptions& options : table1_colorings()) {
+    const StepTimes separate_ms =
+        time_steps(sample, options, PlanComposition::separate, repetitions.step);
     distance.push_back(measure_coloring(sample, "distance", sample.edge_constraints(), options,
-                                        repetitions.coloring));
+                                        separate_ms, repetitions.coloring));
     volume.push_back(measure_coloring(sample, "volume", sample.tet_constraints(), options,
-                                      repetitions.coloring));
+                                      separate_ms, repetitions.coloring));
     joint.push_back(volume.back());  // a colouring of the tetrahedra serves both
     joint.back().constraints = "joint";
+    joint.back().step_ms = time_steps(sample, options, PlanComposition::joint, repetitions.step);
   }
   std::vector<Row> rows = std::move(distance);
   rows.insert(rows.end(), volume.begin(), volume.end());

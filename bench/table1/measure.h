@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sample.h"
+#include "step_time.h"
 
 namespace pbdsurg::bench {
 
@@ -19,6 +20,7 @@ struct Row {
   ColoringStatistics statistics;
   double color_ms;                      ///< on one CPU thread
   std::optional<double> color_cuda_ms;  ///< see time_gpu_coloring()
+  StepTimes step_ms;                    ///< both types coloured this way, or the joint plan
 };
 
 /// How often things are timed; what counts is the median.

@@ -36,27 +36,31 @@ Json to_json(const Row& row) {
   const bool is_disc = options.algorithm == ColoringAlgorithm::random_disc;
   const bool has_shrink = is_disc && options.disc.palette == Palette::conflicts;
   const bool is_joint = row.constraints == "joint";
-  return {{"source", "measured"},
-          {"mesh", "table2:" + std::to_string(row.sample->row)},
-          {"kind", name_of(row.sample->kind)},
-          {"constraints", row.constraints},
-          {"constraint_count", row.statistics.constraints},
-          {"algorithm", name_of(options.algorithm)},
-          {"order", is_greedy ? Json(name_of(options.order)) : Json()},
-          {"palette", is_disc ? Json(name_of(options.disc.palette)) : Json()},
-          {"shrink", has_shrink ? Json(options.disc.shrink) : Json()},
-          {"repair", options.repair},
-          {"balance", options.balance},
-          {"colors", row.statistics.colors},
-          {"clique_bound", row.statistics.clique_bound},
-          {"top10", rounded(row.statistics.top10, 1e3)},
-          {"mid80", rounded(row.statistics.mid80, 1e3)},
-          {"last10", rounded(row.statistics.last10, 1e3)},
-          {"rsd", rounded(row.statistics.relative_deviation, 1e3)},
-          {"color_ms", rounded(row.color_ms, 1e3)},
-          {"color_cuda_ms", rounded(row.color_cuda_ms, 1e3)},
-          {"max_owned", is_joint ? Json(row.sample->max_owned) : Json()},
-          {"paper_ms", Json()}};
+  Json json{{"source", "measured"},
+            {"mesh", "table2:" + std::to_string(row.sample->row)},
+            {"kind", name_of(row.sample->kind)},
+            {"constraints", row.constraints},
+            {"constraint_count", row.statistics.constraints},
+            {"algorithm", name_of(options.algorithm)},
+            {"order", is_greedy ? Json(name_of(options.order)) : Json()},
+            {"palette", is_disc ? Json(name_of(options.disc.palette)) : Json()},
+            {"shrink", has_shrink ? Json(options.disc.shrink) : Json()},
+            {"repair", options.repair},
+            {"balance", options.balance},
+            {"colors", row.statistics.colors},
+            {"clique_bound", row.statistics.clique_bound},
+            {"top10", rounded(row.statistics.top10, 1e3)},
+            {"mid80", rounded(row.statistics.mid80, 1e3)},
+            {"last10", rounded(row.statistics.last10, 1e3)},
+            {"rsd", rounded(row.statistics.relative_deviation, 1e3)},
+            {"color_ms", rounded(row.color_ms, 1e3)},
+            {"color_cuda_ms", rounded(row.color_cuda_ms, 1e3)},
+            {"max_owned", is_joint ? Json(row.sample->max_owned) : Json()}};
+  for (std::size_t b = 0; b < kStepBackends.size(); ++b) {
+    json[kStepBackends[b].key] = rounded(row.step_ms[b], 1e2);
+  }
+  json["paper_ms"] = Json();
+  return json;
 }
 
 // The keys of a measured row, in their order.
@@ -102,15 +106,19 @@ struct Column {
   const char* title;
   int digits;
 };
-constexpr std::array<Column, 9> kColumns{{{"colors", "colours", 0},
-                                          {"clique_bound", "bound", 0},
-                                          {"top10", "top 10 %", 3},
-                                          {"mid80", "middle 80 %", 3},
-                                          {"last10", "last 10 %", 3},
-                                          {"rsd", "deviation", 3},
-                                          {"color_ms", "colouring, ms", 2},
-                                          {"color_cuda_ms", "on CUDA, ms", 2},
-                                          {"paper_ms", "GTX 980 Ti, ms", 0}}};
+
+std::vector<Column> columns() {
+  std::vector<Column> result{
+      {"colors", "colours", 0},         {"clique_bound", "bound", 0},
+      {"top10", "top 10 %", 3},         {"mid80", "middle 80 %", 3},
+      {"last10", "last 10 %", 3},       {"rsd", "deviation", 3},
+      {"color_ms", "colouring, ms", 3}, {"color_cuda_ms", "colouring on CUDA, ms", 3}};
+  for (const StepBackend& backend : kStepBackends) {
+    result.push_back({backend.key, backend.title, 2});
+  }
+  result.push_back({"paper_ms", "step (GTX 980 Ti), ms", 0});
+  return result;
+}
 
 std::string cell_of(const Json& value, int digits) {
   if (!value.is_number_float()) {
@@ -123,7 +131,7 @@ std::string cell_of(const Json& value, int digits) {
 
 std::string line_of(const Json& row) {
   std::string line = "| " + label_of(row) + " |";
-  for (const Column& column : kColumns) {
+  for (const Column& column : columns()) {
     line += " " + cell_of(row[column.key], column.digits) + " |";
   }
   return line + "\n";
@@ -189,7 +197,7 @@ std::string to_markdown(const Json& rows, const std::vector<std::string>& notes)
       heading = heading_of(row);
       text += heading + "| algorithm |";
       std::string rule = "|---|";
-      for (const Column& column : kColumns) {
+      for (const Column& column : columns()) {
         text += std::string(" ") + column.title + " |";
         rule += "---|";
       }
