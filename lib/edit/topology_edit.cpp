@@ -75,14 +75,14 @@ void remove_link(SolverData& data, Index link, EditResult& result) {
 void remove_tet(SolverData& data, Index t, EditResult& result) {
   data.tet_alive[t] = false;
   result.tets.push_back(t);
-  if (data.volumes.is_alive(t)) {
-    data.volumes.remove(t);
-  }
   for (const Index edge : data.tet_edges[t]) {
     if (--data.edge_tets[edge] == 0) {
       data.distances.remove(edge);
       result.edges.push_back(edge);
     }
+  }
+  if (data.volumes.is_alive(t)) {
+    data.remove_volume(t);
   }
   for (const Index v : data.tets[t]) {
     Particle& particle = data.particles[v];

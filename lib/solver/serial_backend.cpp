@@ -75,6 +75,17 @@ void project_group(std::vector<Particle>& particles, ConstraintSlots<kArity>& sl
   }
 }
 
+// Tetrahedra of one colour share no vertex: all edges at one place, then those at the next, give
+// the bits of one tetrahedron after the other, and the processor something to overlap.
+template <ProjectionMode kMode>
+void project_joint(SolverData& data, Index color, float inverse_dt_squared) {
+  for (Index place = 0; place < 6; ++place) {
+    project_group<DistanceConstraint, kMode>(data.particles, data.distances,
+                                             data.joint_group(color, place), inverse_dt_squared);
+  }
+  project_group<VolumeConstraint, kMode>(data.particles, data.volumes, color, inverse_dt_squared);
+}
+
 void project_attachments(SolverData& data, Index color, float inverse_dt_squared) {
   for (ToolState& tool : data.tools) {
     for (Attachment& attachment : tool.attachments) {
@@ -114,6 +125,7 @@ void sweep(SolverData& data, float inverse_dt_squared) {
                                                inverse_dt_squared);
         break;
       case PhaseKind::joint:
+        project_joint<kMode>(data, phase.color, inverse_dt_squared);
         break;
       case PhaseKind::attachment:
         project_attachments(data, phase.color, inverse_dt_squared);

@@ -38,8 +38,10 @@ void check_options(const SolverOptions& options) {
                           "; it must be >= 0");
   }
   check_coloring_options(options.coloring);
-  if (options.composition != PlanComposition::separate) {
-    throw InvalidArgument("composition is not separate: others are not there yet");
+  if (options.composition != PlanComposition::separate &&
+      options.composition != PlanComposition::joint) {
+    throw InvalidArgument("unknown composition " +
+                          std::to_string(static_cast<int>(options.composition)));
   }
 }
 
@@ -93,11 +95,12 @@ void copy_masses(const Scene& scene, SolverData& data) {
   }
 }
 
-// Colours the constraints listed and adds their phases to the plan.
-// @return [id_count] group of each constraint, kInvalidIndex for those not listed
+// Colours the constraints listed, and gives each its group: the colour, or color_count.
+// @param group_of  [id_count] those not listed are left alone
+// @return          color_count
 template <std::size_t kArity>
-std::vector<Index> group_by_color(PhaseKind kind, std::span<const ConstraintRecord<kArity>> records,
-                                  std::span<const Index> ids, SolverData& data) {
+Index group_by_color(std::span<const ConstraintRecord<kArity>> records, std::span<const Index> ids,
+                     const SolverData& data, std::vector<Index>& group_of) {
   std::vector<std::array<Index, kArity>> vertices;
   vertices.reserve(ids.size());
   for (const Index id : ids) {
@@ -106,17 +109,11 @@ std::vector<Index> group_by_color(PhaseKind kind, std::span<const ConstraintReco
   const Coloring coloring = color_constraints({std::span<const std::array<Index, kArity>>(vertices),
                                                static_cast<Index>(data.particles.size())},
                                               data.options.coloring);
-  for (Index color = 0; color < coloring.color_count; ++color) {
-    data.constraint_phases.push_back({kind, color});
-  }
-  const Index overflow_group = coloring.color_count;
-  data.constraint_phases.push_back({kind, overflow_group, true});
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Index color = coloring.color_of[i];
-    group_of[ids[i]] = color == kOverflowColor ? overflow_group : color;
+    group_of[ids[i]] = color == kOverflowColor ? coloring.color_count : color;
   }
-  return group_of;
+  return coloring.color_count;
 }
 
 void build_distances(const Scene& scene, SolverData& data) {
@@ -135,10 +132,23 @@ void build_distances(const Scene& scene, SolverData& data) {
     records.push_back(
         {{link.first, link.second}, link.rest_length, pick(link.stiffness, data.options.mode)});
   }
-  std::vector<Index> ids(records.size());
-  std::iota(ids.begin(), ids.end(), 0);
+  if (data.options.composition == PlanComposition::joint) {
+    data.edge_owners =
+        EdgeOwners(data.bodies, static_cast<Index>(data.edges.size()), data.tet_edges);
+  }
+  std::vector<Index> alone, owned;
+  for (std::size_t id = 0; id < records.size(); ++id) {
+    const bool is_owned =
+        id < data.edges.size() && data.edge_owners[static_cast<Index>(id)] != kInvalidIndex;
+    (is_owned ? owned : alone).push_back(static_cast<Index>(id));
+  }
   const std::span<const ConstraintRecord<2>> view(records);
-  data.distances = ConstraintSlots<2>(view, group_by_color(PhaseKind::distance, view, ids, data));
+  std::vector<Index> group_of(records.size());
+  data.distance_colors = group_by_color(view, alone, data, group_of);
+  for (const Index edge : owned) {
+    group_of[edge] = data.joint_group_of(edge);
+  }
+  data.distances = ConstraintSlots<2>(view, group_of, data.joint_group(data.volume_colors, 6));
 }
 
 void build_volumes(const Scene& scene, SolverData& data) {
@@ -156,7 +166,20 @@ void build_volumes(const Scene& scene, SolverData& data) {
     }
   }
   const std::span<const ConstraintRecord<4>> view(records);
-  data.volumes = ConstraintSlots<4>(view, group_by_color(PhaseKind::volume, view, ids, data));
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  data.volume_colors = group_by_color(view, ids, data, group_of);
+  data.volumes = ConstraintSlots<4>(view, group_of, data.volume_colors + 1);
+}
+
+// Colours, then overflow, without those that are empty.
+template <std::size_t kArity>
+void add_phases(PhaseKind kind, const ConstraintSlots<kArity>& slots, Index color_count,
+                std::vector<Phase>& phases) {
+  for (Index color = 0; color <= color_count; ++color) {
+    if (!slots.records(color).empty()) {
+      phases.push_back({kind, color, color == color_count});
+    }
+  }
 }
 
 std::string plan_name(const SolverOptions& options) {
@@ -164,6 +187,10 @@ std::string plan_name(const SolverOptions& options) {
   std::string name = name_of(coloring.algorithm);
   if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
     name += std::string(" by ") + name_of(coloring.order);
+  }
+  if (coloring.algorithm == ColoringAlgorithm::random_disc &&
+      coloring.disc.palette == Palette::conflicts) {
+    name += " by conflicts";
   }
   name += coloring.repair ? "+repair" : "";
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
@@ -230,19 +257,33 @@ SolverOptions SolverOptions::paper() {
   options.mode = ProjectionMode::fraction;
   options.substeps = 1;
   options.iterations = 30;
-  options.coloring = {.algorithm = ColoringAlgorithm::random_disc};
+  options.coloring = {.algorithm = ColoringAlgorithm::random_disc,
+                      .disc = {.palette = Palette::conflicts}};
   return options;
+}
+
+Index SolverData::joint_group_of(Index edge) const noexcept {
+  const Index owner = edge_owners[edge];
+  const auto& edges_of_owner = tet_edges[owner];
+  const auto place = std::find(edges_of_owner.begin(), edges_of_owner.end(), edge);
+  return joint_group(volumes.group_of(owner), static_cast<Index>(place - edges_of_owner.begin()));
+}
+
+void SolverData::remove_volume(Index tet) {
+  volumes.remove(tet);
+  for (const Index edge : tet_edges[tet]) {
+    if (edge_owners[edge] == tet && distances.is_alive(edge)) {
+      edge_owners.hand_over(edge, tet_edges, volumes);
+      distances.move(edge, joint_group_of(edge));
+    }
+  }
 }
 
 void SolverData::rebuild_plan() {
   plan.phases.clear();
-  for (const Phase& phase : constraint_phases) {
-    const bool is_empty = phase.kind == PhaseKind::distance ? distances.is_empty(phase.color)
-                                                            : volumes.is_empty(phase.color);
-    if (!is_empty) {
-      plan.phases.push_back(phase);
-    }
-  }
+  add_phases(PhaseKind::distance, distances, distance_colors, plan.phases);
+  add_phases(options.composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume,
+             volumes, volume_colors, plan.phases);
   // an attachment's colour is the number of tools before it that hold the same vertex
   std::unordered_map<Index, Index> holders;
   Index attachment_colors = 0;
@@ -291,8 +332,8 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
 
   copy_topology(scene, data);
   copy_masses(scene, data);
-  build_distances(scene, data);
   build_volumes(scene, data);
+  build_distances(scene, data);
   data.plan.name = plan_name(options);
   data.rebuild_plan();
 }

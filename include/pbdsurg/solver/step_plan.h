@@ -23,9 +23,11 @@ enum class PlanComposition : std::uint8_t {
 
 /// What a phase projects.
 enum class PhaseKind : std::uint8_t {
-  distance,    ///< edges and links
-  volume,      ///< tetrahedra
-  joint,       ///< tetrahedra, each after the edges that it owns, in the order of kTetEdges
+  distance,  ///< edges and links
+  volume,    ///< tetrahedra
+  /// Tetrahedra, each after the edges that it owns, in the order of kTetEdges. In a serial phase
+  /// all edges at one place of kTetEdges come before those at the next, and volumes last.
+  joint,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool
 };
