@@ -23,17 +23,17 @@ Row measure_coloring(const Sample& sample, const std::string& name,
 }  // namespace
 
 std::vector<Row> measure(const Sample& sample, const Repetitions& repetitions) {
+  const std::vector<ColoringOptions> colorings = table1_colorings();
+  const std::vector<PlanTimes> step_ms = time_steps(sample, colorings, repetitions.step);
   std::vector<Row> distance, volume, joint;
-  for (const ColoringOptions& options : table1_colorings()) {
-    const StepTimes separate_ms =
-        time_steps(sample, options, PlanComposition::separate, repetitions.step);
-    distance.push_back(measure_coloring(sample, "distance", sample.edge_constraints(), options,
-                                        separate_ms, repetitions.coloring));
-    volume.push_back(measure_coloring(sample, "volume", sample.tet_constraints(), options,
-                                      separate_ms, repetitions.coloring));
+  for (std::size_t i = 0; i < colorings.size(); ++i) {
+    distance.push_back(measure_coloring(sample, "distance", sample.edge_constraints(), colorings[i],
+                                        step_ms[i].separate, repetitions.coloring));
+    volume.push_back(measure_coloring(sample, "volume", sample.tet_constraints(), colorings[i],
+                                      step_ms[i].separate, repetitions.coloring));
     joint.push_back(volume.back());  // a colouring of the tetrahedra serves both
     joint.back().constraints = "joint";
-    joint.back().step_ms = time_steps(sample, options, PlanComposition::joint, repetitions.step);
+    joint.back().step_ms = step_ms[i].joint;
   }
   std::vector<Row> rows = std::move(distance);
   rows.insert(rows.end(), volume.begin(), volume.end());

@@ -10,25 +10,29 @@
 
 namespace pbdsurg::bench {
 
-/// Median time of `run`, in ms; `prepare` runs before each and is not counted.
-template <class Prepare, class Run>
-double median_time(int repetitions, Prepare&& prepare, Run&& run) {
-  std::vector<double> times;
-  for (int i = 0; i < repetitions; ++i) {
-    prepare();
-    const auto start = std::chrono::steady_clock::now();
-    run();
-    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-    times.push_back(time.count());
-  }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
+/// How long a call takes, ms.
+template <class Run>
+double time_of(Run&& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  return time.count();
 }
 
+/// @param values  at least one
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Median time of a call that is repeated, ms.
 template <class Run>
 double median_time(int repetitions, Run&& run) {
-  return median_time(
-      repetitions, [] {}, run);
+  std::vector<double> times;
+  for (int i = 0; i < repetitions; ++i) {
+    times.push_back(time_of(run));
+  }
+  return median(std::move(times));
 }
 
 }  // namespace pbdsurg::bench

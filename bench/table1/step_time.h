@@ -2,9 +2,11 @@
 #pragma once
 
 /// @file
-/// How long a step takes whose constraints are coloured in a given way.
+/// How long steps take whose constraints are coloured in different ways.
 
 #include <array>
+#include <span>
+#include <vector>
 
 #include "pbdsurg/solver/solver.h"
 
@@ -23,10 +25,19 @@ inline constexpr std::array<StepBackend, 1> kStepBackends{
 
 using StepTimes = std::array<double, kStepBackends.size()>;  ///< ms
 
-/// Median time of one step on each backend: the paper's mode (30 sweeps) at 0.2 ms, one rim fixed,
-/// from a start that is stretched by 10 %.
+/// Of both compositions of a plan.
+struct PlanTimes {
+  StepTimes separate;
+  StepTimes joint;
+};
+
+/// Median time of one step for each colouring, plan and backend: the paper's mode (30 sweeps) at
+/// 0.2 ms, one rim fixed, from a start that is stretched by 10 %. All take turns, so that a busy
+/// machine slows all alike.
+/// @return  [colorings.size()]
 /// @throws Error  if a step leaves a vertex that is not finite
-[[nodiscard]] StepTimes time_steps(const Sample& sample, const ColoringOptions& coloring,
-                                   PlanComposition composition, int repetitions);
+[[nodiscard]] std::vector<PlanTimes> time_steps(const Sample& sample,
+                                                std::span<const ColoringOptions> colorings,
+                                                int repetitions);
 
 }  // namespace pbdsurg::bench
