@@ -193,9 +193,12 @@ TEST_CASE("solver: fixed vertices stay, exactly", "[unit]") {
 }
 
 TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden]") {
+  const SolverOptions options =
+      GENERATE(SolverOptions{}, SolverOptions::paper(),
+               SolverOptions{.iterations = 2, .composition = PlanComposition::joint});
   Scene scene = make_bar(true);
   scene.set_gravity({0, -9.81F, 0});
-  Solver first(scene), second(scene);
+  Solver first(scene, options), second(scene, options);
   for (int i = 0; i < 5; ++i) {
     first.step(0.01F);
     second.step(0.01F);
