@@ -37,20 +37,7 @@ void draw_pictures(const std::list<Sample>& samples, const std::filesystem::path
 
 void run(const Arguments& arguments) {
   std::filesystem::create_directories(arguments.out);
-  std::vector<std::string> notes{
-      "bound: the most constraints at one vertex; no colouring has fewer colours",
-      "top, middle, last: share of the constraints in the largest tenth, the middle and the "
-      "smallest "
-      "tenth of the colours; deviation: standard deviation of their sizes over the mean",
-      "colouring: one CPU thread, or constraints and colours in the device's memory",
-      "step: 30 sweeps of 0.2 ms from a stretch of 10 %, both types coloured in this way; for "
-      "joint "
-      "constraints each tetrahedron projects the edges that it owns",
-      "conflicts / 2.2: palettes of 1 + conflicts / 2.2 colours, as in Vivace; on a mesh whose "
-      "edges "
-      "take 31 colours, this gave the paper's shares",
-      "the paper does not say which type it counts; its shares fit distance constraints alone",
-      "CUDA: " + describe_gpu()};
+  std::vector<std::string> notes{"CUDA: " + describe_gpu()};
   std::list<Sample> samples;
   if (arguments.quick) {
     samples.emplace_back(1, Table2Kind::hollow);
