@@ -51,8 +51,12 @@ void report_work(benchmark::State& state, std::size_t edges) {
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-void BM_serial_step(benchmark::State& state) {
-  Solver solver(make_scene(), SolverOptions::paper());
+void BM_serial_step(benchmark::State& state, PlanComposition composition) {
+  SolverOptions options = SolverOptions::paper();
+  options.composition = composition;
+  Solver solver(make_scene(), options);
+  state.SetLabel(solver.plan().name);
+  state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
   solver.write_positions(stretched());
   const Snapshot start = solver.snapshot();
   solver.step(kTimeStep);
@@ -224,7 +228,9 @@ void BM_plain_loop(benchmark::State& state, PlainLoop::Order order) {
   report_work(state, loop.link_count());
 }
 
-BENCHMARK(BM_serial_step)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_serial_step, separate, PlanComposition::separate)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_serial_step, joint, PlanComposition::joint)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_plain_loop, links_sorted, PlainLoop::sorted)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_plain_loop, links_shuffled, PlainLoop::shuffled)
     ->Unit(benchmark::kMillisecond);

@@ -116,6 +116,14 @@ else()
   pbdsurg_report("applications" "off: PBDSURG_BUILD_APPS=OFF")
 endif()
 
+if(PBDSURG_BUILD_BENCH)
+  if(PBDSURG_BUILD_APPS)
+    pbdsurg_report("tables" "on")
+  else()
+    pbdsurg_report("tables" "off: they need CLI11 and nlohmann-json, and PBDSURG_BUILD_APPS=ON")
+  endif()
+endif()
+
 # Pictures without a display: EGL for the context, libepoxy to load OpenGL, stb to write PNG.
 set(PBDSURG_HAS_PICTURES FALSE)
 if(PBDSURG_BUILD_APPS)

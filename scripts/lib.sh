@@ -92,3 +92,14 @@ run_benchmarks() {
   done
   ((count > 0)) || fail "no benchmark was built in $bin"
 }
+
+# run_table1 BIN_DIR OUT_DIR: table 1 and figure 8, unless what they need was not there to build them.
+run_table1() {
+  local program=$1/table1
+  if [[ ! -x $program ]]; then
+    say "no table 1: it needs CLI11 and nlohmann-json"
+    return
+  fi
+  say "table 1"
+  "$program" --out "$2" || fail "table 1 failed"
+}

@@ -143,8 +143,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.01, 10.0))
       ->capture_default_str();
   app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
-  app.add_flag("--paper", arguments.paper,
-               "the paper's solver: one substep, 30 iterations, stiffness fractions");
+  app.add_flag(
+      "--paper", arguments.paper,
+      "the paper's solver: one substep, 30 iterations, stiffness fractions, colours by the "
+      "random colouring disc");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -36,6 +36,7 @@ Json colors_of(const pbdsurg::StepPlan& plan) {
   };
   return {{"distance", count(pbdsurg::PhaseKind::distance)},
           {"volume", count(pbdsurg::PhaseKind::volume)},
+          {"joint", count(pbdsurg::PhaseKind::joint)},
           {"attachment", count(pbdsurg::PhaseKind::attachment)},
           {"contact", count(pbdsurg::PhaseKind::contact)},
           {"total", plan.phases.size()}};

@@ -61,7 +61,7 @@ void validate(const SolverData& data, const TopologyEdit& edit) {
   }
   check_ids("tet", tets, data.tets.size(), tet_alive);
   for (const Index t : tets) {
-    if (data.volume_of_tet[t] == kInvalidIndex) {
+    if (!data.volumes.is_alive(t)) {
       throw InvalidArgument(name_of("tet", t) + " belongs to a body without volume constraints");
     }
   }
@@ -75,14 +75,14 @@ void remove_link(SolverData& data, Index link, EditResult& result) {
 void remove_tet(SolverData& data, Index t, EditResult& result) {
   data.tet_alive[t] = false;
   result.tets.push_back(t);
-  if (data.volume_of_tet[t] != kInvalidIndex) {
-    data.volumes.remove(data.volume_of_tet[t]);
-  }
   for (const Index edge : data.tet_edges[t]) {
     if (--data.edge_tets[edge] == 0) {
       data.distances.remove(edge);
       result.edges.push_back(edge);
     }
+  }
+  if (data.volumes.is_alive(t)) {
+    data.remove_volume(t);
   }
   for (const Index v : data.tets[t]) {
     Particle& particle = data.particles[v];
@@ -112,14 +112,10 @@ void release_vertices(SolverData& data, EditResult& result) {
       }
     }
   }
-  std::size_t released = 0;
   for (ToolState& tool : data.tools) {
-    released += std::erase_if(tool.attachments, [&](const Attachment& attachment) {
+    std::erase_if(tool.attachments, [&](const Attachment& attachment) {
       return data.vertex_tets[attachment.vertex] == 0 && data.vertex_masses[attachment.vertex] == 0;
     });
-  }
-  if (released > 0) {
-    data.rebuild_plan();
   }
 }
 
@@ -138,7 +134,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
     data.distances.set_rest(change.edge, change.rest_length);
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
-    data.volumes.set_rest(data.volume_of_tet[change.tet], change.rest_volume);
+    data.volumes.set_rest(change.tet, change.rest_volume);
   }
   for (const Index link : edit.remove_links) {
     remove_link(data, link, result);
@@ -147,6 +143,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
     remove_tet(data, t, result);
   }
   release_vertices(data, result);
+  data.rebuild_plan();
   result.topology_version = ++data.topology_version;
 
   for (EditParticipant* participant : participants) {

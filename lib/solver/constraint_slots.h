@@ -2,14 +2,14 @@
 #pragma once
 
 /// @file
-/// Constraints of one type in colour order, with stable ids.
+/// Constraints of one type, grouped by what is projected together, with stable ids.
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -22,8 +22,9 @@ struct ConstraintRecord {
   float stiffness;  ///< fraction, or compliance in m/N or m^5/N
 };
 
-/// Slots are grouped by colour; an id keeps its meaning while its slot moves. Removing swaps with
-/// the last of the same colour, so colours stay contiguous and valid, in constant time.
+/// A group is a colour, or constraints that another rule keeps together. An id keeps its meaning
+/// while its slot moves. A constraint leaves a group by a swap with its last, in constant time;
+/// colours stay valid.
 template <std::size_t kArity>
 class ConstraintSlots {
  public:
@@ -31,63 +32,83 @@ class ConstraintSlots {
 
   ConstraintSlots() = default;
 
-  /// @param records  [constraint_count] by id
-  ConstraintSlots(std::span<const Record> records, const Coloring& coloring)
-      : records_(records.size()),
-        multipliers_(records.size(), 0.0F),
-        id_of_slot_(records.size()),
-        slot_of_id_(records.size()),
-        color_of_id_(coloring.color_of),
-        begins_(static_cast<std::size_t>(coloring.color_count) + 1, 0),
-        counts_(static_cast<std::size_t>(coloring.color_count), 0) {
-    for (const Index color : coloring.color_of) {
-      ++begins_[color + 1];
-    }
-    for (Index color = 0; color < coloring.color_count; ++color) {
-      begins_[color + 1] += begins_[color];
-    }
+  /// @param records   [id_count]
+  /// @param group_of  [id_count] kInvalidIndex where an id stands for no constraint
+  ConstraintSlots(std::span<const Record> records, std::span<const Index> group_of,
+                  Index group_count)
+      : groups_(static_cast<std::size_t>(group_count)),
+        group_of_id_(records.size(), kInvalidIndex),
+        slot_of_id_(records.size(), kInvalidIndex) {
     for (std::size_t id = 0; id < records.size(); ++id) {
-      const Index color = coloring.color_of[id];
-      const Index slot = begins_[color] + counts_[color]++;
-      records_[slot] = records[id];
-      id_of_slot_[slot] = static_cast<Index>(id);
-      slot_of_id_[id] = slot;
+      if (group_of[id] != kInvalidIndex) {
+        append(static_cast<Index>(id), group_of[id], records[id], 0);
+      }
     }
   }
 
-  [[nodiscard]] Index color_count() const noexcept { return static_cast<Index>(counts_.size()); }
-  [[nodiscard]] bool is_alive(Index id) const noexcept { return slot_of_id_[id] != kInvalidIndex; }
-
-  [[nodiscard]] std::span<const Record> records(Index color) const noexcept {
-    return {records_.data() + begins_[color], static_cast<std::size_t>(counts_[color])};
+  [[nodiscard]] Index group_count() const noexcept { return static_cast<Index>(groups_.size()); }
+  [[nodiscard]] std::span<const Record> records(Index group) const noexcept {
+    return groups_[group].records;
   }
-  [[nodiscard]] std::span<float> multipliers(Index color) noexcept {
-    return {multipliers_.data() + begins_[color], static_cast<std::size_t>(counts_[color])};
+  [[nodiscard]] std::span<float> multipliers(Index group) noexcept {
+    return groups_[group].multipliers;
   }
-  void reset_multipliers() noexcept { multipliers_.assign(multipliers_.size(), 0.0F); }
+  void reset_multipliers() noexcept {
+    for (Group& group : groups_) {
+      std::fill(group.multipliers.begin(), group.multipliers.end(), 0.0F);
+    }
+  }
 
-  [[nodiscard]] const Record& record(Index id) const noexcept { return records_[slot_of_id_[id]]; }
-  void set_rest(Index id, float rest) noexcept { records_[slot_of_id_[id]].rest = rest; }
+  /// Of a constraint: kInvalidIndex if there is none of that id, or none any more.
+  [[nodiscard]] Index group_of(Index id) const noexcept { return group_of_id_[id]; }
+  [[nodiscard]] bool is_alive(Index id) const noexcept { return group_of(id) != kInvalidIndex; }
+  [[nodiscard]] const Record& record(Index id) const noexcept {
+    return groups_[group_of(id)].records[slot_of_id_[id]];
+  }
+  void set_rest(Index id, float rest) noexcept {
+    groups_[group_of(id)].records[slot_of_id_[id]].rest = rest;
+  }
 
   void remove(Index id) noexcept {
-    const Index color = color_of_id_[id];
+    Group& group = groups_[group_of(id)];
     const Index slot = slot_of_id_[id];
-    const Index last = begins_[color] + --counts_[color];
-    std::swap(records_[slot], records_[last]);
-    std::swap(multipliers_[slot], multipliers_[last]);
-    std::swap(id_of_slot_[slot], id_of_slot_[last]);
-    slot_of_id_[id_of_slot_[slot]] = slot;
-    slot_of_id_[id] = kInvalidIndex;
+    const Index last = group.ids.back();
+    group.records[slot] = group.records.back();
+    group.multipliers[slot] = group.multipliers.back();
+    group.ids[slot] = last;
+    group.records.pop_back();
+    group.multipliers.pop_back();
+    group.ids.pop_back();
+    slot_of_id_[last] = slot;
+    group_of_id_[id] = kInvalidIndex;
+  }
+
+  void move(Index id, Index group) {
+    const Record record = this->record(id);
+    const float multiplier = groups_[group_of(id)].multipliers[slot_of_id_[id]];
+    remove(id);
+    append(id, group, record, multiplier);
   }
 
  private:
-  std::vector<Record> records_;     // [slot]
-  std::vector<float> multipliers_;  // [slot] kg m or kg/m
-  std::vector<Index> id_of_slot_;   // [slot]
-  std::vector<Index> slot_of_id_;   // [id] kInvalidIndex once removed
-  std::vector<Index> color_of_id_;  // [id]
-  std::vector<Index> begins_;       // [color_count + 1] first slot of each colour
-  std::vector<Index> counts_;       // [color_count] live slots of each colour
+  struct Group {
+    std::vector<Record> records;     // [slot]
+    std::vector<float> multipliers;  // [slot] kg m or kg/m
+    std::vector<Index> ids;          // [slot]
+  };
+
+  void append(Index id, Index group_index, const Record& record, float multiplier) {
+    Group& group = groups_[group_index];
+    group_of_id_[id] = group_index;
+    slot_of_id_[id] = static_cast<Index>(group.ids.size());
+    group.records.push_back(record);
+    group.multipliers.push_back(multiplier);
+    group.ids.push_back(id);
+  }
+
+  std::vector<Group> groups_;
+  std::vector<Index> group_of_id_;  // [id] kInvalidIndex once removed
+  std::vector<Index> slot_of_id_;   // [id] within the group
 };
 
 }  // namespace pbdsurg

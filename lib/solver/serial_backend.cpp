@@ -48,11 +48,11 @@ void predict(SolverData& data, float h) {
 }
 
 template <class Constraint, ProjectionMode kMode, std::size_t kArity>
-void project_color(std::vector<Particle>& particles, ConstraintSlots<kArity>& slots, Index color,
+void project_group(std::vector<Particle>& particles, ConstraintSlots<kArity>& slots, Index group,
                    float inverse_dt_squared) {
   Particle* const x = particles.data();
-  const std::span<const ConstraintRecord<kArity>> records = slots.records(color);
-  float* const multipliers = slots.multipliers(color).data();
+  const std::span<const ConstraintRecord<kArity>> records = slots.records(group);
+  float* const multipliers = slots.multipliers(group).data();
   for (std::size_t i = 0; i < records.size(); ++i) {
     const ConstraintRecord<kArity>& record = records[i];
     Vec3<float> points[kArity];
@@ -73,6 +73,17 @@ void project_color(std::vector<Particle>& particles, ConstraintSlots<kArity>& sl
       store(x[record.vertices[k]], points[k]);
     }
   }
+}
+
+// Tetrahedra of one colour share no vertex: all edges at one place, then those at the next, give
+// the bits of one tetrahedron after the other, and the processor something to overlap.
+template <ProjectionMode kMode>
+void project_joint(SolverData& data, Index color, float inverse_dt_squared) {
+  for (Index place = 0; place < 6; ++place) {
+    project_group<DistanceConstraint, kMode>(data.particles, data.distances,
+                                             data.joint_group(color, place), inverse_dt_squared);
+  }
+  project_group<VolumeConstraint, kMode>(data.particles, data.volumes, color, inverse_dt_squared);
 }
 
 void project_attachments(SolverData& data, Index color, float inverse_dt_squared) {
@@ -106,12 +117,15 @@ void sweep(SolverData& data, float inverse_dt_squared) {
   for (const Phase& phase : data.plan.phases) {
     switch (phase.kind) {
       case PhaseKind::distance:
-        project_color<DistanceConstraint, kMode>(data.particles, data.distances, phase.color,
+        project_group<DistanceConstraint, kMode>(data.particles, data.distances, phase.color,
                                                  inverse_dt_squared);
         break;
       case PhaseKind::volume:
-        project_color<VolumeConstraint, kMode>(data.particles, data.volumes, phase.color,
+        project_group<VolumeConstraint, kMode>(data.particles, data.volumes, phase.color,
                                                inverse_dt_squared);
+        break;
+      case PhaseKind::joint:
+        project_joint<kMode>(data, phase.color, inverse_dt_squared);
         break;
       case PhaseKind::attachment:
         project_attachments(data, phase.color, inverse_dt_squared);
@@ -144,8 +158,8 @@ void report_vertices(const SolverData& data, StepReport& report) {
 
 template <class Constraint, std::size_t kArity, class Visit>
 void for_each_value(const SolverData& data, const ConstraintSlots<kArity>& slots, Visit visit) {
-  for (Index color = 0; color < slots.color_count(); ++color) {
-    for (const ConstraintRecord<kArity>& record : slots.records(color)) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    for (const ConstraintRecord<kArity>& record : slots.records(group)) {
       Vec3<float> points[kArity];
       for (std::size_t k = 0; k < kArity; ++k) {
         points[k] = load(data.particles[record.vertices[k]]);

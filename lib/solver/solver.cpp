@@ -7,13 +7,14 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
-#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "coloring/coloring_options.h"
 #include "solver/backend.h"
 #include "solver/solver_data.h"
 
@@ -35,6 +36,12 @@ void check_options(const SolverOptions& options) {
   if (options.contact_capacity < 0) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
+  }
+  check_coloring_options(options.coloring);
+  if (options.composition != PlanComposition::separate &&
+      options.composition != PlanComposition::joint) {
+    throw InvalidArgument("unknown composition " +
+                          std::to_string(static_cast<int>(options.composition)));
   }
 }
 
@@ -88,6 +95,27 @@ void copy_masses(const Scene& scene, SolverData& data) {
   }
 }
 
+// Colours the constraints listed, and gives each its group: the colour, or color_count.
+// @param group_of  [id_count] those not listed are left alone
+// @return          color_count
+template <std::size_t kArity>
+Index group_by_color(std::span<const ConstraintRecord<kArity>> records, std::span<const Index> ids,
+                     const SolverData& data, std::vector<Index>& group_of) {
+  std::vector<std::array<Index, kArity>> vertices;
+  vertices.reserve(ids.size());
+  for (const Index id : ids) {
+    vertices.push_back(records[id].vertices);
+  }
+  const Coloring coloring = color_constraints({std::span<const std::array<Index, kArity>>(vertices),
+                                               static_cast<Index>(data.particles.size())},
+                                              data.options.coloring);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Index color = coloring.color_of[i];
+    group_of[ids[i]] = color == kOverflowColor ? coloring.color_count : color;
+  }
+  return coloring.color_count;
+}
+
 void build_distances(const Scene& scene, SolverData& data) {
   std::vector<ConstraintRecord<2>> records;
   records.reserve(data.edges.size() + data.links.size());
@@ -104,33 +132,71 @@ void build_distances(const Scene& scene, SolverData& data) {
     records.push_back(
         {{link.first, link.second}, link.rest_length, pick(link.stiffness, data.options.mode)});
   }
-  std::vector<std::array<Index, 2>> vertices;
-  vertices.reserve(records.size());
-  for (const auto& record : records) {
-    vertices.push_back(record.vertices);
+  if (data.options.composition == PlanComposition::joint) {
+    data.edge_owners =
+        EdgeOwners(data.bodies, static_cast<Index>(data.edges.size()), data.tet_edges);
   }
-  const std::span<const std::array<Index, 2>> view(vertices);
-  data.distances = ConstraintSlots<2>(records, color_greedy({view, scene.vertex_count()}));
+  std::vector<Index> alone, owned;
+  for (std::size_t id = 0; id < records.size(); ++id) {
+    const bool is_owned =
+        id < data.edges.size() && data.edge_owners[static_cast<Index>(id)] != kInvalidIndex;
+    (is_owned ? owned : alone).push_back(static_cast<Index>(id));
+  }
+  const std::span<const ConstraintRecord<2>> view(records);
+  std::vector<Index> group_of(records.size());
+  data.distance_colors = group_by_color(view, alone, data, group_of);
+  for (const Index edge : owned) {
+    group_of[edge] = data.joint_group_of(edge);
+  }
+  data.distances = ConstraintSlots<2>(view, group_of, data.joint_group(data.volume_colors, 6));
 }
 
 void build_volumes(const Scene& scene, SolverData& data) {
   std::vector<ConstraintRecord<4>> records;
-  std::vector<Tet> vertices;
-  data.volume_of_tet.assign(data.tets.size(), kInvalidIndex);
+  records.reserve(data.tets.size());
+  std::vector<Index> ids;
   for (const Body& body : data.bodies) {
-    if (!body.material.has_volume_constraints) {
-      continue;
-    }
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      data.volume_of_tet[t] = static_cast<Index>(records.size());
       const double volume = tet_volume(scene.positions(), data.tets[t]);
       records.push_back({data.tets[t], static_cast<float>(volume),
                          pick(body.material.volume, data.options.mode)});
-      vertices.push_back(data.tets[t]);
+      if (body.material.has_volume_constraints) {
+        ids.push_back(t);
+      }
     }
   }
-  const std::span<const Tet> view(vertices);
-  data.volumes = ConstraintSlots<4>(records, color_greedy({view, scene.vertex_count()}));
+  const std::span<const ConstraintRecord<4>> view(records);
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  data.volume_colors = group_by_color(view, ids, data, group_of);
+  data.volumes = ConstraintSlots<4>(view, group_of, data.volume_colors + 1);
+}
+
+// Colours, then overflow, without those that are empty.
+template <std::size_t kArity>
+void add_phases(PhaseKind kind, const ConstraintSlots<kArity>& slots, Index color_count,
+                std::vector<Phase>& phases) {
+  for (Index color = 0; color <= color_count; ++color) {
+    if (!slots.records(color).empty()) {
+      phases.push_back({kind, color, color == color_count});
+    }
+  }
+}
+
+std::string plan_name(const SolverOptions& options) {
+  const ColoringOptions& coloring = options.coloring;
+  std::string name = name_of(coloring.algorithm);
+  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
+    name += std::string(" by ") + name_of(coloring.order);
+  }
+  if (coloring.algorithm == ColoringAlgorithm::random_disc &&
+      coloring.disc.palette == Palette::conflicts) {
+    name += " by conflicts";
+  }
+  name += coloring.repair ? "+repair" : "";
+  name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
+  name += coloring.balance ? "+balance" : "";
+  return name +
+         (options.composition == PlanComposition::joint ? ", joint" : ", distances then volumes");
 }
 
 std::unique_ptr<Backend> make_backend(BackendKind kind) {
@@ -191,19 +257,35 @@ SolverOptions SolverOptions::paper() {
   options.mode = ProjectionMode::fraction;
   options.substeps = 1;
   options.iterations = 30;
+  options.coloring = {.algorithm = ColoringAlgorithm::random_disc,
+                      .disc = {.palette = Palette::conflicts}};
   return options;
+}
+
+Index SolverData::joint_group_of(Index edge) const noexcept {
+  const Index owner = edge_owners[edge];
+  const auto& edges_of_owner = tet_edges[owner];
+  const auto place = std::find(edges_of_owner.begin(), edges_of_owner.end(), edge);
+  return joint_group(volumes.group_of(owner), static_cast<Index>(place - edges_of_owner.begin()));
+}
+
+void SolverData::remove_volume(Index tet) {
+  volumes.remove(tet);
+  for (const Index edge : tet_edges[tet]) {
+    if (edge_owners[edge] == tet && distances.is_alive(edge)) {
+      edge_owners.hand_over(edge, tet_edges, volumes);
+      distances.move(edge, joint_group_of(edge));
+    }
+  }
 }
 
 void SolverData::rebuild_plan() {
   plan.phases.clear();
-  for (Index color = 0; color < distances.color_count(); ++color) {
-    plan.phases.push_back({PhaseKind::distance, color});
-  }
-  for (Index color = 0; color < volumes.color_count(); ++color) {
-    plan.phases.push_back({PhaseKind::volume, color});
-  }
+  add_phases(PhaseKind::distance, distances, distance_colors, plan.phases);
+  add_phases(options.composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume,
+             volumes, volume_colors, plan.phases);
   // an attachment's colour is the number of tools before it that hold the same vertex
-  std::vector<Index> holders(particles.size(), 0);
+  std::unordered_map<Index, Index> holders;
   Index attachment_colors = 0;
   for (ToolState& tool : tools) {
     for (Attachment& attachment : tool.attachments) {
@@ -250,9 +332,9 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
 
   copy_topology(scene, data);
   copy_masses(scene, data);
-  build_distances(scene, data);
   build_volumes(scene, data);
-  data.plan.name = "greedy, distances then volumes";
+  build_distances(scene, data);
+  data.plan.name = plan_name(options);
   data.rebuild_plan();
 }
 
@@ -500,12 +582,11 @@ float Solver::rest_length(Index edge) const {
 
 float Solver::rest_volume(Index tet) const {
   check_id("tet", tet, data_->tets.size());
-  const Index volume = data_->volume_of_tet[tet];
-  if (!data_->tet_alive[tet] || volume == kInvalidIndex) {
+  if (!data_->volumes.is_alive(tet)) {
     throw InvalidArgument("tet " + std::to_string(tet) +
                           " was removed or belongs to a body without volume constraints");
   }
-  return data_->volumes.record(volume).rest;
+  return data_->volumes.record(tet).rest;
 }
 
 std::uint64_t Solver::topology_version() const noexcept {

@@ -13,6 +13,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/constraint_slots.h"
+#include "solver/edge_owners.h"
 
 namespace pbdsurg {
 
@@ -77,11 +78,14 @@ class SolverData {
   std::vector<double> vertex_masses;            // [vertex_count] kg
   std::uint64_t topology_version = 0;
 
-  // constraints: edges first, then links; a tetrahedron of a body without volume constraints has
-  // volume constraint kInvalidIndex
-  ConstraintSlots<2> distances;      // [edge_count + link_count]
-  ConstraintSlots<4> volumes;        // [number of volume constraints]
-  std::vector<Index> volume_of_tet;  // [tet_count]
+  // Constraints: edges first, then links; bodies without volume constraints have none of them.
+  // Groups are the colours, then overflow. Six more groups of distances follow for each group of
+  // volumes, one for each of kTetEdges: edges at that place of the tetrahedra that own them.
+  ConstraintSlots<2> distances;  // [edge_count + link_count]
+  ConstraintSlots<4> volumes;    // [tet_count]
+  Index distance_colors = 0;
+  Index volume_colors = 0;
+  EdgeOwners edge_owners;
   StepPlan plan;
   std::unique_ptr<Backend> backend;
 
@@ -89,7 +93,20 @@ class SolverData {
     return static_cast<Index>(edges.size()) + link;
   }
 
-  /// Phases follow what tools hold, so this is called after each grasp, release or removal.
+  /// Of the edges at a place in kTetEdges of tetrahedra of one colour.
+  [[nodiscard]] Index joint_group(Index color, Index place) const noexcept {
+    return distance_colors + 1 + 6 * color + place;
+  }
+
+  /// Where a joint plan projects an edge that has an owner.
+  [[nodiscard]] Index joint_group_of(Index edge) const noexcept;
+
+  /// Removes a tetrahedron's volume constraint and hands the edges that it owns to others.
+  /// Cost: proportional to the tetrahedra around its edges.
+  void remove_volume(Index tet);
+
+  /// Phases follow what tools hold and what is left, so this is called after each grasp, release or
+  /// removal. Cost: O(phases + held vertices).
   void rebuild_plan();
 };
 

@@ -223,6 +223,22 @@ TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit]") {
 }
 
 // Would catch one bad vertex that spoils the normals, the depth range or the whole picture.
+TEST_CASE("renderer: a figure shows colours as given, on white to its corners", "[unit]") {
+  REQUIRE_RENDERER(renderer);
+  RenderSnapshot snapshot = one_sheet(Tissue::liver);
+  snapshot.look = Look::figure;
+  snapshot.surfaces[0] = sheet(Tissue::liver, 0, 0.02f);
+  snapshot.surfaces[0].colors.assign(snapshot.surfaces[0].positions.size(), {0.2f, 0.8f, 0.4f, 1});
+  const Image image = renderer->render(snapshot);
+  const Eigen::Vector3d middle = mean(image, kWidth / 2, kHeight / 2);
+  CHECK((middle - 255 * Eigen::Vector3d(0.2, 0.8, 0.4)).norm() < 8);
+  for (const int x : {0, kWidth - 1}) {
+    for (const int y : {0, kHeight - 1}) {
+      CHECK(image.at(x, y) == Rgb8{255, 255, 255});
+    }
+  }
+}
+
 TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[unit]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot = one_sheet(Tissue::fat);

@@ -5,159 +5,20 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <limits>
 
-#include <stb_easy_font.h>
-
 #include "pbdsurg/core/error.h"
+
+#include "viewer/canvas.h"
 
 namespace cholecystectomy {
 namespace {
 
-/// The canvas has this many samples along each side of a pixel; averaging them smooths edges.
-constexpr int kScale = 3;
-
-constexpr Rgb8 kWhite{255, 255, 255};
-constexpr Rgb8 kInk{40, 44, 52};
 constexpr Rgb8 kGrid{226, 229, 234};
 
 /// Told apart by colour-blind readers too (Okabe and Ito 2008, "Color universal design").
 constexpr std::array<Rgb8, 6> kPalette{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}}};
-
-/// Text height of one line in pixels for a font of scale 1, from stb_easy_font.h.
-constexpr double kFontHeight = 7;
-
-struct Point {
-  double x, y;
-};
-
-std::string printable(const std::string& text) {
-  std::string result = text;
-  std::replace_if(
-      result.begin(), result.end(), [](char c) { return c < 32 || c > 126; }, '?');
-  return result;
-}
-
-/// Rectangles of a text, as stb_easy_font.h lays them out with the origin at the top left.
-class Text {
- public:
-  explicit Text(const std::string& text) {
-    std::string copy = printable(text);
-    width_ = stb_easy_font_width(copy.data());
-    std::vector<char> buffer(64 + 64 * 16 * copy.size());  // at most 16 quads a letter are drawn
-    const int quads = stb_easy_font_print(0, 0, copy.data(), nullptr, buffer.data(),
-                                          static_cast<int>(buffer.size()));
-    for (int i = 0; i < quads; ++i) {
-      const char* quad = buffer.data() + 64 * static_cast<std::size_t>(i);
-      std::array<float, 2> low{}, high{};
-      std::memcpy(low.data(), quad, sizeof(low));
-      std::memcpy(high.data(), quad + 32, sizeof(high));
-      rectangles_.push_back({{low[0], low[1]}, {high[0], high[1]}});
-    }
-  }
-
-  struct Rectangle {
-    Point low, high;
-  };
-
-  [[nodiscard]] double width() const { return width_; }
-  [[nodiscard]] const std::vector<Rectangle>& rectangles() const { return rectangles_; }
-
- private:
-  double width_;
-  std::vector<Rectangle> rectangles_;
-};
-
-/// Draws in pixels, at kScale samples a pixel.
-class Canvas {
- public:
-  Canvas(int width, int height)
-      : width_(width * kScale),
-        height_(height * kScale),
-        samples_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), kWhite) {}
-
-  void fill(Point low, Point high, Rgb8 color) {
-    const int y_end = sample(high.y, height_);
-    const int x_end = sample(high.x, width_);
-    for (int y = sample(low.y, height_); y < y_end; ++y) {
-      for (int x = sample(low.x, width_); x < x_end; ++x) {
-        at(x, y) = color;
-      }
-    }
-  }
-
-  /// A line with round ends, cut off outside of the given rectangle.
-  void line(Point a, Point b, double thickness, Rgb8 color, Point low, Point high) {
-    const double radius = thickness / 2;
-    const double dx = b.x - a.x;
-    const double dy = b.y - a.y;
-    const double squared = dx * dx + dy * dy;
-    const int y_end = sample(std::min(high.y, std::max(a.y, b.y) + radius + 1), height_);
-    const int x_end = sample(std::min(high.x, std::max(a.x, b.x) + radius + 1), width_);
-    for (int y = sample(std::max(low.y, std::min(a.y, b.y) - radius), height_); y < y_end; ++y) {
-      for (int x = sample(std::max(low.x, std::min(a.x, b.x) - radius), width_); x < x_end; ++x) {
-        const double px = (x + 0.5) / kScale - a.x;
-        const double py = (y + 0.5) / kScale - a.y;
-        const double t = squared > 0 ? std::clamp((px * dx + py * dy) / squared, 0.0, 1.0) : 0;
-        if (std::hypot(px - t * dx, py - t * dy) <= radius) {
-          at(x, y) = color;
-        }
-      }
-    }
-  }
-
-  void text(const Text& text, Point origin, double scale, Rgb8 color) {
-    for (const Text::Rectangle& r : text.rectangles()) {
-      fill({origin.x + scale * r.low.x, origin.y + scale * r.low.y},
-           {origin.x + scale * r.high.x, origin.y + scale * r.high.y}, color);
-    }
-  }
-
-  /// Text that runs upwards from the origin.
-  void upward_text(const Text& text, Point origin, double scale, Rgb8 color) {
-    for (const Text::Rectangle& r : text.rectangles()) {
-      fill({origin.x + scale * r.low.y, origin.y - scale * r.high.x},
-           {origin.x + scale * r.high.y, origin.y - scale * r.low.x}, color);
-    }
-  }
-
-  [[nodiscard]] Image image() const {
-    Image image{width_ / kScale, height_ / kScale, {}};
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        std::array<int, 3> sum{};
-        for (int i = 0; i < kScale * kScale; ++i) {
-          const Rgb8& color = at(x * kScale + i % kScale, y * kScale + i / kScale);
-          for (std::size_t c = 0; c < 3; ++c) {
-            sum[c] += color[c];
-          }
-        }
-        for (const int s : sum) {
-          image.rgb.push_back(static_cast<std::uint8_t>(s / (kScale * kScale)));
-        }
-      }
-    }
-    return image;
-  }
-
- private:
-  static int sample(double pixel, int count) {
-    return static_cast<int>(
-        std::clamp(std::round(pixel * kScale), 0.0, static_cast<double>(count)));
-  }
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(x);
-  }
-  Rgb8& at(int x, int y) { return samples_[index(x, y)]; }
-  [[nodiscard]] const Rgb8& at(int x, int y) const { return samples_[index(x, y)]; }
-
-  int width_;
-  int height_;
-  std::vector<Rgb8> samples_;
-};
 
 /// Beyond this, the arithmetic of axes overflows; ranges below its inverse count as flat.
 constexpr double kLargest = 1e300;

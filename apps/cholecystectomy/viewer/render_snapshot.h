@@ -73,12 +73,18 @@ struct Camera {
   float brightness = 1;
 };
 
+enum class Look {
+  scope,   ///< through a laparoscope
+  figure,  ///< on white, without gloss, texture or shadows, so that colours are read as given
+};
+
 struct RenderSnapshot {
   std::vector<Surface> surfaces;
   std::vector<Tool> tools;
   std::vector<Strand> strands;
   std::vector<SmokePuff> smoke;
   Camera camera;
+  Look look = Look::scope;  ///< a figure is meant for surfaces with colours, and strands
 };
 
 }  // namespace cholecystectomy

@@ -42,9 +42,9 @@ class SceneRenderer {
   void upload(const DrawList& list);
   void draw_shadow_map(const DrawList& list, const View& view);
   void draw_occlusion(const DrawList& list, const View& view);
-  void draw_lit(const DrawList& list, const View& view, float brightness);
-  void use_lit_program(const ShaderProgram& program, const View& view, float brightness);
-  void draw_scope(GLuint framebuffer);
+  void draw_lit(const DrawList& list, const View& view, float brightness, Look look);
+  void use_lit_program(const ShaderProgram& program, const View& view, float brightness, Look look);
+  void draw_scope(GLuint framebuffer, Look look);
   void fill_screen() const;
 
   int width_;

@@ -224,7 +224,13 @@ vec3 limited(vec3 value) { return min(value, vec3(6)); }
 const char* const kTissueFragmentShader = R"(
 uniform samplerBuffer materials;
 uniform sampler3D cell_noise;
+uniform float figure;  // 1 for colours as given
 void main() {
+  if (figure > 0.5) {
+    float facing = max(dot(facing_normal(), normalize(light - v_position)), 0);
+    radiance = vec4(v_color.rgb * ambient_visibility() * mix(0.5, 1.0, facing), v_color.a);
+    return;
+  }
   vec4 color = texelFetch(materials, 4 * v_material);
   vec3 mottle = texelFetch(materials, 4 * v_material + 1).rgb;
   vec3 surface = texelFetch(materials, 4 * v_material + 2).xyz;  // gloss, detail size, relief
@@ -370,6 +376,7 @@ in vec2 v_place;
 uniform sampler2D scene;
 uniform sampler2D glow;
 uniform float aspect;
+uniform float figure;
 out vec4 pixel;
 // Narkowicz 2016, "ACES filmic tone mapping curve"
 vec3 expose(vec3 x) { return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1); }
@@ -377,6 +384,10 @@ vec3 srgb(vec3 x) {
   return mix(12.92 * x, 1.055 * pow(x, vec3(1 / 2.4)) - 0.055, step(vec3(0.0031308), x));
 }
 void main() {
+  if (figure > 0.5) {
+    pixel = vec4(srgb(clamp(texture(scene, v_place).rgb, 0, 1)), 1);
+    return;
+  }
   vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
   float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
   vec3 light = texture(scene, v_place).rgb + 0.10 * texture(glow, v_place).rgb;

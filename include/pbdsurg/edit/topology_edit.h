@@ -60,8 +60,8 @@ class EditParticipant {
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
 /// and links to a vertex that it was the last to use. Colours stay valid: constraints are only
-/// removed. Cost: proportional to the change, and once to the number of vertices when a tool held
-/// one of those that lost their tissue; participants add theirs.
+/// removed; phases without a constraint leave the plan. Cost: proportional to the change, to the
+/// number of phases and to what tools hold; participants add theirs.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/coloring/color.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/scene.h"
@@ -37,8 +38,12 @@ struct SolverOptions {
   float damping = 0;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   BackendKind backend = BackendKind::automatic;
+  /// How constraints of each type are coloured, and so the order of work.
+  ColoringOptions coloring{.repair = true};
+  PlanComposition composition = PlanComposition::separate;
 
-  /// The paper's settings: fraction mode, one substep, 30 iterations.
+  /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
+  /// the random colouring disc.
   [[nodiscard]] static SolverOptions paper();
 };
 

@@ -12,18 +12,33 @@
 
 namespace pbdsurg {
 
+/// Who projects the distance constraints of edges.
+enum class PlanComposition : std::uint8_t {
+  separate,  ///< distances, colour by colour, then volumes
+  /// Each edge is owned by one of its tetrahedra (assign_edges_to_tets()), which projects the edges
+  /// it owns, then its volume: one phase a colour of tetrahedra. Distances without such an owner
+  /// (links, edges of bodies without volume constraints) come before, colour by colour.
+  joint,
+};
+
 /// What a phase projects.
 enum class PhaseKind : std::uint8_t {
-  distance,    ///< one colour of edges and links
-  volume,      ///< one colour of tetrahedra
+  distance,  ///< edges and links
+  volume,    ///< tetrahedra
+  /// Tetrahedra, each after the edges that it owns, in the order of kTetEdges. In a serial phase
+  /// all edges at one place of kTetEdges come before those at the next, and volumes last.
+  joint,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool
 };
 
-/// Constraints of one kind that share no vertex.
+/// Constraints of one kind that share no vertex, unless the phase is serial.
 struct Phase {
   PhaseKind kind;
   Index color;  ///< of the kind's colouring; for contacts the tool
+  /// These are what ColoringOptions::max_colors left over: they may share vertices and are
+  /// projected one after another.
+  bool serial = false;
 };
 
 /// The phases of one sweep, executed in order. The number of phases is what limits a parallel step.

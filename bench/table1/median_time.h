@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Wall time of something short.
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+namespace pbdsurg::bench {
+
+/// How long a call takes, ms.
+template <class Run>
+double time_of(Run&& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  return time.count();
+}
+
+/// @param values  at least one
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Median time of a call that is repeated, ms.
+template <class Run>
+double median_time(int repetitions, Run&& run) {
+  std::vector<double> times;
+  for (int i = 0; i < repetitions; ++i) {
+    times.push_back(time_of(run));
+  }
+  return median(std::move(times));
+}
+
+}  // namespace pbdsurg::bench

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Which tetrahedron projects an edge, in a joint plan.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/scene.h"
+
+#include "solver/constraint_slots.h"
+
+namespace pbdsurg {
+
+/// Each live edge of a body with volume constraints is owned by a live tetrahedron around it; other
+/// edges have no owner. Made by default, it is that of a separate plan: no edge has one.
+class EdgeOwners {
+ public:
+  EdgeOwners() = default;
+
+  /// Shares the edges of each body with volume constraints out among its tetrahedra.
+  /// @param tet_edges  [tet_count] of all bodies
+  EdgeOwners(std::span<const Body> bodies, Index edge_count,
+             std::span<const std::array<Index, 6>> tet_edges);
+
+  /// Tetrahedron, or kInvalidIndex.
+  [[nodiscard]] Index operator[](Index edge) const noexcept {
+    return owners_.empty() ? kInvalidIndex : owners_[edge];
+  }
+
+  /// Gives a live edge to the live tetrahedron around it that owns fewest edges, because a phase
+  /// lasts as long as its busiest tetrahedron. Cost: proportional to the tetrahedra around it.
+  /// @param volumes  those of live tetrahedra
+  void hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
+                 const ConstraintSlots<4>& volumes) noexcept;
+
+ private:
+  std::vector<Index> owners_;  // [edge_count]
+  IndexLists tets_around_;     // [edge_count] all that there ever were
+};
+
+}  // namespace pbdsurg
