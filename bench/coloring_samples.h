@@ -13,12 +13,18 @@
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/mesh/topology.h"
 
 #include "sample_meshes.h"
 
 namespace pbdsurg::bench {
 
-/// Constraints by name: KIND/TETS/tets|edges, made once.
+struct SampleMesh {
+  Tets mesh;
+  std::vector<Edge> edges;
+};
+
+/// Made once.
 ///   lattice  24 tetrahedra at each inner vertex: the hard case
 ///   split    very irregular
 ///   organ    a liver of well-shaped tetrahedra
@@ -26,23 +32,23 @@ inline const SampleMesh& sample_mesh(const std::string& kind, Index tets) {
   static std::map<std::pair<std::string, Index>, SampleMesh> meshes;
   const auto [entry, is_new] = meshes.try_emplace({kind, tets});
   if (is_new) {
+    Tets& mesh = entry->second.mesh;
     if (kind == "lattice") {
       Index side = 1;
       while (6 * side * side * side < tets) {
         ++side;
       }
-      entry->second = lattice_mesh(side);
+      mesh = lattice_mesh(side);
     } else if (kind == "split") {
-      entry->second = split_mesh(tets);
+      mesh = split_mesh(tets);
     } else {
       OrganRecipe liver = organ_recipe(Organ::liver);
       liver.options.spacing = 0;
       liver.options.vertex_count = tets / 11 * 2;
       const TetMesh organ = tetrahedralize(liver.shape, liver.options).mesh;
-      entry->second = {{organ.tets().begin(), organ.tets().end()},
-                       find_edges(organ.tets()),
-                       organ.vertex_count()};
+      mesh = {{organ.tets().begin(), organ.tets().end()}, organ.vertex_count()};
     }
+    entry->second.edges = find_edges(mesh.tets);
   }
   return entry->second;
 }
@@ -56,8 +62,11 @@ struct ColoringSample {
     return kind + "/" + std::to_string(tets) + "/" + (edges ? "edges" : "tets");
   }
   [[nodiscard]] ConstraintVertices constraints() const {
-    const SampleMesh& mesh = sample_mesh(kind, tets);
-    return edges ? mesh.edge_constraints() : mesh.tet_constraints();
+    const SampleMesh& sample = sample_mesh(kind, tets);
+    if (edges) {
+      return {std::span<const Edge>(sample.edges), sample.mesh.vertex_count};
+    }
+    return sample.mesh.view();
   }
 };
 
