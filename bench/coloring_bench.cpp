@@ -38,6 +38,13 @@ void color_by_boost(benchmark::State& state, const ColoringSample& sample, bool 
 }
 #endif
 
+// A second or more for a million.
+bool takes_long(const ColoringOptions& options) {
+  return options.algorithm == ColoringAlgorithm::luby ||
+         (options.algorithm == ColoringAlgorithm::random_disc && options.repair) ||
+         options.order == GreedyOrder::smallest_last || options.order == GreedyOrder::saturation;
+}
+
 void register_all() {
   std::vector<NamedColoring> colorings = parallel_colorings();
   for (const GreedyOrder order :
@@ -48,10 +55,12 @@ void register_all() {
   }
   for (const ColoringSample& sample : coloring_samples()) {
     for (const NamedColoring& coloring : colorings) {
-      benchmark::RegisterBenchmark((sample.name() + "/" + coloring.name).c_str(), color, sample,
-                                   coloring.options)
-          ->Unit(benchmark::kMillisecond)
-          ->MinTime(0.1);
+      auto* const bench = benchmark::RegisterBenchmark(
+          (sample.name() + "/" + coloring.name).c_str(), color, sample, coloring.options);
+      bench->Unit(benchmark::kMillisecond)->MinTime(0.1);
+      if (sample.tets >= 1'000'000 && takes_long(coloring.options)) {
+        bench->Repetitions(1);
+      }
     }
 #ifdef PBDSURG_HAS_BOOST_GRAPH
     for (const bool with_graph : {false, true}) {
