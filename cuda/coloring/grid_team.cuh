@@ -51,6 +51,11 @@ class GridTeam {
   __device__ static void raise(Index& flag) { *static_cast<volatile Index*>(&flag) = 1; }
 
   template <class T>
+  __device__ static T peek(const T& value) {
+    return *static_cast<const volatile T*>(&value);
+  }
+
+  template <class T>
   __device__ static T fetch_max(T& target, std::type_identity_t<T> value) {
     return static_cast<T>(atomicMax(native(target), static_cast<Native<T>>(value)));
   }

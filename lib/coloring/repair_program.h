@@ -38,11 +38,16 @@ struct ColorHolders {
     return table[static_cast<std::int64_t>(vertex) * width + color];
   }
 
-  /// The vertex must have the colour.
-  [[nodiscard]] PBDSURG_HOST_DEVICE Index find(Index vertex, Index color,
+  /// Reads the table where there is one, even if the vertex has not got the colour: looking at all
+  /// vertices of a constraint at once is faster than one after another.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Index find(Index vertex, Index color, bool has_color,
                                                const Index* color_of) const {
     if (table != nullptr) {
-      return at(vertex, color);
+      const Index holder = at(vertex, color);
+      return has_color ? holder : kInvalidIndex;
+    }
+    if (!has_color) {
+      return kInvalidIndex;
     }
     Index entry = offsets[vertex];
     while (color_of[entries[entry]] != color) {
@@ -144,7 +149,9 @@ struct RepairProgram {
         const auto at = static_cast<Index>(i / top);
         const Index c = list[at];
         Plan plan{static_cast<Index>(i - std::int64_t{at} * top)};
+        // what is of a lower grade than one that is there need not be worked out
         if (color_of[c] >= top && find_blockers(c, plan) &&
+            grade(plan) >= grade_of_key(team.peek(best[at])) &&
             find_new_colors(c, top, rounds.round(), plan) && (swapping || !plan.swaps)) {
           team.fetch_max(best[at], plan_key(c, plan, rounds.round()));
         }
@@ -180,33 +187,45 @@ struct RepairProgram {
     bool swaps = false;  ///< the one blocker is then above the limit in place of the constraint
   };
 
-  // The largest is best: fewest blockers first, swaps last, otherwise at random.
+  // Fewest blockers first, swaps last.
+  PBDSURG_DEVICE static std::uint64_t grade(const Plan& plan) {
+    return static_cast<std::uint64_t>(plan.swaps ? 0 : 3 - plan.blocker_count);
+  }
+
+  // The largest is best: by grade, then at random.
   PBDSURG_DEVICE std::uint64_t plan_key(Index c, const Plan& plan, std::uint32_t round) const {
     const std::uint64_t random =
         random_bits(seed, static_cast<std::uint64_t>(c),
                     (std::uint64_t{round} << 32) | static_cast<std::uint32_t>(plan.color));
-    const auto grade = static_cast<std::uint64_t>(plan.swaps ? 0 : 3 - plan.blocker_count);
-    return (grade << 62) | ((random >> 34) << 32) | static_cast<std::uint32_t>(plan.color);
+    return (grade(plan) << 62) | ((random >> 34) << 32) | static_cast<std::uint32_t>(plan.color);
   }
+  PBDSURG_DEVICE static std::uint64_t grade_of_key(std::uint64_t key) { return key >> 62; }
   PBDSURG_DEVICE static Index color_of_key(std::uint64_t key) {
     return static_cast<Index>(key & 0xFFFFFFFFu);
   }
 
   // Who holds the plan's colour around constraint c; false if they are more than two.
   PBDSURG_DEVICE bool find_blockers(Index c, Plan& plan) const {
-    for (const Index v : constraints[c]) {
-      if (!masks.has(v, plan.color)) {
-        continue;
+    const auto ids = constraints[c];
+    constexpr int kBatch = 4;
+    for (int first = 0; first < ids.size(); first += kBatch) {
+      Index found[kBatch];
+      for (int i = 0; i < kBatch; ++i) {
+        found[i] = first + i < ids.size()
+                       ? holders.find(ids[first + i], plan.color,
+                                      masks.has(ids[first + i], plan.color), color_of)
+                       : kInvalidIndex;
       }
-      const Index blocker = holders.find(v, plan.color, color_of);
-      if ((plan.blocker_count > 0 && plan.blockers[0] == blocker) ||
-          (plan.blocker_count > 1 && plan.blockers[1] == blocker)) {
-        continue;
+      for (const Index blocker : found) {
+        if (blocker == kInvalidIndex || (plan.blocker_count > 0 && plan.blockers[0] == blocker) ||
+            (plan.blocker_count > 1 && plan.blockers[1] == blocker)) {
+          continue;
+        }
+        if (plan.blocker_count == 2) {
+          return false;
+        }
+        plan.blockers[plan.blocker_count++] = blocker;
       }
-      if (plan.blocker_count == 2) {
-        return false;
-      }
-      plan.blockers[plan.blocker_count++] = blocker;
     }
     return true;
   }
@@ -231,16 +250,17 @@ struct RepairProgram {
   // Whether the colour of c is free for a neighbour once c leaves it.
   PBDSURG_DEVICE bool may_swap(Index c, Index neighbor) const {
     const auto ids = constraints[c];
+    const Index color = color_of[c];
+    bool free = true;
     for (const Index v : constraints[neighbor]) {
       bool shared = false;
       for (const Index own : ids) {
         shared = shared || own == v;
       }
-      if (!shared && masks.has(v, color_of[c])) {
-        return false;
-      }
+      const bool has_color = masks.has(v, color);
+      free = free && (shared || !has_color);
     }
-    return true;
+    return free;
   }
 
   template <class Team>
@@ -256,12 +276,12 @@ struct RepairProgram {
   }
 
   PBDSURG_DEVICE bool holds(Index c, std::uint32_t key) const {
+    bool all = true;
     for (const Index v : constraints[c]) {
-      if (claims.at(v, 0) != key) {
-        return false;
-      }
+      const std::uint32_t largest = claims.at(v, 0);
+      all = all && largest == key;
     }
-    return true;
+    return all;
   }
 
   // Nobody else touches the vertices of a plan whose claims all stand, nor what lies at them.

@@ -16,6 +16,7 @@
 ///                               group; it returns {place, index}: the index goes to the list `one`
 ///                               or `two`, or nowhere; returns to all lanes how many went where
 ///   raise(flag)                 sets a flag that others may be setting
+///   peek(value)                 reads what others may be changing
 ///   fetch_max, fetch_or, ...    atomic where workers are concurrent
 ///
 /// Between two barriers programs combine through maxima, sums and bit operations alone, so the

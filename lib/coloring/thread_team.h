@@ -45,6 +45,11 @@ class SerialTeam {
   static void raise(Index& flag) noexcept { flag = 1; }
 
   template <class T>
+  static T peek(const T& value) noexcept {
+    return value;
+  }
+
+  template <class T>
   static T fetch_max(T& target, std::type_identity_t<T> value) noexcept {
     const T old = target;
     target = old < value ? value : old;
@@ -91,6 +96,11 @@ class ThreadTeam {
 
   static void raise(Index& flag) noexcept {
     std::atomic_ref<Index>(flag).store(1, std::memory_order_relaxed);
+  }
+
+  template <class T>
+  static T peek(T& value) noexcept {
+    return std::atomic_ref<T>(value).load(std::memory_order_relaxed);
   }
 
   template <class T>
