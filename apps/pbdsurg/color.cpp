@@ -153,8 +153,8 @@ void print_text(const Options& options, const Constraints& constraints,
   std::cout.precision(3);
   std::cout << options.path << ": " << statistics.constraints << ' ' << name_of(options.kind)
             << " constraints\n"
-            << "  colours             " << statistics.colors << "; no colouring has fewer than "
-            << statistics.clique_bound << '\n'
+            << "  colours             " << statistics.colors
+            << "; without anything left over, at least " << statistics.clique_bound << '\n'
             << "  sizes               deviate by " << 100 * statistics.relative_deviation
             << " % from their mean; the largest is " << statistics.max_over_mean << " times it\n"
             << "  shares              " << 100 * statistics.top10 << " % in the largest tenth, "
@@ -246,7 +246,15 @@ void add_color(CLI::App& app, int& status) {
   add_whole_number(command, "--threads", coloring.threads, 0,
                    "0 for one a processor (default: 1); the colours are the same");
   add_unit_option(command, options->unit);
-  command.add_option("--output", options->output, "Write one colour a line, -1 where left over");
+  command
+      .add_option("--output", options->output,
+                  "Write one colour a line, -1 where left over; of joint constraints, those of the "
+                  "tets")
+      ->check(CLI::Validator(
+          [](const std::string& path) {
+            return path.empty() ? std::string("must name a file") : std::string();
+          },
+          "FILE"));
   command.add_flag("--json", options->json, "Print JSON");
   command.callback([options, order, palette, shrink, &status] {
     const ColoringAlgorithm algorithm = options->coloring.algorithm;

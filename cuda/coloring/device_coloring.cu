@@ -33,6 +33,25 @@
 
 namespace pbdsurg::cuda {
 
+namespace {
+
+// Makes a device the current one while it lives.
+class DeviceScope {
+ public:
+  explicit DeviceScope(int device) {
+    PBDSURG_CUDA_CHECK(cudaGetDevice(&previous_));
+    PBDSURG_CUDA_CHECK(cudaSetDevice(device));
+  }
+  ~DeviceScope() { static_cast<void>(cudaSetDevice(previous_)); }
+  DeviceScope(const DeviceScope&) = delete;
+  DeviceScope& operator=(const DeviceScope&) = delete;
+
+ private:
+  int previous_ = 0;
+};
+
+}  // namespace
+
 struct DeviceColoring::Data {
   static constexpr std::size_t kScalars = 8;
 
@@ -53,6 +72,7 @@ struct DeviceColoring::Data {
   // the colouring
   DeviceBuffer<Index> color_of;
   Index color_count = 0;
+  bool has_colors = false;
 
   // what making it takes
   DeviceBuffer<Index> valence;   // [vertex_count]
@@ -66,7 +86,19 @@ struct DeviceColoring::Data {
   DeviceBuffer<unsigned char> scratch;
   cudaStream_t stream = nullptr;
 
-  Data() { PBDSURG_CUDA_CHECK(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking)); }
+  int device = 0;
+
+  Data() {
+    PBDSURG_CUDA_CHECK(cudaGetDevice(&device));
+    int launches_cooperatively = 0;
+    PBDSURG_CUDA_CHECK(
+        cudaDeviceGetAttribute(&launches_cooperatively, cudaDevAttrCooperativeLaunch, device));
+    if (launches_cooperatively == 0) {
+      throw BackendUnavailable("CUDA device " + std::to_string(device) +
+                               " cannot launch cooperative grids, which colouring needs");
+    }
+    PBDSURG_CUDA_CHECK(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+  }
   ~Data() { static_cast<void>(cudaStreamDestroy(stream)); }
 
   template <class F>
@@ -100,6 +132,9 @@ struct DeviceColoring::Data {
   }
 
   Index maximum(const Index* values, Index size) {
+    if (size == 0) {
+      return 0;
+    }
     Index* const result = scalars.reserve(kScalars);
     with_scratch([&](void* memory, std::size_t& bytes) {
       return cub::DeviceReduce::Max(memory, bytes, values, result, size, stream);
@@ -377,7 +412,7 @@ struct DeviceColoring::Data {
 
   void repair(std::uint64_t seed, Index bound) {
     if (color_count > bound) {
-      lower_colors(bound, false, seed);
+      lower_colors(std::max(bound, 1), false, seed);
       close_gaps(color_count);
     }
   }
@@ -434,9 +469,8 @@ DeviceColoring::DeviceColoring(const ConstraintVertices& constraints) {
   data_->vertex_count = constraints.vertex_count;
   data_->entry_count = static_cast<Index>(constraints.vertices.size());
   data_->max_arity = constraints.arity;
-  for (std::size_t c = 0; c + 1 < constraints.offsets.size(); ++c) {
-    data_->max_arity =
-        std::max(data_->max_arity, constraints.offsets[c + 1] - constraints.offsets[c]);
+  for (Index c = 0; c < data_->count && constraints.arity == 0; ++c) {
+    data_->max_arity = std::max(data_->max_arity, static_cast<Index>(constraints[c].size()));
   }
   data_->vertices.upload(constraints.vertices, data_->stream);
   data_->constraint_offsets.upload(constraints.offsets, data_->stream);
@@ -455,6 +489,9 @@ void DeviceColoring::color(const ColoringOptions& options) {
                           " is sequential by nature: on CUDA, use natural or largest_valence");
   }
   Data& data = *data_;
+  const DeviceScope scope(data.device);
+  data.has_colors = false;
+  data.color_count = 0;
   if (data.count == 0) {
     return;
   }
@@ -482,6 +519,7 @@ void DeviceColoring::color(const ColoringOptions& options) {
   if (options.balance) {
     data.balance(options.seed);
   }
+  data.has_colors = true;
 }
 
 Index DeviceColoring::color_count() const noexcept {
@@ -489,13 +527,14 @@ Index DeviceColoring::color_count() const noexcept {
 }
 
 const Index* DeviceColoring::device_colors() const noexcept {
-  return data_->color_of.get();
+  return data_->has_colors ? data_->color_of.get() : nullptr;
 }
 
 Coloring DeviceColoring::download() const {
   Coloring coloring;
   coloring.color_count = data_->color_count;
-  if (data_->color_of.get() != nullptr) {
+  if (data_->has_colors) {
+    const DeviceScope scope(data_->device);
     coloring.color_of = data_->read(data_->color_of.get(), static_cast<std::size_t>(data_->count));
   }
   return coloring;

@@ -41,7 +41,7 @@ void launch(void (*kernel)(Index, Parameters...), Index size, cudaStream_t strea
   }
 }
 
-inline __global__ void count_valences(Index entry_count, const Index* vertices, Index* valences) {
+static __global__ void count_valences(Index entry_count, const Index* vertices, Index* valences) {
   const Index i = thread_index();
   if (i < entry_count) {
     atomicAdd(&valences[vertices[i]], 1);
@@ -62,7 +62,7 @@ __global__ void list_owners(Index count, Access constraints, Index* owners) {
 }
 
 /// Sorting by these brings the entries of a vertex together, those of smaller rank first.
-inline __global__ void make_rank_keys(Index entry_count, const Index* vertices, const Index* owners,
+static __global__ void make_rank_keys(Index entry_count, const Index* vertices, const Index* owners,
                                       const std::uint32_t* ranks, std::uint64_t* keys) {
   const Index i = thread_index();
   if (i < entry_count) {
@@ -80,14 +80,14 @@ __global__ void make_valence_keys(Index count, Access constraints, const Index* 
   }
 }
 
-inline __global__ void invert_order(Index count, const Index* order, std::uint32_t* ranks) {
+static __global__ void invert_order(Index count, const Index* order, std::uint32_t* ranks) {
   const Index i = thread_index();
   if (i < count) {
     ranks[order[i]] = static_cast<std::uint32_t>(i);
   }
 }
 
-inline __global__ void shuffle_ranks(Index count, int bits, std::uint64_t salt,
+static __global__ void shuffle_ranks(Index count, int bits, std::uint64_t salt,
                                      std::uint32_t* ranks) {
   const Index c = thread_index();
   if (c < count) {
@@ -105,7 +105,7 @@ __global__ void make_palettes(Index count, Access constraints, const Index* offs
 }
 
 /// Lists whoever has no colour, in any order.
-inline __global__ void list_uncolored(Index count, const Index* colors, Index* list,
+static __global__ void list_uncolored(Index count, const Index* colors, Index* list,
                                       Index* list_count) {
   const Index c = thread_index();
   if (c < count && colors[c] == kInvalidIndex) {
@@ -134,14 +134,14 @@ __global__ void fill_holders(Index count, Access constraints, const Index* color
   }
 }
 
-inline __global__ void renumber_colors(Index count, const Index* numbers, Index* colors) {
+static __global__ void renumber_colors(Index count, const Index* numbers, Index* colors) {
   const Index c = thread_index();
   if (c < count && colors[c] >= 0) {
     colors[c] = numbers[colors[c]];
   }
 }
 
-inline __global__ void overflow_colors(Index count, Index limit, Index* colors) {
+static __global__ void overflow_colors(Index count, Index limit, Index* colors) {
   const Index c = thread_index();
   if (c < count && colors[c] >= limit) {
     colors[c] = kInvalidIndex;
@@ -150,7 +150,7 @@ inline __global__ void overflow_colors(Index count, Index limit, Index* colors) 
 
 /// Counts each colour; uncoloured constraints are left out. With size_count entries of dynamic
 /// shared memory up to kSharedColors.
-inline __global__ void count_colors(Index count, const Index* colors, Index* sizes,
+static __global__ void count_colors(Index count, const Index* colors, Index* sizes,
                                     Index size_count) {
   extern __shared__ Index block_sizes[];
   const bool in_block = size_count <= kSharedColors;

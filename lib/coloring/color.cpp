@@ -43,6 +43,16 @@ void check_coloring_options(const ColoringOptions& options) {
       throw InvalidArgument("unknown colouring algorithm " +
                             std::to_string(static_cast<int>(options.algorithm)));
   }
+  switch (options.order) {
+    case GreedyOrder::natural:
+    case GreedyOrder::largest_valence:
+    case GreedyOrder::smallest_last:
+    case GreedyOrder::saturation:
+      break;
+    default:
+      throw InvalidArgument("unknown greedy order " +
+                            std::to_string(static_cast<int>(options.order)));
+  }
   check_disc_options(options.disc);
   static_cast<void>(resolve_threads(options.threads));
   if (options.max_colors < 0) {

@@ -30,7 +30,7 @@ ColorTables make_color_tables(const Coloring& coloring, const ConstraintVertices
   }
   ColorTables tables;
   tables.sizes = color_sizes(coloring);
-  tables.words = (coloring.color_count + 63) / 64;
+  tables.words = coloring.color_count / 64 + (coloring.color_count % 64 != 0 ? 1 : 0);
   tables.masks.assign(static_cast<std::size_t>(constraints.vertex_count) * tables.words, 0);
   const ColorMasks masks{tables.masks.data(), tables.words};
   with_arity(constraints, [&](const auto& access) {

@@ -2,7 +2,6 @@
 #include "pbdsurg/coloring/constraint_vertices.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -74,9 +73,14 @@ void check_shape(const ConstraintVertices& constraints) {
                           std::to_string(constraints.arity) +
                           " vertices a constraint: neither can be negative");
   }
-  if (constraints.vertices.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw InvalidArgument(std::to_string(constraints.vertices.size()) +
-                          " vertices named by constraints; there can be at most 2^31 - 1");
+  // a little less than an Index holds, so that loops may step past the end
+  constexpr std::size_t kLargest = (std::size_t{1} << 31) - (std::size_t{1} << 24);
+  for (const std::size_t size : {constraints.vertices.size(), constraints.offsets.size()}) {
+    if (size > kLargest) {
+      throw InvalidArgument(std::to_string(size) +
+                            " constraints or vertices named by them; there can be at most " +
+                            std::to_string(kLargest));
+    }
   }
   if (constraints.arity > 0) {
     if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {

@@ -722,7 +722,7 @@ struct DynamicColoring::Data {
     const std::int64_t even = colors * each * each + larger * (2 * each + 1);
     const double most =
         std::max(kMostDeviation * static_cast<double>(count), static_cast<double>(colors));
-    return static_cast<double>(colors * (sum - even)) > most * most;
+    return static_cast<double>(colors) * static_cast<double>(sum - even) > most * most;
   }
 
   void open_color() {

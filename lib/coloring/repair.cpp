@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/repair.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -76,7 +77,7 @@ void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints, 
   ColorTables tables = make_color_tables(coloring, constraints);
   const Index bound = clique_bound(constraints);
   if (coloring.color_count > bound) {
-    lower_colors(coloring, constraints, tables, bound, false, seed, threads);
+    lower_colors(coloring, constraints, tables, std::max(bound, 1), false, seed, threads);
   }
   close_color_gaps(coloring);
 }

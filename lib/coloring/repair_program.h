@@ -142,7 +142,7 @@ struct RepairProgram {
         waited = 0;
       }
       rounds.next(team);
-      const Index* list = lists[step & 1];
+      Index* list = lists[step & 1];
       // every pair of a constraint and a colour judges one plan; the best stays
       const std::int64_t pairs = std::int64_t{count} * top;
       for (std::int64_t i = team.worker(); i < pairs; i += team.worker_count()) {
@@ -158,7 +158,11 @@ struct RepairProgram {
       }
       team.barrier();
       for (Index i = team.worker(); i < count; i += team.worker_count()) {
-        if (best[i] != 0) {
+        if (color_of[list[i]] < top) {
+          // Done since the limit rose. It goes now: a swap may lift it above the limit again, and
+          // then whoever does that lists it.
+          list[i] = kInvalidIndex;
+        } else if (best[i] != 0) {
           Plan plan{color_of_key(best[i])};
           find_blockers(list[i], plan);
           claim(team, list[i], plan, rounds.key(list[i]));
@@ -167,12 +171,14 @@ struct RepairProgram {
       team.barrier();
       Index* next = lists[(step + 1) & 1];
       for (Index i = team.worker(); i < count; i += team.worker_count()) {
-        const Index left =
-            best[i] != 0 ? carry_out(team, list[i], color_of_key(best[i]), top, rounds) : list[i];
-        if (left != kInvalidIndex && color_of[left] >= top) {
+        Index left = list[i];
+        if (best[i] != 0) {
+          left = carry_out(team, left, color_of_key(best[i]), top, rounds);
+          best[i] = 0;
+        }
+        if (left != kInvalidIndex) {
           next[team.fetch_add(counts[(step + 1) % 3], 1)] = left;
         }
-        best[i] = 0;
       }
       team.barrier();
     }

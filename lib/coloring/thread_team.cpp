@@ -13,10 +13,9 @@ int resolve_threads(int threads) {
     throw InvalidArgument("threads is " + std::to_string(threads) +
                           "; it must be >= 1, or 0 for one a processor");
   }
-  if (threads == 0) {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  }
-  return threads;
+  const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  // no use for many more, and a slip of the finger should not start a million
+  return threads == 0 ? processors : std::min(threads, 8 * processors);
 }
 
 }  // namespace pbdsurg

@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <barrier>
-#include <system_error>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -152,7 +151,7 @@ void run_team(int threads, const Program& program) {
         });
       }
       signal = run;
-    } catch (const std::system_error&) {
+    } catch (...) {  // no more threads, or no memory for them
       signal = give_up;
     }
     signal.notify_all();
@@ -166,7 +165,7 @@ void run_team(int threads, const Program& program) {
   program(team);
 }
 
-/// @return threads, or for 0 one a processor
+/// @return threads, at most eight a processor; for 0 one a processor
 /// @throws InvalidArgument  if it is negative
 [[nodiscard]] int resolve_threads(int threads);
 

@@ -52,6 +52,9 @@ TEST_CASE("color: options out of range are refused", "[unit]") {
   CHECK_THROWS_AS(color_constraints({}, {.max_colors = -1}), InvalidArgument);
   CHECK_THROWS_AS(color_constraints({}, {.algorithm = static_cast<ColoringAlgorithm>(9)}),
                   InvalidArgument);
+  ColoringOptions luby{.algorithm = ColoringAlgorithm::luby};
+  luby.order = static_cast<GreedyOrder>(9);
+  CHECK_THROWS_AS(color_constraints({}, luby), InvalidArgument);
 }
 
 }  // namespace pbdsurg

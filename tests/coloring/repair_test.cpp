@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/jones_plassmann.h"
 #include "pbdsurg/coloring/luby.h"
 #include "pbdsurg/coloring/random_disc.h"
@@ -41,6 +42,24 @@ TEST_CASE("repair: valid, without gaps and never with more colours, on any threa
     for (const int threads : {2, 3, 8}) {
       Coloring other = before;
       repair_coloring(other, constraints, 9, threads);
+      CHECK(other == coloring);
+    }
+  }
+}
+
+// Where the limit has to rise, a constraint can be done at one step and be lifted again at the
+// next: listed twice, it would be moved twice, by two threads at once.
+TEST_CASE("repair: above the bound, too, the result does not depend on the threads", "[property]") {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    INFO("seed " << seed);
+    const testing::SampleConstraints sample = testing::crowded_sample(seed);
+    const Coloring before = color_greedy(sample.view(), GreedyOrder::smallest_last);
+    Coloring coloring = before;
+    repair_coloring(coloring, sample.view(), seed);
+    CHECK_FALSE(find_conflict(coloring, sample.view()));
+    for (const int threads : {2, 3}) {
+      Coloring other = before;
+      repair_coloring(other, sample.view(), seed, threads);
       CHECK(other == coloring);
     }
   }

@@ -69,6 +69,28 @@ inline SampleConstraints random_sample(const std::string& name, Index count, Ind
   return sample;
 }
 
+/// Constraints of six vertices out of little more than as many: colourings stay above the bound.
+inline SampleConstraints crowded_sample(std::uint64_t seed) {
+  const auto draw = [&](std::uint64_t element, std::uint64_t round, Index below) {
+    return static_cast<Index>(random_bits(seed, element, round) %
+                              static_cast<std::uint64_t>(below));
+  };
+  constexpr std::size_t kArity = 6;
+  SampleConstraints sample{"crowded", kArity, {}, 40 + draw(0, 1, 400)};
+  const Index count = 600 + draw(0, 2, 2500);
+  for (Index c = 0; c < count; ++c) {
+    const Index start = draw(c, 3, sample.vertex_count);
+    const Index span = 8 + draw(c, 4, 8);
+    std::set<Index> ids;
+    for (std::uint64_t round = 5; ids.size() < kArity; ++round) {
+      ids.insert((start + draw(c, round, span)) % sample.vertex_count);
+    }
+    sample.lists.entries.insert(sample.lists.entries.end(), ids.begin(), ids.end());
+    sample.lists.offsets.push_back(static_cast<Index>(sample.lists.entries.size()));
+  }
+  return sample;
+}
+
 /// Edges from one vertex to all others.
 inline SampleConstraints hub_sample(Index spokes) {
   std::vector<Edge> edges;
@@ -105,6 +127,14 @@ inline std::vector<SampleConstraints> all_samples() {
       random_sample("varying arity", 2500, 900, 0, 6),
       hub_sample(300),
   };
+  // constraints that touch nothing, alone and among others
+  samples.push_back({"no vertices in a set of none", 0, {{0, 0, 0, 0}, {}}, 0});
+  samples.push_back({"no vertices in a set of five", 0, {{0, 0, 0, 0}, {}}, 5});
+  samples.push_back({"some without vertices", 0, {{0, 0, 2, 2, 3, 6}, {0, 1, 0, 2, 1, 0}}, 5});
+  // vertex blocks: no colouring comes down to their bound
+  samples.push_back({"vertex blocks", 0,
+                     find_vertex_constraints(ConstraintVertices(box.tets(), box.vertex_count())),
+                     box.tet_count()});
   return samples;
 }
 

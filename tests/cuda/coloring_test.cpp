@@ -54,6 +54,9 @@ std::vector<testing::SampleConstraints> device_samples() {
   testing::SampleConstraints blocks{"vertex blocks", 0, {}, organ.tet_count()};
   blocks.lists = find_vertex_constraints(ConstraintVertices(organ.tets(), organ.vertex_count()));
   samples.push_back(blocks);
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    samples.push_back(testing::crowded_sample(seed));
+  }
   return samples;
 }
 
@@ -116,6 +119,8 @@ TEST_CASE("cuda coloring: what is sequential by nature is refused", "[device]") 
   CHECK_THROWS_WITH(device.color(options),
                     ContainsSubstring("saturation") && ContainsSubstring("sequential by nature"));
   options.order = GreedyOrder::smallest_last;
+  CHECK_THROWS_AS(device.color(options), InvalidArgument);
+  options.order = static_cast<GreedyOrder>(9);
   CHECK_THROWS_AS(device.color(options), InvalidArgument);
   options.order = GreedyOrder::natural;
   options.max_colors = -3;

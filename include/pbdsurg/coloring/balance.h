@@ -11,12 +11,17 @@
 namespace pbdsurg {
 
 /// Moves constraints from colours above the mean size to free ones below it, without an extra
-/// colour (guided shuffle: Lu et al. 2017, "Algorithms for balanced graph colorings"). In rounds:
-/// constraints of a colour volunteer with the probability that would bring it to the mean, draw a
-/// free colour below the mean, and move unless a neighbour of larger random rank drew the same.
+/// colour (guided shuffle: Lu et al. 2017, "Algorithms for balanced graph colorings"). In sweeps:
+/// constraints of a colour volunteer with the probability that would bring it to the mean, and draw
+/// a free colour below the mean. While many volunteer, the colours take turns, as those of one
+/// colour cannot clash; when few are left, all move at once, but for those whose neighbour of
+/// larger random rank drew the same.
 ///
-/// The colouring stays valid and no colour becomes empty. The result depends on the arguments other
-/// than threads alone. Cost: 5 to 30 rounds, each over the colours above the mean.
+/// The colouring stays valid; a colour that loses all of its few constraints is closed. It ends
+/// when the largest colour and the deviation are within 1/64 of the mean, or after 32 sweeps. The
+/// result depends on the arguments other than threads alone. Cost: each sweep looks at the colour
+/// of every constraint, and at the vertices of those that move; memory 1 bit a vertex and colour,
+/// 32 bytes a vertex and 8 a constraint.
 /// @param coloring  valid; overflow stays where it is
 /// @param threads   >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not

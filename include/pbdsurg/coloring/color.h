@@ -27,7 +27,8 @@ struct ColoringOptions {
   bool balance = false;                      ///< call balance_coloring(), last
   Index max_colors = 0;                      ///< call limit_colors() unless it is 0
   std::uint64_t seed = 0;
-  int threads = 1;  ///< >= 1, or 0 for one a processor; the result is the same
+  int threads = 1;  ///< >= 1, or 0 for one a processor, which is the most that helps; the result is
+                    ///< the same
 };
 
 /// Colours constraints on the CPU. cuda/coloring.h has the same for a GPU, with the same result.

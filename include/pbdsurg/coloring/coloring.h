@@ -34,7 +34,8 @@ struct ColorConflict {
 };
 
 /// Checks a colouring.
-/// @return the first conflict, or nothing if the colouring is valid
+/// @return the first conflict of the lowest colour that has one, or nothing if the colouring is
+/// valid
 /// @throws InvalidArgument  if there is not one colour in [0, color_count), or kOverflowColor, for
 ///                          each constraint; and as check_constraints()
 [[nodiscard]] std::optional<ColorConflict> find_conflict(const Coloring& coloring,
@@ -46,7 +47,8 @@ struct ColorConflict {
 
 /// How many colours there are and how evenly they are filled. Shares are of the coloured
 /// constraints; the largest and the last tenth of the colours are counted in whole colours, rounded
-/// up, as the figures in table 1 of Pan et al. 2020 imply.
+/// up, as the figures in table 1 of Pan et al. 2020 imply; the only colour there is counts among
+/// the largest.
 struct ColoringStatistics {
   Index constraints = 0;
   Index colors = 0;

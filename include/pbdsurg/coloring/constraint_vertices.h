@@ -18,8 +18,9 @@ namespace pbdsurg {
 
 /// The vertices of constraints. A view: owns nothing.
 ///
-/// Fixed arity (edges, tetrahedra) when `arity` is positive; otherwise constraint c touches
-/// vertices[offsets[c] .. offsets[c + 1]), of any number (clusters, vertex blocks).
+/// Fixed arity (edges, tetrahedra; nothing at all by default) when `arity` is positive; otherwise
+/// constraint c touches vertices[offsets[c] .. offsets[c + 1]), of any number (clusters, vertex
+/// blocks).
 struct ConstraintVertices {
   std::span<const Index> vertices;  ///< ids in [0, vertex_count), constraint by constraint
   std::span<const Index> offsets;   ///< [constraint_count + 1], empty for fixed arity
@@ -35,7 +36,9 @@ struct ConstraintVertices {
       : vertices(constraints.empty() ? nullptr : constraints.front().data(),
                  constraints.size() * kArity),
         arity(static_cast<int>(kArity)),
-        vertex_count(vertices_in_use) {}
+        vertex_count(vertices_in_use) {
+    static_assert(kArity > 0);
+  }
 
   /// Constraints of any arity; the lists must outlive the view.
   ConstraintVertices(const IndexLists& lists, Index vertices_in_use)

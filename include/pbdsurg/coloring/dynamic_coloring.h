@@ -21,7 +21,7 @@ struct ConstraintEdit {
   /// them in ascending order. The first may be named again to take over more. Of fixed arity, both
   /// must have the same vertices, and the first is left as it is.
   std::span<const std::pair<Index, Index>> merged;
-  ConstraintVertices inserted;  ///< of the arity of the set; its vertex_count may stay 0
+  ConstraintVertices inserted;  ///< of the arity of the set; its vertex_count is not read
 };
 
 /// What an edit did to the colouring.
@@ -72,7 +72,8 @@ struct ColoringExtract {
 /// Colours keep their numbers. One that has lost all its constraints stays, and is the first to be
 /// filled; but after an edit the last colour is never empty.
 ///
-/// The result depends on the calls and their order alone. Memory: colours / 8 bytes a vertex, and
+/// An object that was moved from can only be destroyed or assigned to. The result depends on the
+/// calls and their order alone. Memory: colours / 8 bytes a vertex, and
 /// about 10 bytes for each vertex that a constraint names, and 8 for each constraint.
 class DynamicColoring {
  public:

@@ -18,7 +18,8 @@ enum class GreedyOrder : std::uint8_t {
   /// Last comes the one with the fewest conflicts, then the one with the fewest among the rest, and
   /// so on (Matula, Beck 1983). Conflicts count once per shared vertex.
   smallest_last,
-  saturation,  ///< most colours forbidden first, then most conflicts (DSATUR, Brelaz 1979)
+  /// Most colours forbidden first (DSATUR, Brelaz 1979); of the first 64 such, most conflicts.
+  saturation,
 };
 
 /// First fit. The result depends on the arguments alone.

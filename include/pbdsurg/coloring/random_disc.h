@@ -30,9 +30,10 @@ struct RandomDiscOptions {
 /// draw; a constraint without a colour left gets the next one. The rank is what makes it end: when
 /// all that clash give way, two neighbours with one colour left can do so forever.
 ///
-/// The result depends on constraints, seed and options alone. Cost: 5 to 30 rounds, each over the
-/// constraints still uncoloured; memory O(vertices * colours) bits and 4 bytes for each of up to 32
-/// colours a vertex.
+/// The result depends on constraints, seed and options alone. Cost: 5 to 30 rounds (more for large
+/// shrink), each over the constraints still uncoloured; palettes by conflicts look at the
+/// neighbours of each constraint once; memory O(vertices * colours) bits and 4 bytes for each of up
+/// to 32 colours a vertex.
 /// @param seed     of draws and ranks
 /// @param threads  >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as check_constraints(), or if an option or threads is out of range

@@ -15,11 +15,14 @@ namespace pbdsurg {
 /// One-step ejection: a constraint takes a colour from the one or two that hold it around its
 /// vertices, and each of those moves to another colour that is free for it. All constraints above
 /// the limit try at once; of attempts that touch a common vertex the one of largest random rank
-/// goes through. The limit starts at the clique bound and rises when nothing moves any more.
+/// goes through. A constraint that finds no such way swaps with one that holds a colour, which then
+/// tries in its place. Colours are emptied from the highest down, several at once while they hold
+/// few; where a level cannot be emptied, what is left takes as many colours as it needs.
 ///
 /// The colouring stays valid and never gains a colour. The result depends on the arguments other
-/// than threads alone. Cost: nothing at the clique bound; otherwise O(vertices named) and
-/// O(colours * constraints at a vertex) for each constraint above it and round.
+/// than threads alone. Cost: O(vertices named), and O(colours) for each constraint in the way and
+/// round: 30 ms for a million irregular tetrahedra, a second for a lattice. Memory: 4 bytes and a
+/// bit a vertex and colour, unless that is far more than the constraints themselves.
 /// @param coloring  valid; overflow stays where it is
 /// @param threads   >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not

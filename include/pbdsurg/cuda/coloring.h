@@ -12,13 +12,14 @@ namespace pbdsurg::cuda {
 
 /// Constraints in the memory of the current device, and colourings of them that are made there.
 ///
-/// Buffers are kept between calls, so the second colouring with the same options allocates nothing.
-/// One object is used by one thread at a time.
+/// Buffers are kept between calls, so the second colouring with the same options allocates nothing
+/// on the device. One object is used by one thread at a time; one that was moved from can only be
+/// destroyed or assigned to.
 class DeviceColoring {
  public:
   /// Copies the constraints to the device.
   /// @throws InvalidArgument     as check_constraints()
-  /// @throws BackendUnavailable  if there is no device
+  /// @throws BackendUnavailable  if there is no device, or it cannot launch cooperative grids
   /// @throws DeviceError         naming the CUDA call that failed
   explicit DeviceColoring(const ConstraintVertices& constraints);
   ~DeviceColoring();
@@ -29,18 +30,19 @@ class DeviceColoring {
   /// on the device.
   ///
   /// ColoringAlgorithm::greedy follows its order as far as it is parallel: a constraint waits for
-  /// those before it at its vertices, which takes 100 to 500 rounds.
+  /// those before it at its vertices, which takes hundreds of rounds, or thousands where the order
+  /// follows a mesher through the mesh; at least as many as constraints at a vertex.
   /// @param options  `threads` is checked and not used
   /// @throws InvalidArgument  as color_constraints(), and for the orders smallest_last and
   ///                          saturation, which are sequential by nature; the colouring is then as
   ///                          it was
-  /// @throws DeviceError      naming the CUDA call that failed
+  /// @throws DeviceError      naming the CUDA call that failed; then there is no colouring
   void color(const ColoringOptions& options);
 
   /// Of the last colouring; none before the first.
   [[nodiscard]] Index color_count() const noexcept;
 
-  /// [constraint_count] in device memory, as Coloring::color_of
+  /// [constraint_count] in device memory, as Coloring::color_of; nullptr if there is none
   [[nodiscard]] const Index* device_colors() const noexcept;
 
   /// The last colouring, copied to the host.
@@ -53,7 +55,7 @@ class DeviceColoring {
 };
 
 /// All of it in one call: there, colour, back.
-/// @throws as DeviceColoring
+/// @throws InvalidArgument, BackendUnavailable, DeviceError  as DeviceColoring
 [[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
                                          const ColoringOptions& options = {});
 
