@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colouring on one CPU thread: time, colours beside the clique bound, deviation; and Boost Graph's
+// Colouring on one CPU thread: time, colours beside the clique bound, deviation; clusters, vertex
+// blocks, ownership of edges and a limit on the colours of tetrahedra; and Boost Graph's
 // greedy colouring of the same constraints in the same run, with and without building its graph.
+#include <string>
+#include <vector>
+
 #include <benchmark/benchmark.h>
+
+#include "pbdsurg/coloring/clusters.h"
+#include "pbdsurg/coloring/edge_ownership.h"
+#include "pbdsurg/coloring/repair.h"
 
 #include "coloring_samples.h"
 #ifdef PBDSURG_HAS_BOOST_GRAPH
@@ -38,6 +46,66 @@ void color_by_boost(benchmark::State& state, const ColoringSample& sample, bool 
 }
 #endif
 
+void color_clusters(benchmark::State& state, const ColoringSample& sample, Index size) {
+  const ConstraintVertices constraints = sample.constraints();
+  ConstraintClusters clusters;
+  Coloring coloring;
+  for (auto _ : state) {
+    clusters = cluster_constraints(constraints, size);
+    coloring = color_greedy({clusters.vertices, constraints.vertex_count}, GreedyOrder::saturation);
+  }
+  report_coloring(state, {clusters.vertices, constraints.vertex_count}, coloring);
+}
+
+void color_vertices(benchmark::State& state, const ColoringSample& sample) {
+  const ConstraintVertices constraints = sample.constraints();
+  IndexLists blocks;
+  Coloring coloring;
+  for (auto _ : state) {
+    blocks = find_vertex_constraints(constraints);
+    coloring = color_greedy({blocks, constraints.constraint_count()}, GreedyOrder::saturation);
+  }
+  report_coloring(state, {blocks, constraints.constraint_count()}, coloring);
+}
+
+void own_edges(benchmark::State& state, const ColoringSample& sample) {
+  const SampleMesh& mesh = sample_mesh(sample.kind, sample.tets);
+  const auto tet_edges = find_tet_edges(mesh.mesh.tets, mesh.edges);
+  EdgeOwnership ownership;
+  for (auto _ : state) {
+    ownership = assign_edges_to_tets(static_cast<Index>(mesh.edges.size()), tet_edges);
+  }
+  state.counters["edges"] = static_cast<double>(mesh.edges.size());
+  state.counters["max_owned"] = ownership.max_owned;
+}
+
+void limit_to_half(benchmark::State& state, const ColoringSample& sample) {
+  const ConstraintVertices constraints = sample.constraints();
+  const Coloring start = color_greedy(constraints);
+  Coloring coloring;
+  for (auto _ : state) {
+    coloring = start;
+    limit_colors(coloring, constraints, (start.color_count + 1) / 2);
+  }
+  report_coloring(state, constraints, coloring);
+  state.counters["overflow"] = measure_coloring(coloring, constraints).overflow;
+}
+
+// Fewer phases than one a colour of tetrahedra.
+void register_reductions(const ColoringSample& sample) {
+  const auto add = [&](const std::string& name, const auto& run, auto... arguments) {
+    benchmark::RegisterBenchmark((sample.name() + "/" + name).c_str(), run, sample, arguments...)
+        ->Unit(benchmark::kMillisecond)
+        ->MinTime(0.1);
+  };
+  for (const Index size : {2, 4, 8, 16}) {
+    add("clusters:" + std::to_string(size), color_clusters, size);
+  }
+  add("vertices", color_vertices);
+  add("edge_ownership", own_edges);
+  add("limit_to_half", limit_to_half);
+}
+
 // A second or more for a million.
 bool takes_long(const ColoringOptions& options) {
   return options.algorithm == ColoringAlgorithm::luby ||
@@ -61,6 +129,9 @@ void register_all() {
       if (sample.tets >= 1'000'000 && takes_long(coloring.options)) {
         bench->Repetitions(1);
       }
+    }
+    if (!sample.edges) {
+      register_reductions(sample);
     }
 #ifdef PBDSURG_HAS_BOOST_GRAPH
     for (const bool with_graph : {false, true}) {

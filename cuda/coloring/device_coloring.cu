@@ -224,9 +224,9 @@ struct DeviceColoring::Data {
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // `number` is the caller's
   }
 
-  // Renumbers the colours below `limit` that occur, counts them, and returns their sizes.
-  std::vector<Index> close_gaps(Index limit) {
-    std::vector<Index> used = read_sizes(limit);
+  // Renumbers the colours below `limit` that occur, and counts them.
+  void close_gaps(Index limit) {
+    const std::vector<Index> used = read_sizes(limit);
     std::vector<Index> number(used.size(), kInvalidIndex);
     color_count = 0;
     Index highest = 0;
@@ -239,8 +239,6 @@ struct DeviceColoring::Data {
     if (highest > color_count) {
       renumber(number);
     }
-    std::erase(used, 0);
-    return used;
   }
 
   // --- algorithms ------------------------------------------------------------------------------

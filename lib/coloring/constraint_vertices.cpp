@@ -10,6 +10,7 @@
 
 #include "coloring/constraint_access.h"
 #include "coloring/constraint_checks.h"
+#include "coloring/valences.h"
 
 namespace pbdsurg {
 namespace {
@@ -57,6 +58,8 @@ void check_ids(const AnyArity& constraints, Index vertex_count) {
   }
 }
 
+}  // namespace
+
 std::vector<Index> count_valences(const ConstraintVertices& constraints) {
   std::vector<Index> valence(static_cast<std::size_t>(constraints.vertex_count), 0);
   for (const Index v : constraints.vertices) {
@@ -64,8 +67,6 @@ std::vector<Index> count_valences(const ConstraintVertices& constraints) {
   }
   return valence;
 }
-
-}  // namespace
 
 void check_shape(const ConstraintVertices& constraints) {
   if (constraints.vertex_count < 0 || constraints.arity < 0) {

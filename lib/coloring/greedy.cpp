@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,23 +13,13 @@
 #include "coloring/constraint_access.h"
 #include "coloring/constraint_order.h"
 #include "coloring/first_fit.h"
+#include "coloring/valences.h"
 
 namespace pbdsurg {
 namespace {
 
-std::vector<Index> valences(const IndexLists& vertex_constraints) {
-  std::vector<Index> result(static_cast<std::size_t>(vertex_constraints.list_count()));
-  for (Index v = 0; v < vertex_constraints.list_count(); ++v) {
-    result[v] = vertex_constraints.offsets[v + 1] - vertex_constraints.offsets[v];
-  }
-  return result;
-}
-
 std::vector<Index> order_by_valence(const ConstraintVertices& constraints) {
-  std::vector<Index> valence(static_cast<std::size_t>(constraints.vertex_count), 0);
-  for (const Index v : constraints.vertices) {
-    ++valence[v];
-  }
+  const std::vector<Index> valence = count_valences(constraints);
   std::vector<std::pair<std::uint64_t, Index>> keys;
   keys.reserve(static_cast<std::size_t>(constraints.constraint_count()));
   with_arity(constraints, [&](const auto& access) {
@@ -115,9 +104,9 @@ std::vector<Index> count_conflicts(const Access& constraints, const std::vector<
 }
 
 template <class Access>
-std::vector<Index> order_smallest_last(const Access& constraints,
+std::vector<Index> order_smallest_last(const Access& constraints, const std::vector<Index>& valence,
                                        const IndexLists& vertex_constraints) {
-  std::vector<Index> conflicts = count_conflicts(constraints, valences(vertex_constraints));
+  std::vector<Index> conflicts = count_conflicts(constraints, valence);
   const auto highest = std::max_element(conflicts.begin(), conflicts.end());
   const Index key_count = highest == conflicts.end() ? 1 : *highest + 1;
   Buckets left(std::move(conflicts), key_count);
@@ -143,8 +132,9 @@ std::vector<Index> order_smallest_last(const Access& constraints,
 }
 
 template <class Access>
-Coloring color_by_saturation(const Access& constraints, const IndexLists& vertex_constraints) {
-  const std::vector<Index> conflicts = count_conflicts(constraints, valences(vertex_constraints));
+Coloring color_by_saturation(const Access& constraints, const std::vector<Index>& valence,
+                             const IndexLists& vertex_constraints) {
+  const std::vector<Index> conflicts = count_conflicts(constraints, valence);
   // Colours seen at each vertex. A colour cannot exceed the number of conflicts.
   const auto highest = std::max_element(conflicts.begin(), conflicts.end());
   const Index color_limit = highest == conflicts.end() ? 1 : *highest + 1;
@@ -223,15 +213,17 @@ Coloring color_greedy(const ConstraintVertices& constraints, GreedyOrder order) 
     case GreedyOrder::smallest_last: {
       const IndexLists lists = find_vertex_constraints(constraints);
       std::vector<Index> sequence;
-      with_arity(constraints,
-                 [&](const auto& access) { sequence = order_smallest_last(access, lists); });
+      with_arity(constraints, [&](const auto& access) {
+        sequence = order_smallest_last(access, count_valences(constraints), lists);
+      });
       return first_fit(constraints, sequence);
     }
     case GreedyOrder::saturation: {
       const IndexLists lists = find_vertex_constraints(constraints);
       Coloring coloring;
-      with_arity(constraints,
-                 [&](const auto& access) { coloring = color_by_saturation(access, lists); });
+      with_arity(constraints, [&](const auto& access) {
+        coloring = color_by_saturation(access, count_valences(constraints), lists);
+      });
       return coloring;
     }
   }
