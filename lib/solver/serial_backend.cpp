@@ -127,6 +127,10 @@ void sweep(SolverData& data, float inverse_dt_squared) {
       case PhaseKind::joint:
         project_joint<kMode>(data, phase.color, inverse_dt_squared);
         break;
+      case PhaseKind::neo_hookean:
+      case PhaseKind::strain_limit:
+      case PhaseKind::vertex:
+        break;  // not in any plan yet
       case PhaseKind::attachment:
         project_attachments(data, phase.color, inverse_dt_squared);
         break;

@@ -202,6 +202,7 @@ std::string plan_name(const SolverOptions& options) {
 std::unique_ptr<Backend> make_backend(BackendKind kind) {
   switch (kind) {
     case BackendKind::automatic:  // the only one that this build contains
+    case BackendKind::threaded:   // to come
     case BackendKind::serial:
       return make_serial_backend();
   }

@@ -4,9 +4,18 @@
 /// @file
 /// How a body resists deformation.
 
+#include <cstdint>
+#include <limits>
+
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {
+
+/// What holds a body's tetrahedra in shape.
+enum class ElasticModel : std::uint8_t {
+  springs,      ///< distances along edges and volumes of tetrahedra, as in the paper
+  neo_hookean,  ///< stable Neo-Hookean tetrahedra, which have moduli; compliance mode only
+};
 
 /// One type of constraint's resistance, in both projection modes; the solver's mode picks one.
 struct Stiffness {
@@ -17,10 +26,24 @@ struct Stiffness {
 /// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid
 /// until given: see elastic_material().
 struct Material {
-  float density = 1000;                ///< kg/m^3, positive
+  float density = 1000;  ///< kg/m^3, positive
+  ElasticModel model = ElasticModel::springs;
+
+  // springs
   Stiffness stretch{0.4F, 0.0F};       ///< along edges
   Stiffness volume{1.0F, 0.0F};        ///< of tetrahedra
   bool has_volume_constraints = true;  ///< false for tubes, which the paper gives edges only
+
+  // neo_hookean
+  float youngs_modulus = 5000;   ///< Pa, positive
+  float poissons_ratio = 0.45F;  ///< in [0, 0.5)
+
+  // both
+  /// s, >= 0: the relaxation time of the material's inner friction, which resists the rate of
+  /// deformation and never rigid motion; compliance mode only.
+  float damping = 0;
+  /// > 1: no edge gets longer than this times its rest length; infinite for no limit.
+  float max_stretch = std::numeric_limits<float>::infinity();
 };
 
 /// A material whose compliances stand for an elastic solid: an edge for a bar as wide as the mesh's

@@ -26,11 +26,37 @@ enum class BackendKind : std::uint8_t {
   automatic,  ///< the fastest that this build and this machine have; Solver::backend_name() says
               ///< which
   serial,     ///< one thread, the definition of correct
+  threaded,   ///< threads and vector registers, of the best instruction set that the machine has
+};
+
+/// What a step finds new positions with.
+enum class SolverMethod : std::uint8_t {
+  projection,  ///< constraint by constraint: PBD or XPBD, as ProjectionMode says
+  /// Vertex by vertex, each to the least energy that its neighbours leave it (Chen et al. 2024,
+  /// "Vertex Block Descent"). Compliance mode only, and no compliance may be zero.
+  vertex_block,
+};
+
+/// How numbers are rounded.
+enum class MathMode : std::uint8_t {
+  /// Fused multiply-adds and refined estimates of reciprocals where the backend has them: the same
+  /// bits in every run on one instruction set, for any number of threads.
+  fast,
+  strict,  ///< IEEE single precision, operation by operation: the serial backend's bits
+};
+
+/// What a backend's threads do while they wait for each other within a step. Between steps they
+/// sleep.
+enum class ThreadWait : std::uint8_t {
+  spin,   ///< never leave the processor: fastest, for a machine with processors to spare
+  yield,  ///< spin for about a microsecond, then offer the processor to others
+  block,  ///< spin for a few microseconds, then sleep
 };
 
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
 /// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
 struct SolverOptions {
+  SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
   int substeps = 10;   ///< per step, >= 1
   int iterations = 1;  ///< sweeps over all phases per substep, >= 1
@@ -38,6 +64,9 @@ struct SolverOptions {
   float damping = 0;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   BackendKind backend = BackendKind::automatic;
+  MathMode math = MathMode::fast;  ///< the serial backend is always strict
+  int threads = 0;                 ///< of the threaded backend, >= 1; 0 for one a processor
+  ThreadWait wait = ThreadWait::yield;
   /// How constraints of each type are coloured, and so the order of work.
   ColoringOptions coloring{.repair = true};
   PlanComposition composition = PlanComposition::separate;

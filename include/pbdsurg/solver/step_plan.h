@@ -28,6 +28,11 @@ enum class PhaseKind : std::uint8_t {
   /// Tetrahedra, each after the edges that it owns, in the order of kTetEdges. In a serial phase
   /// all edges at one place of kTetEdges come before those at the next, and volumes last.
   joint,
+  neo_hookean,   ///< tetrahedra of Neo-Hookean bodies
+  strain_limit,  ///< edges of bodies whose stretch is limited
+  /// Vertices, each moved to the least energy that its neighbours leave it, contacts and grasps
+  /// among them: the one kind of the vertex-block method, beside strain limits.
+  vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool
 };
