@@ -89,7 +89,7 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
     if (--data.vertex_tets[v] == 0) {
       data.vertex_masses[v] = 0;
       particle.w = 0;
-      data.velocities[v].setZero();
+      data.velocities[v] = {};
       result.vertices.push_back(v);
       continue;
     }
@@ -131,10 +131,10 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
 
   EditResult result;
   for (const RestLengthChange& change : edit.rest_lengths) {
-    data.distances.set_rest(change.edge, change.rest_length);
+    data.distances.set_parameter(change.edge, DistanceConstraint::kRest, change.rest_length);
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
-    data.volumes.set_rest(change.tet, change.rest_volume);
+    data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
   }
   for (const Index link : edit.remove_links) {
     remove_link(data, link, result);

@@ -6,29 +6,32 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
 
+#include "solver/constraint_block.h"
+
 namespace pbdsurg {
 
-/// What one projection reads, contiguous so that it costs one or two cache lines.
-template <std::size_t kArity>
+/// One constraint, taken out of its block.
+template <class Constraint>
 struct ConstraintRecord {
-  std::array<Index, kArity> vertices;
-  float rest;       ///< m or m^3
-  float stiffness;  ///< fraction, or compliance in m/N or m^5/N
+  std::array<Index, Constraint::kVertexCount> vertices;
+  std::array<float, Constraint::kParameterCount> parameters;
 };
 
 /// A group is a colour, or constraints that another rule keeps together. An id keeps its meaning
 /// while its slot moves. A constraint leaves a group by a swap with its last, in constant time;
 /// colours stay valid.
-template <std::size_t kArity>
+template <class Constraint>
 class ConstraintSlots {
  public:
-  using Record = ConstraintRecord<kArity>;
+  using Record = ConstraintRecord<Constraint>;
+  using Block = ConstraintBlock<Constraint>;
+  using Multipliers = MultiplierBlock<Constraint>;
 
   ConstraintSlots() = default;
 
@@ -41,69 +44,145 @@ class ConstraintSlots {
         slot_of_id_(records.size(), kInvalidIndex) {
     for (std::size_t id = 0; id < records.size(); ++id) {
       if (group_of[id] != kInvalidIndex) {
-        append(static_cast<Index>(id), group_of[id], records[id], 0);
+        append(static_cast<Index>(id), group_of[id], records[id], {});
       }
     }
   }
 
   [[nodiscard]] Index group_count() const noexcept { return static_cast<Index>(groups_.size()); }
-  [[nodiscard]] std::span<const Record> records(Index group) const noexcept {
-    return groups_[group].records;
+
+  /// How many constraints a group holds: all blocks but its last are full.
+  [[nodiscard]] Index size(Index group) const noexcept {
+    return static_cast<Index>(groups_[group].ids.size());
   }
-  [[nodiscard]] std::span<float> multipliers(Index group) noexcept {
+  [[nodiscard]] std::span<const Block> blocks(Index group) const noexcept {
+    return groups_[group].blocks;
+  }
+  [[nodiscard]] std::span<Multipliers> multipliers(Index group) noexcept {
     return groups_[group].multipliers;
-  }
-  void reset_multipliers() noexcept {
-    for (Group& group : groups_) {
-      std::fill(group.multipliers.begin(), group.multipliers.end(), 0.0F);
-    }
   }
 
   /// Of a constraint: kInvalidIndex if there is none of that id, or none any more.
   [[nodiscard]] Index group_of(Index id) const noexcept { return group_of_id_[id]; }
   [[nodiscard]] bool is_alive(Index id) const noexcept { return group_of(id) != kInvalidIndex; }
-  [[nodiscard]] const Record& record(Index id) const noexcept {
-    return groups_[group_of(id)].records[slot_of_id_[id]];
+
+  /// Of a live constraint.
+  [[nodiscard]] Record record(Index id) const noexcept {
+    const auto [block, lane] = place_of(id);
+    return get(groups_[group_of(id)].blocks[block], lane);
   }
-  void set_rest(Index id, float rest) noexcept {
-    groups_[group_of(id)].records[slot_of_id_[id]].rest = rest;
+  void set_parameter(Index id, typename Constraint::Parameter parameter, float value) noexcept {
+    const auto [block, lane] = place_of(id);
+    groups_[group_of(id)].blocks[block].parameters[parameter][lane] = value;
   }
 
   void remove(Index id) noexcept {
     Group& group = groups_[group_of(id)];
-    const Index slot = slot_of_id_[id];
+    const auto [block, lane] = place_of(id);
+    const Index last_slot = static_cast<Index>(group.ids.size()) - 1;
+    const Index last_lane = last_slot % kBlockLanes;
     const Index last = group.ids.back();
-    group.records[slot] = group.records.back();
-    group.multipliers[slot] = group.multipliers.back();
-    group.ids[slot] = last;
-    group.records.pop_back();
-    group.multipliers.pop_back();
+    put(group.blocks[block], lane, get(group.blocks.back(), last_lane));
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      group.multipliers[block].values[m][lane] = group.multipliers.back().values[m][last_lane];
+    }
+    group.ids[slot_of_id_[id]] = last;
+    slot_of_id_[last] = slot_of_id_[id];
     group.ids.pop_back();
-    slot_of_id_[last] = slot;
     group_of_id_[id] = kInvalidIndex;
+    if (last_lane == 0) {
+      group.blocks.pop_back();
+      group.multipliers.pop_back();
+    } else {
+      fill_idle_lanes(group);
+    }
   }
 
   void move(Index id, Index group) {
-    const Record record = this->record(id);
-    const float multiplier = groups_[group_of(id)].multipliers[slot_of_id_[id]];
+    const Record moved = record(id);
+    const auto [block, lane] = place_of(id);
+    std::array<float, Constraint::kMultiplierCount> multipliers;
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      multipliers[m] = groups_[group_of(id)].multipliers[block].values[m][lane];
+    }
     remove(id);
-    append(id, group, record, multiplier);
+    append(id, group, moved, multipliers);
+  }
+
+  /// Bytes in use for constraints and their ids.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    std::size_t bytes = (group_of_id_.size() + slot_of_id_.size()) * sizeof(Index);
+    for (const Group& group : groups_) {
+      bytes += group.blocks.size() * (sizeof(Block) + sizeof(Multipliers)) +
+               group.ids.size() * sizeof(Index);
+    }
+    return bytes;
   }
 
  private:
   struct Group {
-    std::vector<Record> records;     // [slot]
-    std::vector<float> multipliers;  // [slot] kg m or kg/m
-    std::vector<Index> ids;          // [slot]
+    std::vector<Block> blocks;
+    std::vector<Multipliers> multipliers;  // [block]
+    std::vector<Index> ids;                // [slot]
+  };
+  struct Place {
+    Index block, lane;
   };
 
-  void append(Index id, Index group_index, const Record& record, float multiplier) {
+  [[nodiscard]] Place place_of(Index id) const noexcept {
+    return {slot_of_id_[id] / kBlockLanes, slot_of_id_[id] % kBlockLanes};
+  }
+
+  static Record get(const Block& block, Index lane) noexcept {
+    Record record;
+    for (int k = 0; k < Constraint::kVertexCount; ++k) {
+      record.vertices[k] = block.vertices[k][lane];
+    }
+    for (int p = 0; p < Constraint::kParameterCount; ++p) {
+      record.parameters[p] = block.parameters[p][lane];
+    }
+    return record;
+  }
+
+  static void put(Block& block, Index lane, const Record& record) noexcept {
+    for (int k = 0; k < Constraint::kVertexCount; ++k) {
+      block.vertices[k][lane] = record.vertices[k];
+    }
+    for (int p = 0; p < Constraint::kParameterCount; ++p) {
+      block.parameters[p][lane] = record.parameters[p];
+    }
+  }
+
+  // A vector register is loaded whole: idle lanes repeat the first, so that they name no vertex
+  // that another thread may be moving.
+  static void fill_idle_lanes(Group& group) noexcept {
+    Block& last = group.blocks.back();
+    const Record first = get(last, 0);
+    for (Index lane = static_cast<Index>(group.ids.size()) % kBlockLanes;
+         lane != 0 && lane < kBlockLanes; ++lane) {
+      put(last, lane, first);
+    }
+  }
+
+  void append(Index id, Index group_index, const Record& record,
+              const std::array<float, Constraint::kMultiplierCount>& multipliers) {
     Group& group = groups_[group_index];
-    group_of_id_[id] = group_index;
-    slot_of_id_[id] = static_cast<Index>(group.ids.size());
-    group.records.push_back(record);
-    group.multipliers.push_back(multiplier);
+    const Index slot = static_cast<Index>(group.ids.size());
+    const Index lane = slot % kBlockLanes;
+    if (lane == 0) {
+      group.blocks.emplace_back();
+      group.multipliers.emplace_back();
+    }
+    put(group.blocks.back(), lane, record);
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      group.multipliers.back().values[m][lane] = multipliers[m];
+    }
     group.ids.push_back(id);
+    group_of_id_[id] = group_index;
+    slot_of_id_[id] = slot;
+    if (lane == 0) {
+      fill_idle_lanes(group);
+    }
   }
 
   std::vector<Group> groups_;

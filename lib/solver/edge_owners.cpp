@@ -36,7 +36,7 @@ EdgeOwners::EdgeOwners(std::span<const Body> bodies, Index edge_count,
 }
 
 void EdgeOwners::hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
-                           const ConstraintSlots<4>& volumes) noexcept {
+                           const ConstraintSlots<VolumeConstraint>& volumes) noexcept {
   auto fewest = std::numeric_limits<std::ptrdiff_t>::max();
   for (const Index tet : tets_around_[edge]) {
     const auto& edges = tet_edges[tet];

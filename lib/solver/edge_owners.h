@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/scene.h"
@@ -36,7 +37,7 @@ class EdgeOwners {
   /// lasts as long as its busiest tetrahedron. Cost: proportional to the tetrahedra around it.
   /// @param volumes  those of live tetrahedra
   void hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
-                 const ConstraintSlots<4>& volumes) noexcept;
+                 const ConstraintSlots<VolumeConstraint>& volumes) noexcept;
 
  private:
   std::vector<Index> owners_;  // [edge_count]

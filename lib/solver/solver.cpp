@@ -98,9 +98,11 @@ void copy_masses(const Scene& scene, SolverData& data) {
 // Colours the constraints listed, and gives each its group: the colour, or color_count.
 // @param group_of  [id_count] those not listed are left alone
 // @return          color_count
-template <std::size_t kArity>
-Index group_by_color(std::span<const ConstraintRecord<kArity>> records, std::span<const Index> ids,
-                     const SolverData& data, std::vector<Index>& group_of) {
+template <class Constraint>
+Index group_by_color(std::span<const ConstraintRecord<Constraint>> records,
+                     std::span<const Index> ids, const SolverData& data,
+                     std::vector<Index>& group_of) {
+  constexpr std::size_t kArity = Constraint::kVertexCount;
   std::vector<std::array<Index, kArity>> vertices;
   vertices.reserve(ids.size());
   for (const Index id : ids) {
@@ -117,7 +119,7 @@ Index group_by_color(std::span<const ConstraintRecord<kArity>> records, std::spa
 }
 
 void build_distances(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<2>> records;
+  std::vector<ConstraintRecord<DistanceConstraint>> records;
   records.reserve(data.edges.size() + data.links.size());
   std::size_t b = 0;  // edges are sorted, so their bodies ascend
   for (const Edge& edge : data.edges) {
@@ -125,12 +127,14 @@ void build_distances(const Scene& scene, SolverData& data) {
       ++b;
     }
     const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    records.push_back({edge, static_cast<float>(length),
-                       pick(data.bodies[b].material.stretch, data.options.mode)});
+    const Material& material = data.bodies[b].material;
+    records.push_back({edge,
+                       {static_cast<float>(length), pick(material.stretch, data.options.mode),
+                        material.damping}});
   }
   for (const Link& link : data.links) {
-    records.push_back(
-        {{link.first, link.second}, link.rest_length, pick(link.stiffness, data.options.mode)});
+    records.push_back({{link.first, link.second},
+                       {link.rest_length, pick(link.stiffness, data.options.mode), 0}});
   }
   if (data.options.composition == PlanComposition::joint) {
     data.edge_owners =
@@ -142,41 +146,43 @@ void build_distances(const Scene& scene, SolverData& data) {
         id < data.edges.size() && data.edge_owners[static_cast<Index>(id)] != kInvalidIndex;
     (is_owned ? owned : alone).push_back(static_cast<Index>(id));
   }
-  const std::span<const ConstraintRecord<2>> view(records);
+  const std::span<const ConstraintRecord<DistanceConstraint>> view(records);
   std::vector<Index> group_of(records.size());
   data.distance_colors = group_by_color(view, alone, data, group_of);
   for (const Index edge : owned) {
     group_of[edge] = data.joint_group_of(edge);
   }
-  data.distances = ConstraintSlots<2>(view, group_of, data.joint_group(data.volume_colors, 6));
+  data.distances =
+      ConstraintSlots<DistanceConstraint>(view, group_of, data.joint_group(data.volume_colors, 6));
 }
 
 void build_volumes(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<4>> records;
+  std::vector<ConstraintRecord<VolumeConstraint>> records;
   records.reserve(data.tets.size());
   std::vector<Index> ids;
   for (const Body& body : data.bodies) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       const double volume = tet_volume(scene.positions(), data.tets[t]);
-      records.push_back({data.tets[t], static_cast<float>(volume),
-                         pick(body.material.volume, data.options.mode)});
+      records.push_back({data.tets[t],
+                         {static_cast<float>(volume), pick(body.material.volume, data.options.mode),
+                          body.material.damping}});
       if (body.material.has_volume_constraints) {
         ids.push_back(t);
       }
     }
   }
-  const std::span<const ConstraintRecord<4>> view(records);
+  const std::span<const ConstraintRecord<VolumeConstraint>> view(records);
   std::vector<Index> group_of(records.size(), kInvalidIndex);
   data.volume_colors = group_by_color(view, ids, data, group_of);
-  data.volumes = ConstraintSlots<4>(view, group_of, data.volume_colors + 1);
+  data.volumes = ConstraintSlots<VolumeConstraint>(view, group_of, data.volume_colors + 1);
 }
 
 // Colours, then overflow, without those that are empty.
-template <std::size_t kArity>
-void add_phases(PhaseKind kind, const ConstraintSlots<kArity>& slots, Index color_count,
+template <class Constraint>
+void add_phases(PhaseKind kind, const ConstraintSlots<Constraint>& slots, Index color_count,
                 std::vector<Phase>& phases) {
   for (Index color = 0; color <= color_count; ++color) {
-    if (!slots.records(color).empty()) {
+    if (slots.size(color) > 0) {
       phases.push_back({kind, color, color == color_count});
     }
   }
@@ -328,8 +334,8 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
     data.particles.push_back(
         {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F});
   }
-  data.previous.assign(vertex_count, Eigen::Vector3f::Zero());
-  data.velocities.assign(vertex_count, Eigen::Vector3f::Zero());
+  data.previous = data.particles;
+  data.velocities.assign(vertex_count, {});
 
   copy_topology(scene, data);
   copy_masses(scene, data);
@@ -399,18 +405,25 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
   for (std::size_t v = 0; v < positions.size(); ++v) {
     Particle& p = data_->particles[v];
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
-    data_->velocities[v].setZero();
+    data_->velocities[v] = {};
   }
 }
 
 std::vector<Eigen::Vector3f> Solver::velocities() const {
-  return data_->velocities;
+  std::vector<Eigen::Vector3f> out;
+  out.reserve(data_->velocities.size());
+  for (const Velocity& velocity : data_->velocities) {
+    out.emplace_back(velocity.x, velocity.y, velocity.z);
+  }
+  return out;
 }
 
 void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
   check_size("the array of velocities", velocities.size(), data_->particles.size());
   check_finite("velocity", velocities);
-  data_->velocities.assign(velocities.begin(), velocities.end());
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    data_->velocities[v] = {velocities[v].x(), velocities[v].y(), velocities[v].z()};
+  }
 }
 
 Snapshot Solver::snapshot() const {
@@ -454,8 +467,8 @@ std::uint64_t Solver::state_hash() const noexcept {
   };
   for (std::size_t v = 0; v < data_->particles.size(); ++v) {
     const Particle& p = data_->particles[v];
-    const Eigen::Vector3f& velocity = data_->velocities[v];
-    for (const float value : {p.x, p.y, p.z, velocity.x(), velocity.y(), velocity.z()}) {
+    const Velocity& velocity = data_->velocities[v];
+    for (const float value : {p.x, p.y, p.z, velocity.x, velocity.y, velocity.z}) {
       mix(value);
     }
   }
@@ -578,7 +591,7 @@ float Solver::rest_length(Index edge) const {
   if (!is_edge_alive(edge)) {
     throw InvalidArgument("edge " + std::to_string(edge) + " was removed");
   }
-  return data_->distances.record(edge).rest;
+  return data_->distances.record(edge).parameters[DistanceConstraint::kRest];
 }
 
 float Solver::rest_volume(Index tet) const {
@@ -587,7 +600,7 @@ float Solver::rest_volume(Index tet) const {
     throw InvalidArgument("tet " + std::to_string(tet) +
                           " was removed or belongs to a body without volume constraints");
   }
-  return data_->volumes.record(tet).rest;
+  return data_->volumes.record(tet).parameters[VolumeConstraint::kRest];
 }
 
 std::uint64_t Solver::topology_version() const noexcept {

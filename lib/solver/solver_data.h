@@ -9,19 +9,16 @@
 #include <memory>
 #include <vector>
 
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/constraint_slots.h"
 #include "solver/edge_owners.h"
+#include "solver/particle.h"
 
 namespace pbdsurg {
-
-/// Position and inverse mass of a vertex: one 16-byte load.
-struct alignas(16) Particle {
-  float x, y, z;  ///< m
-  float w;        ///< 1/kg, zero when it cannot move
-};
 
 /// A vertex held by a tool.
 struct Attachment {
@@ -60,9 +57,9 @@ class SolverData {
   std::vector<Body> bodies;
 
   // state
-  std::vector<Particle> particles;          // [vertex_count]
-  std::vector<Eigen::Vector3f> previous;    // [vertex_count] m, at the start of the substep
-  std::vector<Eigen::Vector3f> velocities;  // [vertex_count] m/s
+  std::vector<Particle> particles;   // [vertex_count]
+  std::vector<Particle> previous;    // [vertex_count] at the start of the substep
+  std::vector<Velocity> velocities;  // [vertex_count]
   std::vector<ToolState> tools;
 
   // live topology: ids are stable, dead ones stay in the id arrays
@@ -81,10 +78,11 @@ class SolverData {
   // Constraints: edges first, then links; bodies without volume constraints have none of them.
   // Groups are the colours, then overflow. Six more groups of distances follow for each group of
   // volumes, one for each of kTetEdges: edges at that place of the tetrahedra that own them.
-  ConstraintSlots<2> distances;  // [edge_count + link_count]
-  ConstraintSlots<4> volumes;    // [tet_count]
+  ConstraintSlots<DistanceConstraint> distances;  // [edge_count + link_count]
+  ConstraintSlots<VolumeConstraint> volumes;      // [tet_count]
   Index distance_colors = 0;
   Index volume_colors = 0;
+  bool has_damping = false;  // of any material
   EdgeOwners edge_owners;
   StepPlan plan;
   std::unique_ptr<Backend> backend;

@@ -37,8 +37,10 @@ struct Sample {
 
   template <ProjectionMode kMode>
   double project(double rest, double stiffness, double multiplier = 0) {
-    Constraint::template project<kMode>(x, w, rest, stiffness, multiplier);
-    return multiplier;
+    const double parameters[] = {rest, stiffness, 0};
+    double multipliers[] = {multiplier};
+    Constraint::template project<kMode>(x, w, parameters, Substep<double>{1, 1}, multipliers);
+    return multipliers[0];
   }
 };
 

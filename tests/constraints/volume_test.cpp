@@ -13,10 +13,12 @@ TEST_CASE("volume constraint: an inverted tetrahedron is turned back", "[unit]")
   Vec3<double> x[4] = {{0, 0, 0}, {1e-3, 0, 0}, {0, 1e-3, 0}, {2e-4, 2e-4, -1e-4}};
   const double w[4] = {1, 1, 1, 1};
   const double rest = 1e-9 / 6;
-  double multiplier = 0;
+  const double parameters[] = {rest, 1, 0};
+  double multiplier[] = {0};
 
   for (int i = 0; i < 30; ++i) {
-    VolumeConstraint::project<ProjectionMode::fraction>(x, w, rest, 1.0, multiplier);
+    VolumeConstraint::project<ProjectionMode::fraction>(x, w, parameters, Substep<double>{1, 1},
+                                                        multiplier);
   }
 
   CHECK(VolumeConstraint::value(x, rest) == testing::Approx(0).margin(1e-3 * rest));
@@ -25,12 +27,14 @@ TEST_CASE("volume constraint: an inverted tetrahedron is turned back", "[unit]")
 TEST_CASE("volume constraint: four vertices at one point stay finite", "[unit]") {
   Vec3<float> x[4] = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
   const float w[4] = {1, 1, 1, 1};
-  float multiplier = 0;
+  const float parameters[] = {1, 0, 0};
+  float multiplier[] = {0};
 
-  VolumeConstraint::project<ProjectionMode::compliance>(x, w, 1.0F, 0.0F, multiplier);
+  VolumeConstraint::project<ProjectionMode::compliance>(x, w, parameters, Substep<float>{1, 1},
+                                                        multiplier);
 
   CHECK(x[0].x == 1);
-  CHECK(multiplier == 0);
+  CHECK(multiplier[0] == 0);
 }
 
 }  // namespace pbdsurg

@@ -36,22 +36,26 @@ PBDSURG_HOST_DEVICE Projected project_all(std::uint64_t i) {
     w[v] = 1e5F * (0.1F + number(4 * v + 3));
   }
   const float softness = 1e5F * number(20);
-  float multiplier = 0;
+  const Substep<float> substep{1, 1};
+  const float strong[] = {kEdge, 0.4F, 0};
+  const float soft[] = {0.9F * kEdge, softness, 0};
+  const float volume[] = {0.1F * kEdge * kEdge * kEdge, 1, 0};
+  float multiplier[] = {0};
   Vec3<float> force{};
   Vec3<float> ends[2] = {result.x[0], result.x[1]};
   const float end_weights[2] = {w[0], w[1]};
-  DistanceConstraint::project<ProjectionMode::fraction>(ends, end_weights, kEdge, 0.4F, multiplier);
-  DistanceConstraint::project<ProjectionMode::compliance>(ends, end_weights, 0.9F * kEdge, softness,
+  DistanceConstraint::project<ProjectionMode::fraction>(ends, end_weights, strong, substep,
+                                                        multiplier);
+  DistanceConstraint::project<ProjectionMode::compliance>(ends, end_weights, soft, substep,
                                                           multiplier);
   result.x[0] = ends[0];
   result.x[1] = ends[1];
-  multiplier = 0;
-  VolumeConstraint::project<ProjectionMode::fraction>(result.x, w, 0.1F * kEdge * kEdge * kEdge,
-                                                      1.0F, multiplier);
-  multiplier = 0;
+  multiplier[0] = 0;
+  VolumeConstraint::project<ProjectionMode::fraction>(result.x, w, volume, substep, multiplier);
+  multiplier[0] = 0;
   AttachmentConstraint::project<ProjectionMode::compliance>(
       result.x[2], w[2], Vec3<float>{kEdge, kEdge, 0}, softness, force);
-  ContactConstraint::project(result.x[3], w[3], Vec3<float>{0, 0.6F, 0.8F}, kEdge, multiplier);
+  ContactConstraint::project(result.x[3], w[3], Vec3<float>{0, 0.6F, 0.8F}, kEdge, multiplier[0]);
   return result;
 }
 

@@ -114,9 +114,10 @@ TEST_CASE("step plan: the order is that of colours, then of ids", "[golden]") {
       points[k] = x[v];
       weights[k] = scene.is_fixed(v) ? 0 : static_cast<float>(1 / scene.masses()[v]);
     }
-    float unused = 0;
-    decltype(constraint)::template project<ProjectionMode::fraction>(points, weights, rest,
-                                                                     stiffness, unused);
+    const float parameters[] = {rest, stiffness, 0};
+    float unused[] = {0};
+    decltype(constraint)::template project<ProjectionMode::fraction>(points, weights, parameters,
+                                                                     Substep<float>{}, unused);
     for (std::size_t k = 0; k < kArity; ++k) {
       x[vertices[k]] = points[k];
     }

@@ -77,9 +77,12 @@ inline double count_error(Solver& solver, const Scene& scene) {
       x[k] = moved[k] = {p.x(), p.y(), p.z()};
       w[k] = 1 / mass[vertices[k]];
     }
-    double multiplier = 0;
-    decltype(constraint)::template project<ProjectionMode::compliance>(
-        moved, w, rest, compliance / (double{kSoftTimeStep} * kSoftTimeStep), multiplier);
+    const double parameters[] = {rest, compliance, 0};
+    const Substep<double> substep{1 / double{kSoftTimeStep},
+                                  1 / (double{kSoftTimeStep} * kSoftTimeStep)};
+    double multiplier[] = {0};
+    decltype(constraint)::template project<ProjectionMode::compliance>(moved, w, parameters,
+                                                                       substep, multiplier);
     for (std::size_t k = 0; k < kArity; ++k) {
       const Vec3<double> d = mass[vertices[k]] * (moved[k] - x[k]);
       expected[vertices[k]] += Eigen::Vector3d(d.x, d.y, d.z);

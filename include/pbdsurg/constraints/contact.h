@@ -31,7 +31,7 @@ struct ContactConstraint {
                                           Scalar offset, Scalar& multiplier) {
     const Scalar change = multiplier_change<ProjectionMode::compliance>(dot(normal, x) - offset, w,
                                                                         Scalar(0), multiplier);
-    const Scalar next = multiplier + change > Scalar(0) ? multiplier + change : Scalar(0);
+    const Scalar next = select(multiplier + change > Scalar(0), multiplier + change, Scalar(0));
     x = x + (w * (next - multiplier)) * normal;
     multiplier = next;
   }

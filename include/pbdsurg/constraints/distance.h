@@ -4,7 +4,7 @@
 /// @file
 /// Keeps the length of an edge or a link (the paper's eq. 1).
 ///
-///   x0 o-----------o x1      C = |x0 - x1| - rest_length      m
+///   x0 o-----------o x1      C = |x0 - x1| - rest length      m
 ///                            gradient  +n at x0, -n at x1     1
 ///                            compliance                       m/N
 ///                            multiplier                       kg m
@@ -13,12 +13,20 @@
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/select.h"
 #include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 
 struct DistanceConstraint {
   static constexpr int kVertexCount = 2;
+  static constexpr int kMultiplierCount = 1;
+  enum Parameter {
+    kRest,       ///< m
+    kStiffness,  ///< fraction, or compliance in m/N
+    kDamping,    ///< s
+    kParameterCount
+  };
 
   /// C, in m.
   template <class Scalar>
@@ -30,26 +38,36 @@ struct DistanceConstraint {
 
   /// One projection, in place.
   ///
-  /// @param x            m
-  /// @param w            1/kg, zero for a fixed vertex
-  /// @param rest_length  m
-  /// @param stiffness    see multiplier_change()
-  /// @param multiplier   kg m, accumulated
+  /// @param x           m
+  /// @param w           1/kg, zero for a fixed vertex
+  /// @param multiplier  kg m, accumulated
   /// Two vertices at one point have no direction and stay as they are.
-  template <ProjectionMode kMode, class Scalar>
+  template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
   PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
-                                          Scalar rest_length, Scalar stiffness,
-                                          Scalar& multiplier) {
+                                          const Scalar (&parameters)[kParameterCount],
+                                          const Substep<Scalar>& substep, Scalar (&multiplier)[1],
+                                          [[maybe_unused]] const Damping& damping = {}) {
     using std::sqrt;
     const Vec3<Scalar> d = x[0] - x[1];
     const Scalar length = sqrt(dot(d, d));
-    if (!(length > Scalar(0))) {
-      return;
+    const Scalar value = length - parameters[kRest];
+    const Scalar mobility = w[0] + w[1];
+
+    Scalar change;
+    if constexpr (kMode == ProjectionMode::fraction) {
+      change = multiplier_change<kMode>(value, mobility, parameters[kStiffness], multiplier[0]);
+    } else if constexpr (kIsDamped<Damping>) {
+      const Vec3<Scalar> moved = d - (damping.start[0] - damping.start[1]);
+      change = damped_multiplier_change(
+          value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0],
+          dot(d, moved) / length, parameters[kDamping] * substep.inverse_dt);
+    } else {
+      change = multiplier_change<kMode>(
+          value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0]);
     }
-    const Scalar change =
-        multiplier_change<kMode>(length - rest_length, w[0] + w[1], stiffness, multiplier);
-    multiplier += change;
-    const Vec3<Scalar> move = (change / length) * d;
+    const auto has_direction = is_usable(length);
+    multiplier[0] = multiplier[0] + select(has_direction, change, Scalar(0));
+    const Vec3<Scalar> move = select(has_direction, (change / length) * d, Vec3<Scalar>{});
     x[0] = x[0] + w[0] * move;
     x[1] = x[1] - w[1] * move;
   }

@@ -7,18 +7,31 @@
 /// A constraint C(x) with gradient g_i at vertex i moves its vertices by  dx_i = w_i g_i dlambda.
 /// Two modes use the same line:
 ///
-///   fraction    dlambda = -k C / m                       position-based dynamics (Mueller et al.
-///   2007,
-///                                                        "Position Based Dynamics", section 3.3)
-///   compliance  dlambda = -(C + a lambda) / (m + a)      XPBD (Macklin, Mueller, Chentanez 2016,
-///                                                        "XPBD", eq. 18)
+///   fraction    dlambda = -k C / m                position-based dynamics (Mueller et al. 2007,
+///                                                 "Position Based Dynamics", section 3.3)
+///   compliance  dlambda = -(C + a lambda + c r) / ((1 + c) m + a)
+///                                                 XPBD (Macklin, Mueller, Chentanez 2016, "XPBD",
+///                                                 eq. 18, and eq. 26 with damping)
 ///
-/// with m = sum_i w_i |g_i|^2 and a = compliance / dt^2. The force of a constraint is g_i lambda /
-/// dt^2.
+/// with m = sum_i w_i |g_i|^2, a = compliance / dt^2, r = sum_i g_i . (x_i - x_i at the start of
+/// the substep) and c = damping / dt: the damping coefficient is the stiffness times the relaxation
+/// time `damping`, which takes the stiffness out of eq. 26's gamma. The force of a constraint is
+/// g_i lambda / dt^2.
+///
+/// A constraint is a struct of
+///   kVertexCount, kMultiplierCount, and an enum of what one constraint stores, kParameterCount
+///   long; value(x, rest)                                       C project<kMode>(x, w, parameters,
+///   substep, multipliers, damping)
+/// in which Scalar is a number or a vector register of numbers, one constraint each. So there is no
+/// branch: a constraint that has no direction, or a vertex that is not finite, moves nothing.
 
 #include <cstdint>
+#include <limits>
+#include <type_traits>
 
 #include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/select.h"
+#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 
@@ -27,6 +40,32 @@ enum class ProjectionMode : std::uint8_t {
   fraction,    ///< share of the violation removed by one projection, in (0, 1]: the paper's mode
   compliance,  ///< inverse stiffness; behaviour does not depend on iterations or time step
 };
+
+/// Length of a substep as projections need it.
+template <class Scalar>
+struct Substep {
+  Scalar inverse_dt;          ///< 1/s
+  Scalar inverse_dt_squared;  ///< 1/s^2
+};
+
+/// A projection that ignores the damping parameter, and reads no more than positions.
+struct Undamped {};
+
+/// A projection with damping, in compliance mode.
+template <class Scalar, int kVertexCount>
+struct Damped {
+  Vec3<Scalar> start[kVertexCount];  ///< m, at the start of the substep
+};
+
+template <class Damping>
+inline constexpr bool kIsDamped = !std::is_same_v<Damping, Undamped>;
+
+/// Whether a length or a mobility can be divided by: positive and finite. Exact zero only: any
+/// other threshold would depend on the unit and the size of the tissue.
+template <class Scalar>
+PBDSURG_HOST_DEVICE constexpr auto is_usable(Scalar value) {
+  return (value > Scalar(0)) & (value < Scalar(std::numeric_limits<float>::infinity()));
+}
 
 /// Change of the multiplier in one projection.
 ///
@@ -37,15 +76,25 @@ enum class ProjectionMode : std::uint8_t {
 template <ProjectionMode kMode, class Scalar>
 PBDSURG_HOST_DEVICE constexpr Scalar multiplier_change(Scalar value, Scalar mobility,
                                                        Scalar stiffness, Scalar multiplier) {
-  // Exact zero only: any other threshold would depend on the unit and the size of the tissue.
-  if (!(mobility > Scalar(0))) {
-    return Scalar(0);
-  }
+  const auto can_move = is_usable(mobility);
   if constexpr (kMode == ProjectionMode::fraction) {
-    return -stiffness * value / mobility;
+    return select(can_move, -stiffness * value / mobility, Scalar(0));
   } else {
-    return -(value + stiffness * multiplier) / (mobility + stiffness);
+    return select(can_move, -(value + stiffness * multiplier) / (mobility + stiffness), Scalar(0));
   }
+}
+
+/// The same with damping.
+/// @param motion   r, in the unit of C
+/// @param damping  c = relaxation time / dt
+template <class Scalar>
+PBDSURG_HOST_DEVICE constexpr Scalar damped_multiplier_change(Scalar value, Scalar mobility,
+                                                              Scalar stiffness, Scalar multiplier,
+                                                              Scalar motion, Scalar damping) {
+  return select(is_usable(mobility),
+                -(value + stiffness * multiplier + damping * motion) /
+                    (mobility + damping * mobility + stiffness),
+                Scalar(0));
 }
 
 }  // namespace pbdsurg

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/state_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "solver/load_store.h"
+
+namespace pbdsurg {
+namespace {
+
+template <class Constraint, class Visit>
+void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& slots, Visit visit) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    for (Index slot = 0; slot < slots.size(group); ++slot) {
+      const auto& block = slots.blocks(group)[slot / kBlockLanes];
+      const Index lane = slot % kBlockLanes;
+      Vec3<float> points[Constraint::kVertexCount];
+      for (int k = 0; k < Constraint::kVertexCount; ++k) {
+        points[k] = load(data.particles[block.vertices[k][lane]]);
+      }
+      const float rest = block.parameters[Constraint::kRest][lane];
+      visit(Constraint::value(points, rest), rest);
+    }
+  }
+}
+
+// A residual that is not a number counts as infinite: it must not hide behind the finite ones.
+void raise(float& largest, float value) {
+  largest =
+      std::isfinite(value) ? std::max(largest, value) : std::numeric_limits<float>::infinity();
+}
+
+}  // namespace
+
+void report_vertices(const SolverData& data, StepReport& report) {
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+    const Particle& p = data.particles[v];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+      if (report.non_finite_vertices++ == 0) {
+        report.first_non_finite = static_cast<Index>(v);
+      }
+    }
+  }
+}
+
+void report_constraints(const SolverData& data, StepReport& report) {
+  for_each_value(data, data.distances, [&](float value, float rest) {
+    if (rest > 0) {
+      raise(report.distance_residual, std::abs(value) / rest);
+    }
+  });
+  for_each_value(data, data.volumes, [&](float value, float rest) {
+    raise(report.volume_residual, std::abs(value) / rest);
+    report.inverted_tets += value + rest < 0;
+  });
+}
+
+void report_tubes(const SolverData& data, StepReport& report) {
+  for (const Body& body : data.bodies) {
+    if (body.material.has_volume_constraints) {
+      continue;
+    }
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      Vec3<float> points[4];
+      for (int k = 0; k < 4; ++k) {
+        points[k] = load(data.particles[data.tets[t][k]]);
+      }
+      report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
+    }
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a step has to report of the state that it leaves.
+
+#include "pbdsurg/solver/step_report.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+
+/// Vertices that are not finite.
+void report_vertices(const SolverData& data, StepReport& report);
+
+/// Residuals of all constraints, and inverted tetrahedra among those that have volume constraints.
+void report_constraints(const SolverData& data, StepReport& report);
+
+/// Inverted tetrahedra of tubes, which have no volume constraints.
+void report_tubes(const SolverData& data, StepReport& report);
+
+}  // namespace pbdsurg
