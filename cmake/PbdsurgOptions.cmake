@@ -30,6 +30,10 @@ find_package(ZLIB QUIET)
 if(NOT ZLIB_FOUND)
   message(FATAL_ERROR "pbdsurg needs zlib (Debian: zlib1g-dev); scripts/setup installs it")
 endif()
+find_package(hwy QUIET)
+if(NOT TARGET hwy::hwy)
+  message(FATAL_ERROR "pbdsurg needs Highway 1.0 (Debian: libhwy-dev); scripts/setup installs it")
+endif()
 find_package(Threads REQUIRED)
 
 # --- partitioning --------------------------------------------------------------------------------

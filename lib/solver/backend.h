@@ -11,6 +11,7 @@
 namespace pbdsurg {
 
 class SolverData;
+struct SolverOptions;
 
 /// One coarse call a step: nothing virtual happens per constraint.
 class Backend {
@@ -25,5 +26,9 @@ class Backend {
 /// One thread, every operation in IEEE single precision and in the order of the plan: the
 /// definition of correct.
 std::unique_ptr<Backend> make_serial_backend();
+
+/// A team of threads, each with vector registers, over the same plan; see MathMode for its bits.
+/// Null on a processor for whose vector registers nothing was compiled.
+std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options);
 
 }  // namespace pbdsurg

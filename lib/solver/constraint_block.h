@@ -8,13 +8,15 @@
 
 #include "pbdsurg/core/types.h"
 
+#include "solver/particle.h"
+
 namespace pbdsurg {
 
 inline constexpr Index kBlockLanes = 16;
 
 template <class Constraint>
 struct alignas(64) ConstraintBlock {
-  Index vertices[Constraint::kVertexCount][kBlockLanes];
+  ParticleOffset corners[Constraint::kVertexCount][kBlockLanes];
   float parameters[Constraint::kParameterCount][kBlockLanes];
 };
 

@@ -136,7 +136,7 @@ class ConstraintSlots {
   static Record get(const Block& block, Index lane) noexcept {
     Record record;
     for (int k = 0; k < Constraint::kVertexCount; ++k) {
-      record.vertices[k] = block.vertices[k][lane];
+      record.vertices[k] = vertex_at(block.corners[k][lane]);
     }
     for (int p = 0; p < Constraint::kParameterCount; ++p) {
       record.parameters[p] = block.parameters[p][lane];
@@ -146,7 +146,7 @@ class ConstraintSlots {
 
   static void put(Block& block, Index lane, const Record& record) noexcept {
     for (int k = 0; k < Constraint::kVertexCount; ++k) {
-      block.vertices[k][lane] = record.vertices[k];
+      block.corners[k][lane] = offset_of(record.vertices[k]);
     }
     for (int p = 0; p < Constraint::kParameterCount; ++p) {
       block.parameters[p][lane] = record.parameters[p];

@@ -4,6 +4,10 @@
 /// @file
 /// Vertices as the solver stores them.
 
+#include <cstdint>
+
+#include "pbdsurg/core/types.h"
+
 namespace pbdsurg {
 
 /// Position and inverse mass of a vertex: one 16-byte load.
@@ -11,6 +15,27 @@ struct alignas(16) Particle {
   float x, y, z;  ///< m
   float w;        ///< 1/kg, zero when it cannot move
 };
+
+/// Where a vertex's particle starts in an array of them, in bytes. Constraints name vertices so,
+/// because it spares kernels two instructions a corner, a tenth of their time.
+using ParticleOffset = std::uint32_t;
+
+/// The most vertices that offsets reach.
+inline constexpr Index kMostParticles = Index{1} << 28;
+
+inline ParticleOffset offset_of(Index vertex) {
+  return static_cast<ParticleOffset>(vertex) * sizeof(Particle);
+}
+inline Index vertex_at(ParticleOffset offset) {
+  return static_cast<Index>(offset / sizeof(Particle));
+}
+
+inline Particle& at(Particle* particles, ParticleOffset offset) {
+  return *reinterpret_cast<Particle*>(reinterpret_cast<char*>(particles) + offset);
+}
+inline const Particle& at(const Particle* particles, ParticleOffset offset) {
+  return *reinterpret_cast<const Particle*>(reinterpret_cast<const char*>(particles) + offset);
+}
 
 /// Velocity of a vertex, as wide as a particle.
 struct alignas(16) Velocity {

@@ -28,7 +28,7 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
       Vec3<float> points[kVertices];
       float weights[kVertices];
       for (int k = 0; k < kVertices; ++k) {
-        const Particle& p = particles[block.vertices[k][lane]];
+        const Particle& p = at(particles, block.corners[k][lane]);
         points[k] = load(p);
         weights[k] = p.w;
       }
@@ -46,7 +46,7 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
         if constexpr (kDamped) {
           Damped<float, kVertices> damping;
           for (int k = 0; k < kVertices; ++k) {
-            damping.start[k] = load(data.previous[block.vertices[k][lane]]);
+            damping.start[k] = load(at(data.previous.data(), block.corners[k][lane]));
           }
           Constraint::template project<kMode>(points, weights, parameters, substep, multipliers,
                                               damping);
@@ -58,7 +58,7 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
         }
       }
       for (int k = 0; k < kVertices; ++k) {
-        store(particles[block.vertices[k][lane]], points[k]);
+        store(at(particles, block.corners[k][lane]), points[k]);
       }
     }
   }

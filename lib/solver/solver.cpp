@@ -21,6 +21,14 @@
 namespace pbdsurg {
 namespace {
 
+template <class Choice>
+void check_choice(const char* what, Choice choice, Choice last) {
+  if (choice > last) {
+    throw InvalidArgument(std::string("unknown ") + what + " " +
+                          std::to_string(static_cast<int>(choice)));
+  }
+}
+
 void check_options(const SolverOptions& options) {
   if (options.substeps < 1) {
     throw InvalidArgument("substeps is " + std::to_string(options.substeps) + "; it must be >= 1");
@@ -37,6 +45,14 @@ void check_options(const SolverOptions& options) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
   }
+  if (options.threads < 0) {
+    throw InvalidArgument("threads is " + std::to_string(options.threads) +
+                          "; it must be >= 1, or 0 for one a processor");
+  }
+  check_choice("backend kind", options.backend, BackendKind::threaded);
+  check_choice("math mode", options.math, MathMode::strict);
+  check_choice("way of waiting", options.wait, ThreadWait::block);
+  check_choice("method", options.method, SolverMethod::vertex_block);
   check_coloring_options(options.coloring);
   if (options.composition != PlanComposition::separate &&
       options.composition != PlanComposition::joint) {
@@ -205,14 +221,18 @@ std::string plan_name(const SolverOptions& options) {
          (options.composition == PlanComposition::joint ? ", joint" : ", distances then volumes");
 }
 
-std::unique_ptr<Backend> make_backend(BackendKind kind) {
-  switch (kind) {
-    case BackendKind::automatic:  // the only one that this build contains
-    case BackendKind::threaded:   // to come
-    case BackendKind::serial:
-      return make_serial_backend();
+std::unique_ptr<Backend> make_backend(const SolverOptions& options) {
+  if (options.backend == BackendKind::serial) {
+    return make_serial_backend();
   }
-  throw BackendUnavailable("unknown backend kind " + std::to_string(static_cast<int>(kind)));
+  std::unique_ptr<Backend> backend = make_threaded_backend(options);
+  if (backend == nullptr && options.backend == BackendKind::threaded) {
+    throw BackendUnavailable(
+        "the threaded backend has no kernels for this processor; it has them for x86-64 with "
+        "SSSE3, "
+        "AVX2 or AVX-512");
+  }
+  return backend == nullptr ? make_serial_backend() : std::move(backend);
 }
 
 template <class Data>
@@ -324,7 +344,7 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   data.options = options;
   data.gravity = scene.gravity();
   data.bodies.assign(scene.bodies().begin(), scene.bodies().end());
-  data.backend = make_backend(options.backend);
+  data.backend = make_backend(options);
 
   const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
   data.particles.reserve(vertex_count);

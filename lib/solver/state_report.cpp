@@ -18,7 +18,7 @@ void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& s
       const Index lane = slot % kBlockLanes;
       Vec3<float> points[Constraint::kVertexCount];
       for (int k = 0; k < Constraint::kVertexCount; ++k) {
-        points[k] = load(data.particles[block.vertices[k][lane]]);
+        points[k] = load(at(data.particles.data(), block.corners[k][lane]));
       }
       const float rest = block.parameters[Constraint::kRest][lane];
       visit(Constraint::value(points, rest), rest);

@@ -66,10 +66,9 @@ struct VolumeConstraint {
     if constexpr (kMode == ProjectionMode::fraction) {
       change = multiplier_change<kMode>(value, mobility, parameters[kStiffness], multiplier[0]);
     } else if constexpr (kIsDamped<Damping>) {
-      Scalar motion(0);
-      for (int i = 0; i < 4; ++i) {
-        motion = motion + dot(g[i], x[i] - damping.start[i]);
-      }
+      const Scalar motion = dot(g[0], x[0] - damping.start[0]) +
+                            dot(g[1], x[1] - damping.start[1]) +
+                            dot(g[2], x[2] - damping.start[2]) + dot(g[3], x[3] - damping.start[3]);
       change = damped_multiplier_change(
           value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0],
           sixth * motion, parameters[kDamping] * substep.inverse_dt);
@@ -81,9 +80,10 @@ struct VolumeConstraint {
 
     const auto has_direction = is_usable(mobility);
     const Scalar move = sixth * change;
-    for (int i = 0; i < 4; ++i) {
-      x[i] = x[i] + select(has_direction, (w[i] * move) * g[i], Vec3<Scalar>{});
-    }
+    x[0] = x[0] + select(has_direction, (w[0] * move) * g[0], Vec3<Scalar>{});
+    x[1] = x[1] + select(has_direction, (w[1] * move) * g[1], Vec3<Scalar>{});
+    x[2] = x[2] + select(has_direction, (w[2] * move) * g[2], Vec3<Scalar>{});
+    x[3] = x[3] + select(has_direction, (w[3] * move) * g[3], Vec3<Scalar>{});
   }
 };
 

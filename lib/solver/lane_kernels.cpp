@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled several times: see lib/solver/room.cmake. Uses nothing but plain data and templates on
+// Lanes, so that no function compiled here for one processor is linked into another's path.
+#include "solver/lane_kernels.h"
+
+#include <type_traits>
+#include <utility>
+
+#include "pbdsurg/core/vec3.h"
+
+#include "solver/lanes.h"
+
+#define PBDSURG_INLINE_LAMBDA __attribute__((always_inline))
+
+namespace pbdsurg::PBDSURG_LANES_NAMESPACE {
+namespace {
+
+// Stores the first `count` lanes alone: idle lanes repeat the first constraint of their block.
+HWY_INLINE void scatter_some(const ParticleLanes& lanes, Particle* particles,
+                             const ParticleOffset* corners, Index count) {
+  alignas(64) Particle scratch[kLanes];
+  ParticleOffset in_order[kLanes];
+  for (Index lane = 0; lane < kLanes; ++lane) {
+    in_order[lane] = offset_of(lane);
+  }
+  scatter(lanes, scratch, in_order);
+  for (Index lane = 0; lane < count; ++lane) {
+    at(particles, corners[lane]) = scratch[lane];
+  }
+}
+
+// Calls f(std::integral_constant) for 0 to kCount - 1. Compilers keep the elements of an array in
+// registers when no index varies; a loop they may leave rolled up, and the array in memory.
+template <int kCount, class F>
+HWY_INLINE void unroll(const F& f) {
+  [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) PBDSURG_INLINE_LAMBDA {
+    (f(std::integral_constant<int, kIndex>{}), ...);
+  }
+  (std::make_integer_sequence<int, kCount>{});
+}
+
+// kLanes constraints on their way through registers.
+template <class Constraint, ProjectionMode kMode, bool kDamped>
+class Chunk {
+ public:
+  HWY_INLINE Chunk(const BlockRange<Constraint>& range, Index slot)
+      : block_(range.blocks[slot / kBlockLanes]),
+        stored_(range.multipliers[slot / kBlockLanes]),
+        lane_(slot % kBlockLanes) {}
+
+  HWY_INLINE void gather_from(const Particle* particles) {
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      const ParticleLanes p = gather(particles, block_.corners[k] + lane_);
+      x_[k] = p.x;
+      w_[k] = p.w;
+    });
+  }
+
+  HWY_INLINE void project([[maybe_unused]] const Particle* previous,
+                          const Substep<Lanes>& substep) {
+    Lanes parameters[Constraint::kParameterCount];
+    unroll<Constraint::kParameterCount>([&](auto p) PBDSURG_INLINE_LAMBDA {
+      parameters[p] = load_lanes(block_.parameters[p] + lane_);
+    });
+    Lanes multipliers[Constraint::kMultiplierCount];
+    if constexpr (kMode == ProjectionMode::fraction) {  // has no memory
+      Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers);
+    } else {
+      unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
+        multipliers[m] = load_lanes(stored_.values[m] + lane_);
+      });
+      if constexpr (kDamped) {
+        Damped<Lanes, kVertices> damping;
+        unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+          damping.start[k] = gather(previous, block_.corners[k] + lane_).x;
+        });
+        Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers, damping);
+      } else {
+        Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers);
+      }
+      unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
+        store_lanes(multipliers[m], stored_.values[m] + lane_);
+      });
+    }
+  }
+
+  HWY_INLINE void scatter_to(Particle* particles) const {
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      scatter({x_[k], w_[k]}, particles, block_.corners[k] + lane_);
+    });
+  }
+
+  HWY_INLINE void scatter_some_to(Particle* particles, Index count) const {
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      scatter_some({x_[k], w_[k]}, particles, block_.corners[k] + lane_, count);
+    });
+  }
+
+ private:
+  static constexpr int kVertices = Constraint::kVertexCount;
+
+  const ConstraintBlock<Constraint>& block_;
+  MultiplierBlock<Constraint>& stored_;
+  Index lane_;
+  Vec3<Lanes> x_[kVertices];
+  Lanes w_[kVertices];
+};
+
+template <class Constraint, ProjectionMode kMode, bool kDamped>
+void project(const BlockRange<Constraint>& range, const ProjectionState& state) {
+  const Substep<Lanes> substep{Lanes(state.substep.inverse_dt),
+                               Lanes(state.substep.inverse_dt_squared)};
+  Particle* const particles = state.particles;
+  const Index end = range.last * kBlockLanes < range.size ? range.last * kBlockLanes : range.size;
+  Index slot = range.first * kBlockLanes;
+  for (; slot + kLanes <= end; slot += kLanes) {
+    Chunk<Constraint, kMode, kDamped> chunk(range, slot);
+    chunk.gather_from(particles);
+    chunk.project(state.previous, substep);
+    chunk.scatter_to(particles);
+  }
+  if (slot < end) {
+    Chunk<Constraint, kMode, kDamped> chunk(range, slot);
+    chunk.gather_from(particles);
+    chunk.project(state.previous, substep);
+    chunk.scatter_some_to(particles, end - slot);
+  }
+}
+
+template <class Constraint>
+Residual measure(const BlockRange<Constraint>& range, const Particle* particles) {
+  Residual residual;
+  const Lanes infinity(std::numeric_limits<float>::infinity());
+  Lanes largest;
+  for (Index b = range.first; b < range.last; ++b) {
+    const ConstraintBlock<Constraint>& block = range.blocks[b];
+    for (Index lane = 0; lane < kBlockLanes; lane += kLanes) {
+      Vec3<Lanes> x[Constraint::kVertexCount];
+      unroll<Constraint::kVertexCount>([&](auto k) PBDSURG_INLINE_LAMBDA {
+        x[k] = gather(particles, block.corners[k] + lane).x;
+      });
+      const Lanes rest = load_lanes(block.parameters[Constraint::kRest] + lane);
+      const Lanes value = Constraint::value(x, rest);
+      const Lanes ratio = Lanes(hn::Div(abs(value).value, rest.value));
+      // what is not a number counts as infinite: it must not hide behind the finite ones
+      largest = max(largest,
+                    select(rest > Lanes(0), select(ratio < infinity, ratio, infinity), Lanes(0)));
+      const Index idle = b * kBlockLanes + lane + kLanes - range.size;
+      const auto used = hn::FirstN(
+          Tag(), static_cast<std::size_t>(idle > 0 ? (idle < kLanes ? kLanes - idle : 0) : kLanes));
+      residual.inverted +=
+          static_cast<Index>(hn::CountTrue(Tag(), hn::And(used, (value + rest < Lanes(0)).value)));
+    }
+  }
+  residual.largest = hn::GetLane(hn::MaxOfLanes(Tag(), largest.value));
+  return residual;
+}
+
+// Calls visit(pointers to kLanes elements of each array) for all of a range; the last few vertices
+// pass through copies.
+template <class Visit>
+HWY_INLINE void for_each_vertex_lanes(const VertexRange& range, const Visit& visit) {
+  Index v = range.first;
+  for (; v + kLanes <= range.last; v += kLanes) {
+    visit(range.particles + v, range.previous + v, range.velocities + v);
+  }
+  if (v < range.last) {
+    const Index count = range.last - v;
+    alignas(64) Particle particles[kLanes] = {};
+    alignas(64) Particle previous[kLanes] = {};
+    alignas(64) Velocity velocities[kLanes] = {};
+    for (Index i = 0; i < count; ++i) {
+      particles[i] = range.particles[v + i];
+      previous[i] = range.previous[v + i];
+      velocities[i] = range.velocities[v + i];
+    }
+    visit(particles, previous, velocities);
+    for (Index i = 0; i < count; ++i) {
+      range.particles[v + i] = particles[i];
+      range.previous[v + i] = previous[i];
+      range.velocities[v + i] = velocities[i];
+    }
+  }
+}
+
+HWY_INLINE ParticleLanes load_interleaved(const float* quads) {
+  ParticleLanes lanes;
+  hn::LoadInterleaved4(Tag(), quads, lanes.x.x.value, lanes.x.y.value, lanes.x.z.value,
+                       lanes.w.value);
+  return lanes;
+}
+
+HWY_INLINE void store_interleaved(const ParticleLanes& lanes, float* quads) {
+  hn::StoreInterleaved4(lanes.x.x.value, lanes.x.y.value, lanes.x.z.value, lanes.w.value, Tag(),
+                        quads);
+}
+
+void predict(const VertexRange& range, const Prediction& prediction) {
+  const Lanes h(prediction.h), keep(prediction.keep);
+  const Vec3<Lanes> kick{Lanes(prediction.kick.x), Lanes(prediction.kick.y),
+                         Lanes(prediction.kick.z)};
+  for_each_vertex_lanes(range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
+    ParticleLanes p = load_interleaved(&particles->x);
+    store_interleaved(p, &previous->x);
+    const Vec3<Lanes> velocity = load_interleaved(&velocities->x).x;
+    p.x = select(p.w > Lanes(0), p.x + h * (keep * velocity + kick), p.x);
+    store_interleaved(p, &particles->x);
+  });
+}
+
+void update_velocities(const VertexRange& range, float inverse_h) {
+  const Lanes factor(inverse_h);
+  for_each_vertex_lanes(range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
+    const Vec3<Lanes> moved = load_interleaved(&particles->x).x - load_interleaved(&previous->x).x;
+    store_interleaved({factor * moved, Lanes(0)}, &velocities->x);
+  });
+}
+
+template <class Constraint>
+constexpr ConstraintKernels<Constraint> kernels_of() {
+  return {&project<Constraint, ProjectionMode::fraction, false>,
+          &project<Constraint, ProjectionMode::compliance, false>,
+          &project<Constraint, ProjectionMode::compliance, true>, &measure<Constraint>};
+}
+
+}  // namespace
+
+extern const LaneKernels kernels;
+constinit const LaneKernels kernels{kernels_of<DistanceConstraint>(),
+                                    kernels_of<VolumeConstraint>(), PBDSURG_LANES_NAME, &predict,
+                                    &update_velocities};
+
+}  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The loops of a step over vector registers, compiled for several instruction sets from one source
+/// (lane_kernels.cpp): plain functions over plain arrays. Each works on a part of its array, cut at
+/// multiples of kBlockLanes, and gives every element the same bits wherever the cuts are.
+
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/volume.h"
+#include "pbdsurg/core/types.h"
+
+#include "solver/constraint_block.h"
+#include "solver/particle.h"
+
+namespace pbdsurg {
+
+/// A part of one group of constraints: blocks [first, last) of those that hold `size` constraints.
+template <class Constraint>
+struct BlockRange {
+  const ConstraintBlock<Constraint>* blocks;
+  MultiplierBlock<Constraint>* multipliers;
+  Index size;
+  Index first;
+  Index last;
+};
+
+/// What projections read and write beside their constraints.
+struct ProjectionState {
+  Particle* particles;
+  const Particle* previous;  ///< at the start of the substep; read with damping only
+  Substep<float> substep;
+};
+
+/// What has been seen of the values of constraints.
+struct Residual {
+  float largest = 0;   ///< |C| / rest; infinite when one is not a number
+  Index inverted = 0;  ///< constraints whose measure is negative
+};
+
+/// Loops over one type of constraint.
+template <class Constraint>
+struct ConstraintKernels {
+  using Project = void(const BlockRange<Constraint>&, const ProjectionState&);
+  using Measure = Residual(const BlockRange<Constraint>&, const Particle*);
+
+  Project* project_fraction;
+  Project* project_compliance;
+  Project* project_damped;
+  Measure* measure;
+};
+
+/// Prediction, as the serial backend's. Vertices [first, last) of all.
+struct VertexRange {
+  Particle* particles;
+  Particle* previous;
+  Velocity* velocities;
+  Index first;
+  Index last;
+};
+struct Prediction {
+  float h;           ///< s
+  float keep;        ///< share of the velocity that drag leaves
+  Vec3<float> kick;  ///< m/s, of the external force
+};
+
+/// All loops for one instruction set and one MathMode.
+struct LaneKernels : ConstraintKernels<DistanceConstraint>, ConstraintKernels<VolumeConstraint> {
+  const char* name;
+  void (*predict)(const VertexRange&, const Prediction&);
+  void (*update_velocities)(const VertexRange&, float inverse_h);
+};
+
+/// Those of the best instruction set that this processor has, of those that were compiled; null if
+/// it has none of them.
+const LaneKernels* choose_lane_kernels(bool fast);
+
+}  // namespace pbdsurg

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coloring/thread_team.h"
+#include "solver/backend.h"
+#include "solver/contact_stage.h"
+#include "solver/lane_kernels.h"
+#include "solver/load_store.h"
+#include "solver/serial_phases.h"
+#include "solver/solver_data.h"
+#include "solver/state_report.h"
+#include "solver/step_team.h"
+
+namespace pbdsurg {
+namespace {
+
+/// Between two meetings of the team, or by thread 0 alone.
+struct Stage {
+  Phase phase;
+  Index group;         // of the constraints that it projects
+  bool is_shared;      // split over the threads
+  bool is_met_before;  // whether the threads meet before it
+};
+
+/// Blocks and vertices [first, last) of one thread.
+struct Part {
+  Index first, last;
+};
+
+Part part_of(std::size_t count, int thread, int threads) {
+  return {static_cast<Index>(count * thread / threads),
+          static_cast<Index>(count * (thread + 1) / threads)};
+}
+
+class ThreadedBackend final : public Backend {
+ public:
+  ThreadedBackend(const LaneKernels& kernels, const SolverOptions& options)
+      : kernels_(kernels),
+        team_(resolve_threads(options.threads), options.wait),
+        residuals_(static_cast<std::size_t>(team_.size())) {
+    name_ = "threaded, " + std::to_string(team_.size()) +
+            (team_.size() == 1 ? " thread, " : " threads, ") + kernels_.name;
+  }
+
+  [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
+
+  StepReport step(SolverData& data, float dt) override {
+    plan_stages(data);
+    StepReport report;
+    team_.run([&](int thread) { step(data, dt, thread, report); });
+    report_vertices(data, report);
+    report_tubes(data, report);
+    for (const ThreadResidual& residual : residuals_) {
+      report.distance_residual = std::max(report.distance_residual, residual.distances.largest);
+      report.volume_residual = std::max(report.volume_residual, residual.volumes.largest);
+      report.inverted_tets += residual.volumes.inverted;
+    }
+    return report;
+  }
+
+ private:
+  struct alignas(128) ThreadResidual {
+    Residual distances, volumes;
+  };
+
+  // What one thread does in a step. Thread 0 alone looks after tools and small phases.
+  void step(SolverData& data, float dt, int thread, StepReport& report) {
+    const int substeps = data.options.substeps;
+    const float h = dt / static_cast<float>(substeps);
+    const ProjectionState state{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}};
+    const Prediction prediction{h, 1 / (1 + data.options.damping * h), h * load(data.gravity)};
+    const VertexRange vertices = vertices_of(data, thread);
+    if (thread == 0) {
+      begin_tools(data);
+    }
+    for (int substep = 1; substep <= substeps; ++substep) {
+      kernels_.predict(vertices, prediction);
+      if (data.options.mode == ProjectionMode::compliance) {
+        reset_multipliers(data.distances, thread);
+        reset_multipliers(data.volumes, thread);
+      }
+      team_.barrier(thread);
+      if (thread == 0) {
+        place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
+        find_contacts(data, report);
+      }
+      for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
+        sweep(data, state, thread);
+      }
+      team_.barrier(thread);
+      kernels_.update_velocities(vertices, state.substep.inverse_dt);
+      if (thread == 0) {
+        collect_tool_forces(data, state.substep.inverse_dt_squared / static_cast<float>(substeps));
+      }
+    }
+    if (thread == 0) {
+      end_tools(data);
+    }
+    residuals_[thread] = {measure(data, data.distances, thread),
+                          measure(data, data.volumes, thread)};
+  }
+
+  void sweep(SolverData& data, const ProjectionState& state, int thread) {
+    for (const Stage& stage : stages_) {
+      if (stage.is_met_before) {
+        team_.barrier(thread);
+      }
+      if (stage.is_shared) {
+        project(data, stage, state, thread, team_.size());
+      } else if (thread == 0) {
+        project(data, stage, state, 0, 1);
+      }
+    }
+  }
+
+  void project(SolverData& data, const Stage& stage, const ProjectionState& state, int thread,
+               int threads) {
+    if (stage.phase.serial) {
+      project_serially(data, stage.phase, state.substep);
+      return;
+    }
+    switch (stage.phase.kind) {
+      case PhaseKind::distance:
+        project_group(data, data.distances, stage.group, state, thread, threads);
+        break;
+      case PhaseKind::volume:
+        project_group(data, data.volumes, stage.group, state, thread, threads);
+        break;
+      default:
+        project_serially(data, stage.phase, state.substep);
+        break;
+    }
+  }
+
+  template <class Constraint>
+  void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
+                     const ProjectionState& state, int thread, int threads) {
+    const BlockRange<Constraint> range = blocks_of(slots, group, thread, threads);
+    const ConstraintKernels<Constraint>& kernels = kernels_;
+    if (data.options.mode == ProjectionMode::fraction) {
+      kernels.project_fraction(range, state);
+    } else if (data.has_damping) {
+      kernels.project_damped(range, state);
+    } else {
+      kernels.project_compliance(range, state);
+    }
+  }
+
+  template <class Constraint>
+  Residual measure(SolverData& data, ConstraintSlots<Constraint>& slots, int thread) {
+    const ConstraintKernels<Constraint>& kernels = kernels_;
+    Residual sum;
+    for (Index group = 0; group < slots.group_count(); ++group) {
+      const Residual residual =
+          kernels.measure(blocks_of(slots, group, thread, team_.size()), data.particles.data());
+      sum.largest = std::max(sum.largest, residual.largest);
+      sum.inverted += residual.inverted;
+    }
+    return sum;
+  }
+
+  template <class Constraint>
+  void reset_multipliers(ConstraintSlots<Constraint>& slots, int thread) {
+    for (Index group = 0; group < slots.group_count(); ++group) {
+      const BlockRange<Constraint> range = blocks_of(slots, group, thread, team_.size());
+      std::fill(range.multipliers + range.first, range.multipliers + range.last,
+                MultiplierBlock<Constraint>{});
+    }
+  }
+
+  template <class Constraint>
+  static BlockRange<Constraint> blocks_of(ConstraintSlots<Constraint>& slots, Index group,
+                                          int thread, int threads) {
+    const auto blocks = slots.blocks(group);
+    const Part part = part_of(blocks.size(), thread, threads);
+    return {blocks.data(), slots.multipliers(group).data(), slots.size(group), part.first,
+            part.last};
+  }
+
+  // Cut at multiples of a block, as the kernels want it.
+  [[nodiscard]] VertexRange vertices_of(SolverData& data, int thread) const {
+    const auto count = static_cast<Index>(data.particles.size());
+    const Part part =
+        part_of((data.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, team_.size());
+    return {data.particles.data(), data.previous.data(), data.velocities.data(),
+            std::min(count, part.first * kBlockLanes), std::min(count, part.last * kBlockLanes)};
+  }
+
+  // Phases that take less time than a meeting of the threads are left to thread 0, one after
+  // another without meetings between them.
+  void plan_stages(SolverData& data) {
+    stages_.clear();
+    for (const Phase& phase : data.plan.phases) {
+      switch (phase.kind) {
+        case PhaseKind::distance:
+          add_stage(phase, data.distances, phase.color);
+          break;
+        case PhaseKind::volume:
+          add_stage(phase, data.volumes, phase.color);
+          break;
+        case PhaseKind::joint:
+          if (phase.serial) {
+            add_stage(phase, phase.color, false);
+            break;
+          }
+          for (Index place = 0; place < 6; ++place) {
+            add_stage({PhaseKind::distance, phase.color}, data.distances,
+                      data.joint_group(phase.color, place));
+          }
+          add_stage({PhaseKind::volume, phase.color}, data.volumes, phase.color);
+          break;
+        default:
+          add_stage(phase, phase.color, false);
+          break;
+      }
+    }
+  }
+
+  template <class Constraint>
+  void add_stage(const Phase& phase, const ConstraintSlots<Constraint>& slots, Index group) {
+    // in the time that sixteen distances take, some 20 ns
+    constexpr Index kBlockCost = Constraint::kVertexCount / 2;
+    constexpr Index kMeetingCost = 8;
+    const Index saved = kBlockCost * static_cast<Index>(slots.blocks(group).size()) *
+                        (team_.size() - 1) / team_.size();
+    add_stage(phase, group, !phase.serial && saved > kMeetingCost);
+  }
+
+  void add_stage(const Phase& phase, Index group, bool is_shared) {
+    const bool follows_shared = !stages_.empty() && stages_.back().is_shared;
+    // in the next sweep, what comes first follows what came last
+    stages_.push_back({phase, group, is_shared, is_shared || follows_shared || stages_.empty()});
+  }
+
+  const LaneKernels& kernels_;
+  StepTeam team_;
+  std::vector<Stage> stages_;
+  std::vector<ThreadResidual> residuals_;  // [thread]
+  std::string name_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options) {
+  const LaneKernels* kernels = choose_lane_kernels(options.math == MathMode::fast);
+  return kernels == nullptr ? nullptr : std::make_unique<ThreadedBackend>(*kernels, options);
+}
+
+}  // namespace pbdsurg
