@@ -106,8 +106,9 @@ class Chunk {
   Lanes w_[kVertices];
 };
 
+// Flattened: the maths of a constraint must not be called, or its registers pass through memory.
 template <class Constraint, ProjectionMode kMode, bool kDamped>
-void project(const BlockRange<Constraint>& range, const ProjectionState& state) {
+HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionState& state) {
   const Substep<Lanes> substep{Lanes(state.substep.inverse_dt),
                                Lanes(state.substep.inverse_dt_squared)};
   Particle* const particles = state.particles;
@@ -128,7 +129,7 @@ void project(const BlockRange<Constraint>& range, const ProjectionState& state) 
 }
 
 template <class Constraint>
-Residual measure(const BlockRange<Constraint>& range, const Particle* particles) {
+HWY_FLATTEN Residual measure(const BlockRange<Constraint>& range, const Particle* particles) {
   Residual residual;
   const Lanes infinity(std::numeric_limits<float>::infinity());
   Lanes largest;
@@ -195,7 +196,7 @@ HWY_INLINE void store_interleaved(const ParticleLanes& lanes, float* quads) {
                         quads);
 }
 
-void predict(const VertexRange& range, const Prediction& prediction) {
+HWY_FLATTEN void predict(const VertexRange& range, const Prediction& prediction) {
   const Lanes h(prediction.h), keep(prediction.keep);
   const Vec3<Lanes> kick{Lanes(prediction.kick.x), Lanes(prediction.kick.y),
                          Lanes(prediction.kick.z)};
@@ -208,7 +209,7 @@ void predict(const VertexRange& range, const Prediction& prediction) {
   });
 }
 
-void update_velocities(const VertexRange& range, float inverse_h) {
+HWY_FLATTEN void update_velocities(const VertexRange& range, float inverse_h) {
   const Lanes factor(inverse_h);
   for_each_vertex_lanes(range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
     const Vec3<Lanes> moved = load_interleaved(&particles->x).x - load_interleaved(&previous->x).x;

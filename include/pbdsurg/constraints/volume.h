@@ -49,12 +49,13 @@ struct VolumeConstraint {
     const Vec3<Scalar> b = x[2] - x[0];
     const Vec3<Scalar> c = x[3] - x[0];
 
-    // six times the gradients; the sixth is taken out of C, mobility and move alike
+    // six times the gradients, and of x0 its opposite; the sixth is taken out of C, mobility and
+    // move alike
     Vec3<Scalar> g[4];
     g[1] = cross(b, c);
     g[2] = cross(c, a);
     g[3] = cross(a, b);
-    g[0] = Scalar(-1) * (g[1] + g[2] + g[3]);
+    g[0] = g[1] + g[2] + g[3];
 
     const Scalar sixth(1.0 / 6.0);
     const Scalar mobility = sixth * sixth *
@@ -80,10 +81,10 @@ struct VolumeConstraint {
 
     const auto has_direction = is_usable(mobility);
     const Scalar move = sixth * change;
-    x[0] = x[0] + select(has_direction, (w[0] * move) * g[0], Vec3<Scalar>{});
-    x[1] = x[1] + select(has_direction, (w[1] * move) * g[1], Vec3<Scalar>{});
-    x[2] = x[2] + select(has_direction, (w[2] * move) * g[2], Vec3<Scalar>{});
-    x[3] = x[3] + select(has_direction, (w[3] * move) * g[3], Vec3<Scalar>{});
+    x[0] = select(has_direction, x[0] - (w[0] * move) * g[0], x[0]);
+    x[1] = select(has_direction, x[1] + (w[1] * move) * g[1], x[1]);
+    x[2] = select(has_direction, x[2] + (w[2] * move) * g[2], x[2]);
+    x[3] = select(has_direction, x[3] + (w[3] * move) * g[3], x[3]);
   }
 };
 
