@@ -61,11 +61,17 @@ class SerialBackend final : public Backend {
       }
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);
+      begin_vertices(data, lengths);
       for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
         for (const Phase& phase : data.plan.phases) {
-          project_serially(data, phase, lengths);
+          if (phase.kind == PhaseKind::vertex) {
+            solve_vertices(data, phase.color, lengths, relaxation_of(data.options, iteration));
+          } else {
+            project_serially(data, phase, lengths);
+          }
         }
       }
+      end_vertices(data, lengths);
       update_velocities(data, h);
       collect_tool_forces(data, lengths.inverse_dt_squared / static_cast<float>(substeps));
     }

@@ -21,6 +21,7 @@
 
 #include <cmath>
 
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/select.h"
 #include "pbdsurg/core/vec3.h"
@@ -92,11 +93,13 @@ struct VertexEnergy {
   PBDSURG_HOST_DEVICE void add_spring(Scalar stiffness, Scalar rest, const Vec3<Scalar>& d) {
     using std::sqrt;
     const Scalar length = sqrt(dot(d, d));
-    const Scalar inverse = select(length > Scalar(0), Scalar(1) / length, Scalar(0));
+    const auto has_direction = is_usable(length);
+    const Scalar inverse = select(has_direction, Scalar(1) / length, Scalar(0));
     const Vec3<Scalar> n = inverse * d;
     const Scalar slack = Scalar(1) - rest * inverse;
     const Scalar across = stiffness * select(slack > Scalar(0), slack, Scalar(0));
-    force = force + (stiffness * (length - rest)) * n;
+    const Scalar stretch = select(has_direction, length - rest, Scalar(0));
+    force = force + (stiffness * stretch) * n;
     isotropic = isotropic + across;
     add_square(stiffness - across, n);
   }
