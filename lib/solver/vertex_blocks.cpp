@@ -48,6 +48,7 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
       given_(std::move(springs)),
       spring_alive_(given_.size(), true),
       places_(moves.size()),
+      needs_(moves.size()),
       is_touched_(moves.size(), false) {
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
@@ -67,14 +68,10 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
     }
     order.push_back(v);
     find_neighborhood(v);
-    Place& place = places_[v];
-    place.pulls = static_cast<Index>(neighborhood_.pulls.size());
-    place.springs = static_cast<Index>(neighborhood_.springs.size());
-    place.volumes = static_cast<Index>(neighborhood_.volumes.size());
   }
   const auto key = [&](Index v) {
-    const Place& place = places_[v];
-    return std::tuple(colors.color_of[v], place.volumes, place.springs, place.pulls, v);
+    const Rows& needs = needs_[v];
+    return std::tuple(colors.color_of[v], needs.volumes, needs.springs, needs.pulls, v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
@@ -117,50 +114,37 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   VertexBlock block;
   block.lane_count = static_cast<Index>(vertices.size());
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
-    block.vertices[lane] = vertices[lane < block.lane_count ? lane : 0];
+    block.corners[lane] = offset_of(vertices[lane < block.lane_count ? lane : 0]);
   }
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    places_[vertices[lane]].block = block_count();
-    places_[vertices[lane]].lane = lane;
+    places_[vertices[lane]] = {block_count(), lane};
   }
   block.pulls.first = static_cast<Index>(pulls_.size());
   block.springs.first = static_cast<Index>(springs_.size());
   block.volumes.first = static_cast<Index>(volumes_.size());
   shrink(block);
-
-  // idle lanes, and what no vertex fills: no stiffness towards a vertex of this very block
-  const auto add_rows = [&](auto& rows, Index count, auto row) {
-    rows.insert(rows.end(), static_cast<std::size_t>(count), row);
-  };
-  PullRow pull{};
-  SpringRow spring{};
-  VolumeRow volume{};
-  std::copy_n(block.vertices, kBlockLanes, pull.neighbors);
-  std::copy_n(block.vertices, kBlockLanes, spring.neighbors);
-  for (auto& corner : volume.vertices) {
-    std::copy_n(block.vertices, kBlockLanes, corner);
-  }
-  add_rows(pulls_, block.pulls.count, pull);
-  add_rows(springs_, block.springs.count, spring);
-  add_rows(volumes_, block.volumes.count, volume);
-  if (has_damping_) {
-    add_rows(damped_springs_, block.springs.count, DampedRow{});
-    add_rows(damped_volumes_, block.volumes.count, DampedRow{});
-  }
   blocks_.push_back(block);
+
+  pulls_.resize(static_cast<std::size_t>(block.pulls.first + block.pulls.count));
+  springs_.resize(static_cast<std::size_t>(block.springs.first + block.springs.count));
+  volumes_.resize(static_cast<std::size_t>(block.volumes.first + block.volumes.count));
+  if (has_damping_) {
+    damped_springs_.resize(springs_.size());
+    damped_volumes_.resize(volumes_.size());
+  }
   for (const Index v : vertices) {
     find_neighborhood(v);
-    write_lane(v);
+    write_rows(v);
   }
 }
 
 void VertexBlocks::shrink(VertexBlock& block) noexcept {
   block.pulls.count = block.springs.count = block.volumes.count = 0;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    const Place& place = places_[block.vertices[lane]];
-    block.pulls.count = std::max(block.pulls.count, place.pulls);
-    block.springs.count = std::max(block.springs.count, place.springs);
-    block.volumes.count = std::max(block.volumes.count, place.volumes);
+    const Rows& needs = needs_[vertex_at(block.corners[lane])];
+    block.pulls.count = std::max(block.pulls.count, needs.pulls);
+    block.springs.count = std::max(block.springs.count, needs.springs);
+    block.volumes.count = std::max(block.volumes.count, needs.volumes);
   }
 }
 
@@ -218,24 +202,33 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping * std::max(pull.weight, 0.0F)});
     }
   }
+  needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
+                    static_cast<Index>(volumes.size())};
 }
 
-void VertexBlocks::write_lane(Index vertex) noexcept {
-  const Place& place = places_[vertex];
-  const Index lane = place.lane;
-  const VertexBlock& block = blocks_[place.block];
+void VertexBlocks::write_rows(Index vertex) noexcept {
+  const auto [block, lane] = places_[vertex];
+  write_lane(blocks_[block], lane);
+  for (Index idle = blocks_[block].lane_count; lane == 0 && idle < kBlockLanes; ++idle) {
+    write_lane(blocks_[block], idle);
+  }
+}
+
+void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
+  const Index vertex = vertex_at(block.corners[lane]);
+  const auto entry = [](const auto& list, Index i, const auto& padding) {
+    return i < static_cast<Index>(list.size()) ? list[i] : padding;
+  };
   for (Index i = 0; i < block.pulls.count; ++i) {
-    const bool used = i < static_cast<Index>(neighborhood_.pulls.size());
-    const Pull pull = used ? neighborhood_.pulls[i] : Pull{vertex, 0, 0};
+    const Pull pull = entry(neighborhood_.pulls, i, Pull{vertex, 0, 0});
     PullRow& row = pulls_[block.pulls.first + i];
-    row.neighbors[lane] = pull.neighbor;
+    row.neighbors[lane] = offset_of(pull.neighbor);
     row.weights[lane] = pull.weight;
   }
   for (Index i = 0; i < block.springs.count; ++i) {
-    const bool used = i < static_cast<Index>(neighborhood_.springs.size());
-    const Spring spring = used ? neighborhood_.springs[i] : Spring{vertex, 0, 0, 0};
+    const Spring spring = entry(neighborhood_.springs, i, Spring{vertex, 0, 0, 0});
     SpringRow& row = springs_[block.springs.first + i];
-    row.neighbors[lane] = spring.neighbor;
+    row.neighbors[lane] = offset_of(spring.neighbor);
     row.stiffness[lane] = spring.stiffness;
     row.rest[lane] = spring.rest;
     if (has_damping_) {
@@ -246,12 +239,11 @@ void VertexBlocks::write_lane(Index vertex) noexcept {
     }
   }
   for (Index i = 0; i < block.volumes.count; ++i) {
-    const bool used = i < static_cast<Index>(neighborhood_.volumes.size());
     const Volume volume =
-        used ? neighborhood_.volumes[i] : Volume{{vertex, vertex, vertex}, 0, 0, 0};
+        entry(neighborhood_.volumes, i, Volume{{vertex, vertex, vertex}, 0, 0, 0});
     VolumeRow& row = volumes_[block.volumes.first + i];
     for (int k = 0; k < 3; ++k) {
-      row.vertices[k][lane] = volume.face[k];
+      row.face[k][lane] = offset_of(volume.face[k]);
     }
     row.stiffness[lane] = volume.stiffness / 36;
     row.target[lane] = 6 * volume.target;
@@ -266,24 +258,24 @@ void VertexBlocks::write_lane(Index vertex) noexcept {
 
 void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
                            float inverse_dt) noexcept {
-  const auto at = [&](Index v) { return load(start[v]); };
+  const auto position = [&](ParticleOffset corner) { return load(at(start.data(), corner)); };
   for (Index b = range.first; b < range.first + range.count; ++b) {
     const VertexBlock& block = blocks_[b];
     for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
       SpringRow& row = springs_[i];
-      for (Index lane = 0; lane < block.lane_count; ++lane) {
-        const Vec3<float> d = at(row.neighbors[lane]) - at(block.vertices[lane]);
+      for (Index lane = 0; lane < kBlockLanes; ++lane) {
+        const Vec3<float> d = position(row.neighbors[lane]) - position(block.corners[lane]);
         mix(damped_springs_[i], lane, std::sqrt(dot(d, d)), inverse_dt, row.stiffness[lane],
             row.rest[lane]);
       }
     }
     for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
       VolumeRow& row = volumes_[i];
-      for (Index lane = 0; lane < block.lane_count; ++lane) {
-        const Vec3<float> corner = at(row.vertices[0][lane]);
+      for (Index lane = 0; lane < kBlockLanes; ++lane) {
+        const Vec3<float> corner = position(row.face[0][lane]);
         const Vec3<float> face =
-            cross(at(row.vertices[1][lane]) - corner, at(row.vertices[2][lane]) - corner);
-        mix(damped_volumes_[i], lane, dot(corner - at(block.vertices[lane]), face), inverse_dt,
+            cross(position(row.face[1][lane]) - corner, position(row.face[2][lane]) - corner);
+        mix(damped_volumes_[i], lane, dot(corner - position(block.corners[lane]), face), inverse_dt,
             row.stiffness[lane], row.target[lane]);
       }
     }
@@ -329,12 +321,8 @@ void VertexBlocks::refresh() {
   for (const Index v : touched_) {
     is_touched_[v] = false;
     find_neighborhood(v);
-    Place& place = places_[v];
-    place.pulls = static_cast<Index>(neighborhood_.pulls.size());
-    place.springs = static_cast<Index>(neighborhood_.springs.size());
-    place.volumes = static_cast<Index>(neighborhood_.volumes.size());
-    write_lane(v);
-    shrink(blocks_[place.block]);
+    write_rows(v);
+    shrink(blocks_[places_[v].block]);
   }
   touched_.clear();
 }
@@ -345,7 +333,7 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
   };
   return bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
                springs_at_.entries, blocks_, pulls_, springs_, volumes_, damped_springs_,
-               damped_volumes_, places_, touched_);
+               damped_volumes_, places_, needs_, touched_);
 }
 
 }  // namespace pbdsurg

@@ -63,6 +63,13 @@ class VertexBlocks {
     return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data()};
   }
 
+  /// Where a vertex is; no block holds one that is not free.
+  struct Place {
+    Index block = kInvalidIndex;
+    Index lane = 0;
+  };
+  [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
+
   /// Whether prepare() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
 
@@ -105,10 +112,8 @@ class VertexBlocks {
     std::vector<Spring> springs;
     std::vector<Volume> volumes;
   };
-  struct Place {
-    Index block = kInvalidIndex;
-    Index lane = 0;
-    Index pulls = 0, springs = 0, volumes = 0;  // rows that the vertex needs
+  struct Rows {
+    Index pulls = 0, springs = 0, volumes = 0;
   };
 
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
@@ -116,7 +121,8 @@ class VertexBlocks {
   void append_block(std::span<const Index> vertices);
   void touch(Index vertex);
   void find_neighborhood(Index vertex);
-  void write_lane(Index vertex) noexcept;
+  void write_rows(Index vertex) noexcept;
+  void write_lane(const VertexBlock& block, Index lane) noexcept;
   void shrink(VertexBlock& block) noexcept;
 
   std::vector<VertexTet> tets_;      // [tet_count]
@@ -133,7 +139,8 @@ class VertexBlocks {
   std::vector<VolumeRow> volumes_;
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
-  std::vector<Place> places_;              // [vertex_count] no block for one that is not free
+  std::vector<Place> places_;              // [vertex_count]
+  std::vector<Rows> needs_;                // [vertex_count]
 
   std::vector<Index> touched_;
   std::vector<bool> is_touched_;  // [vertex_count]

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "pbdsurg/constraints/vertex_block.h"
@@ -55,26 +56,55 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   return tet;
 }
 
-void collect_holds(SolverData& data) {
-  VertexMethod& method = data.vertex_method;
-  std::fill(method.first_holds.begin(), method.first_holds.end(), kInvalidIndex);
-  method.holds.clear();
-  const auto add = [&](Index vertex, Index tool, Index entry, bool is_contact) {
-    method.holds.push_back({method.first_holds[vertex], tool, entry, is_contact});
-    method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;
-  };
-  for (std::size_t t = 0; t < data.tools.size(); ++t) {
-    const ToolState& tool = data.tools[t];
-    for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
-      add(tool.attachments[a].vertex, static_cast<Index>(t), static_cast<Index>(a), false);
+// One lane of a block.
+struct LaneAccess {
+  const Particle* particles;
+  Index lane;
+
+  [[nodiscard]] float load(const float* values) const noexcept { return values[lane]; }
+  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
+    const Particle& p = at(particles, corners[lane]);
+    return {p.x, p.y, p.z};
+  }
+};
+
+// Whether a displacement is finite, and so is its square.
+bool is_finite(const Vec3<float>& d) {
+  return dot(d, d) < std::numeric_limits<float>::infinity();
+}
+
+// As add_rows(), of one vertex, without the rows that lead to what is not finite. A neighbour may
+// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
+void add_finite_rows(const VertexRows& rows, const VertexBlock& block, const LaneAccess& access,
+                     const Vec3<float>& x, VertexEnergy<float>& energy) {
+  const PullRow* const pulls = rows.pulls + block.pulls.first;
+  for (Index i = 0; i < block.pulls.count; ++i) {
+    const Vec3<float> d = access.position(pulls[i].neighbors) - x;
+    const float weight = access.load(pulls[i].weights);
+    if (is_finite(d) && weight > 0) {
+      energy.add_pull(weight, d);
     }
-    for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
-      add(tool.contacts[c].vertex, static_cast<Index>(t), static_cast<Index>(c), true);
+  }
+  const SpringRow* const springs = rows.springs + block.springs.first;
+  for (Index i = 0; i < block.springs.count; ++i) {
+    const Vec3<float> d = access.position(springs[i].neighbors) - x;
+    if (is_finite(d)) {
+      energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest), d);
+    }
+  }
+  const VolumeRow* const volumes = rows.volumes + block.volumes.first;
+  for (Index i = 0; i < block.volumes.count; ++i) {
+    const Vec3<float> a = access.position(volumes[i].face[0]);
+    const Vec3<float> b = access.position(volumes[i].face[1]);
+    const Vec3<float> c = access.position(volumes[i].face[2]);
+    if (is_finite(a - x) && is_finite(b - x) && is_finite(c - x)) {
+      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x, a, b,
+                        c);
     }
   }
 }
 
-// Contacts at one vertex, each pushing no more than the others leave to it.
+// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
 constexpr int kContactPasses = 8;
 
 // Moves a vertex that tools touch or hold. Grasps are springs, or where the vertex is: between the
@@ -234,6 +264,7 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
   method.flights = data.particles;
   method.falling.assign(data.particles.size(), 1.0F);
   method.first_holds.assign(data.particles.size(), kInvalidIndex);
+  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
   return method;
 }
 
@@ -248,23 +279,56 @@ void reserve_holds(SolverData& data) {
   data.vertex_method.holds.reserve(most);
 }
 
-void begin_vertices(SolverData& data, const Substep<float>& substep) {
+void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
   if (!is_used(data)) {
     return;
   }
   VertexMethod& method = data.vertex_method;
   const float dt_squared = 1 / substep.inverse_dt_squared;
   const Vec3<float> fall = dt_squared * load(data.gravity);
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+  for (Index v = vertices.first; v < vertices.last; ++v) {
     Particle& p = data.particles[v];
     method.flights[v] = p;
     if (p.w > 0) {
       store(p, load(p) - (1 - method.falling[v]) * fall);
     }
   }
-  collect_holds(data);
-  if (method.blocks.has_damping()) {
-    method.blocks.prepare({0, method.blocks.block_count()}, data.previous, substep.inverse_dt);
+}
+
+void hold_vertices(SolverData& data) {
+  if (!is_used(data)) {
+    return;
+  }
+  VertexMethod& method = data.vertex_method;
+  for (const VertexHold& hold : method.holds) {
+    method.first_holds[hold.vertex] = kInvalidIndex;
+    method.held[method.blocks.place_of(hold.vertex).block] = 0;
+  }
+  method.holds.clear();
+  const auto add = [&](Index vertex, std::size_t tool, std::size_t entry, bool is_contact) {
+    const auto [block, lane] = method.blocks.place_of(vertex);
+    if (block == kInvalidIndex) {
+      return;  // fixed, and so no tool's business
+    }
+    method.held[block] |= LaneBits{1} << lane;
+    method.holds.push_back({vertex, method.first_holds[vertex], static_cast<Index>(tool),
+                            static_cast<Index>(entry), is_contact});
+    method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;
+  };
+  for (std::size_t t = 0; t < data.tools.size(); ++t) {
+    const ToolState& tool = data.tools[t];
+    for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
+      add(tool.attachments[a].vertex, t, a, false);
+    }
+    for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
+      add(tool.contacts[c].vertex, t, c, true);
+    }
+  }
+}
+
+void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep) {
+  if (data.vertex_method.blocks.has_damping()) {
+    data.vertex_method.blocks.prepare(blocks, data.previous, substep.inverse_dt);
   }
 }
 
@@ -272,51 +336,59 @@ float relaxation_of(const SolverOptions& options, int iteration) noexcept {
   return iteration + 1 < options.iterations ? options.over_relaxation : 1.0F;
 }
 
-void solve_vertices(SolverData& data, Index color, const Substep<float>& substep,
-                    float relaxation) {
+VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+                         float relaxation) noexcept {
+  return {data.particles.data(), data.vertex_method.flights.data(), data.vertex_method.held.data(),
+          substep.inverse_dt_squared, relaxation};
+}
+
+void solve_lanes(SolverData& data, const VertexState& state, Index block_index, LaneBits lanes) {
   const VertexMethod& method = data.vertex_method;
   const VertexRows rows = method.blocks.rows();
-  const auto [first, count] = method.blocks.blocks(color);
-  for (Index b = first; b < first + count; ++b) {
-    const VertexBlock& block = rows.blocks[b];
-    for (Index lane = 0; lane < block.lane_count; ++lane) {
-      const Index v = block.vertices[lane];
-      Particle& p = data.particles[v];
-      if (!(p.w > 0)) {
-        continue;  // lost its last tetrahedron
-      }
-      const LaneAccess access{data.particles.data(), lane};
-      const Vec3<float> x = load(p);
-      VertexEnergy<float> start;
-      start.add_pull(substep.inverse_dt_squared / p.w, load(method.flights[v]) - x);
-      const auto solve = [&](const VertexEnergy<float>& energy) {
-        return method.first_holds[v] == kInvalidIndex
-                   ? x + relaxation * VertexFactor<float>(energy).solve(energy.force)
-                   : move_held(data, method.first_holds[v], x, energy,
-                               1 / substep.inverse_dt_squared);
-      };
-      VertexEnergy<float> energy = start;
-      add_rows(rows, block, access, x, energy);
-      Vec3<float> moved = solve(energy);
-      if (!is_finite(moved - x)) {
-        energy = start;
-        add_finite_rows(rows, block, access, x, energy);
-        moved = solve(energy);
-      }
-      if (is_finite(moved - x)) {
-        store(p, moved);
-      }
+  const VertexBlock& block = rows.blocks[block_index];
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    Particle& p = at(state.particles, block.corners[lane]);
+    if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
+      continue;  // not asked for, or without tissue
+    }
+    const Index v = vertex_at(block.corners[lane]);
+    const LaneAccess access{state.particles, lane};
+    const Vec3<float> x = load(p);
+    VertexEnergy<float> start;
+    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
+    const auto solve = [&](const VertexEnergy<float>& energy) {
+      return method.first_holds[v] == kInvalidIndex
+                 ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
+                 : move_held(data, method.first_holds[v], x, energy, 1 / state.inverse_dt_squared);
+    };
+    VertexEnergy<float> energy = start;
+    add_rows(rows, block, access, x, energy);
+    Vec3<float> moved = solve(energy);
+    if (!is_finite(moved - x)) {
+      energy = start;
+      add_finite_rows(rows, block, access, x, energy);
+      moved = solve(energy);
+    }
+    if (is_finite(moved - x)) {
+      store(p, moved);
     }
   }
 }
 
-void end_vertices(SolverData& data, const Substep<float>& substep) {
+void solve_vertices(SolverData& data, const VertexState& state, Index color) {
+  const auto [first, count] = data.vertex_method.blocks.blocks(color);
+  for (Index block = first; block < first + count; ++block) {
+    solve_lanes(data, state, block, ~LaneBits{0});
+  }
+}
+
+void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
   const Vec3<float> gravity = load(data.gravity);
   const float square = dot(gravity, gravity);
   if (!is_used(data) || !(square > 0)) {
     return;
   }
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+  for (Index v = vertices.first; v < vertices.last; ++v) {
     const Velocity& before = data.velocities[v];
     const Vec3<float> after =
         substep.inverse_dt * (load(data.particles[v]) - load(data.previous[v]));

@@ -18,8 +18,15 @@ namespace pbdsurg {
 
 class SolverData;
 
+/// Vertices [first, last).
+struct VertexSpan {
+  Index first;
+  Index last;
+};
+
 /// A tool's contact or grasp at a vertex.
 struct VertexHold {
+  Index vertex;
   Index next;  ///< at the same vertex, or kInvalidIndex
   Index tool;
   Index entry;  ///< of its attachments or contacts
@@ -33,6 +40,7 @@ struct VertexMethod {
   std::vector<float> falling;      ///< [vertex_count] as in Snapshot
   std::vector<Index> first_holds;  ///< [vertex_count] or kInvalidIndex
   std::vector<VertexHold> holds;   ///< of the current substep
+  std::vector<LaneBits> held;      ///< [block_count] lanes of vertices with holds
 };
 
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
@@ -46,19 +54,34 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options);
 /// Makes room for what tools can touch and hold, so that no step allocates.
 void reserve_holds(SolverData& data);
 
-/// After prediction and the search for contacts: lets sweeps start where vertices would be if they
-/// went on as they did, since what rests would else fall first, and sweeps that are too few would
-/// not bring it back.
-void begin_vertices(SolverData& data, const Substep<float>& substep);
+// A substep: begin_vertices(), then the search for contacts; hold_vertices() and
+// prepare_vertices(); sweeps; end_vertices() before velocities change. Parts of these may run at
+// once on several threads.
+
+/// After prediction: lets the sweeps start where vertices would be if they went on as they did.
+/// What rests would else fall first, and sweeps that are too few would not bring it back.
+void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
+
+/// Finds out which vertices tools touch or hold.
+void hold_vertices(SolverData& data);
+
+/// Makes damping felt.
+void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
 [[nodiscard]] float relaxation_of(const SolverOptions& options, int iteration) noexcept;
 
-/// Moves the vertices of one colour.
-void solve_vertices(SolverData& data, Index color, const Substep<float>& substep, float relaxation);
+[[nodiscard]] VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+                                       float relaxation) noexcept;
 
-/// After the sweeps, before velocities change.
-void end_vertices(SolverData& data, const Substep<float>& substep);
+/// Moves some vertices of a block, one after another.
+void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBits lanes);
+
+/// Moves the vertices of one colour, one after another.
+void solve_vertices(SolverData& data, const VertexState& state, Index color);
+
+/// After the sweeps.
+void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
 
 // What edits change; refresh_vertices() then makes it felt.
 void set_vertex_rest_length(SolverData& data, Index edge, float length);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -156,6 +157,70 @@ TEST_CASE("vertex method: equal runs give equal bits, and a snapshot replays", "
   CHECK_THROWS_WITH(first.restore(wrong), ContainsSubstring("must be in [0, 1]"));
   wrong.falling.clear();
   CHECK_THROWS_AS(first.restore(wrong), InvalidArgument);
+}
+
+// All that a step can meet: both models, damping, links, contacts, grasps, edits, a lost vertex.
+TEST_CASE("vertex method: the same bits on any number of threads, and the serial ones if strict",
+          "[golden]") {
+  const TetMesh mesh = testing::make_box({9, 6, 5}, kEdge, 0.1);
+  Material soft = neo_hookean(2e4F, 0.45F);
+  soft.damping = GENERATE(0.0F, 5e-4F);
+  Scene scene;
+  scene.add_body("liver", mesh, soft);
+  scene.add_body("duct", testing::make_box({4, 2, 2}, kEdge, 0.1, 2), soft_springs(mesh));
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  for (Index v = 0; v < 5; ++v) {
+    scene.add_link({v + 60, scene.body(1).first_vertex + v, 1e-3F, {1, 0.05F}});
+  }
+  const auto after = [&](BackendKind backend, MathMode math, int threads) {
+    SolverOptions options = vertex_options(3, 2);
+    options.backend = backend;
+    options.math = math;
+    options.threads = threads;
+    options.wait = ThreadWait::block;
+    options.over_relaxation = 1.2F;
+    Solver solver(scene, options);
+    const float top = 6.2F * static_cast<float>(kEdge);
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0.012F, top + 0.006F, 0.01F);
+    const Index tool =
+        solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0.01F, 0, 0}, 0.006F}}, pose);
+    const Index grasper = solver.add_tool({}, ToolPose::Identity());
+    solver.grasp(grasper, std::vector<Index>{400, 401, 402}, 1e-3F);
+    solver.grasp(grasper, std::vector<Index>{410});
+    std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+    velocities.back().setConstant(std::numeric_limits<float>::max());
+    for (int i = 0; i < 12; ++i) {
+      pose.translation().y() -= 3e-4F;
+      solver.move_tool(tool, pose);
+      if (i == 4) {
+        apply_edit(solver, {.remove_tets = {100, 101, 500, 700}, .remove_links = {2}});
+      }
+      if (i == 8) {
+        CHECK(solver.tool_force(tool).norm() > 0);
+        CHECK(solver.tool_force(grasper).norm() > 0);
+        solver.write_velocities(velocities);
+        solver.step(10.0F);
+      }
+      solver.step(2e-3F);
+    }
+    // a number that is none has bits of no meaning
+    std::uint64_t hash = 0;
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      for (const float value : {x.x(), x.y(), x.z()}) {
+        hash =
+            hash * 1099511628211U + (std::isnan(value) ? 1 : std::bit_cast<std::uint32_t>(value));
+      }
+    }
+    return hash;
+  };
+
+  const std::uint64_t serial = after(BackendKind::serial, MathMode::fast, 1);
+  const std::uint64_t fast = after(BackendKind::threaded, MathMode::fast, 1);
+  for (const int threads : {1, 2, 3, 5}) {
+    CHECK(after(BackendKind::threaded, MathMode::strict, threads) == serial);
+    CHECK(after(BackendKind::threaded, MathMode::fast, threads) == fast);
+  }
 }
 
 TEST_CASE("vertex method: over-relaxation brings few sweeps closer to many", "[property]") {

@@ -73,10 +73,10 @@ struct NeoHookeanTerms {
 /// The energy around one vertex to second order, at the place where it is.
 template <class Scalar>
 struct VertexEnergy {
-  Vec3<Scalar> force;   ///< N, minus the gradient
-  Scalar isotropic{0};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone
-                        ///< are positive semidefinite
-  Scalar xx{0}, yy{0}, zz{0}, xy{0}, xz{0}, yz{0};  ///< N/m
+  Vec3<Scalar> force;  ///< N, minus the gradient
+  Scalar isotropic{};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone
+                       ///< are positive semidefinite
+  Scalar xx{}, yy{}, zz{}, xy{}, xz{}, yz{};  ///< N/m
 
   /// Stiffness towards a point: inertia, the distortion of tetrahedra, a soft grasp.
   /// @param stiffness  N/m
