@@ -1,2 +1,2 @@
 pbdsurg_room(constraints
-  HEADERS projection.h distance.h volume.h attachment.h contact.h)
+  HEADERS projection.h distance.h volume.h attachment.h contact.h vertex_block.h)

@@ -69,15 +69,18 @@ void validate(const SolverData& data, const TopologyEdit& edit) {
 
 void remove_link(SolverData& data, Index link, EditResult& result) {
   data.distances.remove(data.distance_of_link(link));
+  remove_vertex_spring(data, data.distance_of_link(link));
   result.links.push_back(link);
 }
 
 void remove_tet(SolverData& data, Index t, EditResult& result) {
   data.tet_alive[t] = false;
+  remove_vertex_tet(data, t);
   result.tets.push_back(t);
   for (const Index edge : data.tet_edges[t]) {
     if (--data.edge_tets[edge] == 0) {
       data.distances.remove(edge);
+      remove_vertex_spring(data, edge);
       result.edges.push_back(edge);
     }
   }
@@ -132,9 +135,11 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
   EditResult result;
   for (const RestLengthChange& change : edit.rest_lengths) {
     data.distances.set_parameter(change.edge, DistanceConstraint::kRest, change.rest_length);
+    set_vertex_rest_length(data, change.edge, change.rest_length);
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
     data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
+    set_vertex_rest_volume(data, change.tet, change.rest_volume);
   }
   for (const Index link : edit.remove_links) {
     remove_link(data, link, result);
@@ -143,6 +148,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
     remove_tet(data, t, result);
   }
   release_vertices(data, result);
+  refresh_vertices(data);
   data.rebuild_plan();
   result.topology_version = ++data.topology_version;
 

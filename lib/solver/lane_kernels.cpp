@@ -9,6 +9,7 @@
 #include "pbdsurg/core/vec3.h"
 
 #include "solver/lanes.h"
+#include "solver/vertex_kernel.h"
 
 #define PBDSURG_INLINE_LAMBDA __attribute__((always_inline))
 
@@ -217,6 +218,45 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, float inverse_h) {
   });
 }
 
+// kLanes lanes of a block, from one on.
+struct RegisterAccess {
+  const Particle* particles;
+  Index lane;
+
+  [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
+    return load_lanes(numbers + lane);
+  }
+  [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
+    return gather(particles, corners + lane).x;
+  }
+};
+
+HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
+                                    Index block_index) {
+  const VertexBlock& block = rows.blocks[block_index];
+  LaneBits left = 0;
+  for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
+    const RegisterAccess access{state.particles, lane};
+    ParticleLanes own = gather(state.particles, block.corners + lane);
+    const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
+    const LaneMask moves = own.w > Lanes(0);
+    VertexEnergy<Lanes> energy;
+    energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
+                    flight - own.x);
+    add_rows(rows, block, access, own.x, energy);
+    const Vec3<Lanes> moved =
+        own.x + Lanes(state.relaxation) * VertexFactor<Lanes>(energy).solve(energy.force);
+    const Vec3<Lanes> way = moved - own.x;
+    const LaneMask is_finite = dot(way, way) < Lanes(std::numeric_limits<float>::infinity());
+    const LaneBits finite = bits_of(is_finite) << lane;
+    const LaneBits asked = ~state.left_out[block_index];
+    own.x = select(moves & is_finite & mask_of(asked >> lane), moved, own.x);
+    scatter(own, state.particles, block.corners + lane);
+    left |= ~(finite & asked) & (bits_of(moves) << lane);
+  }
+  return left;
+}
+
 template <class Constraint>
 constexpr ConstraintKernels<Constraint> kernels_of() {
   return {&project<Constraint, ProjectionMode::fraction, false>,
@@ -228,7 +268,10 @@ constexpr ConstraintKernels<Constraint> kernels_of() {
 
 extern const LaneKernels kernels;
 constinit const LaneKernels kernels{kernels_of<DistanceConstraint>(),
-                                    kernels_of<VolumeConstraint>(), PBDSURG_LANES_NAME, &predict,
-                                    &update_velocities};
+                                    kernels_of<VolumeConstraint>(),
+                                    PBDSURG_LANES_NAME,
+                                    &predict,
+                                    &update_velocities,
+                                    &solve_vertices};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

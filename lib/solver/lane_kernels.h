@@ -13,6 +13,7 @@
 
 #include "solver/constraint_block.h"
 #include "solver/particle.h"
+#include "solver/vertex_rows.h"
 
 namespace pbdsurg {
 
@@ -70,6 +71,10 @@ struct LaneKernels : ConstraintKernels<DistanceConstraint>, ConstraintKernels<Vo
   const char* name;
   void (*predict)(const VertexRange&, const Prediction&);
   void (*update_velocities)(const VertexRange&, float inverse_h);
+
+  /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
+  /// told to, and those at which something is not finite.
+  LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
 };
 
 /// Those of the best instruction set that this processor has, of those that were compiled; null if

@@ -8,6 +8,7 @@
 /// name the namespace PBDSURG_LANES_NAMESPACE so that no two objects share a symbol, and say with
 /// PBDSURG_LANES_FAST whether estimates may stand for division and square root.
 
+#include <cstdint>
 #include <limits>
 
 #define HWY_COMPILE_ONLY_STATIC
@@ -99,6 +100,17 @@ HWY_INLINE LaneMask is_usable(Lanes a) {
   constexpr float kMost =
       kFast ? std::numeric_limits<float>::max() / 8 : std::numeric_limits<float>::infinity();
   return (a > Lanes(kLeast)) & (a < Lanes(kMost));
+}
+
+/// The lowest kLanes bits, one for each lane.
+HWY_INLINE std::uint32_t bits_of(LaneMask mask) {
+  std::uint64_t bits = 0;
+  hn::StoreMaskBits(Tag(), mask.value, reinterpret_cast<std::uint8_t*>(&bits));
+  return static_cast<std::uint32_t>(bits);
+}
+HWY_INLINE LaneMask mask_of(std::uint32_t bits) {
+  const std::uint64_t wide = bits;
+  return {hn::LoadMaskBits(Tag(), reinterpret_cast<const std::uint8_t*>(&wide))};
 }
 
 /// @param numbers  [kLanes] aligned to its own size

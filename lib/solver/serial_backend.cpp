@@ -52,20 +52,31 @@ class SerialBackend final : public Backend {
     const int substeps = data.options.substeps;
     const float h = dt / static_cast<float>(substeps);
     const Substep<float> lengths{1 / h, 1 / (h * h)};
+    const VertexSpan all{0, static_cast<Index>(data.particles.size())};
     begin_tools(data);
     for (int substep = 1; substep <= substeps; ++substep) {
       predict(data, h);
+      begin_vertices(data, all, lengths);
       if (data.options.mode == ProjectionMode::compliance) {
         reset_multipliers(data.distances);
         reset_multipliers(data.volumes);
       }
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);
+      hold_vertices(data);
+      prepare_vertices(data, {0, data.vertex_method.blocks.block_count()}, lengths);
       for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
+        const VertexState state =
+            vertex_state(data, lengths, relaxation_of(data.options, iteration));
         for (const Phase& phase : data.plan.phases) {
-          project_serially(data, phase, lengths);
+          if (phase.kind == PhaseKind::vertex) {
+            solve_vertices(data, state, phase.color);
+          } else {
+            project_serially(data, phase, lengths);
+          }
         }
       }
+      end_vertices(data, all, lengths);
       update_velocities(data, h);
       collect_tool_forces(data, lengths.inverse_dt_squared / static_cast<float>(substeps));
     }

@@ -123,8 +123,9 @@ void project_serially(SolverData& data, const Phase& phase, const Substep<float>
       break;
     case PhaseKind::neo_hookean:
     case PhaseKind::strain_limit:
-    case PhaseKind::vertex:
       break;  // not in any plan yet
+    case PhaseKind::vertex:
+      break;  // see solve_vertices()
     case PhaseKind::attachment:
       project_attachments(data, phase.color, substep);
       break;

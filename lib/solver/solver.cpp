@@ -41,6 +41,10 @@ void check_options(const SolverOptions& options) {
     throw InvalidArgument("damping is " + std::to_string(options.damping) +
                           " 1/s; it must be >= 0 and finite");
   }
+  if (!(options.over_relaxation >= 1) || !(options.over_relaxation < 2)) {
+    throw InvalidArgument("over_relaxation is " + std::to_string(options.over_relaxation) +
+                          "; it must be in [1, 2)");
+  }
   if (options.contact_capacity < 0) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
@@ -217,6 +221,9 @@ std::string plan_name(const SolverOptions& options) {
   name += coloring.repair ? "+repair" : "";
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
   name += coloring.balance ? "+balance" : "";
+  if (options.method == SolverMethod::vertex_block) {
+    return name + ", vertices";
+  }
   return name +
          (options.composition == PlanComposition::joint ? ", joint" : ", distances then volumes");
 }
@@ -308,6 +315,15 @@ void SolverData::remove_volume(Index tet) {
 
 void SolverData::rebuild_plan() {
   plan.phases.clear();
+  if (options.method == SolverMethod::vertex_block) {  // tools act within it
+    reserve_holds(*this);
+    for (Index color = 0; color < vertex_method.blocks.color_count(); ++color) {
+      if (vertex_method.blocks.blocks(color).count > 0) {
+        plan.phases.push_back({PhaseKind::vertex, color});
+      }
+    }
+    return;
+  }
   add_phases(PhaseKind::distance, distances, distance_colors, plan.phases);
   add_phases(options.composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume,
              volumes, volume_colors, plan.phases);
@@ -340,6 +356,7 @@ const SolverData& solver_data(const Solver& solver) noexcept {
 Solver::Solver(const Scene& scene, const SolverOptions& options)
     : data_(std::make_unique<SolverData>()) {
   check_options(options);
+  check_vertex_method(scene, options);
   SolverData& data = *data_;
   data.options = options;
   data.gravity = scene.gravity();
@@ -361,6 +378,7 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   copy_masses(scene, data);
   build_volumes(scene, data);
   build_distances(scene, data);
+  data.vertex_method = make_vertex_method(scene, data);
   data.plan.name = plan_name(options);
   data.rebuild_plan();
 }
@@ -427,6 +445,7 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
     data_->velocities[v] = {};
   }
+  std::fill(data_->vertex_method.falling.begin(), data_->vertex_method.falling.end(), 1.0F);
 }
 
 std::vector<Eigen::Vector3f> Solver::velocities() const {
@@ -447,7 +466,8 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
 }
 
 Snapshot Solver::snapshot() const {
-  Snapshot snapshot{positions(), velocities(), {}, data_->topology_version};
+  Snapshot snapshot{
+      positions(), velocities(), {}, data_->topology_version, data_->vertex_method.falling};
   for (const ToolState& tool : data_->tools) {
     snapshot.tool_poses.push_back(tool.pose);
   }
@@ -458,6 +478,8 @@ void Solver::restore(const Snapshot& snapshot) {
   check_size("the snapshot's positions", snapshot.positions.size(), data_->particles.size());
   check_size("the snapshot's velocities", snapshot.velocities.size(), data_->particles.size());
   check_size("the snapshot's tool poses", snapshot.tool_poses.size(), data_->tools.size());
+  check_size("the snapshot's shares of gravity", snapshot.falling.size(),
+             data_->vertex_method.falling.size());
   if (snapshot.topology_version != data_->topology_version) {
     throw InvalidArgument("the snapshot is of topology version " +
                           std::to_string(snapshot.topology_version) + ", the solver is at " +
@@ -468,7 +490,14 @@ void Solver::restore(const Snapshot& snapshot) {
   for (const ToolPose& pose : snapshot.tool_poses) {
     check_pose(pose);
   }
+  for (const float share : snapshot.falling) {
+    if (!(share >= 0) || !(share <= 1)) {
+      throw InvalidArgument("a share of gravity in the snapshot is " + std::to_string(share) +
+                            "; it must be in [0, 1]");
+    }
+  }
   write_positions(snapshot.positions);
+  data_->vertex_method.falling = snapshot.falling;
   write_velocities(snapshot.velocities);
   for (std::size_t t = 0; t < data_->tools.size(); ++t) {
     ToolState& tool = data_->tools[t];

@@ -17,6 +17,7 @@
 #include "solver/constraint_slots.h"
 #include "solver/edge_owners.h"
 #include "solver/particle.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg {
 
@@ -84,6 +85,7 @@ class SolverData {
   Index volume_colors = 0;
   bool has_damping = false;  // of any material
   EdgeOwners edge_owners;
+  VertexMethod vertex_method;
   StepPlan plan;
   std::unique_ptr<Backend> backend;
 

@@ -81,6 +81,7 @@ class ThreadedBackend final : public Backend {
     }
     for (int substep = 1; substep <= substeps; ++substep) {
       kernels_.predict(vertices, prediction);
+      begin_vertices(data, {vertices.first, vertices.last}, state.substep);
       if (data.options.mode == ProjectionMode::compliance) {
         reset_multipliers(data.distances, thread);
         reset_multipliers(data.volumes, thread);
@@ -89,11 +90,17 @@ class ThreadedBackend final : public Backend {
       if (thread == 0) {
         place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
         find_contacts(data, report);
+        hold_vertices(data);
       }
+      const Part blocks = part_of(static_cast<std::size_t>(data.vertex_method.blocks.block_count()),
+                                  thread, team_.size());
+      prepare_vertices(data, {blocks.first, blocks.last - blocks.first}, state.substep);
       for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-        sweep(data, state, thread);
+        sweep(data, state,
+              vertex_state(data, state.substep, relaxation_of(data.options, iteration)), thread);
       }
       team_.barrier(thread);
+      end_vertices(data, {vertices.first, vertices.last}, state.substep);
       kernels_.update_velocities(vertices, state.substep.inverse_dt);
       if (thread == 0) {
         collect_tool_forces(data, state.substep.inverse_dt_squared / static_cast<float>(substeps));
@@ -106,12 +113,17 @@ class ThreadedBackend final : public Backend {
                           measure(data, data.volumes, thread)};
   }
 
-  void sweep(SolverData& data, const ProjectionState& state, int thread) {
+  void sweep(SolverData& data, const ProjectionState& state, const VertexState& vertex_state,
+             int thread) {
     for (const Stage& stage : stages_) {
       if (stage.is_met_before) {
         team_.barrier(thread);
       }
-      if (stage.is_shared) {
+      if (stage.phase.kind == PhaseKind::vertex) {
+        if (stage.is_shared || thread == 0) {
+          solve_vertices(data, vertex_state, stage, thread);
+        }
+      } else if (stage.is_shared) {
         project(data, stage, state, thread, team_.size());
       } else if (thread == 0) {
         project(data, stage, state, 0, 1);
@@ -135,6 +147,19 @@ class ThreadedBackend final : public Backend {
       default:
         project_serially(data, stage.phase, state.substep);
         break;
+    }
+  }
+
+  // Blocks of a colour get longer towards its end, so the threads take turns.
+  void solve_vertices(SolverData& data, const VertexState& state, const Stage& stage, int thread) {
+    const VertexRows rows = data.vertex_method.blocks.rows();
+    const auto [first, count] = data.vertex_method.blocks.blocks(stage.group);
+    const int threads = stage.is_shared ? team_.size() : 1;
+    for (Index block = first + thread; block < first + count; block += threads) {
+      const LaneBits left = kernels_.solve_vertices(rows, state, block);
+      if (left != 0) {
+        solve_lanes(data, state, block, left);
+      }
     }
   }
 
@@ -214,6 +239,9 @@ class ThreadedBackend final : public Backend {
                       data.joint_group(phase.color, place));
           }
           add_stage({PhaseKind::volume, phase.color}, data.volumes, phase.color);
+          break;
+        case PhaseKind::vertex:  // a block takes several times as long as a meeting
+          add_stage(phase, phase.color, data.vertex_method.blocks.blocks(phase.color).count > 1);
           break;
         default:
           add_stage(phase, phase.color, false);

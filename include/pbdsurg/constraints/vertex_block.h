@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Moves one vertex to the least energy that its neighbours leave it (Chen et al. 2024, "Vertex
+/// Block Descent").
+///
+///            o            E(x) = m / (2 h^2) |x - y|^2     inertia; y is where it flies by itself
+///          / | \                + sum w/2 |x_j - x|^2      distortion of Neo-Hookean tetrahedra
+///        o---x---o              + sum k/2 (l - rest)^2     springs
+///          \ | /                + sum s/2 (V - target)^2   volumes
+///            o
+///
+/// A stable Neo-Hookean tetrahedron (Smith, de Goes, Kim 2018) stores, per rest volume V0,
+///
+///   mu/2 (tr(F^T F) - 3) + lambda/2 (J - 1 - mu/lambda)^2,  lambda = lambda_Lame + mu,
+///
+/// whose moduli at rest are those asked for. F is linear in the vertices, so the first term is a
+/// sum over edges with constant weights; the second is a volume term. Both are quadratic in one
+/// vertex: the step is exact, and the energy never grows, whatever the deformation.
+
+#include <cmath>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/select.h"
+#include "pbdsurg/core/vec3.h"
+
+namespace pbdsurg {
+
+/// What a Neo-Hookean tetrahedron adds to the energy of its vertices.
+template <class Scalar>
+struct NeoHookeanTerms {
+  Scalar weights[6];  ///< N/m, of the edges in the order of kTetEdges; negative at obtuse angles
+  Scalar stiffness;   ///< N/m^5, of the volume
+  Scalar target;      ///< m^3, the volume that it strives for against the pull of its edges
+
+  /// @param x       m, at rest, of positive volume
+  /// @param mu      Pa, the shear modulus
+  /// @param lambda  Pa, Lame's first parameter + mu
+  static NeoHookeanTerms at_rest(const Vec3<Scalar> (&x)[4], Scalar mu, Scalar lambda) {
+    const Vec3<Scalar> a = x[1] - x[0];
+    const Vec3<Scalar> b = x[2] - x[0];
+    const Vec3<Scalar> c = x[3] - x[0];
+    // six times the gradients of the volume, which are the rows of the inverse rest shape too
+    const Vec3<Scalar> g1 = cross(b, c);
+    const Vec3<Scalar> g2 = cross(c, a);
+    const Vec3<Scalar> g3 = cross(a, b);
+    const Vec3<Scalar> g0 = Scalar(-1) * (g1 + g2 + g3);
+    const Scalar volume = dot(a, g1) / Scalar(6);
+    const Scalar scale = -mu / (Scalar(36) * volume);
+    return {{scale * dot(g0, g1), scale * dot(g0, g2), scale * dot(g0, g3), scale * dot(g1, g2),
+             scale * dot(g1, g3), scale * dot(g2, g3)},
+            lambda / volume,
+            volume * (Scalar(1) + mu / lambda)};
+  }
+
+  /// Of a tetrahedron that is larger at rest, in all directions alike.
+  /// @param ratio  of the rest volumes
+  [[nodiscard]] NeoHookeanTerms resized(Scalar ratio) const {
+    using std::cbrt;
+    const Scalar scale = cbrt(ratio);
+    NeoHookeanTerms terms = *this;
+    for (Scalar& weight : terms.weights) {
+      weight = scale * weight;
+    }
+    terms.stiffness = stiffness / ratio;
+    terms.target = target * ratio;
+    return terms;
+  }
+};
+
+/// The energy around one vertex to second order, at the place where it is.
+template <class Scalar>
+struct VertexEnergy {
+  Vec3<Scalar> force;  ///< N, minus the gradient
+  Scalar isotropic{};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone
+                       ///< are positive semidefinite
+  Scalar xx{}, yy{}, zz{}, xy{}, xz{}, yz{};  ///< N/m
+
+  /// Stiffness towards a point: inertia, the distortion of tetrahedra, a soft grasp.
+  /// @param stiffness  N/m
+  /// @param d          m, from the vertex to the point
+  PBDSURG_HOST_DEVICE void add_pull(Scalar stiffness, const Vec3<Scalar>& d) {
+    force = force + stiffness * d;
+    isotropic = isotropic + stiffness;
+  }
+
+  /// A spring. Under compression its Hessian is not definite; what is negative is left out.
+  /// @param stiffness  N/m, >= 0
+  /// @param rest       m
+  /// @param d          m, from the vertex to the other end; at one point it has no direction
+  PBDSURG_HOST_DEVICE void add_spring(Scalar stiffness, Scalar rest, const Vec3<Scalar>& d) {
+    using std::sqrt;
+    const Scalar length = sqrt(dot(d, d));
+    const auto has_direction = is_usable(length);
+    const Scalar inverse = select(has_direction, Scalar(1) / length, Scalar(0));
+    const Vec3<Scalar> n = inverse * d;
+    const Scalar slack = Scalar(1) - rest * inverse;
+    const Scalar across = stiffness * select(slack > Scalar(0), slack, Scalar(0));
+    const Scalar stretch = select(has_direction, length - rest, Scalar(0));
+    force = force + (stiffness * stretch) * n;
+    isotropic = isotropic + across;
+    add_square(stiffness - across, n);
+  }
+
+  /// The volume of a tetrahedron.
+  /// @param stiffness  N/m^5 / 36, >= 0
+  /// @param target     6 m^3
+  /// @param x          m, the vertex
+  /// @param a          m, with b and c: the face opposite, counter-clockwise seen from outside
+  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& x,
+                                      const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                      const Vec3<Scalar>& c) {
+    // minus six times the gradient of the volume
+    const Vec3<Scalar> face = cross(b - a, c - a);
+    force = force + (stiffness * (dot(a - x, face) - target)) * face;
+    add_square(stiffness, face);
+  }
+
+ private:
+  PBDSURG_HOST_DEVICE void add_square(Scalar stiffness, const Vec3<Scalar>& g) {
+    const Vec3<Scalar> s = stiffness * g;
+    xx = xx + s.x * g.x;
+    yy = yy + s.y * g.y;
+    zz = zz + s.z * g.z;
+    xy = xy + s.x * g.y;
+    xz = xz + s.x * g.z;
+    yz = yz + s.y * g.z;
+  }
+};
+
+/// The Hessian of a vertex, factored (L D L^T).
+template <class Scalar>
+class VertexFactor {
+ public:
+  /// @param energy  whose isotropic part is positive
+  PBDSURG_HOST_DEVICE explicit VertexFactor(const VertexEnergy<Scalar>& energy) {
+    // No pivot is smaller than the smallest eigenvalue; neither may be what rounding leaves of one.
+    const Scalar shift = energy.isotropic;
+    const Scalar noise = Scalar(kRounding) * (energy.xx + energy.yy + energy.zz);
+    const Scalar least = select(shift > noise, shift, noise);
+    inverse_0_ = pivot(energy.xx + shift, least);
+    row_10_ = energy.xy * inverse_0_;
+    row_20_ = energy.xz * inverse_0_;
+    inverse_1_ = pivot(energy.yy + shift - row_10_ * energy.xy, least);
+    const Scalar rest = energy.yz - row_10_ * energy.xz;
+    row_21_ = rest * inverse_1_;
+    inverse_2_ = pivot(energy.zz + shift - row_20_ * energy.xz - row_21_ * rest, least);
+  }
+
+  /// @param b  N
+  /// @return   m, by how much this force moves the vertex
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<Scalar> solve(const Vec3<Scalar>& b) const {
+    const Scalar y = b.y - row_10_ * b.x;
+    const Scalar z = (b.z - row_20_ * b.x - row_21_ * y) * inverse_2_;
+    const Scalar y_moved = y * inverse_1_ - row_21_ * z;
+    return {b.x * inverse_0_ - row_10_ * y_moved - row_20_ * z, y_moved, z};
+  }
+
+ private:
+  static constexpr float kRounding = 1e-6F;  // a few units of single precision
+
+  PBDSURG_HOST_DEVICE static Scalar pivot(Scalar value, Scalar least) {
+    return Scalar(1) / select(value > least, value, least);
+  }
+
+  Scalar inverse_0_, inverse_1_, inverse_2_;  // m/N, of the pivots
+  Scalar row_10_, row_20_, row_21_;
+};
+
+/// Hessian times a displacement, N.
+template <class Scalar>
+PBDSURG_HOST_DEVICE Vec3<Scalar> operator*(const VertexEnergy<Scalar>& energy,
+                                           const Vec3<Scalar>& d) {
+  return energy.isotropic * d + Vec3<Scalar>{energy.xx * d.x + energy.xy * d.y + energy.xz * d.z,
+                                             energy.xy * d.x + energy.yy * d.y + energy.yz * d.z,
+                                             energy.xz * d.x + energy.yz * d.y + energy.zz * d.z};
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/vertex_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include "pbdsurg/coloring/constraint_vertices.h"
+#include "pbdsurg/core/vec3.h"
+
+#include "solver/load_store.h"
+
+namespace pbdsurg {
+namespace {
+
+template <std::size_t kArity>
+IndexLists lists_at(Index vertex_count, std::span<const std::array<Index, kArity>> elements) {
+  return find_vertex_constraints({elements, vertex_count});
+}
+
+template <class Element>
+auto vertices_of(const std::vector<Element>& elements) {
+  std::vector<decltype(Element::vertices)> vertices;
+  vertices.reserve(elements.size());
+  for (const Element& element : elements) {
+    vertices.push_back(element.vertices);
+  }
+  return vertices;
+}
+
+// A spring and a dashpot over a substep are one spring.
+void mix(const DampedRow& from, Index lane, float start, float inverse_dt, float& stiffness,
+         float& target) {
+  const float damping = from.damping[lane] * inverse_dt;
+  stiffness = from.stiffness[lane] + damping;
+  target = stiffness > 0 ? (from.stiffness[lane] * from.target[lane] + damping * start) / stiffness
+                         : 0.0F;
+}
+
+}  // namespace
+
+VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
+                           std::vector<VertexSpring> springs, const ColoringOptions& coloring)
+    : tets_(std::move(tets)),
+      tet_alive_(tets_.size(), true),
+      given_(std::move(springs)),
+      spring_alive_(given_.size(), true),
+      places_(moves.size()),
+      needs_(moves.size()),
+      is_touched_(moves.size(), false) {
+  const auto vertex_count = static_cast<Index>(moves.size());
+  tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
+  springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_)));
+  has_damping_ =
+      std::any_of(tets_.begin(), tets_.end(),
+                  [](const VertexTet& t) { return t.edge_damping > 0 || t.volume_damping > 0; }) ||
+      std::any_of(given_.begin(), given_.end(),
+                  [](const VertexSpring& spring) { return spring.damping > 0; });
+
+  // Blocks last as long as their busiest vertex, so alike ones go together.
+  const Coloring colors = color_vertices(moves, coloring);
+  std::vector<Index> order;
+  for (Index v = 0; v < vertex_count; ++v) {
+    if (!moves[v]) {
+      continue;
+    }
+    order.push_back(v);
+    find_neighborhood(v);
+  }
+  const auto key = [&](Index v) {
+    const Rows& needs = needs_[v];
+    return std::tuple(colors.color_of[v], needs.volumes, needs.springs, needs.pulls, v);
+  };
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
+  const std::span<const Index> all(order);
+  for (std::size_t first = 0; first < all.size();) {
+    const Index color = colors.color_of[all[first]];
+    std::size_t last = first;
+    while (last < all.size() && last - first < kBlockLanes && colors.color_of[all[last]] == color) {
+      ++last;
+    }
+    // a colour may have lost all its vertices to those that are fixed
+    first_block_.resize(static_cast<std::size_t>(color) + 1, block_count());
+    append_block(all.subspan(first, last - first));
+    first = last;
+  }
+  first_block_.push_back(block_count());
+  touched_.reserve(moves.size());
+}
+
+Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
+                                      const ColoringOptions& options) const {
+  IndexLists free;  // vertices of each tetrahedron and spring
+  const auto append = [&](const auto& elements) {
+    for (const auto& element : elements) {
+      for (const Index v : element.vertices) {
+        if (moves[v]) {
+          free.entries.push_back(v);
+        }
+      }
+      free.offsets.push_back(static_cast<Index>(free.entries.size()));
+    }
+  };
+  append(tets_);
+  append(given_);
+  const IndexLists blocks =
+      find_vertex_constraints(ConstraintVertices(free, static_cast<Index>(moves.size())));
+  return color_constraints(ConstraintVertices(blocks, free.list_count()), options);
+}
+
+void VertexBlocks::append_block(std::span<const Index> vertices) {
+  VertexBlock block;
+  block.lane_count = static_cast<Index>(vertices.size());
+  for (Index lane = 0; lane < kBlockLanes; ++lane) {
+    block.corners[lane] = offset_of(vertices[lane < block.lane_count ? lane : 0]);
+  }
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    places_[vertices[lane]] = {block_count(), lane};
+  }
+  block.pulls.first = static_cast<Index>(pulls_.size());
+  block.springs.first = static_cast<Index>(springs_.size());
+  block.volumes.first = static_cast<Index>(volumes_.size());
+  shrink(block);
+  blocks_.push_back(block);
+
+  pulls_.resize(static_cast<std::size_t>(block.pulls.first + block.pulls.count));
+  springs_.resize(static_cast<std::size_t>(block.springs.first + block.springs.count));
+  volumes_.resize(static_cast<std::size_t>(block.volumes.first + block.volumes.count));
+  if (has_damping_) {
+    damped_springs_.resize(springs_.size());
+    damped_volumes_.resize(volumes_.size());
+  }
+  for (const Index v : vertices) {
+    find_neighborhood(v);
+    write_rows(v);
+  }
+}
+
+void VertexBlocks::shrink(VertexBlock& block) noexcept {
+  block.pulls.count = block.springs.count = block.volumes.count = 0;
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    const Rows& needs = needs_[vertex_at(block.corners[lane])];
+    block.pulls.count = std::max(block.pulls.count, needs.pulls);
+    block.springs.count = std::max(block.springs.count, needs.springs);
+    block.volumes.count = std::max(block.volumes.count, needs.volumes);
+  }
+}
+
+void VertexBlocks::find_neighborhood(Index vertex) {
+  auto& [pulls, springs, volumes] = neighborhood_;
+  pulls.clear();
+  springs.clear();
+  volumes.clear();
+  const auto is_damped = [&](const Pull& pull) { return pull.damping > 0; };
+  for (const Index t : tets_at_[vertex]) {
+    if (!tet_alive_[t]) {
+      continue;
+    }
+    const VertexTet& tet = tets_[t];
+    const auto here = std::find(tet.vertices.begin(), tet.vertices.end(), vertex);
+    const auto corner = static_cast<int>(here - tet.vertices.begin());
+    if (tet.stiffness > 0 || tet.volume_damping > 0) {
+      const auto& face = kTetTriangles[corner];
+      volumes.push_back({{tet.vertices[face[0]], tet.vertices[face[1]], tet.vertices[face[2]]},
+                         tet.stiffness,
+                         tet.target,
+                         tet.volume_damping});
+    }
+    const bool pulls_edges = std::any_of(tet.weights.begin(), tet.weights.end(),
+                                         [](float weight) { return weight != 0; });
+    for (std::size_t e = 0; pulls_edges && e < kTetEdges.size(); ++e) {
+      const auto [a, b] = kTetEdges[e];
+      if (a == corner || b == corner) {
+        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping});
+      }
+    }
+  }
+  // one for each neighbour; a stable order, because sums of floats depend on it
+  std::stable_sort(pulls.begin(), pulls.end(),
+                   [](const Pull& a, const Pull& b) { return a.neighbor < b.neighbor; });
+  std::size_t count = 0;
+  for (const Pull& pull : pulls) {
+    if (count > 0 && pulls[count - 1].neighbor == pull.neighbor) {
+      pulls[count - 1].weight += pull.weight;
+    } else {
+      pulls[count++] = pull;
+    }
+  }
+  pulls.resize(count);
+
+  for (const Index s : springs_at_[vertex]) {
+    const VertexSpring& spring = given_[s];
+    if (spring_alive_[s] && (spring.stiffness > 0 || spring.damping > 0)) {
+      const Index other = spring.vertices[spring.vertices[0] == vertex ? 1 : 0];
+      springs.push_back({other, spring.stiffness, spring.rest, spring.damping});
+    }
+  }
+  if (std::any_of(pulls.begin(), pulls.end(), is_damped)) {
+    for (const Pull& pull : pulls) {
+      springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping * std::max(pull.weight, 0.0F)});
+    }
+  }
+  needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
+                    static_cast<Index>(volumes.size())};
+}
+
+void VertexBlocks::write_rows(Index vertex) noexcept {
+  const auto [block, lane] = places_[vertex];
+  write_lane(blocks_[block], lane);
+  for (Index idle = blocks_[block].lane_count; lane == 0 && idle < kBlockLanes; ++idle) {
+    write_lane(blocks_[block], idle);
+  }
+}
+
+void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
+  const Index vertex = vertex_at(block.corners[lane]);
+  const auto entry = [](const auto& list, Index i, const auto& padding) {
+    return i < static_cast<Index>(list.size()) ? list[i] : padding;
+  };
+  for (Index i = 0; i < block.pulls.count; ++i) {
+    const Pull pull = entry(neighborhood_.pulls, i, Pull{vertex, 0, 0});
+    PullRow& row = pulls_[block.pulls.first + i];
+    row.neighbors[lane] = offset_of(pull.neighbor);
+    row.weights[lane] = pull.weight;
+  }
+  for (Index i = 0; i < block.springs.count; ++i) {
+    const Spring spring = entry(neighborhood_.springs, i, Spring{vertex, 0, 0, 0});
+    SpringRow& row = springs_[block.springs.first + i];
+    row.neighbors[lane] = offset_of(spring.neighbor);
+    row.stiffness[lane] = spring.stiffness;
+    row.rest[lane] = spring.rest;
+    if (has_damping_) {
+      DampedRow& damped = damped_springs_[block.springs.first + i];
+      damped.stiffness[lane] = spring.stiffness;
+      damped.target[lane] = spring.rest;
+      damped.damping[lane] = spring.damping;
+    }
+  }
+  for (Index i = 0; i < block.volumes.count; ++i) {
+    const Volume volume =
+        entry(neighborhood_.volumes, i, Volume{{vertex, vertex, vertex}, 0, 0, 0});
+    VolumeRow& row = volumes_[block.volumes.first + i];
+    for (int k = 0; k < 3; ++k) {
+      row.face[k][lane] = offset_of(volume.face[k]);
+    }
+    row.stiffness[lane] = volume.stiffness / 36;
+    row.target[lane] = 6 * volume.target;
+    if (has_damping_) {
+      DampedRow& damped = damped_volumes_[block.volumes.first + i];
+      damped.stiffness[lane] = row.stiffness[lane];
+      damped.target[lane] = row.target[lane];
+      damped.damping[lane] = volume.damping / 36;
+    }
+  }
+}
+
+void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
+                           float inverse_dt) noexcept {
+  const auto position = [&](ParticleOffset corner) { return load(at(start.data(), corner)); };
+  for (Index b = range.first; b < range.first + range.count; ++b) {
+    const VertexBlock& block = blocks_[b];
+    for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+      SpringRow& row = springs_[i];
+      for (Index lane = 0; lane < kBlockLanes; ++lane) {
+        const Vec3<float> d = position(row.neighbors[lane]) - position(block.corners[lane]);
+        mix(damped_springs_[i], lane, std::sqrt(dot(d, d)), inverse_dt, row.stiffness[lane],
+            row.rest[lane]);
+      }
+    }
+    for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+      VolumeRow& row = volumes_[i];
+      for (Index lane = 0; lane < kBlockLanes; ++lane) {
+        const Vec3<float> corner = position(row.face[0][lane]);
+        const Vec3<float> face =
+            cross(position(row.face[1][lane]) - corner, position(row.face[2][lane]) - corner);
+        mix(damped_volumes_[i], lane, dot(corner - position(block.corners[lane]), face), inverse_dt,
+            row.stiffness[lane], row.target[lane]);
+      }
+    }
+  }
+}
+
+void VertexBlocks::touch(Index vertex) {
+  if (places_[vertex].block != kInvalidIndex && !is_touched_[vertex]) {
+    is_touched_[vertex] = true;
+    touched_.push_back(vertex);
+  }
+}
+
+void VertexBlocks::set_tet(Index tet, const VertexTet& terms) {
+  tets_[tet] = terms;
+  for (const Index v : terms.vertices) {
+    touch(v);
+  }
+}
+
+void VertexBlocks::remove_tet(Index tet) {
+  tet_alive_[tet] = false;
+  for (const Index v : tets_[tet].vertices) {
+    touch(v);
+  }
+}
+
+void VertexBlocks::set_spring_rest(Index spring, float rest) {
+  given_[spring].rest = rest;
+  for (const Index v : given_[spring].vertices) {
+    touch(v);
+  }
+}
+
+void VertexBlocks::remove_spring(Index spring) {
+  spring_alive_[spring] = false;
+  for (const Index v : given_[spring].vertices) {
+    touch(v);
+  }
+}
+
+void VertexBlocks::refresh() {
+  for (const Index v : touched_) {
+    is_touched_[v] = false;
+    find_neighborhood(v);
+    write_rows(v);
+    shrink(blocks_[places_[v].block]);
+  }
+  touched_.clear();
+}
+
+std::size_t VertexBlocks::memory_bytes() const noexcept {
+  const auto bytes = [](const auto&... arrays) {
+    return (... + (arrays.size() * sizeof(arrays[0])));
+  };
+  return bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
+               springs_at_.entries, blocks_, pulls_, springs_, volumes_, damped_springs_,
+               damped_volumes_, places_, needs_, touched_);
+}
+
+}  // namespace pbdsurg

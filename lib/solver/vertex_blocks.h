@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The neighbourhoods of free vertices, coloured and laid out for the vertex-block method.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/coloring/color.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "solver/particle.h"
+#include "solver/vertex_rows.h"
+
+namespace pbdsurg {
+
+/// What a tetrahedron adds to the energy of its vertices.
+struct VertexTet {
+  Tet vertices{};
+  std::array<float, 6> weights{};  ///< N/m, of the pulls along kTetEdges; zero for none
+  float stiffness = 0;             ///< N/m^5, >= 0, of the volume
+  float target = 0;                ///< m^3
+  float edge_damping = 0;          ///< s, >= 0: an edge's is this times its weight, if positive
+  float volume_damping = 0;        ///< N s/m^5, >= 0
+};
+
+/// What an edge or a link adds.
+struct VertexSpring {
+  Edge vertices{};
+  float stiffness = 0;  ///< N/m, >= 0
+  float rest = 0;       ///< m
+  float damping = 0;    ///< N s/m, >= 0
+};
+
+/// Free vertices in colours: no tetrahedron and no spring joins two of one colour.
+///
+/// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
+/// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
+/// what the row has already, that is one spring again, of stiffness k + c / h and a target between
+/// the two. So sweeps need not know of damping; prepare() does, once a substep.
+class VertexBlocks {
+ public:
+  VertexBlocks() = default;
+
+  /// @param moves     [vertex_count] whether a vertex is free
+  /// @param coloring  of the vertices, without max_colors
+  VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
+               std::vector<VertexSpring> springs, const ColoringOptions& coloring);
+
+  [[nodiscard]] Index color_count() const noexcept {
+    return static_cast<Index>(first_block_.size()) - 1;
+  }
+
+  /// Blocks of a colour: [first, first + count).
+  [[nodiscard]] RowRange blocks(Index color) const noexcept {
+    return {first_block_[color], first_block_[color + 1] - first_block_[color]};
+  }
+  [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
+  [[nodiscard]] VertexRows rows() const noexcept {
+    return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data()};
+  }
+
+  /// Where a vertex is; no block holds one that is not free.
+  struct Place {
+    Index block = kInvalidIndex;
+    Index lane = 0;
+  };
+  [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
+
+  /// Whether prepare() has anything to do.
+  [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
+
+  /// Sets stiffness and target of the damped rows of some blocks, for a substep.
+  /// @param start       [vertex_count] where the substep starts
+  /// @param inverse_dt  1/s
+  void prepare(RowRange blocks, std::span<const Particle> start, float inverse_dt) noexcept;
+
+  // Changes; refresh() makes them felt. Cost: constant.
+  void set_tet(Index tet, const VertexTet& terms);
+  void remove_tet(Index tet);
+  void set_spring_rest(Index spring, float rest);
+  void remove_spring(Index spring);
+  [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
+
+  /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer. Cost:
+  /// proportional to the neighbours of those vertices.
+  void refresh();
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  // One vertex's rows before they are laid out.
+  struct Pull {
+    Index neighbor;
+    float weight;
+    float damping;  // N s/m
+  };
+  struct Spring {
+    Index neighbor;
+    float stiffness, rest, damping;
+  };
+  struct Volume {
+    std::array<Index, 3> face;
+    float stiffness, target, damping;
+  };
+  struct Neighborhood {
+    std::vector<Pull> pulls;
+    std::vector<Spring> springs;
+    std::vector<Volume> volumes;
+  };
+  struct Rows {
+    Index pulls = 0, springs = 0, volumes = 0;
+  };
+
+  [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
+                                        const ColoringOptions& options) const;
+  void append_block(std::span<const Index> vertices);
+  void touch(Index vertex);
+  void find_neighborhood(Index vertex);
+  void write_rows(Index vertex) noexcept;
+  void write_lane(const VertexBlock& block, Index lane) noexcept;
+  void shrink(VertexBlock& block) noexcept;
+
+  std::vector<VertexTet> tets_;      // [tet_count]
+  std::vector<bool> tet_alive_;      // [tet_count]
+  std::vector<VertexSpring> given_;  // [spring_count]
+  std::vector<bool> spring_alive_;   // [spring_count]
+  IndexLists tets_at_, springs_at_;  // [vertex_count] all that there ever were
+  bool has_damping_ = false;
+
+  std::vector<Index> first_block_{0};  // [color_count + 1]
+  std::vector<VertexBlock> blocks_;
+  std::vector<PullRow> pulls_;
+  std::vector<SpringRow> springs_;
+  std::vector<VolumeRow> volumes_;
+  std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
+  std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
+  std::vector<Place> places_;              // [vertex_count]
+  std::vector<Rows> needs_;                // [vertex_count]
+
+  std::vector<Index> touched_;
+  std::vector<bool> is_touched_;  // [vertex_count]
+  Neighborhood neighborhood_;     // of the vertex at hand
+};
+
+}  // namespace pbdsurg

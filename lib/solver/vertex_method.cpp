@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/vertex_method.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "pbdsurg/constraints/vertex_block.h"
+#include "pbdsurg/core/error.h"
+
+#include "solver/load_store.h"
+#include "solver/solver_data.h"
+#include "solver/vertex_kernel.h"
+
+namespace pbdsurg {
+namespace {
+
+// Edges resist like an isotropic solid whose shear modulus is a fifth of that of the tetrahedra
+// whose pulls they have for stiffness; Lame's parameters of such a solid are equal.
+constexpr float kEdgeDampingShare = 5;
+
+struct Moduli {
+  double mu, lambda;  // Pa, as NeoHookeanTerms takes them
+};
+
+Moduli moduli_of(const Material& material) {
+  const double youngs_modulus = material.youngs_modulus;
+  const double ratio = material.poissons_ratio;
+  const double mu = youngs_modulus / (2 * (1 + ratio));
+  return {mu, 2 * mu * ratio / (1 - 2 * ratio) + mu};
+}
+
+bool is_used(const SolverData& data) {
+  return data.options.method == SolverMethod::vertex_block;
+}
+
+const Body& body_of_tet(const SolverData& data, Index tet) {
+  const auto after = std::upper_bound(data.bodies.begin(), data.bodies.end(), tet,
+                                      [](Index t, const Body& body) { return t < body.first_tet; });
+  return *(after - 1);
+}
+
+VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material) {
+  const auto [mu, lambda] = moduli_of(material);
+  const Vec3<double> x[4] = {rest[0], rest[1], rest[2], rest[3]};
+  const NeoHookeanTerms<double> terms = NeoHookeanTerms<double>::at_rest(x, mu, lambda);
+  VertexTet tet;
+  std::copy(std::begin(terms.weights), std::end(terms.weights), tet.weights.begin());
+  tet.stiffness = static_cast<float>(terms.stiffness);
+  tet.target = static_cast<float>(terms.target);
+  tet.edge_damping = kEdgeDampingShare * material.damping;
+  tet.volume_damping =
+      material.damping * std::max(0.0F, static_cast<float>(1 - 2 * mu / lambda)) * tet.stiffness;
+  return tet;
+}
+
+// One lane of a block.
+struct LaneAccess {
+  const Particle* particles;
+  Index lane;
+
+  [[nodiscard]] float load(const float* values) const noexcept { return values[lane]; }
+  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
+    const Particle& p = at(particles, corners[lane]);
+    return {p.x, p.y, p.z};
+  }
+};
+
+// Whether a displacement is finite, and so is its square.
+bool is_finite(const Vec3<float>& d) {
+  return dot(d, d) < std::numeric_limits<float>::infinity();
+}
+
+// As add_rows(), of one vertex, without the rows that lead to what is not finite. A neighbour may
+// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
+void add_finite_rows(const VertexRows& rows, const VertexBlock& block, const LaneAccess& access,
+                     const Vec3<float>& x, VertexEnergy<float>& energy) {
+  const PullRow* const pulls = rows.pulls + block.pulls.first;
+  for (Index i = 0; i < block.pulls.count; ++i) {
+    const Vec3<float> d = access.position(pulls[i].neighbors) - x;
+    const float weight = access.load(pulls[i].weights);
+    if (is_finite(d) && weight > 0) {
+      energy.add_pull(weight, d);
+    }
+  }
+  const SpringRow* const springs = rows.springs + block.springs.first;
+  for (Index i = 0; i < block.springs.count; ++i) {
+    const Vec3<float> d = access.position(springs[i].neighbors) - x;
+    if (is_finite(d)) {
+      energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest), d);
+    }
+  }
+  const VolumeRow* const volumes = rows.volumes + block.volumes.first;
+  for (Index i = 0; i < block.volumes.count; ++i) {
+    const Vec3<float> a = access.position(volumes[i].face[0]);
+    const Vec3<float> b = access.position(volumes[i].face[1]);
+    const Vec3<float> c = access.position(volumes[i].face[2]);
+    if (is_finite(a - x) && is_finite(b - x) && is_finite(c - x)) {
+      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x, a, b,
+                        c);
+    }
+  }
+}
+
+// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
+constexpr int kContactPasses = 8;
+
+// Moves a vertex that tools touch or hold. Grasps are springs, or where the vertex is: between the
+// targets if several tools hold it rigidly, which share the force. Contacts are planes that it may
+// not cross, if no grasp takes it there.
+// @return  m, where the vertex goes
+Vec3<float> move_held(SolverData& data, Index first, const Vec3<float>& x,
+                      VertexEnergy<float> energy, float dt_squared) {
+  const std::vector<VertexHold>& holds = data.vertex_method.holds;
+  const auto for_each_grasp = [&](auto visit) {
+    for (Index h = first; h != kInvalidIndex; h = holds[h].next) {
+      if (!holds[h].is_contact) {
+        Attachment& attachment = data.tools[holds[h].tool].attachments[holds[h].entry];
+        visit(attachment, 1 / attachment.compliance);
+      }
+    }
+  };
+  int contact_count = 0;
+  const auto for_each_contact = [&](auto visit) {
+    for (Index h = first; h != kInvalidIndex; h = holds[h].next) {
+      if (holds[h].is_contact) {
+        visit(data.tools[holds[h].tool].contacts[holds[h].entry]);
+      }
+    }
+  };
+  for_each_contact([&](Contact& contact) {
+    contact.multiplier = 0;
+    ++contact_count;
+  });
+
+  int rigid_count = 0;
+  Vec3<float> target;
+  for_each_grasp([&](const Attachment& attachment, float stiffness) {
+    if (std::isfinite(stiffness)) {
+      energy.add_pull(stiffness, load(attachment.target) - x);
+    } else {
+      target = target + load(attachment.target);
+      ++rigid_count;
+    }
+  });
+
+  Vec3<float> rigid_force;
+  if (rigid_count > 0) {
+    const float share = 1 / static_cast<float>(rigid_count);
+    target = share * target;
+    rigid_force = share * (energy * (target - x) - energy.force);
+  } else {
+    const VertexFactor<float> factor(energy);
+    Vec3<float> move = factor.solve(energy.force);
+    for (int pass = 0; pass < (contact_count > 1 ? kContactPasses : contact_count); ++pass) {
+      for_each_contact([&](Contact& contact) {
+        const Vec3<float> n = load(contact.normal);
+        const Vec3<float> given = factor.solve(n);
+        const float depth = contact.offset - dot(n, x + move);
+        const float force = std::max(0.0F, contact.multiplier + depth / dot(n, given));
+        move = move + (force - contact.multiplier) * given;
+        contact.multiplier = force;
+      });
+    }
+    for_each_contact([&](Contact& contact) { contact.multiplier *= dt_squared; });
+    target = x + move;
+  }
+  for_each_grasp([&](Attachment& attachment, float stiffness) {
+    const Vec3<float> force =
+        std::isfinite(stiffness) ? stiffness * (load(attachment.target) - target) : rigid_force;
+    attachment.multiplier = {dt_squared * force.x, dt_squared * force.y, dt_squared * force.z};
+  });
+  return target;
+}
+
+}  // namespace
+
+void check_vertex_method(const Scene& scene, const SolverOptions& options) {
+  if (options.method != SolverMethod::vertex_block) {
+    return;
+  }
+  if (options.mode == ProjectionMode::fraction) {
+    throw InvalidArgument("the vertex-block method minimises an energy; fraction mode has none");
+  }
+  if (options.coloring.max_colors != 0) {
+    throw InvalidArgument("max_colors is " + std::to_string(options.coloring.max_colors) +
+                          "; the vertex-block method needs all its colours: 0");
+  }
+  if (options.composition == PlanComposition::joint) {
+    throw InvalidArgument(
+        "a joint composition is of constraints; the vertex-block method has none");
+  }
+  const auto check = [](const std::string& what, float compliance) {
+    if (!(compliance > 0) || !std::isfinite(1 / compliance)) {
+      throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
+                            "; the vertex-block method needs > 0");
+    }
+  };
+  for (const Body& body : scene.bodies()) {
+    const Material& material = body.material;
+    if (body.tet_count > 0 && material.model == ElasticModel::springs) {
+      check("body '" + body.name + "': stretch", material.stretch.compliance);
+      if (material.has_volume_constraints) {
+        check("body '" + body.name + "': volume", material.volume.compliance);
+      }
+    }
+  }
+  for (std::size_t l = 0; l < scene.links().size(); ++l) {
+    check("link " + std::to_string(l) + ":", scene.links()[l].stiffness.compliance);
+  }
+}
+
+VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
+  if (!is_used(data)) {
+    return {};
+  }
+  std::vector<VertexTet> tets(data.tets.size());
+  for (const Body& body : data.bodies) {
+    const Material& material = body.material;
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      VertexTet& tet = tets[t];
+      if (material.model == ElasticModel::neo_hookean) {
+        std::array<Vec3<double>, 4> rest;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const Eigen::Vector3d& x = scene.positions()[data.tets[t][k]];
+          rest[k] = {x.x(), x.y(), x.z()};
+        }
+        tet = make_neo_hookean(rest, material);
+      } else if (material.has_volume_constraints) {
+        tet.stiffness = 1 / material.volume.compliance;
+        tet.target = static_cast<float>(tet_volume(scene.positions(), data.tets[t]));
+        tet.volume_damping = material.damping * tet.stiffness;
+      }
+      tet.vertices = data.tets[t];
+    }
+  }
+
+  std::vector<VertexSpring> springs;
+  springs.reserve(data.edges.size() + data.links.size());
+  std::size_t b = 0;  // edges are sorted, so their bodies ascend
+  for (const Edge& edge : data.edges) {
+    while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
+      ++b;
+    }
+    const Material& material = data.bodies[b].material;
+    const bool is_spring = material.model == ElasticModel::springs;
+    const float stiffness = is_spring ? 1 / material.stretch.compliance : 0.0F;
+    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
+    springs.push_back({edge, stiffness, static_cast<float>(length), material.damping * stiffness});
+  }
+  for (const Link& link : data.links) {
+    springs.push_back(
+        {{link.first, link.second}, 1 / link.stiffness.compliance, link.rest_length, 0});
+  }
+
+  std::vector<bool> moves;
+  for (const Particle& p : data.particles) {
+    moves.push_back(p.w > 0);
+  }
+  VertexMethod method;
+  method.blocks = VertexBlocks(moves, std::move(tets), std::move(springs), data.options.coloring);
+  method.flights = data.particles;
+  method.falling.assign(data.particles.size(), 1.0F);
+  method.first_holds.assign(data.particles.size(), kInvalidIndex);
+  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
+  return method;
+}
+
+void reserve_holds(SolverData& data) {
+  if (!is_used(data)) {
+    return;
+  }
+  std::size_t most = 0;
+  for (const ToolState& tool : data.tools) {
+    most += tool.attachments.size() + tool.contacts.capacity();
+  }
+  data.vertex_method.holds.reserve(most);
+}
+
+void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
+  if (!is_used(data)) {
+    return;
+  }
+  VertexMethod& method = data.vertex_method;
+  const float dt_squared = 1 / substep.inverse_dt_squared;
+  const Vec3<float> fall = dt_squared * load(data.gravity);
+  for (Index v = vertices.first; v < vertices.last; ++v) {
+    Particle& p = data.particles[v];
+    method.flights[v] = p;
+    if (p.w > 0) {
+      store(p, load(p) - (1 - method.falling[v]) * fall);
+    }
+  }
+}
+
+void hold_vertices(SolverData& data) {
+  if (!is_used(data)) {
+    return;
+  }
+  VertexMethod& method = data.vertex_method;
+  for (const VertexHold& hold : method.holds) {
+    method.first_holds[hold.vertex] = kInvalidIndex;
+    method.held[method.blocks.place_of(hold.vertex).block] = 0;
+  }
+  method.holds.clear();
+  const auto add = [&](Index vertex, std::size_t tool, std::size_t entry, bool is_contact) {
+    const auto [block, lane] = method.blocks.place_of(vertex);
+    if (block == kInvalidIndex) {
+      return;  // fixed, and so no tool's business
+    }
+    method.held[block] |= LaneBits{1} << lane;
+    method.holds.push_back({vertex, method.first_holds[vertex], static_cast<Index>(tool),
+                            static_cast<Index>(entry), is_contact});
+    method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;
+  };
+  for (std::size_t t = 0; t < data.tools.size(); ++t) {
+    const ToolState& tool = data.tools[t];
+    for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
+      add(tool.attachments[a].vertex, t, a, false);
+    }
+    for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
+      add(tool.contacts[c].vertex, t, c, true);
+    }
+  }
+}
+
+void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep) {
+  if (data.vertex_method.blocks.has_damping()) {
+    data.vertex_method.blocks.prepare(blocks, data.previous, substep.inverse_dt);
+  }
+}
+
+float relaxation_of(const SolverOptions& options, int iteration) noexcept {
+  return iteration + 1 < options.iterations ? options.over_relaxation : 1.0F;
+}
+
+VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+                         float relaxation) noexcept {
+  return {data.particles.data(), data.vertex_method.flights.data(), data.vertex_method.held.data(),
+          substep.inverse_dt_squared, relaxation};
+}
+
+void solve_lanes(SolverData& data, const VertexState& state, Index block_index, LaneBits lanes) {
+  const VertexMethod& method = data.vertex_method;
+  const VertexRows rows = method.blocks.rows();
+  const VertexBlock& block = rows.blocks[block_index];
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    Particle& p = at(state.particles, block.corners[lane]);
+    if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
+      continue;  // not asked for, or without tissue
+    }
+    const Index v = vertex_at(block.corners[lane]);
+    const LaneAccess access{state.particles, lane};
+    const Vec3<float> x = load(p);
+    VertexEnergy<float> start;
+    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
+    const auto solve = [&](const VertexEnergy<float>& energy) {
+      return method.first_holds[v] == kInvalidIndex
+                 ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
+                 : move_held(data, method.first_holds[v], x, energy, 1 / state.inverse_dt_squared);
+    };
+    VertexEnergy<float> energy = start;
+    add_rows(rows, block, access, x, energy);
+    Vec3<float> moved = solve(energy);
+    if (!is_finite(moved - x)) {
+      energy = start;
+      add_finite_rows(rows, block, access, x, energy);
+      moved = solve(energy);
+    }
+    if (is_finite(moved - x)) {
+      store(p, moved);
+    }
+  }
+}
+
+void solve_vertices(SolverData& data, const VertexState& state, Index color) {
+  const auto [first, count] = data.vertex_method.blocks.blocks(color);
+  for (Index block = first; block < first + count; ++block) {
+    solve_lanes(data, state, block, ~LaneBits{0});
+  }
+}
+
+void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
+  const Vec3<float> gravity = load(data.gravity);
+  const float square = dot(gravity, gravity);
+  if (!is_used(data) || !(square > 0)) {
+    return;
+  }
+  for (Index v = vertices.first; v < vertices.last; ++v) {
+    const Velocity& before = data.velocities[v];
+    const Vec3<float> after =
+        substep.inverse_dt * (load(data.particles[v]) - load(data.previous[v]));
+    const Vec3<float> change = after - Vec3<float>{before.x, before.y, before.z};
+    const float share = substep.inverse_dt * dot(change, gravity) / square;
+    data.vertex_method.falling[v] = share > 0 ? std::min(share, 1.0F) : 0.0F;  // also of a NaN
+  }
+}
+
+void set_vertex_rest_length(SolverData& data, Index edge, float length) {
+  if (is_used(data)) {
+    data.vertex_method.blocks.set_spring_rest(edge, length);
+  }
+}
+
+void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
+  if (!is_used(data)) {
+    return;
+  }
+  const Material& material = body_of_tet(data, tet).material;
+  VertexTet terms = data.vertex_method.blocks.tet(tet);
+  if (material.model == ElasticModel::neo_hookean) {
+    const auto [mu, lambda] = moduli_of(material);
+    NeoHookeanTerms<double> before{};
+    std::copy(terms.weights.begin(), terms.weights.end(), before.weights);
+    before.stiffness = terms.stiffness;
+    before.target = terms.target;
+    const double ratio = volume * (1 + mu / lambda) / before.target;
+    const NeoHookeanTerms<double> after = before.resized(ratio);
+    std::copy(std::begin(after.weights), std::end(after.weights), terms.weights.begin());
+    terms.stiffness = static_cast<float>(after.stiffness);
+    terms.target = static_cast<float>(after.target);
+    terms.volume_damping /= static_cast<float>(ratio);
+  } else {
+    terms.target = volume;
+  }
+  data.vertex_method.blocks.set_tet(tet, terms);
+}
+
+void remove_vertex_tet(SolverData& data, Index tet) {
+  if (is_used(data)) {
+    data.vertex_method.blocks.remove_tet(tet);
+  }
+}
+
+void remove_vertex_spring(SolverData& data, Index distance) {
+  if (is_used(data)) {
+    data.vertex_method.blocks.remove_spring(distance);
+  }
+}
+
+void refresh_vertices(SolverData& data) {
+  if (is_used(data)) {
+    data.vertex_method.blocks.refresh();
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The vertex-block method within a step. Nothing here does anything for other methods.
+
+#include <span>
+#include <vector>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/particle.h"
+#include "solver/vertex_blocks.h"
+
+namespace pbdsurg {
+
+class SolverData;
+
+/// Vertices [first, last).
+struct VertexSpan {
+  Index first;
+  Index last;
+};
+
+/// A tool's contact or grasp at a vertex.
+struct VertexHold {
+  Index vertex;
+  Index next;  ///< at the same vertex, or kInvalidIndex
+  Index tool;
+  Index entry;  ///< of its attachments or contacts
+  bool is_contact;
+};
+
+/// What the method keeps between phases; empty for other methods.
+struct VertexMethod {
+  VertexBlocks blocks;
+  std::vector<Particle> flights;   ///< [vertex_count] m, where a vertex would be without its rows
+  std::vector<float> falling;      ///< [vertex_count] as in Snapshot
+  std::vector<Index> first_holds;  ///< [vertex_count] or kInvalidIndex
+  std::vector<VertexHold> holds;   ///< of the current substep
+  std::vector<LaneBits> held;      ///< [block_count] lanes of vertices with holds
+};
+
+/// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
+/// the
+///                          option, the body or the link
+void check_vertex_method(const Scene& scene, const SolverOptions& options);
+
+/// @param data  with all else that a solver has
+[[nodiscard]] VertexMethod make_vertex_method(const Scene& scene, const SolverData& data);
+
+/// Makes room for what tools can touch and hold, so that no step allocates.
+void reserve_holds(SolverData& data);
+
+// A substep: begin_vertices(), then the search for contacts; hold_vertices() and
+// prepare_vertices(); sweeps; end_vertices() before velocities change. Parts of these may run at
+// once on several threads.
+
+/// After prediction: lets the sweeps start where vertices would be if they went on as they did.
+/// What rests would else fall first, and sweeps that are too few would not bring it back.
+void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
+
+/// Finds out which vertices tools touch or hold.
+void hold_vertices(SolverData& data);
+
+/// Makes damping felt.
+void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep);
+
+/// How far vertices go in a sweep, as a share of the way to their least energy.
+[[nodiscard]] float relaxation_of(const SolverOptions& options, int iteration) noexcept;
+
+[[nodiscard]] VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+                                       float relaxation) noexcept;
+
+/// Moves some vertices of a block, one after another.
+void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBits lanes);
+
+/// Moves the vertices of one colour, one after another.
+void solve_vertices(SolverData& data, const VertexState& state, Index color);
+
+/// After the sweeps.
+void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
+
+// What edits change; refresh_vertices() then makes it felt.
+void set_vertex_rest_length(SolverData& data, Index edge, float length);
+void set_vertex_rest_volume(SolverData& data, Index tet, float volume);
+void remove_vertex_tet(SolverData& data, Index tet);
+void remove_vertex_spring(SolverData& data, Index distance);
+void refresh_vertices(SolverData& data);
+
+}  // namespace pbdsurg

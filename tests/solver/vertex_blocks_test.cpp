@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/vertex_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "solver/vertex_kernel.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+
+// A box of which some vertices are fixed and all carry every kind of row, with damping.
+struct Sample {
+  TetMesh mesh = testing::make_box({5, 4, 3}, 1e-3, 0.1);
+  std::vector<Edge> edges = find_edges(mesh.tets());
+  std::vector<bool> moves;
+  std::vector<VertexTet> tets;
+  std::vector<VertexSpring> springs;
+  std::vector<Particle> particles;
+
+  Sample() {
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      moves.push_back(v % 7 != 3);
+      const Eigen::Vector3d& x = mesh.positions()[v];
+      const auto shake = [&](int axis) {
+        return static_cast<float>(x[axis] + 2e-4 * (random_unit(5, v, axis) - 0.5));
+      };
+      particles.push_back({shake(0), shake(1), shake(2), 1});
+    }
+    for (Index t = 0; t < mesh.tet_count(); ++t) {
+      VertexTet tet{mesh.tets()[t], {}, 0, 1e-10F, 1e-4F, 0};
+      for (std::size_t e = 0; e < 6; ++e) {
+        tet.weights[e] = static_cast<float>(random_unit(6, t, e)) - 0.2F;
+      }
+      tet.stiffness = static_cast<float>(1e12 * (1 + random_unit(7, t)));
+      tet.volume_damping = 1e-4F * tet.stiffness;
+      tets.push_back(tet);
+    }
+    for (const Edge& edge : edges) {
+      springs.push_back({edge, 2.0F, 9e-4F, 1e-4F});
+    }
+  }
+
+  [[nodiscard]] VertexBlocks build() const { return {moves, tets, springs, {.repair = true}}; }
+};
+
+struct Entry {
+  VertexEnergy<float> energy;
+  bool found = false;
+};
+
+struct LaneAccess {
+  const Particle* particles;
+  Index lane;
+
+  [[nodiscard]] float load(const float* numbers) const { return numbers[lane]; }
+  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const {
+    const Particle& p = at(particles, corners[lane]);
+    return {p.x, p.y, p.z};
+  }
+};
+
+// [vertex_count] the energy around each vertex that has a place in some block
+std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Particle>& particles) {
+  std::vector<Entry> entries(particles.size());
+  const VertexRows rows = blocks.rows();
+  for (Index b = 0; b < blocks.block_count(); ++b) {
+    const VertexBlock& block = rows.blocks[b];
+    for (Index lane = 0; lane < block.lane_count; ++lane) {
+      const Index v = vertex_at(block.corners[lane]);
+      CHECK_FALSE(entries[v].found);
+      entries[v].found = true;
+      const Vec3<float> x{particles[v].x, particles[v].y, particles[v].z};
+      add_rows(rows, block, LaneAccess{particles.data(), lane}, x, entries[v].energy);
+    }
+  }
+  return entries;
+}
+
+void check_alike(const VertexEnergy<float>& a, const VertexEnergy<float>& b) {
+  const auto close = [](float x, float y, float scale) { return std::abs(x - y) <= 1e-5F * scale; };
+  const float stiffness = a.isotropic + a.xx + a.yy + a.zz;
+  CHECK(close(a.isotropic, b.isotropic, stiffness));
+  CHECK(close(a.xx, b.xx, stiffness));
+  CHECK(close(a.yz, b.yz, stiffness));
+  const float force = 1e-3F * stiffness;
+  CHECK(close(a.force.x, b.force.x, force));
+  CHECK(close(a.force.y, b.force.y, force));
+  CHECK(close(a.force.z, b.force.z, force));
+}
+
+void check_equal(const VertexBlocks& changed, const VertexBlocks& made,
+                 const std::vector<Particle>& particles) {
+  const auto a = energies(changed, particles);
+  const auto b = energies(made, particles);
+  for (std::size_t v = 0; v < a.size(); ++v) {
+    REQUIRE(a[v].found == b[v].found);
+    if (a[v].found) {
+      check_alike(a[v].energy, b[v].energy);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbours",
+          "[property]") {
+  const Sample sample;
+  const VertexBlocks blocks = sample.build();
+  const auto entries = energies(blocks, sample.particles);
+  for (std::size_t v = 0; v < entries.size(); ++v) {
+    CHECK(entries[v].found == sample.moves[v]);
+  }
+
+  std::vector<Index> color_of(entries.size(), kInvalidIndex);
+  for (Index color = 0; color < blocks.color_count(); ++color) {
+    const auto [first, count] = blocks.blocks(color);
+    for (Index b = first; b < first + count; ++b) {
+      const VertexBlock& block = blocks.rows().blocks[b];
+      for (Index lane = 0; lane < block.lane_count; ++lane) {
+        color_of[vertex_at(block.corners[lane])] = color;
+      }
+    }
+  }
+  for (const auto& [a, b] : sample.edges) {
+    CHECK((color_of[a] == kInvalidIndex || color_of[a] != color_of[b]));
+  }
+  CHECK(blocks.color_count() <= 9);
+}
+
+// Would catch two threads at one vertex: what fills a block up reads its own vertices alone.
+TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat the first",
+          "[property]") {
+  const Sample sample;
+  const VertexBlocks blocks = sample.build();
+  const VertexRows rows = blocks.rows();
+  Index padded = 0;
+  for (Index b = 0; b < blocks.block_count(); ++b) {
+    const VertexBlock& block = rows.blocks[b];
+    for (Index i = 0; i < block.volumes.count; ++i) {
+      const VolumeRow& row = rows.volumes[block.volumes.first + i];
+      for (Index lane = 0; lane < block.lane_count; ++lane) {
+        if (row.stiffness[lane] == 0) {
+          ++padded;
+          CHECK(row.face[0][lane] == block.corners[lane]);
+          CHECK(row.face[2][lane] == block.corners[lane]);
+        }
+      }
+      for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
+        CHECK(block.corners[lane] == block.corners[0]);
+        CHECK(row.face[1][lane] == row.face[1][0]);
+        CHECK(row.stiffness[lane] == row.stiffness[0]);
+      }
+    }
+    for (Index i = 0; i < block.pulls.count; ++i) {
+      const PullRow& row = rows.pulls[block.pulls.first + i];
+      for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
+        CHECK(row.weights[lane] == row.weights[0]);
+        CHECK(row.neighbors[lane] == row.neighbors[0]);
+      }
+    }
+  }
+  CHECK(padded > 0);
+}
+
+TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[property]") {
+  Sample sample;
+  VertexBlocks changed = sample.build();
+  std::vector<VertexTet> kept;
+  for (Index t = 0; t < static_cast<Index>(sample.tets.size()); ++t) {
+    if (t % 5 == 2) {
+      changed.remove_tet(t);
+      continue;
+    }
+    if (t % 5 == 3) {
+      sample.tets[t].target = 2e-10F;
+      sample.tets[t].weights[1] = 3;
+      changed.set_tet(t, sample.tets[t]);
+    }
+    kept.push_back(sample.tets[t]);
+  }
+  std::vector<VertexSpring> springs;
+  for (Index s = 0; s < static_cast<Index>(sample.springs.size()); ++s) {
+    if (s % 4 == 1) {
+      changed.remove_spring(s);
+      continue;
+    }
+    if (s % 4 == 2) {
+      sample.springs[s].rest = 5e-4F;
+      changed.set_spring_rest(s, 5e-4F);
+    }
+    springs.push_back(sample.springs[s]);
+  }
+  changed.refresh();
+  VertexBlocks made(sample.moves, kept, springs, {.repair = true});
+  check_equal(changed, made, sample.particles);
+
+  // and so are those that a substep makes of them
+  std::vector<Particle> start = sample.particles;
+  for (std::size_t v = 0; v < start.size(); ++v) {
+    start[v].x *= 1.02F;
+  }
+  changed.prepare({0, changed.block_count()}, start, 1e4F);
+  made.prepare({0, made.block_count()}, start, 1e4F);
+  check_equal(changed, made, sample.particles);
+}
+
+TEST_CASE("vertex blocks: rows that no vertex of a block needs any more go", "[unit]") {
+  const Sample sample;
+  VertexBlocks blocks = sample.build();
+  for (Index t = 0; t < static_cast<Index>(sample.tets.size()); ++t) {
+    blocks.remove_tet(t);
+  }
+  for (Index s = 0; s < static_cast<Index>(sample.springs.size()); ++s) {
+    blocks.remove_spring(s);
+  }
+  blocks.refresh();
+
+  for (Index b = 0; b < blocks.block_count(); ++b) {
+    const VertexBlock& block = blocks.rows().blocks[b];
+    CHECK(block.pulls.count + block.springs.count + block.volumes.count == 0);
+  }
+}
+
+// A dashpot's force is its coefficient times the rate of its length; at the start there is none.
+TEST_CASE("vertex blocks: damping resists what has changed since the start", "[unit]") {
+  const std::vector<bool> moves{true, false};
+  const float damping = 3e-3F, inverse_dt = 1e3F;
+  VertexBlocks blocks(moves, {}, {{{0, 1}, 2.0F, 0.01F, damping}}, {});
+  std::vector<Particle> particles{{0, 0, 0, 1}, {0.012F, 0, 0, 0}};
+  blocks.prepare({0, 1}, particles, inverse_dt);
+
+  CHECK(energies(blocks, particles)[0].energy.force.x == Approx(2 * 0.002).epsilon(1e-4));
+  particles[1].x = 0.013F;
+  CHECK(energies(blocks, particles)[0].energy.force.x ==
+        Approx(2 * 0.003 + damping * 0.001 * inverse_dt).epsilon(1e-4));
+}
+
+}  // namespace pbdsurg

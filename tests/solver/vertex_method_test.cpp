@@ -1,0 +1,542 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+
+constexpr double kEdge = 4e-3;
+
+Material neo_hookean(float youngs_modulus, float poissons_ratio) {
+  Material material;
+  material.model = ElasticModel::neo_hookean;
+  material.youngs_modulus = youngs_modulus;
+  material.poissons_ratio = poissons_ratio;
+  return material;
+}
+
+Material soft_springs(const TetMesh& mesh) {
+  return elastic_material(mesh, 1000, 20000, 0.4);
+}
+
+// A bar along x, held at its start.
+Scene make_bar(const Material& material, std::array<Index, 3> cells = {8, 3, 3},
+               double edge = kEdge) {
+  Scene scene;
+  scene.add_body("bar", testing::make_box(cells, edge, 0.1), material);
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * edge; });
+  return scene;
+}
+
+Scene make_spring_bar() {
+  return make_bar(soft_springs(testing::make_box({8, 3, 3}, kEdge, 0.1)));
+}
+
+SolverOptions vertex_options(int substeps = 10, int iterations = 1, float damping = 0) {
+  return {.method = SolverMethod::vertex_block,
+          .substeps = substeps,
+          .iterations = iterations,
+          .damping = damping};
+}
+
+StepReport run(Solver& solver, int steps, float dt = 5e-3F) {
+  StepReport report;
+  for (int i = 0; i < steps; ++i) {
+    report = solver.step(dt);
+  }
+  return report;
+}
+
+float farthest(const Solver& a, const Solver& b) {
+  float distance = 0;
+  const auto x = a.positions();
+  const auto y = b.positions();
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    distance = std::max(distance, (x[v] - y[v]).norm());
+  }
+  return distance;
+}
+
+double volume_of(const Solver& solver) {
+  std::vector<Eigen::Vector3d> x;
+  for (const Eigen::Vector3f& p : solver.positions()) {
+    x.push_back(p.cast<double>());
+  }
+  double volume = 0;
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    volume += solver.is_tet_alive(t) ? tet_volume(x, solver.tets()[t]) : 0;
+  }
+  return volume;
+}
+
+}  // namespace
+
+TEST_CASE("vertex method: springs come to rest where projections bring them", "[validation]") {
+  const Scene scene = make_spring_bar();
+  Solver vertices(scene, vertex_options(4, 40, 20));
+  Solver projections(scene, {.substeps = 40, .iterations = 20, .damping = 20});
+  const auto start = projections.positions();
+
+  run(vertices, 200);
+  run(projections, 200);
+
+  const auto sag = start.back().y() - projections.positions().back().y();
+  REQUIRE(sag > 0.2 * kEdge);  // something to agree on
+  CHECK(farthest(vertices, projections) < 0.01F * sag);
+}
+
+// rho g L^2 / (2 E), the stretch of a bar under its own weight
+TEST_CASE("vertex method: a Neo-Hookean bar hangs as long as its modulus says", "[validation]") {
+  const double length = 16 * kEdge;
+  const float youngs_modulus = 20000;
+  Scene scene = make_bar(neo_hookean(youngs_modulus, 0.3F), {16, 3, 3});
+  scene.set_gravity({9.81F, 0, 0});
+  Solver solver(scene, vertex_options(1, 200, 20));
+  double before = 0;
+  for (const Eigen::Vector3f& p : solver.positions()) {
+    before = std::max<double>(before, p.x());
+  }
+
+  const StepReport report = run(solver, 100, 0.02F);
+
+  double after = 0;
+  for (const Eigen::Vector3f& p : solver.positions()) {
+    after = std::max<double>(after, p.x());
+  }
+  const double expected = 1000 * 9.81 * length * length / (2 * youngs_modulus);
+  CHECK(after - before == Approx(expected).epsilon(0.05));
+  CHECK(report.inverted_tets == 0);
+}
+
+// What rests needs no sweep to stay, and what falls needs none to fall.
+TEST_CASE("vertex method: a free body falls as it should, in one sweep", "[validation]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1), neo_hookean(1e5F, 0.45F));
+  scene.set_gravity({0, 0, -9.81F});
+  Solver solver(scene, vertex_options(5));
+  const float before = solver.positions()[7].z();
+
+  run(solver, 10, 0.01F);
+
+  CHECK(before - solver.positions()[7].z() == Approx(9.81 * 4e-6 * 50 * 51 / 2).epsilon(1e-3));
+}
+
+TEST_CASE("vertex method: equal runs give equal bits, and a snapshot replays", "[golden]") {
+  Material material = neo_hookean(2e4F, 0.45F);
+  material.damping = GENERATE(0.0F, 1e-3F);
+  const Scene scene = make_bar(material);
+  Solver first(scene, vertex_options(3, 2));
+  Solver second(scene, vertex_options(3, 2));
+  run(first, 10);
+  run(second, 10);
+  CHECK(first.state_hash() == second.state_hash());
+
+  const Snapshot snapshot = first.snapshot();
+  run(first, 5);
+  const std::uint64_t after = first.state_hash();
+  run(first, 3);
+  first.restore(snapshot);
+  CHECK(first.state_hash() == second.state_hash());
+  run(first, 5);
+  CHECK(first.state_hash() == after);
+
+  Snapshot wrong = snapshot;
+  wrong.falling[3] = -1;
+  CHECK_THROWS_WITH(first.restore(wrong), ContainsSubstring("must be in [0, 1]"));
+  wrong.falling.clear();
+  CHECK_THROWS_AS(first.restore(wrong), InvalidArgument);
+}
+
+// All that a step can meet: both models, damping, links, contacts, grasps, edits, a lost vertex.
+TEST_CASE("vertex method: the same bits on any number of threads, and the serial ones if strict",
+          "[golden]") {
+  const TetMesh mesh = testing::make_box({9, 6, 5}, kEdge, 0.1);
+  Material soft = neo_hookean(2e4F, 0.45F);
+  soft.damping = GENERATE(0.0F, 5e-4F);
+  Scene scene;
+  scene.add_body("liver", mesh, soft);
+  scene.add_body("duct", testing::make_box({4, 2, 2}, kEdge, 0.1, 2), soft_springs(mesh));
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  for (Index v = 0; v < 5; ++v) {
+    scene.add_link({v + 60, scene.body(1).first_vertex + v, 1e-3F, {1, 0.05F}});
+  }
+  const auto after = [&](BackendKind backend, MathMode math, int threads) {
+    SolverOptions options = vertex_options(3, 2);
+    options.backend = backend;
+    options.math = math;
+    options.threads = threads;
+    options.wait = ThreadWait::block;
+    options.over_relaxation = 1.2F;
+    Solver solver(scene, options);
+    const float top = 6.2F * static_cast<float>(kEdge);
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0.012F, top + 0.006F, 0.01F);
+    const Index tool =
+        solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0.01F, 0, 0}, 0.006F}}, pose);
+    const Index grasper = solver.add_tool({}, ToolPose::Identity());
+    solver.grasp(grasper, std::vector<Index>{400, 401, 402}, 1e-3F);
+    solver.grasp(grasper, std::vector<Index>{410});
+    std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+    velocities.back().setConstant(std::numeric_limits<float>::max());
+    for (int i = 0; i < 12; ++i) {
+      pose.translation().y() -= 3e-4F;
+      solver.move_tool(tool, pose);
+      if (i == 4) {
+        apply_edit(solver, {.remove_tets = {100, 101, 500, 700}, .remove_links = {2}});
+      }
+      if (i == 8) {
+        CHECK(solver.tool_force(tool).norm() > 0);
+        CHECK(solver.tool_force(grasper).norm() > 0);
+        solver.write_velocities(velocities);
+        solver.step(10.0F);
+      }
+      solver.step(2e-3F);
+    }
+    // a number that is none has bits of no meaning
+    std::uint64_t hash = 0;
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      for (const float value : {x.x(), x.y(), x.z()}) {
+        hash =
+            hash * 1099511628211U + (std::isnan(value) ? 1 : std::bit_cast<std::uint32_t>(value));
+      }
+    }
+    return hash;
+  };
+
+  const std::uint64_t serial = after(BackendKind::serial, MathMode::fast, 1);
+  const std::uint64_t fast = after(BackendKind::threaded, MathMode::fast, 1);
+  for (const int threads : {1, 2, 3, 5}) {
+    CHECK(after(BackendKind::threaded, MathMode::strict, threads) == serial);
+    CHECK(after(BackendKind::threaded, MathMode::fast, threads) == fast);
+  }
+}
+
+TEST_CASE("vertex method: over-relaxation brings few sweeps closer to many", "[property]") {
+  Scene scene = make_bar(neo_hookean(2e4F, 0.45F), {12, 3, 3});
+  const auto after = [&](int iterations, float over_relaxation) {
+    SolverOptions options = vertex_options(4, iterations);
+    options.over_relaxation = over_relaxation;
+    Solver solver(scene, options);
+    run(solver, 20);
+    return solver;
+  };
+  const Solver converged = after(300, 1);
+
+  CHECK(farthest(after(6, 1.6F), converged) < 0.7F * farthest(after(6, 1), converged));
+}
+
+TEST_CASE("vertex method: inner friction ends a vibration and lets a turn go on", "[validation]") {
+  const bool springs = GENERATE(false, true);
+  const TetMesh mesh = testing::make_box({4, 2, 2}, kEdge);  // symmetric: its growth turns nothing
+  Material material = springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F);
+  const auto speed_after = [&](float damping, bool turns) {
+    material.damping = damping;
+    Scene scene;
+    scene.add_body("block", mesh, material);
+    scene.set_gravity(Eigen::Vector3f::Zero());
+    Solver solver(scene, vertex_options(20, 10));
+    const Eigen::Vector3f centre(2 * kEdge, kEdge, kEdge);
+    std::vector<Eigen::Vector3f> velocities;
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      const Eigen::Vector3f arm = x - centre;
+      velocities.emplace_back(turns ? Eigen::Vector3f(Eigen::Vector3f(0, 0, 5).cross(arm))
+                                    : Eigen::Vector3f(20 * arm));
+    }
+    solver.write_velocities(velocities);
+    double before = 0, after = 0;
+    for (const Eigen::Vector3f& u : solver.velocities()) {
+      before += u.squaredNorm();
+    }
+    run(solver, 20, 1e-3F);
+    for (const Eigen::Vector3f& u : solver.velocities()) {
+      after += u.squaredNorm();
+    }
+    return std::sqrt(after / before);
+  };
+
+  CHECK(speed_after(1e-3F, false) < 0.2 * speed_after(0, false));
+  CHECK(speed_after(1e-3F, true) > 0.98 * speed_after(0, true));
+}
+
+TEST_CASE("vertex method: the force on a grasper is the weight it holds", "[validation]") {
+  const float compliance = GENERATE(0.0F, 1e-3F);
+  const bool springs = GENERATE(false, true);
+  const TetMesh mesh = testing::make_box({4, 4, 4}, 5e-3);
+  Scene scene;
+  scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
+  Solver solver(scene, vertex_options(4, 10, 30));
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  std::vector<Index> top;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].y() > 0.0199) {
+      top.push_back(v);
+    }
+  }
+  solver.grasp(tool, top, compliance);
+
+  run(solver, 300);
+
+  const double weight = 1000 * 8e-6 * 9.81;
+  CHECK(solver.tool_force(tool).y() == Approx(-weight).epsilon(0.02));
+  CHECK(std::abs(solver.tool_force(tool).x()) < 0.01 * weight);
+  double sag = 0;
+  const auto x = solver.positions();
+  for (const Index v : top) {
+    sag += (scene.positions()[v].y() - x[v].y()) / 25;
+  }
+  CHECK(sag == Approx(compliance * weight / 25).epsilon(0.02).margin(1e-8));
+}
+
+TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[validation]") {
+  Scene scene;
+  scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0.011, 0}}, 1e-3);
+  Solver solver(scene, vertex_options(10, 1, 20));
+  // two bars, from which the particle is pushed up and inwards; they share the weight
+  const Index left = solver.add_tool(
+      std::vector<Capsule>{{{-0.01F, 0, -0.1F}, {-0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
+  const Index right = solver.add_tool(
+      std::vector<Capsule>{{{0.01F, 0, -0.1F}, {0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
+
+  const StepReport report = run(solver, 300);
+
+  const double weight = 1e-3 * 9.81;
+  CHECK(report.contacts == 2);
+  CHECK(solver.positions()[0].y() == Approx(0.0075).epsilon(1e-3));
+  for (const Index tool : {left, right}) {
+    CHECK(solver.tool_force(tool).y() == Approx(-weight / 2).epsilon(0.02));
+  }
+  // at this angle, the normals lean four parts sideways to three up
+  CHECK(solver.tool_force(left).x() == Approx(-weight / 2 * 4 / 3).epsilon(0.02));
+}
+
+TEST_CASE("vertex method: a tool dents tissue, feels it, and never enters", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({6, 6, 6}, kEdge), neo_hookean(5e3F, 0.45F));
+  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, vertex_options(10, 2));
+  const float radius = 1.5F * static_cast<float>(kEdge);
+  const Eigen::Vector3f above(3 * kEdge, 6 * kEdge + radius, 3 * kEdge);
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = above;
+  const Index tool = solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, radius}}, pose);
+
+  float last = 0;
+  for (int i = 1; i <= 40; ++i) {
+    pose.translation().y() = above.y() - 1e-4F * static_cast<float>(i);
+    solver.move_tool(tool, pose);
+    const StepReport report = solver.step(5e-3F);
+    CHECK(report.inverted_tets == 0);
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      CHECK((x - pose.translation()).norm() > 0.995F * radius);
+    }
+    if (i % 20 == 0) {
+      CHECK(solver.tool_force(tool).y() > 1.5F * last);
+      last = solver.tool_force(tool).y();
+    }
+  }
+  CHECK(std::abs(solver.tool_force(tool).x()) < 0.05F * last);
+}
+
+TEST_CASE("vertex method: two tools that hold one vertex rigidly share it", "[unit]") {
+  Scene scene;
+  scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0, 0}}, 1e-3);
+  Solver solver(scene, vertex_options());
+  const Index left = solver.add_tool({}, ToolPose::Identity());
+  const Index right = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(left, std::vector<Index>{0});
+  solver.grasp(right, std::vector<Index>{0});
+  ToolPose apart = ToolPose::Identity();
+  apart.translation().x() = 0.01F;
+  solver.move_tool(right, apart);
+  run(solver, 3);
+
+  CHECK(solver.positions()[0].x() == Approx(0.005));
+  CHECK(solver.tool_force(left).y() == Approx(-1e-3 * 9.81 / 2).epsilon(0.01));
+  CHECK(solver.tool_force(right).y() == Approx(-1e-3 * 9.81 / 2).epsilon(0.01));
+}
+
+TEST_CASE("vertex method: an edited body moves like one made that way", "[property]") {
+  const bool springs = GENERATE(false, true);
+  const TetMesh mesh = testing::make_box({8, 3, 3}, kEdge, 0.1);
+  const Material material = springs ? soft_springs(mesh) : neo_hookean(3e4F, 0.4F);
+  std::vector<Index> removed;
+  std::vector<Tet> kept;
+  for (Index t = 0; t < mesh.tet_count(); ++t) {
+    const auto& tet = mesh.tets()[t];
+    const double x = (mesh.positions()[tet[0]].x() + mesh.positions()[tet[3]].x()) / 2;
+    const double y = (mesh.positions()[tet[0]].y() + mesh.positions()[tet[3]].y()) / 2;
+    if (std::abs(x - 4 * kEdge) < kEdge && y > 2 * kEdge) {
+      removed.push_back(t);
+    } else {
+      kept.push_back(tet);
+    }
+  }
+  REQUIRE(removed.size() > 10);
+  const auto make = [&](const TetMesh& shape) {
+    Scene scene;
+    scene.add_body("bar", shape, material);
+    scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+    return scene;
+  };
+  Solver edited(make(mesh), vertex_options(1, 60, 10));
+  apply_edit(edited, {.remove_tets = removed});
+  Solver made(make(TetMesh({mesh.positions().begin(), mesh.positions().end()}, kept)),
+              vertex_options(1, 60, 10));
+  const float before = made.positions().back().y();
+
+  run(edited, 100);
+  run(made, 100);
+
+  const float sag = before - made.positions().back().y();
+  REQUIRE(sag > 0.1F * static_cast<float>(kEdge));
+  CHECK(farthest(edited, made) < 0.01F * sag);
+}
+
+TEST_CASE("vertex method: tissue shrinks to new rest shapes", "[unit]") {
+  const bool springs = GENERATE(false, true);
+  const TetMesh mesh = testing::make_box({4, 3, 3}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, vertex_options(2, 20, 20));
+  const double before = volume_of(solver);
+  TopologyEdit edit;
+  const float scale = 0.9F;
+  for (Index t = 0; t < mesh.tet_count(); ++t) {
+    edit.rest_volumes.push_back({t, scale * scale * scale * solver.rest_volume(t)});
+  }
+  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+    edit.rest_lengths.push_back({e, scale * solver.rest_length(e)});
+  }
+  apply_edit(solver, edit);
+
+  run(solver, 150);
+
+  CHECK(volume_of(solver) == Approx(0.729 * before).epsilon(1e-3));
+}
+
+TEST_CASE("vertex method: links hold, until they are cut", "[unit]") {
+  Scene scene;
+  scene.add_particles("thread", std::vector<Eigen::Vector3d>{{0, 0, 0}, {0, -0.01, 0}}, 1e-3);
+  scene.fix_vertices(0, std::vector<Index>{0});
+  const Index link = scene.add_link({0, 1, 0.01F, {1, 0.1F}});
+  Solver solver(scene, vertex_options(10, 1, 20));
+
+  run(solver, 200);
+  CHECK(solver.positions()[1].y() == Approx(-0.01 - 0.1 * 1e-3 * 9.81).epsilon(1e-3));
+
+  apply_edit(solver, {.remove_links = {link}});
+  run(solver, 40);
+  CHECK(solver.positions()[1].y() < -0.05F);
+}
+
+TEST_CASE("vertex method: a body pressed flat or turned inside out recovers", "[validation]") {
+  const float factor = GENERATE(0.0F, -0.3F);
+  Scene scene = make_bar(neo_hookean(2e4F, 0.4F), {6, 3, 3});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, vertex_options(2, 10, 20));
+  const auto rest = solver.positions();
+  auto x = rest;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (!scene.is_fixed(v)) {
+      x[v].x() *= factor;
+    }
+  }
+  solver.write_positions(x);
+
+  const StepReport report = run(solver, 400);
+
+  CHECK(report.inverted_tets == 0);
+  float distance = 0;
+  const auto now = solver.positions();
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    distance = std::max(distance, (now[v] - rest[v]).norm());
+  }
+  CHECK(distance < 0.02F * static_cast<float>(kEdge));
+}
+
+TEST_CASE("vertex method: a vertex that is lost takes nothing else along", "[unit]") {
+  const bool springs = GENERATE(false, true);
+  Scene scene = springs ? make_spring_bar() : make_bar(neo_hookean(2e4F, 0.4F));
+  Solver solver(scene, vertex_options(2, 2));
+  std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+  velocities.back().setConstant(std::numeric_limits<float>::max());
+  solver.write_velocities(velocities);
+
+  StepReport report = solver.step(10.0F);
+  CHECK(report.non_finite_vertices == 1);
+  report = run(solver, 20);
+
+  CHECK(report.non_finite_vertices == 1);
+  CHECK(report.first_non_finite == scene.vertex_count() - 1);
+}
+
+TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {
+  Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
+  Solver solver(scene, vertex_options());
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(tool, std::vector<Index>{30});
+
+  CHECK(solver.plan().phases.size() >= 4);
+  CHECK(solver.plan().phases.size() <= 9);
+  for (const Phase& phase : solver.plan().phases) {
+    CHECK(phase.kind == PhaseKind::vertex);
+    CHECK_FALSE(phase.serial);
+  }
+  CHECK(solver.plan().name.find("vertices") != std::string::npos);
+}
+
+TEST_CASE("vertex method: what it cannot follow is refused by name", "[unit]") {
+  const TetMesh mesh = testing::make_box({1, 1, 1}, kEdge);
+  const auto build = [&](const Material& material, SolverOptions options) {
+    Scene scene;
+    scene.add_body("liver", mesh, material);
+    return Solver(scene, options);
+  };
+  Material material = soft_springs(mesh);
+  SolverOptions options = vertex_options();
+  CHECK_NOTHROW(build(material, options));
+
+  options.mode = ProjectionMode::fraction;
+  CHECK_THROWS_WITH(build(material, options), ContainsSubstring("fraction"));
+  options = vertex_options();
+  options.composition = PlanComposition::joint;
+  CHECK_THROWS_WITH(build(material, options), ContainsSubstring("joint"));
+  options = vertex_options();
+  options.coloring.max_colors = 3;
+  CHECK_THROWS_WITH(build(material, options), ContainsSubstring("max_colors is 3"));
+  for (const float wrong : {0.9F, 2.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    options = vertex_options();
+    options.over_relaxation = wrong;
+    CHECK_THROWS_WITH(build(material, options), ContainsSubstring("over_relaxation"));
+  }
+
+  material.stretch.compliance = 0;
+  CHECK_THROWS_WITH(build(material, vertex_options()),
+                    ContainsSubstring("'liver': stretch compliance is 0"));
+  material = soft_springs(mesh);
+  material.volume.compliance = 0;
+  CHECK_THROWS_WITH(build(material, vertex_options()), ContainsSubstring("volume compliance"));
+  material.has_volume_constraints = false;
+  CHECK_NOTHROW(build(material, vertex_options()));
+
+  Scene scene;
+  scene.add_particles("thread", std::vector<Eigen::Vector3d>{{0, 0, 0}, {0, 1, 0}}, 1);
+  scene.add_link({0, 1, 1, {1, 0}});
+  CHECK_THROWS_WITH(Solver(scene, vertex_options()), ContainsSubstring("link 0"));
+}
+
+}  // namespace pbdsurg
