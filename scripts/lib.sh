@@ -93,13 +93,23 @@ run_benchmarks() {
   ((count > 0)) || fail "no benchmark was built in $bin"
 }
 
-# run_table1 BIN_DIR OUT_DIR: table 1 and figure 8, unless what they need was not there to build them.
-run_table1() {
-  local program=$1/table1
-  if [[ ! -x $program ]]; then
-    say "no table 1: it needs CLI11 and nlohmann-json"
-    return
-  fi
-  say "table 1"
-  "$program" --out "$2" || fail "table 1 failed"
+# Programs that make tables of the paper.
+table_programs=(table1 table2)
+
+is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
+
+# run_tables BIN_DIR OUT_DIR [NAME]: each of them whose needs were there to build it.
+run_tables() {
+  local bin=$1 out=$2 only=${3:-} name
+  local -a failed=()
+  for name in "${table_programs[@]}"; do
+    [[ -z $only || $name == "$only" ]] || continue
+    if [[ ! -x $bin/$name ]]; then
+      say "no $name: it needs CLI11 and nlohmann-json"
+      continue
+    fi
+    say "$name"
+    "$bin/$name" --out "$out" || failed+=("$name")
+  done
+  ((${#failed[@]} == 0)) || fail "${failed[*]} failed"
 }

@@ -3,6 +3,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "colorings.h"
 #include "palette.h"
 #include "viewer/montage.h"
 #include "viewer/offscreen_renderer.h"

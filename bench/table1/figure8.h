@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "sample.h"
+#include "support/sample.h"
 
 namespace pbdsurg::bench {
 

@@ -4,7 +4,7 @@
 #include "pbdsurg/cuda/device.h"
 
 #include "gpu_coloring.h"
-#include "median_time.h"
+#include "support/timing.h"
 
 namespace pbdsurg::bench {
 

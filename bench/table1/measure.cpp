@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure.h"
 
+#include "colorings.h"
 #include "gpu_coloring.h"
-#include "median_time.h"
+#include "support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {

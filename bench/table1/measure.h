@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "sample.h"
 #include "step_time.h"
+#include "support/sample.h"
 
 namespace pbdsurg::bench {
 

@@ -2,16 +2,11 @@
 #include "report.h"
 
 #include <array>
-#include <cmath>
-#include <cstdio>
-#include <fstream>
 
-#include "pbdsurg/core/error.h"
+#include "colorings.h"
 
 namespace pbdsurg::bench {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // The table as printed. It does not say which type of constraint it counts: 32 colours that hold
 // such shares can only be those of distance constraints.
@@ -24,11 +19,6 @@ struct PaperRow {
 constexpr std::array<PaperRow, 3> kPaper{{{"greedy", 32, .354, .645, .001, "12.65-12.98"},
                                           {"luby", 36, .195, .801, .004, "14.06-14.23"},
                                           {"random_disc", 32, .320, .679, .002, "12.20-12.35"}}};
-
-// Enough digits to compare, and no more than what repeats.
-Json rounded(std::optional<double> value, double steps) {
-  return value ? Json(std::round(*value * steps) / steps) : Json();
-}
 
 Json to_json(const Row& row) {
   const ColoringOptions& options = row.coloring;
@@ -81,10 +71,6 @@ Json to_json(const PaperRow& row, const Json& measured) {
   return json;
 }
 
-std::string text_of(const Json& value) {
-  return value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
-}
-
 std::string label_of(const Json& row) {
   std::string label = row["algorithm"];
   for (const char* detail : {"order", "palette"}) {
@@ -100,12 +86,6 @@ std::string label_of(const Json& row) {
   }
   return row["source"] == "paper" ? "*paper: " + label + "*" : label;
 }
-
-struct Column {
-  const char* key;
-  const char* title;
-  int digits;
-};
 
 std::vector<Column> columns() {
   std::vector<Column> result{
@@ -130,23 +110,6 @@ constexpr const char* kLegend = R"(# Table 1
 - conflicts / 2.2: palettes of 1 + conflicts / 2.2 colours, as in Vivace; on a mesh whose edges take 31 colours, this gave the paper's shares
 - paper: it does not say which type it counts; its shares fit distance constraints alone
 )";
-
-std::string cell_of(const Json& value, int digits) {
-  if (!value.is_number_float()) {
-    return value.is_null() ? "-" : text_of(value);
-  }
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", digits, value.get<double>());
-  return text;
-}
-
-std::string line_of(const Json& row) {
-  std::string line = "| " + label_of(row) + " |";
-  for (const Column& column : columns()) {
-    line += " " + cell_of(row[column.key], column.digits) + " |";
-  }
-  return line + "\n";
-}
 
 // Which table of the Markdown a row belongs to.
 std::string heading_of(const Json& row) {
@@ -173,27 +136,10 @@ Json to_json(const std::vector<Row>& rows) {
   return json;
 }
 
-std::string to_csv(const Json& rows) {
-  std::string text;
-  const auto add_line = [&](auto&& field_of) {
-    std::string separator;
-    for (const auto& item : rows.at(0).items()) {
-      text += separator + field_of(item.key());
-      separator = ",";
-    }
-    text += "\n";
-  };
-  add_line([](const std::string& key) { return key; });
-  for (const Json& row : rows) {
-    add_line([&](const std::string& key) { return text_of(row[key]); });
-  }
-  return text;
-}
-
 std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
   std::string paper;
   for (const Json& row : rows) {
-    paper += row["source"] == "paper" ? line_of(row) : "";
+    paper += row["source"] == "paper" ? markdown_line(label_of(row), row, columns()) : "";
   }
   std::string text = kLegend;
   for (const std::string& note : notes) {
@@ -206,38 +152,12 @@ std::string to_markdown(const Json& rows, const std::vector<std::string>& notes)
     }
     if (heading_of(row) != heading) {
       heading = heading_of(row);
-      text += heading + "| algorithm |";
-      std::string rule = "|---|";
-      for (const Column& column : columns()) {
-        text += std::string(" ") + column.title + " |";
-        rule += "---|";
-      }
-      text += "\n" + rule + "\n" + (row["constraints"] == "distance" ? paper : "");
+      text += heading + markdown_header("algorithm", columns()) +
+              (row["constraints"] == "distance" ? paper : "");
     }
-    text += line_of(row);
+    text += markdown_line(label_of(row), row, columns());
   }
   return text;
-}
-
-void merge_into_json(const std::filesystem::path& path, const std::string& key, const Json& rows) {
-  Json tables = Json::object();
-  if (std::ifstream file(path); file) {
-    tables = Json::parse(file, nullptr, false);
-    if (!tables.is_object()) {
-      throw FileError(path.string() + ": is no JSON object, so no table can be added to it");
-    }
-  }
-  tables[key] = rows;
-  write_text(path, tables.dump(2) + "\n");
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) {
-    throw FileError(path.string() + ": cannot be written");
-  }
 }
 
 }  // namespace pbdsurg::bench

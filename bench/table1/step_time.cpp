@@ -3,61 +3,13 @@
 
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-
-#include "median_time.h"
+#include "support/repeated_step.h"
 
 namespace pbdsurg::bench {
-namespace {
-
-constexpr float kTimeStep = 2e-4F;  // s
-constexpr float kStretch = 1.1F;    // along x, the organ's long axis
-constexpr double kRim = 3e-3;       // m
-
-Scene make_scene(const TetMesh& mesh) {
-  Scene scene;
-  const Index body = scene.add_body("gallbladder", mesh);
-  const double end = bounding_box(mesh).min().x() + kRim;
-  scene.fix_where(body, [&](const Eigen::Vector3d& x) { return x.x() < end; });
-  return scene;
-}
-
-// One solver, stepped again and again from the same start.
-class RepeatedStep {
- public:
-  RepeatedStep(const Scene& scene, const SolverOptions& options) : solver_(scene, options) {
-    std::vector<Eigen::Vector3f> stretched = solver_.positions();
-    for (Eigen::Vector3f& x : stretched) {
-      x.x() *= kStretch;
-    }
-    solver_.write_positions(stretched);
-    start_ = solver_.snapshot();
-  }
-
-  void run() {
-    solver_.restore(start_);
-    StepReport report;
-    times_.push_back(time_of([&] { report = solver_.step(kTimeStep); }));
-    if (report.non_finite_vertices > 0) {
-      throw Error("a step of plan " + solver_.plan().name +
-                  " leaves vertices that are not finite, the first " +
-                  std::to_string(report.first_non_finite));
-    }
-  }
-
-  [[nodiscard]] double median_time() const { return median(times_); }
-
- private:
-  Solver solver_;
-  Snapshot start_;
-  std::vector<double> times_;  // ms
-};
-
-}  // namespace
 
 std::vector<PlanTimes> time_steps(const Sample& sample, std::span<const ColoringOptions> colorings,
                                   int repetitions) {
-  const Scene scene = make_scene(sample.mesh);
+  const Scene scene = make_organ_scene(sample.mesh);
   std::vector<PlanTimes> times(colorings.size());
   std::vector<std::pair<RepeatedStep, double*>> steps;  // and where its time goes
   for (std::size_t i = 0; i < colorings.size(); ++i) {
@@ -77,7 +29,7 @@ std::vector<PlanTimes> time_steps(const Sample& sample, std::span<const Coloring
     }
   }
   for (const auto& [step, time] : steps) {
-    *time = step.median_time();
+    *time = median(step.times());
   }
   return times;
 }

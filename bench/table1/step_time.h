@@ -10,7 +10,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "sample.h"
+#include "support/sample.h"
 
 namespace pbdsurg::bench {
 

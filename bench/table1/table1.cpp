@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Table 1 of Pan et al. 2020, and figure 8: the organ's constraints, coloured by every algorithm.
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <list>
 #include <string>
 #include <vector>
-
-#include <CLI/CLI.hpp>
 
 #include "pbdsurg/core/error.h"
 
@@ -15,6 +12,7 @@
 #include "gpu_coloring.h"
 #include "measure.h"
 #include "report.h"
+#include "support/program.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -36,26 +34,17 @@ void draw_pictures(const std::list<Sample>& samples, const std::filesystem::path
 }
 
 void run(const Arguments& arguments) {
-  std::filesystem::create_directories(arguments.out);
   std::vector<std::string> notes{"CUDA: " + describe_gpu()};
-  std::list<Sample> samples;
-  if (arguments.quick) {
-    samples.emplace_back(1, Table2Kind::hollow);
-  } else {
-    samples.emplace_back(2, Table2Kind::hollow);
-    try {
-      samples.emplace_back(2, Table2Kind::surface_filled);
-    } catch (const BackendUnavailable& error) {
-      notes.push_back(std::string("surface_filled is left out: ") + error.what());
-    }
-  }
+  const std::list<Sample> samples =
+      arguments.quick ? make_samples({1}, {Table2Kind::hollow}, notes)
+                      : make_samples({2}, {Table2Kind::hollow, Table2Kind::surface_filled}, notes);
   const Repetitions repetitions = arguments.quick ? Repetitions{1, 1} : Repetitions{15, 25};
   std::vector<Row> rows;
   for (const Sample& sample : samples) {
     const std::vector<Row> measured = measure(sample, repetitions);
     rows.insert(rows.end(), measured.begin(), measured.end());
   }
-  const nlohmann::ordered_json json = to_json(rows);
+  const Json json = to_json(rows);
   const std::string markdown = to_markdown(json, notes);
   std::fputs(markdown.c_str(), stdout);
   write_text(arguments.out / "table1.md", markdown);
@@ -70,21 +59,11 @@ void run(const Arguments& arguments) {
 }  // namespace pbdsurg::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Table 1 and figure 8: an organ's constraints, coloured by every algorithm.");
+  CLI::App app("Table 1 and figure 8: an organ's constraints, coloured by every algorithm.",
+               "table1");
   pbdsurg::bench::Arguments arguments;
-  app.add_option("--out", arguments.out, "folder for table1.md, table1.csv, tables.json, pictures")
-      ->capture_default_str();
   app.add_flag("--no-pictures", arguments.no_pictures, "leave out figure 8");
   app.add_flag("--quick", arguments.quick, "the smallest mesh, everything once: to see it work");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    pbdsurg::bench::run(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "table1: %s\n", error.what());
-    return 2;
-  }
+  return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
+                                     [&] { pbdsurg::bench::run(arguments); });
 }

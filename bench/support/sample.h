@@ -2,18 +2,21 @@
 #pragma once
 
 /// @file
-/// What table 1 is measured on: one mesh, its constraints, and the ways to colour them.
+/// What the paper's tables are measured on.
 
+#include <list>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/coloring/color.h"
+#include "pbdsurg/coloring/constraint_vertices.h"
+#include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg::bench {
 
-/// A mesh of the table 2 family.
+/// A mesh of the table 2 family and its constraints.
 struct Sample {
+  /// @throws BackendUnavailable  see table2_mesh()
   Sample(int table2_row, Table2Kind table2_kind);
 
   int row;
@@ -33,15 +36,9 @@ struct Sample {
 /// "hollow", "surface_filled"
 [[nodiscard]] const char* name_of(Table2Kind kind) noexcept;
 
-/// "clique_bound", "conflicts"
-[[nodiscard]] const char* name_of(Palette palette) noexcept;
-
-/// All algorithms, plain; and the first and the last of them with repair and balance.
-[[nodiscard]] std::vector<ColoringOptions> table1_colorings();
-
-/// Colours on one thread.
-/// @throws Error  if two constraints of one colour share a vertex
-[[nodiscard]] Coloring color_validly(const ConstraintVertices& constraints,
-                                     const ColoringOptions& options);
+/// Meshes kind by kind, without those kinds that cannot be made here: a line in `notes` says so.
+[[nodiscard]] std::list<Sample> make_samples(const std::vector<int>& rows,
+                                             const std::vector<Table2Kind>& kinds,
+                                             std::vector<std::string>& notes);
 
 }  // namespace pbdsurg::bench

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 namespace pbdsurg::bench {
@@ -19,10 +21,18 @@ double time_of(Run&& run) {
   return time.count();
 }
 
+/// The smallest value that at least a share of the values do not exceed.
+/// @param values  at least one
+/// @param share   in (0, 1]
+inline double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const double rank = std::ceil(share * static_cast<double>(values.size()));
+  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
 /// @param values  at least one
 inline double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
+  return quantile(std::move(values), 0.5);
 }
 
 /// Median time of a call that is repeated, ms.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sample.h"
+#include "colorings.h"
 
-#include "pbdsurg/coloring/edge_ownership.h"
+#include <string>
+
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -13,19 +13,6 @@ namespace {
 constexpr double kShrink = 2.2;
 
 }  // namespace
-
-Sample::Sample(int table2_row, Table2Kind table2_kind)
-    : row(table2_row),
-      kind(table2_kind),
-      mesh(table2_mesh(row, kind)),
-      edges(find_edges(mesh.tets())),
-      max_owned(
-          assign_edges_to_tets(static_cast<Index>(edges.size()), find_tet_edges(mesh.tets(), edges))
-              .max_owned) {}
-
-const char* name_of(Table2Kind kind) noexcept {
-  return kind == Table2Kind::hollow ? "hollow" : "surface_filled";
-}
 
 const char* name_of(Palette palette) noexcept {
   return palette == Palette::clique_bound ? "clique_bound" : "conflicts";

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report.h"
+
+#include <array>
+
+namespace pbdsurg::bench {
+namespace {
+
+// The table as printed: i7-4770 and GTX 980 Ti, ms a step.
+struct PaperRow {
+  Index colors;
+  const char* cpu_ms;
+  const char* gpu_ms;
+};
+constexpr std::array<PaperRow, 5> kPaper{{{40, "16.38-17.41", "14.31-14.42"},
+                                          {32, "28.51-29.10", "12.20-12.35"},
+                                          {36, "45.79-47.36", "14.49-14.57"},
+                                          {40, "54.81-55.65", "16.36-16.47"},
+                                          {39, "111.51-116.38", "21.65-22.16"}}};
+
+// What is not measured is null.
+void add_times(Json& json, const std::string& name, const std::optional<StepStatistics>& times) {
+  json[name + "_ms"] = times ? rounded(times->median_ms, 1e3) : Json();
+  json[name + "_p99_ms"] = times ? rounded(times->p99_ms, 1e3) : Json();
+}
+
+Json to_json(const Row& row) {
+  const Scene& scene = row.subject->scene;
+  const std::optional<int> paper_row = row.subject->row;
+  Json json{{"row", paper_row ? Json(*paper_row) : Json()},
+            {"kind", row.subject->kind},
+            {"plan", row.plan},
+            {"vertices", scene.vertex_count()},
+            {"links", row.links},
+            {"tets", scene.tets().size()},
+            {"colors", row.colors}};
+  add_times(json, "serial", row.serial);
+  add_times(json, "cpu_1thread", row.one_thread);
+  add_times(json, "cpu", row.all_threads);
+  json["threads"] = row.threads;
+  json["backend"] = row.backend;
+  add_times(json, "gpu", {});
+  add_times(json, "gpu_stream", {});
+  add_times(json, "plain_loop", row.plain_loop);
+  json["serial_over_cpu_1thread"] = rounded(row.serial_over_one_thread, 1e3);
+  json["serial_over_cpu"] = rounded(row.serial_over_all_threads, 1e3);
+  json["plain_loop_over_cpu"] = rounded(row.plain_loop_over_all_threads, 1e3);
+  json["steps"] = row.steps;
+  json["cpu_steps_per_second"] = rounded(1e3 / row.all_threads.median_ms, 1e1);
+  const PaperRow* paper = paper_row ? &kPaper.at(*paper_row - 1) : nullptr;
+  json["paper_colors"] = paper != nullptr ? Json(paper->colors) : Json();
+  json["paper_cpu_ms"] = paper != nullptr ? Json(paper->cpu_ms) : Json();
+  json["paper_gpu_ms"] = paper != nullptr ? Json(paper->gpu_ms) : Json();
+  return json;
+}
+
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all{{"plan", "plan", 0},
+                                       {"vertices", "vertices", 0},
+                                       {"links", "links", 0},
+                                       {"tets", "tets", 0},
+                                       {"colors", "colours", 0},
+                                       {"paper_cpu_ms", "paper (i7-4770), ms", 0},
+                                       {"plain_loop_ms", "plain loop, ms", 2},
+                                       {"plain_loop_p99_ms", "p99", 2},
+                                       {"serial_ms", "serial, ms", 2},
+                                       {"serial_p99_ms", "p99", 2},
+                                       {"cpu_1thread_ms", "1 thread, ms", 2},
+                                       {"cpu_1thread_p99_ms", "p99", 2},
+                                       {"cpu_ms", "all threads, ms", 2},
+                                       {"cpu_p99_ms", "p99", 2},
+                                       {"serial_over_cpu_1thread", "serial / 1 thread", 2},
+                                       {"serial_over_cpu", "serial / all", 2},
+                                       {"plain_loop_over_cpu", "plain loop / all", 2},
+                                       {"cpu_steps_per_second", "steps/s", 0},
+                                       {"steps", "steps timed", 0}};
+  return all;
+}
+
+constexpr const char* kLegend = R"(# Table 2
+
+- one step: 30 sweeps of 0.2 ms from a stretch of 10 %, fractions 0.4 and 1, one rim fixed; medians, and the time that 99 of 100 steps keep
+- the first plan of a row is the paper's (random disc, distances, then volumes), the second the fastest of greedy + repair on all threads, separate or joint, balanced or not
+- colours: phases in one sweep, of both types; the paper gives one number a row and counts edges alone (see table 1)
+- plain loop: all links shuffled, then all tetrahedra, one thread, the same compiler flags: what a backend must beat to be worth its name
+- ratios: medians over rounds in which all backends take turns
+- each step's end state is hashed: runs of one backend agree, fast steps on one thread and on all, and strict ones with the serial backend's
+- scene: liver and gallbladder of the sizes of the paper's table 3, joined by a membrane; the paper shows 57.4 whole frames a second (GTX 980 Ti)
+)";
+
+}  // namespace
+
+Json to_json(const std::vector<Row>& rows) {
+  Json json = Json::array();
+  for (const Row& row : rows) {
+    json.push_back(to_json(row));
+  }
+  return json;
+}
+
+std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
+  std::string text = kLegend;
+  for (const std::string& note : notes) {
+    text += "- " + note + "\n";
+  }
+  std::string kind;
+  for (const Json& row : rows) {
+    if (row["kind"] != kind) {
+      kind = row["kind"];
+      text += "\n## " + kind + "\n\n" + markdown_header("row", columns());
+    }
+    text += markdown_line(row["row"].is_null() ? "-" : text_of(row["row"]), row, columns());
+  }
+  return text;
+}
+
+}  // namespace pbdsurg::bench

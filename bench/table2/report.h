@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Table 2 beside the paper's figures.
+
+#include <string>
+#include <vector>
+
+#include "measure.h"
+#include "support/table_files.h"
+
+namespace pbdsurg::bench {
+
+[[nodiscard]] Json to_json(const std::vector<Row>& rows);
+
+/// A table for each kind, after one line for each note.
+[[nodiscard]] std::string to_markdown(const Json& rows, const std::vector<std::string>& notes);
+
+}  // namespace pbdsurg::bench

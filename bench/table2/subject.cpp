@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "subject.h"
+
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
+#include "pbdsurg/anatomy/membrane.h"
+
+#include "support/paper_step.h"
+#include "support/sample.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+// Vertices that give the tetrahedra of the paper's largest scene, table 3: 19729 and 22611.
+constexpr Index kLiverVertices = 4320;
+constexpr Index kGallbladderVertices = 6600;
+
+TetMesh make_organ(Organ organ, Index vertex_count) {
+  OrganRecipe recipe = organ_recipe(organ);
+  recipe.options.vertex_count = vertex_count;
+  return tetrahedralize(recipe.shape, recipe.options).mesh;
+}
+
+// Liver and gallbladder as in the demo: the liver's upper part is fixed, a membrane of links joins
+// them.
+Scene make_paper_scene() {
+  constexpr double kMembraneReach = 4.5e-3;  // m
+  constexpr double kFixedShare = 0.4;        // of the liver's height
+  const TetMesh gallbladder = make_organ(Organ::gallbladder, kGallbladderVertices);
+  const TetMesh liver = make_organ(Organ::liver, kLiverVertices);
+  Scene scene;
+  scene.set_gravity({0, 0, -9.81F});
+  const Index first = scene.add_body("gallbladder", gallbladder);
+  const Index second = scene.add_body("liver", liver);
+  const Eigen::AlignedBox3d box = bounding_box(liver);
+  scene.fix_where(second, [&](const Eigen::Vector3d& x) {
+    return x.z() > box.max().z() - kFixedShare * box.sizes().z();
+  });
+  for (const MembraneLink& link : membrane_links(gallbladder, liver, kMembraneReach)) {
+    scene.add_link({scene.body(first).first_vertex + link.first,
+                    scene.body(second).first_vertex + link.second,
+                    static_cast<float>(link.rest_length), Material{}.stretch});
+  }
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Subject> make_subjects(bool quick, std::vector<std::string>& notes) {
+  const auto samples =
+      quick
+          ? make_samples({1}, {Table2Kind::hollow}, notes)
+          : make_samples({1, 2, 3, 4, 5}, {Table2Kind::hollow, Table2Kind::surface_filled}, notes);
+  std::vector<Subject> subjects;
+  for (const Sample& sample : samples) {
+    subjects.push_back({sample.row, name_of(sample.kind), make_organ_scene(sample.mesh)});
+  }
+  if (!quick) {
+    subjects.push_back({std::nullopt, "scene", make_paper_scene()});
+  }
+  return subjects;
+}
+
+}  // namespace pbdsurg::bench
