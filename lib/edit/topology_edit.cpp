@@ -7,6 +7,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -53,18 +54,35 @@ void validate(const SolverData& data, const TopologyEdit& edit) {
     check_rest("edge", change.edge, "rest length", change.rest_length);
     edges.push_back(change.edge);
   }
-  check_ids("edge", std::move(edges), data.edges.size(),
-            [&](Index e) { return data.distances.is_alive(e); });
+  check_ids("edge", edges, data.edges.size(), [&](Index e) { return data.edge_tets[e] > 0; });
+  for (const Index e : edges) {
+    if (!data.distances.is_alive(e)) {
+      throw InvalidArgument(name_of("edge", e) +
+                            " belongs to a Neo-Hookean body, whose edges have no rest length");
+    }
+  }
   for (const RestVolumeChange& change : edit.rest_volumes) {
     check_rest("tet", change.tet, "rest volume", change.rest_volume);
     tets.push_back(change.tet);
   }
   check_ids("tet", tets, data.tets.size(), tet_alive);
   for (const Index t : tets) {
-    if (!data.volumes.is_alive(t)) {
+    if (!data.volumes.is_alive(t) && !data.neo_hookeans.is_alive(t)) {
       throw InvalidArgument(name_of("tet", t) + " belongs to a body without volume constraints");
     }
   }
+}
+
+// A strain limit keeps its share of the rest length.
+void set_rest_length(SolverData& data, const RestLengthChange& change) {
+  if (data.strain_limits.is_alive(change.edge)) {
+    const float before = data.distances.record(change.edge).parameters[DistanceConstraint::kRest];
+    const float limit =
+        data.strain_limits.record(change.edge).parameters[StrainLimitConstraint::kLimit];
+    data.strain_limits.set_parameter(change.edge, StrainLimitConstraint::kLimit,
+                                     limit * (change.rest_length / before));
+  }
+  data.distances.set_parameter(change.edge, DistanceConstraint::kRest, change.rest_length);
 }
 
 void remove_link(SolverData& data, Index link, EditResult& result) {
@@ -79,13 +97,21 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
   result.tets.push_back(t);
   for (const Index edge : data.tet_edges[t]) {
     if (--data.edge_tets[edge] == 0) {
-      data.distances.remove(edge);
+      if (data.distances.is_alive(edge)) {
+        data.distances.remove(edge);
+      }
+      if (data.strain_limits.is_alive(edge)) {
+        data.strain_limits.remove(edge);
+      }
       remove_vertex_spring(data, edge);
       result.edges.push_back(edge);
     }
   }
   if (data.volumes.is_alive(t)) {
     data.remove_volume(t);
+  }
+  if (data.neo_hookeans.is_alive(t)) {
+    data.neo_hookeans.remove(t);
   }
   for (const Index v : data.tets[t]) {
     Particle& particle = data.particles[v];
@@ -134,11 +160,15 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
 
   EditResult result;
   for (const RestLengthChange& change : edit.rest_lengths) {
-    data.distances.set_parameter(change.edge, DistanceConstraint::kRest, change.rest_length);
+    set_rest_length(data, change);
     set_vertex_rest_length(data, change.edge, change.rest_length);
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
-    data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
+    if (data.neo_hookeans.is_alive(change.tet)) {
+      set_rest_volume(data.neo_hookeans, change.tet, change.rest_volume);
+    } else {
+      data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
+    }
     set_vertex_rest_volume(data, change.tet, change.rest_volume);
   }
   for (const Index link : edit.remove_links) {

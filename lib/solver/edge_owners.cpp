@@ -25,7 +25,7 @@ EdgeOwners::EdgeOwners(std::span<const Body> bodies, Index edge_count,
         count = std::max(count, edge + 1);
       }
     }
-    if (body.material.has_volume_constraints) {
+    if (has_volume_constraints(body)) {
       const EdgeOwnership ownership = assign_edges_to_tets(count, local);
       for (Index edge = 0; edge < count; ++edge) {
         owners_[first_edge + edge] = body.first_tet + ownership.owner[edge];

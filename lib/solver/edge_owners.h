@@ -17,6 +17,11 @@
 
 namespace pbdsurg {
 
+/// Whether a body's tetrahedra have volume constraints.
+inline bool has_volume_constraints(const Body& body) noexcept {
+  return body.material.model == ElasticModel::springs && body.material.has_volume_constraints;
+}
+
 /// Each live edge of a body with volume constraints is owned by a live tetrahedron around it; other
 /// edges have no owner. Made by default, it is that of a separate plan: no edge has one.
 class EdgeOwners {

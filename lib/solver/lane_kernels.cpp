@@ -129,6 +129,26 @@ HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionSt
   }
 }
 
+// C and the rest value that it is measured against.
+struct Measured {
+  Lanes value, rest;
+};
+
+template <class Constraint>
+HWY_INLINE Measured measure_lanes(const ConstraintBlock<Constraint>& block, Index lane,
+                                  const Vec3<Lanes> (&x)[Constraint::kVertexCount]) {
+  if constexpr (std::is_same_v<Constraint, NeoHookeanConstraint>) {
+    Lanes parameters[Constraint::kParameterCount];
+    unroll<Constraint::kParameterCount>([&](auto p) PBDSURG_INLINE_LAMBDA {
+      parameters[p] = load_lanes(block.parameters[p] + lane);
+    });
+    return {Constraint::value(x, parameters), Lanes(1)};
+  } else {
+    const Lanes rest = load_lanes(block.parameters[Constraint::kRest] + lane);
+    return {Constraint::value(x, rest), rest};
+  }
+}
+
 template <class Constraint>
 HWY_FLATTEN Residual measure(const BlockRange<Constraint>& range, const Particle* particles) {
   Residual residual;
@@ -141,15 +161,15 @@ HWY_FLATTEN Residual measure(const BlockRange<Constraint>& range, const Particle
       unroll<Constraint::kVertexCount>([&](auto k) PBDSURG_INLINE_LAMBDA {
         x[k] = gather(particles, block.corners[k] + lane).x;
       });
-      const Lanes rest = load_lanes(block.parameters[Constraint::kRest] + lane);
-      const Lanes value = Constraint::value(x, rest);
+      const auto [value, rest] = measure_lanes<Constraint>(block, lane, x);
       const Lanes ratio = Lanes(hn::Div(abs(value).value, rest.value));
-      // what is not a number counts as infinite: it must not hide behind the finite ones
-      largest = max(largest,
-                    select(rest > Lanes(0), select(ratio < infinity, ratio, infinity), Lanes(0)));
       const Index idle = b * kBlockLanes + lane + kLanes - range.size;
       const auto used = hn::FirstN(
           Tag(), static_cast<std::size_t>(idle > 0 ? (idle < kLanes ? kLanes - idle : 0) : kLanes));
+      // what is not a number counts as infinite: it must not hide behind the finite ones; an idle
+      // lane may hold what its constraint was before an edit
+      const LaneMask counts{hn::And(used, (rest > Lanes(0)).value)};
+      largest = max(largest, select(counts, select(ratio < infinity, ratio, infinity), Lanes(0)));
       residual.inverted +=
           static_cast<Index>(hn::CountTrue(Tag(), hn::And(used, (value + rest < Lanes(0)).value)));
     }
@@ -264,11 +284,25 @@ constexpr ConstraintKernels<Constraint> kernels_of() {
           &project<Constraint, ProjectionMode::compliance, true>, &measure<Constraint>};
 }
 
+constexpr ConstraintKernels<NeoHookeanConstraint> neo_hookean_kernels() {
+  return {nullptr, &project<NeoHookeanConstraint, ProjectionMode::compliance, false>,
+          &project<NeoHookeanConstraint, ProjectionMode::compliance, true>,
+          &measure<NeoHookeanConstraint>};
+}
+
+// Limits are alike in all modes.
+constexpr ConstraintKernels<StrainLimitConstraint> strain_limit_kernels() {
+  constexpr auto* kProject = &project<StrainLimitConstraint, ProjectionMode::fraction, false>;
+  return {kProject, kProject, kProject, nullptr};
+}
+
 }  // namespace
 
 extern const LaneKernels kernels;
 constinit const LaneKernels kernels{kernels_of<DistanceConstraint>(),
                                     kernels_of<VolumeConstraint>(),
+                                    neo_hookean_kernels(),
+                                    strain_limit_kernels(),
                                     PBDSURG_LANES_NAME,
                                     &predict,
                                     &update_velocities,

@@ -7,7 +7,9 @@
 /// multiples of kBlockLanes, and gives every element the same bits wherever the cuts are.
 
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/types.h"
 
@@ -40,7 +42,7 @@ struct Residual {
   Index inverted = 0;  ///< constraints whose measure is negative
 };
 
-/// Loops over one type of constraint.
+/// Loops over one type of constraint; null where it has no such mode or nothing to report.
 template <class Constraint>
 struct ConstraintKernels {
   using Project = void(const BlockRange<Constraint>&, const ProjectionState&);
@@ -67,7 +69,10 @@ struct Prediction {
 };
 
 /// All loops for one instruction set and one MathMode.
-struct LaneKernels : ConstraintKernels<DistanceConstraint>, ConstraintKernels<VolumeConstraint> {
+struct LaneKernels : ConstraintKernels<DistanceConstraint>,
+                     ConstraintKernels<VolumeConstraint>,
+                     ConstraintKernels<NeoHookeanConstraint>,
+                     ConstraintKernels<StrainLimitConstraint> {
   const char* name;
   void (*predict)(const VertexRange&, const Prediction&);
   void (*update_velocities)(const VertexRange&, float inverse_h);

@@ -23,6 +23,27 @@ void check_stiffness(const std::string& what, const Stiffness& stiffness) {
   }
 }
 
+void check_material(const std::string& what, const Material& material) {
+  check_stiffness(what + ": stretch", material.stretch);
+  check_stiffness(what + ": volume", material.volume);
+  if (!(material.youngs_modulus > 0) || !std::isfinite(material.youngs_modulus)) {
+    throw InvalidArgument(what + ": youngs_modulus is " + std::to_string(material.youngs_modulus) +
+                          " Pa; it must be positive and finite");
+  }
+  if (!(material.poissons_ratio >= 0) || !(material.poissons_ratio < 0.5F)) {
+    throw InvalidArgument(what + ": poissons_ratio is " + std::to_string(material.poissons_ratio) +
+                          "; it must be in [0, 0.5)");
+  }
+  if (!(material.damping >= 0) || !std::isfinite(material.damping)) {
+    throw InvalidArgument(what + ": damping is " + std::to_string(material.damping) +
+                          " s; it must be >= 0 and finite");
+  }
+  if (!(material.max_stretch > 1)) {
+    throw InvalidArgument(what + ": max_stretch is " + std::to_string(material.max_stretch) +
+                          "; it must be > 1, or infinite for no limit");
+  }
+}
+
 }  // namespace
 
 Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> positions,
@@ -49,8 +70,7 @@ Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> posi
 }
 
 Index Scene::add_body(std::string name, const TetMesh& mesh, const Material& material) {
-  check_stiffness("body '" + name + "': stretch", material.stretch);
-  check_stiffness("body '" + name + "': volume", material.volume);
+  check_material("body '" + name + "'", material);
   const Body& body =
       append_body(std::move(name), mesh.positions(), lumped_masses(mesh, material.density),
                   mesh.tets().size(), material);

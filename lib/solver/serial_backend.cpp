@@ -60,6 +60,7 @@ class SerialBackend final : public Backend {
       if (data.options.mode == ProjectionMode::compliance) {
         reset_multipliers(data.distances);
         reset_multipliers(data.volumes);
+        reset_multipliers(data.neo_hookeans);
       }
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);

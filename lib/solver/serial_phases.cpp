@@ -65,14 +65,22 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
 }
 
 template <class Constraint>
+void project_compliant_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
+                             const Substep<float>& substep) {
+  if (data.has_damping) {
+    project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
+  } else {
+    project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
+  }
+}
+
+template <class Constraint>
 void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
                    const Substep<float>& substep) {
   if (data.options.mode == ProjectionMode::fraction) {
     project_group<Constraint, ProjectionMode::fraction, false>(data, slots, group, substep);
-  } else if (data.has_damping) {
-    project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
   } else {
-    project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
+    project_compliant_group(data, slots, group, substep);
   }
 }
 
@@ -122,8 +130,11 @@ void project_serially(SolverData& data, const Phase& phase, const Substep<float>
       project_group(data, data.volumes, phase.color, substep);
       break;
     case PhaseKind::neo_hookean:
+      project_compliant_group(data, data.neo_hookeans, phase.color, substep);
+      break;
     case PhaseKind::strain_limit:
-      break;  // not in any plan yet
+      project_group(data, data.strain_limits, phase.color, substep);
+      break;
     case PhaseKind::vertex:
       break;  // see solve_vertices()
     case PhaseKind::attachment:

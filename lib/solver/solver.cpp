@@ -16,6 +16,7 @@
 
 #include "coloring/coloring_options.h"
 #include "solver/backend.h"
+#include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -62,6 +63,16 @@ void check_options(const SolverOptions& options) {
       options.composition != PlanComposition::joint) {
     throw InvalidArgument("unknown composition " +
                           std::to_string(static_cast<int>(options.composition)));
+  }
+}
+
+void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
+  for (const Body& body : bodies) {
+    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+      throw InvalidArgument("body '" + body.name +
+                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
+                            "the compliance mode");
+    }
   }
 }
 
@@ -138,21 +149,33 @@ Index group_by_color(std::span<const ConstraintRecord<Constraint>> records,
   return coloring.color_count;
 }
 
-void build_distances(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<DistanceConstraint>> records;
-  records.reserve(data.edges.size() + data.links.size());
+template <class Visit>
+void for_each_edge(const Scene& scene, const SolverData& data, Visit visit) {
   std::size_t b = 0;  // edges are sorted, so their bodies ascend
-  for (const Edge& edge : data.edges) {
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    const Edge& edge = data.edges[e];
     while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
       ++b;
     }
     const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    const Material& material = data.bodies[b].material;
-    records.push_back({edge,
+    visit(static_cast<Index>(e), length, data.bodies[b].material);
+  }
+}
+
+void build_distances(const Scene& scene, SolverData& data) {
+  std::vector<ConstraintRecord<DistanceConstraint>> records;
+  records.reserve(data.edges.size() + data.links.size());
+  std::vector<Index> ids;
+  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
+    records.push_back({data.edges[edge],
                        {static_cast<float>(length), pick(material.stretch, data.options.mode),
                         material.damping}});
-  }
+    if (material.model == ElasticModel::springs) {
+      ids.push_back(edge);
+    }
+  });
   for (const Link& link : data.links) {
+    ids.push_back(static_cast<Index>(records.size()));
     records.push_back({{link.first, link.second},
                        {link.rest_length, pick(link.stiffness, data.options.mode), 0}});
   }
@@ -161,13 +184,13 @@ void build_distances(const Scene& scene, SolverData& data) {
         EdgeOwners(data.bodies, static_cast<Index>(data.edges.size()), data.tet_edges);
   }
   std::vector<Index> alone, owned;
-  for (std::size_t id = 0; id < records.size(); ++id) {
+  for (const Index id : ids) {
     const bool is_owned =
-        id < data.edges.size() && data.edge_owners[static_cast<Index>(id)] != kInvalidIndex;
-    (is_owned ? owned : alone).push_back(static_cast<Index>(id));
+        static_cast<std::size_t>(id) < data.edges.size() && data.edge_owners[id] != kInvalidIndex;
+    (is_owned ? owned : alone).push_back(id);
   }
   const std::span<const ConstraintRecord<DistanceConstraint>> view(records);
-  std::vector<Index> group_of(records.size());
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
   data.distance_colors = group_by_color(view, alone, data, group_of);
   for (const Index edge : owned) {
     group_of[edge] = data.joint_group_of(edge);
@@ -186,7 +209,7 @@ void build_volumes(const Scene& scene, SolverData& data) {
       records.push_back({data.tets[t],
                          {static_cast<float>(volume), pick(body.material.volume, data.options.mode),
                           body.material.damping}});
-      if (body.material.has_volume_constraints) {
+      if (has_volume_constraints(body)) {
         ids.push_back(t);
       }
     }
@@ -195,6 +218,41 @@ void build_volumes(const Scene& scene, SolverData& data) {
   std::vector<Index> group_of(records.size(), kInvalidIndex);
   data.volume_colors = group_by_color(view, ids, data, group_of);
   data.volumes = ConstraintSlots<VolumeConstraint>(view, group_of, data.volume_colors + 1);
+}
+
+void build_neo_hookeans(const Scene& scene, SolverData& data) {
+  std::vector<ConstraintRecord<NeoHookeanConstraint>> records(data.tets.size());
+  std::vector<Index> ids;
+  for (const Body& body : data.bodies) {
+    if (body.material.model != ElasticModel::neo_hookean) {
+      continue;
+    }
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      records[t] = make_neo_hookean(scene.positions(), data.tets[t], body.material);
+      ids.push_back(t);
+    }
+  }
+  const std::span<const ConstraintRecord<NeoHookeanConstraint>> view(records);
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  data.neo_hookean_colors = group_by_color(view, ids, data, group_of);
+  data.neo_hookeans =
+      ConstraintSlots<NeoHookeanConstraint>(view, group_of, data.neo_hookean_colors + 1);
+}
+
+void build_strain_limits(const Scene& scene, SolverData& data) {
+  std::vector<ConstraintRecord<StrainLimitConstraint>> records;
+  std::vector<Index> ids;
+  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
+    records.push_back({data.edges[edge], {static_cast<float>(material.max_stretch * length)}});
+    if (std::isfinite(material.max_stretch)) {
+      ids.push_back(edge);
+    }
+  });
+  const std::span<const ConstraintRecord<StrainLimitConstraint>> view(records);
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  data.strain_limit_colors = group_by_color(view, ids, data, group_of);
+  data.strain_limits =
+      ConstraintSlots<StrainLimitConstraint>(view, group_of, data.strain_limit_colors + 1);
 }
 
 // Colours, then overflow, without those that are empty.
@@ -322,11 +380,14 @@ void SolverData::rebuild_plan() {
         plan.phases.push_back({PhaseKind::vertex, color});
       }
     }
+    add_phases(PhaseKind::strain_limit, strain_limits, strain_limit_colors, plan.phases);
     return;
   }
   add_phases(PhaseKind::distance, distances, distance_colors, plan.phases);
   add_phases(options.composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume,
              volumes, volume_colors, plan.phases);
+  add_phases(PhaseKind::neo_hookean, neo_hookeans, neo_hookean_colors, plan.phases);
+  add_phases(PhaseKind::strain_limit, strain_limits, strain_limit_colors, plan.phases);
   // an attachment's colour is the number of tools before it that hold the same vertex
   std::unordered_map<Index, Index> holders;
   Index attachment_colors = 0;
@@ -356,6 +417,7 @@ const SolverData& solver_data(const Solver& solver) noexcept {
 Solver::Solver(const Scene& scene, const SolverOptions& options)
     : data_(std::make_unique<SolverData>()) {
   check_options(options);
+  check_materials(scene.bodies(), options.mode);
   check_vertex_method(scene, options);
   SolverData& data = *data_;
   data.options = options;
@@ -378,6 +440,10 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   copy_masses(scene, data);
   build_volumes(scene, data);
   build_distances(scene, data);
+  build_neo_hookeans(scene, data);
+  build_strain_limits(scene, data);
+  data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
+                                 [](const Body& body) { return body.material.damping > 0; });
   data.vertex_method = make_vertex_method(scene, data);
   data.plan.name = plan_name(options);
   data.rebuild_plan();
@@ -623,7 +689,7 @@ bool Solver::is_tet_alive(Index tet) const {
 
 bool Solver::is_edge_alive(Index edge) const {
   check_id("edge", edge, data_->edges.size());
-  return data_->distances.is_alive(edge);
+  return data_->edge_tets[edge] > 0;
 }
 
 bool Solver::is_link_alive(Index link) const {
@@ -640,11 +706,18 @@ float Solver::rest_length(Index edge) const {
   if (!is_edge_alive(edge)) {
     throw InvalidArgument("edge " + std::to_string(edge) + " was removed");
   }
+  if (!data_->distances.is_alive(edge)) {
+    throw InvalidArgument("edge " + std::to_string(edge) +
+                          " belongs to a Neo-Hookean body, whose edges have no rest length");
+  }
   return data_->distances.record(edge).parameters[DistanceConstraint::kRest];
 }
 
 float Solver::rest_volume(Index tet) const {
   check_id("tet", tet, data_->tets.size());
+  if (data_->neo_hookeans.is_alive(tet)) {
+    return pbdsurg::rest_volume(data_->neo_hookeans.record(tet));
+  }
   if (!data_->volumes.is_alive(tet)) {
     throw InvalidArgument("tet " + std::to_string(tet) +
                           " was removed or belongs to a body without volume constraints");

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
@@ -76,13 +78,18 @@ class SolverData {
   std::vector<double> vertex_masses;            // [vertex_count] kg
   std::uint64_t topology_version = 0;
 
-  // Constraints: edges first, then links; bodies without volume constraints have none of them.
+  // Constraints: edges of springs first, then links; bodies without volume constraints have none of
+  // them, and Neo-Hookean bodies neither those nor distances.
   // Groups are the colours, then overflow. Six more groups of distances follow for each group of
   // volumes, one for each of kTetEdges: edges at that place of the tetrahedra that own them.
   ConstraintSlots<DistanceConstraint> distances;  // [edge_count + link_count]
   ConstraintSlots<VolumeConstraint> volumes;      // [tet_count]
   Index distance_colors = 0;
   Index volume_colors = 0;
+  ConstraintSlots<NeoHookeanConstraint> neo_hookeans;    // [tet_count]
+  ConstraintSlots<StrainLimitConstraint> strain_limits;  // [edge_count]
+  Index neo_hookean_colors = 0;
+  Index strain_limit_colors = 0;
   bool has_damping = false;  // of any material
   EdgeOwners edge_owners;
   VertexMethod vertex_method;

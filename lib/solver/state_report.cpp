@@ -26,6 +26,27 @@ void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& s
   }
 }
 
+// Shares of volume beyond that at rest.
+template <class Visit>
+void for_each_swelling(const SolverData& data, Visit visit) {
+  const auto& slots = data.neo_hookeans;
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    for (Index slot = 0; slot < slots.size(group); ++slot) {
+      const auto& block = slots.blocks(group)[slot / kBlockLanes];
+      const Index lane = slot % kBlockLanes;
+      Vec3<float> points[4];
+      for (int k = 0; k < 4; ++k) {
+        points[k] = load(at(data.particles.data(), block.corners[k][lane]));
+      }
+      float parameters[NeoHookeanConstraint::kParameterCount];
+      for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
+        parameters[p] = block.parameters[p][lane];
+      }
+      visit(NeoHookeanConstraint::value(points, parameters));
+    }
+  }
+}
+
 // A residual that is not a number counts as infinite: it must not hide behind the finite ones.
 void raise(float& largest, float value) {
   largest =
@@ -55,11 +76,15 @@ void report_constraints(const SolverData& data, StepReport& report) {
     raise(report.volume_residual, std::abs(value) / rest);
     report.inverted_tets += value + rest < 0;
   });
+  for_each_swelling(data, [&](float value) {
+    raise(report.volume_residual, std::abs(value));
+    report.inverted_tets += value < -1;
+  });
 }
 
 void report_tubes(const SolverData& data, StepReport& report) {
   for (const Body& body : data.bodies) {
-    if (body.material.has_volume_constraints) {
+    if (body.material.model != ElasticModel::springs || has_volume_constraints(body)) {
       continue;
     }
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {

@@ -13,7 +13,8 @@ namespace pbdsurg {
 /// Vertices that are not finite.
 void report_vertices(const SolverData& data, StepReport& report);
 
-/// Residuals of all constraints, and inverted tetrahedra among those that have volume constraints.
+/// Residuals of all constraints, and inverted tetrahedra among those that have volume constraints
+/// or are Neo-Hookean.
 void report_constraints(const SolverData& data, StepReport& report);
 
 /// Inverted tetrahedra of tubes, which have no volume constraints.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "coloring/thread_team.h"
@@ -59,14 +60,15 @@ class ThreadedBackend final : public Backend {
     for (const ThreadResidual& residual : residuals_) {
       report.distance_residual = std::max(report.distance_residual, residual.distances.largest);
       report.volume_residual = std::max(report.volume_residual, residual.volumes.largest);
-      report.inverted_tets += residual.volumes.inverted;
+      report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
+      report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
     }
     return report;
   }
 
  private:
   struct alignas(128) ThreadResidual {
-    Residual distances, volumes;
+    Residual distances, volumes, neo_hookeans;
   };
 
   // What one thread does in a step. Thread 0 alone looks after tools and small phases.
@@ -85,6 +87,7 @@ class ThreadedBackend final : public Backend {
       if (data.options.mode == ProjectionMode::compliance) {
         reset_multipliers(data.distances, thread);
         reset_multipliers(data.volumes, thread);
+        reset_multipliers(data.neo_hookeans, thread);
       }
       team_.barrier(thread);
       if (thread == 0) {
@@ -110,7 +113,8 @@ class ThreadedBackend final : public Backend {
       end_tools(data);
     }
     residuals_[thread] = {measure(data, data.distances, thread),
-                          measure(data, data.volumes, thread)};
+                          measure(data, data.volumes, thread),
+                          measure(data, data.neo_hookeans, thread)};
   }
 
   void sweep(SolverData& data, const ProjectionState& state, const VertexState& vertex_state,
@@ -143,6 +147,12 @@ class ThreadedBackend final : public Backend {
         break;
       case PhaseKind::volume:
         project_group(data, data.volumes, stage.group, state, thread, threads);
+        break;
+      case PhaseKind::neo_hookean:
+        project_group(data, data.neo_hookeans, stage.group, state, thread, threads);
+        break;
+      case PhaseKind::strain_limit:
+        project_group(data, data.strain_limits, stage.group, state, thread, threads);
         break;
       default:
         project_serially(data, stage.phase, state.substep);
@@ -229,6 +239,12 @@ class ThreadedBackend final : public Backend {
         case PhaseKind::volume:
           add_stage(phase, data.volumes, phase.color);
           break;
+        case PhaseKind::neo_hookean:
+          add_stage(phase, data.neo_hookeans, phase.color);
+          break;
+        case PhaseKind::strain_limit:
+          add_stage(phase, data.strain_limits, phase.color);
+          break;
         case PhaseKind::joint:
           if (phase.serial) {
             add_stage(phase, phase.color, false);
@@ -253,7 +269,8 @@ class ThreadedBackend final : public Backend {
   template <class Constraint>
   void add_stage(const Phase& phase, const ConstraintSlots<Constraint>& slots, Index group) {
     // in the time that sixteen distances take, some 20 ns
-    constexpr Index kBlockCost = Constraint::kVertexCount / 2;
+    constexpr Index kBlockCost =
+        std::is_same_v<Constraint, NeoHookeanConstraint> ? 6 : Constraint::kVertexCount / 2;
     constexpr Index kMeetingCost = 8;
     const Index saved = kBlockCost * static_cast<Index>(slots.blocks(group).size()) *
                         (team_.size() - 1) / team_.size();

@@ -77,8 +77,16 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
     }
   }
   apply(solver, {}, gone);
-  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-    rest_lengths_.push_back(solver.is_edge_alive(e) ? solver.rest_length(e) : 0.0F);
+  rest_lengths_.assign(solver.edges().size(), 0.0F);
+  for (const Body& body : bodies_) {
+    if (body.material.model == ElasticModel::neo_hookean) {
+      continue;  // shrinks by its rest volumes alone
+    }
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      for (const Index e : solver.tet_edges(t)) {
+        rest_lengths_[e] = solver.is_edge_alive(e) ? solver.rest_length(e) : 0.0F;
+      }
+    }
   }
 }
 
@@ -182,14 +190,15 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
       water[k] = field.water()[v];
       boiling[k] = field.has_boiled(v);
     }
-    if (body.material.has_volume_constraints) {
+    const bool is_neo_hookean = body.material.model == ElasticModel::neo_hookean;
+    if (is_neo_hookean || body.material.has_volume_constraints) {
       const double factor = shrunk((water[0] + water[1] + water[2] + water[3]) / 4);
       const float volume = rest_volumes_[i][t] * static_cast<float>(factor * factor * factor);
       if (volume < (1 - kLeastChange) * solver.rest_volume(scene_tet)) {
         edit.rest_volumes.push_back({scene_tet, volume});
       }
     }
-    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
       if (boiling[kTetEdges[e][0]] && boiling[kTetEdges[e][1]]) {
         shrinking.push_back(solver.tet_edges(scene_tet)[e]);
       }

@@ -224,6 +224,86 @@ TEST_CASE("topology edit: rest values change what the solver pulls towards", "[u
   CHECK((x.back() - x.front()).norm() == Approx(0.8 * 2 * kEdge * std::sqrt(3.0)).epsilon(0.01));
 }
 
+namespace {
+
+Scene make_neo_hookean_block() {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge, 0.1),
+                 {.model = ElasticModel::neo_hookean, .max_stretch = 1.5F});
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  return scene;
+}
+
+}  // namespace
+
+// Would catch a constraint that survives its tissue, and two of a colour at one vertex.
+TEST_CASE("topology edit: neo-hookean tissue takes its constraints along", "[property]") {
+  const Scene scene = make_neo_hookean_block();
+  Solver solver(scene);
+  const SolverData& data = solver_data(solver);
+  const std::vector<Index> order = shuffled(static_cast<Index>(scene.tets().size()), 5);
+  for (std::size_t next = 0; next < order.size();) {
+    TopologyEdit edit;
+    for (int i = 0; i < 7 && next < order.size(); ++i) {
+      edit.remove_tets.push_back(order[next++]);
+    }
+    const EditResult result = apply_edit(solver, edit);
+    for (const Index edge : result.edges) {
+      CHECK_FALSE(solver.is_edge_alive(edge));
+    }
+    std::set<std::pair<Index, Index>> of_tets, of_edges;  // colour, vertex
+    for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
+      CHECK(data.neo_hookeans.is_alive(t) == solver.is_tet_alive(t));
+      for (const Index v : scene.tets()[t]) {
+        CHECK(
+            (!solver.is_tet_alive(t) || of_tets.insert({data.neo_hookeans.group_of(t), v}).second));
+      }
+    }
+    for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+      CHECK(data.strain_limits.is_alive(e) == solver.is_edge_alive(e));
+      for (const Index v : solver.edges()[e]) {
+        CHECK((!solver.is_edge_alive(e) ||
+               of_edges.insert({data.strain_limits.group_of(e), v}).second));
+      }
+    }
+    CHECK(solver.step(1e-3F).non_finite_vertices == 0);
+  }
+  CHECK(solver.plan().phases.empty());
+}
+
+TEST_CASE("topology edit: rest volumes shrink neo-hookean tissue, rest lengths are refused",
+          "[unit]") {
+  const Scene scene = make_neo_hookean_block();
+  Solver solver(scene, {.damping = 20});
+  CHECK_THROWS_WITH(apply_edit(solver, {.rest_lengths = {{3, 1e-3F}}}),
+                    ContainsSubstring("edge 3 belongs to a Neo-Hookean body"));
+  CHECK(solver.topology_version() == 0);
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
+    edit.rest_volumes.push_back({t, 0.512F * solver.rest_volume(t)});
+  }
+  apply_edit(solver, edit);
+  CHECK(solver.rest_volume(3) == Approx(edit.rest_volumes[3].rest_volume).epsilon(1e-5));
+  StepReport report;
+  for (int i = 0; i < 200; ++i) {
+    report = solver.step(5e-3F);
+  }
+  const auto x = solver.positions();
+  CHECK((x.back() - x.front()).norm() ==
+        Approx(0.8 * (scene.positions().back() - scene.positions().front()).norm()).epsilon(0.001));
+  CHECK(report.volume_residual < 1e-3F);
+}
+
+TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({1, 1, 1}, kEdge), {.max_stretch = 1.5F});
+  Solver solver(scene);
+  const float half = 0.5F * solver.rest_length(2);
+  apply_edit(solver, {.rest_lengths = {{2, half}}});
+  CHECK(solver_data(solver).strain_limits.record(2).parameters[StrainLimitConstraint::kLimit] ==
+        Approx(1.5 * half));
+}
+
 // Would catch half an edit: after each refusal the state must be what it was, and step alike.
 TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[unit]") {
   const Scene scene = make_two_blocks();

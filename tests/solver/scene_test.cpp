@@ -40,6 +40,13 @@ TEST_CASE("scene: bad values are refused by name and change nothing", "[unit]") 
   CHECK_THROWS_WITH(scene.add_body("b", box, {.stretch = {0, 0}}), ContainsSubstring("(0, 1]"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.volume = {1, nan}}),
                     ContainsSubstring("volume compliance"));
+  CHECK_THROWS_WITH(scene.add_body("b", box, {.youngs_modulus = 0}),
+                    ContainsSubstring("body 'b': youngs_modulus is 0"));
+  CHECK_THROWS_WITH(scene.add_body("b", box, {.poissons_ratio = 0.5F}),
+                    ContainsSubstring("poissons_ratio is 0.5"));
+  CHECK_THROWS_WITH(scene.add_body("b", box, {.damping = nan}), ContainsSubstring("damping"));
+  CHECK_THROWS_WITH(scene.add_body("b", box, {.max_stretch = 1}),
+                    ContainsSubstring("max_stretch is 1"));
   CHECK_THROWS_WITH(scene.fix_vertices(0, std::vector<Index>{1, 8}),
                     ContainsSubstring("no vertex 8"));
   CHECK_FALSE(scene.is_fixed(1));

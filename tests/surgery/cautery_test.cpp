@@ -88,6 +88,30 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
   CHECK(volume * per_volume < cautery.ledger().in);
 }
 
+TEST_CASE("cautery: neo-hookean tissue shrinks by its volumes and vaporises", "[validation]") {
+  const Setup setup;
+  Scene scene;
+  scene.add_body("fat", setup.mesh, {.model = ElasticModel::neo_hookean});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.1 * kEdge; });
+  Solver solver(scene, {.damping = 20});
+  const CauteryBody body{0, &setup.mesh, kFat};
+  Cautery cautery(solver, std::span(&body, 1));
+  Index removed = 0;
+  bool shrank = false;
+  for (int i = 0; i < 300; ++i) {
+    const CauteryReport report = cautery.update(solver, {4e-3F, 4e-3F, 4.2e-3F}, 8, 5e-3);
+    removed += static_cast<Index>(report.edit.tets.size());
+    CHECK(solver.step(5e-3F).non_finite_vertices == 0);
+    for (Index t = 0; t < setup.mesh.tet_count() && !shrank; ++t) {
+      shrank =
+          solver.is_tet_alive(t) &&
+          solver.rest_volume(t) < 0.9 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+    }
+  }
+  CHECK(removed > 10);
+  CHECK(shrank);
+}
+
 TEST_CASE("cautery: a tip that touches nothing delivers nothing", "[unit]") {
   const Setup setup;
   Solver solver(setup.scene);

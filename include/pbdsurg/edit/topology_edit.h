@@ -13,13 +13,14 @@
 
 namespace pbdsurg {
 
-/// A new rest length of a live edge.
+/// A new rest length of a live edge of a body of springs. A strain limit follows.
 struct RestLengthChange {
   Index edge;
   float rest_length;  ///< m, positive and finite
 };
 
-/// A new rest volume of a live tetrahedron of a body with volume constraints.
+/// A new rest volume of a live tetrahedron of a body with volume constraints or of a Neo-Hookean
+/// body, whose rest shape is then scaled evenly.
 struct RestVolumeChange {
   Index tet;
   float rest_volume;  ///< m^3, positive and finite

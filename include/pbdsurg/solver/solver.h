@@ -102,7 +102,9 @@ class SolverData;
 class Solver {
  public:
   /// Copies the scene, colours its constraints and builds the step plan.
-  /// @throws InvalidArgument     naming the option out of range
+  /// @throws InvalidArgument     naming the option out of range, or the Neo-Hookean body in
+  /// fraction
+  ///                             mode
   /// @throws BackendUnavailable  if the backend asked for is not there
   explicit Solver(const Scene& scene, const SolverOptions& options = {});
   ~Solver();
@@ -219,6 +221,8 @@ class Solver {
   [[nodiscard]] bool has_tissue(Index vertex) const;
 
   /// Rest length of a live edge, m, and rest volume of a live tetrahedron, m^3, as they are now.
+  /// @throws InvalidArgument  if there is none: edges of Neo-Hookean bodies have no rest length,
+  ///                          tetrahedra of springs without volume constraints no rest volume
   [[nodiscard]] float rest_length(Index edge) const;
   [[nodiscard]] float rest_volume(Index tet) const;
 

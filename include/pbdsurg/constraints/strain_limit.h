@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Keeps an edge from getting longer than its tissue can bear.
+///
+///   x0 o-----------o x1      C = |x0 - x1| - limit <= 0       m
+///                            gradient  +n at x0, -n at x1     1
+///                            compliance                       0: rigid, in both modes
+///                            multiplier                       none: it pulls when too long,
+///                                                             and gives nothing back
+
+#include <cmath>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/select.h"
+#include "pbdsurg/core/vec3.h"
+
+namespace pbdsurg {
+
+struct StrainLimitConstraint {
+  static constexpr int kVertexCount = 2;
+  static constexpr int kMultiplierCount = 1;  // stays zero
+  enum Parameter {
+    kLimit,  ///< m
+    kParameterCount
+  };
+
+  /// One projection, in place.
+  ///
+  /// @param x  m
+  /// @param w  1/kg, zero for a fixed vertex
+  template <ProjectionMode, class Scalar, class Damping = Undamped>
+  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
+                                          const Scalar (&parameters)[kParameterCount],
+                                          const Substep<Scalar>&, Scalar (&)[kMultiplierCount],
+                                          const Damping& = {}) {
+    using std::sqrt;
+    const Vec3<Scalar> d = x[0] - x[1];
+    const Scalar length = sqrt(dot(d, d));
+    const Scalar mobility = w[0] + w[1];
+    const auto is_pulled = (length > parameters[kLimit]) & is_usable(length) & is_usable(mobility);
+    const Vec3<Scalar> move = select(
+        is_pulled, ((parameters[kLimit] - length) / (mobility * length)) * d, Vec3<Scalar>{});
+    x[0] = x[0] + w[0] * move;
+    x[1] = x[1] - w[1] * move;
+  }
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a Neo-Hookean tetrahedron stores, from its rest shape and material, and back.
+
+#include <Eigen/Core>
+#include <span>
+
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/material.h"
+
+#include "solver/constraint_slots.h"
+
+namespace pbdsurg {
+
+/// @param positions  [vertex_count] m, at rest
+ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::Vector3d> positions,
+                                                        const Tet& tet, const Material& material);
+
+/// m^3
+float rest_volume(const ConstraintRecord<NeoHookeanConstraint>& record) noexcept;
+
+/// Scales the rest shape of a live tetrahedron evenly; its moduli stay.
+/// @param volume  m^3, positive
+void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet,
+                     float volume) noexcept;
+
+}  // namespace pbdsurg
