@@ -16,6 +16,7 @@
 
 #include "coloring/coloring_options.h"
 #include "solver/backend.h"
+#include "solver/build_constraints.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
 
@@ -59,11 +60,7 @@ void check_options(const SolverOptions& options) {
   check_choice("way of waiting", options.wait, ThreadWait::block);
   check_choice("method", options.method, SolverMethod::vertex_block);
   check_coloring_options(options.coloring);
-  if (options.composition != PlanComposition::separate &&
-      options.composition != PlanComposition::joint) {
-    throw InvalidArgument("unknown composition " +
-                          std::to_string(static_cast<int>(options.composition)));
-  }
+  check_choice("composition", options.composition, PlanComposition::nested);
 }
 
 void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
@@ -74,10 +71,6 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
                             "the compliance mode");
     }
   }
-}
-
-float pick(const Stiffness& stiffness, ProjectionMode mode) {
-  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
 }
 
 IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
@@ -126,146 +119,6 @@ void copy_masses(const Scene& scene, SolverData& data) {
   }
 }
 
-// Colours the constraints listed, and gives each its group: the colour, or color_count.
-// @param group_of  [id_count] those not listed are left alone
-// @return          color_count
-template <class Constraint>
-Index group_by_color(std::span<const ConstraintRecord<Constraint>> records,
-                     std::span<const Index> ids, const SolverData& data,
-                     std::vector<Index>& group_of) {
-  constexpr std::size_t kArity = Constraint::kVertexCount;
-  std::vector<std::array<Index, kArity>> vertices;
-  vertices.reserve(ids.size());
-  for (const Index id : ids) {
-    vertices.push_back(records[id].vertices);
-  }
-  const Coloring coloring = color_constraints({std::span<const std::array<Index, kArity>>(vertices),
-                                               static_cast<Index>(data.particles.size())},
-                                              data.options.coloring);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const Index color = coloring.color_of[i];
-    group_of[ids[i]] = color == kOverflowColor ? coloring.color_count : color;
-  }
-  return coloring.color_count;
-}
-
-template <class Visit>
-void for_each_edge(const Scene& scene, const SolverData& data, Visit visit) {
-  std::size_t b = 0;  // edges are sorted, so their bodies ascend
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
-    const Edge& edge = data.edges[e];
-    while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
-      ++b;
-    }
-    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    visit(static_cast<Index>(e), length, data.bodies[b].material);
-  }
-}
-
-void build_distances(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<DistanceConstraint>> records;
-  records.reserve(data.edges.size() + data.links.size());
-  std::vector<Index> ids;
-  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back({data.edges[edge],
-                       {static_cast<float>(length), pick(material.stretch, data.options.mode),
-                        material.damping}});
-    if (material.model == ElasticModel::springs) {
-      ids.push_back(edge);
-    }
-  });
-  for (const Link& link : data.links) {
-    ids.push_back(static_cast<Index>(records.size()));
-    records.push_back({{link.first, link.second},
-                       {link.rest_length, pick(link.stiffness, data.options.mode), 0}});
-  }
-  if (data.options.composition == PlanComposition::joint) {
-    data.edge_owners =
-        EdgeOwners(data.bodies, static_cast<Index>(data.edges.size()), data.tet_edges);
-  }
-  std::vector<Index> alone, owned;
-  for (const Index id : ids) {
-    const bool is_owned =
-        static_cast<std::size_t>(id) < data.edges.size() && data.edge_owners[id] != kInvalidIndex;
-    (is_owned ? owned : alone).push_back(id);
-  }
-  const std::span<const ConstraintRecord<DistanceConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  data.distance_colors = group_by_color(view, alone, data, group_of);
-  for (const Index edge : owned) {
-    group_of[edge] = data.joint_group_of(edge);
-  }
-  data.distances =
-      ConstraintSlots<DistanceConstraint>(view, group_of, data.joint_group(data.volume_colors, 6));
-}
-
-void build_volumes(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<VolumeConstraint>> records;
-  records.reserve(data.tets.size());
-  std::vector<Index> ids;
-  for (const Body& body : data.bodies) {
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      const double volume = tet_volume(scene.positions(), data.tets[t]);
-      records.push_back({data.tets[t],
-                         {static_cast<float>(volume), pick(body.material.volume, data.options.mode),
-                          body.material.damping}});
-      if (has_volume_constraints(body)) {
-        ids.push_back(t);
-      }
-    }
-  }
-  const std::span<const ConstraintRecord<VolumeConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  data.volume_colors = group_by_color(view, ids, data, group_of);
-  data.volumes = ConstraintSlots<VolumeConstraint>(view, group_of, data.volume_colors + 1);
-}
-
-void build_neo_hookeans(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<NeoHookeanConstraint>> records(data.tets.size());
-  std::vector<Index> ids;
-  for (const Body& body : data.bodies) {
-    if (body.material.model != ElasticModel::neo_hookean) {
-      continue;
-    }
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      records[t] = make_neo_hookean(scene.positions(), data.tets[t], body.material);
-      ids.push_back(t);
-    }
-  }
-  const std::span<const ConstraintRecord<NeoHookeanConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  data.neo_hookean_colors = group_by_color(view, ids, data, group_of);
-  data.neo_hookeans =
-      ConstraintSlots<NeoHookeanConstraint>(view, group_of, data.neo_hookean_colors + 1);
-}
-
-void build_strain_limits(const Scene& scene, SolverData& data) {
-  std::vector<ConstraintRecord<StrainLimitConstraint>> records;
-  std::vector<Index> ids;
-  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back({data.edges[edge], {static_cast<float>(material.max_stretch * length)}});
-    if (std::isfinite(material.max_stretch)) {
-      ids.push_back(edge);
-    }
-  });
-  const std::span<const ConstraintRecord<StrainLimitConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  data.strain_limit_colors = group_by_color(view, ids, data, group_of);
-  data.strain_limits =
-      ConstraintSlots<StrainLimitConstraint>(view, group_of, data.strain_limit_colors + 1);
-}
-
-// Colours, then overflow, without those that are empty.
-template <class Constraint>
-void add_phases(PhaseKind kind, const ConstraintSlots<Constraint>& slots, Index color_count,
-                std::vector<Phase>& phases) {
-  for (Index color = 0; color <= color_count; ++color) {
-    if (slots.size(color) > 0) {
-      phases.push_back({kind, color, color == color_count});
-    }
-  }
-}
-
 std::string plan_name(const SolverOptions& options) {
   const ColoringOptions& coloring = options.coloring;
   std::string name = name_of(coloring.algorithm);
@@ -282,8 +135,15 @@ std::string plan_name(const SolverOptions& options) {
   if (options.method == SolverMethod::vertex_block) {
     return name + ", vertices";
   }
-  return name +
-         (options.composition == PlanComposition::joint ? ", joint" : ", distances then volumes");
+  switch (options.composition) {
+    case PlanComposition::separate:
+      return name + ", distances then volumes";
+    case PlanComposition::joint:
+      return name + ", joint";
+    case PlanComposition::nested:
+      return name + ", nested";
+  }
+  return name;
 }
 
 std::unique_ptr<Backend> make_backend(const SolverOptions& options) {
@@ -371,23 +231,44 @@ void SolverData::remove_volume(Index tet) {
   }
 }
 
+Index SolverData::constraint_count(const Phase& phase) const noexcept {
+  switch (phase.kind) {
+    case PhaseKind::distance:
+      return distances.size(phase.color);
+    case PhaseKind::volume:
+    case PhaseKind::joint:
+      return volumes.size(phase.color);
+    case PhaseKind::neo_hookean:
+      return neo_hookeans.size(phase.color);
+    case PhaseKind::strain_limit:
+      return strain_limits.size(phase.color);
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;
+  }
+  return 0;
+}
+
 void SolverData::rebuild_plan() {
   plan.phases.clear();
-  if (options.method == SolverMethod::vertex_block) {  // tools act within it
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  if (by_vertices) {
     reserve_holds(*this);
     for (Index color = 0; color < vertex_method.blocks.color_count(); ++color) {
       if (vertex_method.blocks.blocks(color).count > 0) {
         plan.phases.push_back({PhaseKind::vertex, color});
       }
     }
-    add_phases(PhaseKind::strain_limit, strain_limits, strain_limit_colors, plan.phases);
+  }
+  for (const Phase& phase : constraint_phases) {
+    if (constraint_count(phase) > 0 && (!by_vertices || phase.kind == PhaseKind::strain_limit)) {
+      plan.phases.push_back(phase);
+    }
+  }
+  if (by_vertices) {  // tools act within it
     return;
   }
-  add_phases(PhaseKind::distance, distances, distance_colors, plan.phases);
-  add_phases(options.composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume,
-             volumes, volume_colors, plan.phases);
-  add_phases(PhaseKind::neo_hookean, neo_hookeans, neo_hookean_colors, plan.phases);
-  add_phases(PhaseKind::strain_limit, strain_limits, strain_limit_colors, plan.phases);
   // an attachment's colour is the number of tools before it that hold the same vertex
   std::unordered_map<Index, Index> holders;
   Index attachment_colors = 0;
@@ -438,10 +319,7 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
 
   copy_topology(scene, data);
   copy_masses(scene, data);
-  build_volumes(scene, data);
-  build_distances(scene, data);
-  build_neo_hookeans(scene, data);
-  build_strain_limits(scene, data);
+  build_constraints(scene, data);
   data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
                                  [](const Body& body) { return body.material.damping > 0; });
   data.vertex_method = make_vertex_method(scene, data);

@@ -80,17 +80,17 @@ class SolverData {
 
   // Constraints: edges of springs first, then links; bodies without volume constraints have none of
   // them, and Neo-Hookean bodies neither those nor distances.
-  // Groups are the colours, then overflow. Six more groups of distances follow for each group of
-  // volumes, one for each of kTetEdges: edges at that place of the tetrahedra that own them.
-  ConstraintSlots<DistanceConstraint> distances;  // [edge_count + link_count]
-  ConstraintSlots<VolumeConstraint> volumes;      // [tet_count]
-  Index distance_colors = 0;
-  Index volume_colors = 0;
+  // Groups are the colours, then overflow; in a nested plan those of each domain. In a joint plan
+  // six more groups of distances follow for each group of volumes, one for each of kTetEdges: edges
+  // at that place of the tetrahedra that own them.
+  ConstraintSlots<DistanceConstraint> distances;         // [edge_count + link_count]
+  ConstraintSlots<VolumeConstraint> volumes;             // [tet_count]
   ConstraintSlots<NeoHookeanConstraint> neo_hookeans;    // [tet_count]
   ConstraintSlots<StrainLimitConstraint> strain_limits;  // [edge_count]
-  Index neo_hookean_colors = 0;
-  Index strain_limit_colors = 0;
-  bool has_damping = false;  // of any material
+  Index first_joint_group = 0;                           // of distances
+  std::vector<Phase> constraint_phases;                  // all that there can be, in order
+  std::vector<Index> domain_counts;                      // [level] of a nested plan
+  bool has_damping = false;                              // of any material
   EdgeOwners edge_owners;
   VertexMethod vertex_method;
   StepPlan plan;
@@ -102,8 +102,11 @@ class SolverData {
 
   /// Of the edges at a place in kTetEdges of tetrahedra of one colour.
   [[nodiscard]] Index joint_group(Index color, Index place) const noexcept {
-    return distance_colors + 1 + 6 * color + place;
+    return first_joint_group + 6 * color + place;
   }
+
+  /// How many constraints a phase projects; zero for phases of other kinds.
+  [[nodiscard]] Index constraint_count(const Phase& phase) const noexcept;
 
   /// Where a joint plan projects an edge that has an owner.
   [[nodiscard]] Index joint_group_of(Index edge) const noexcept;

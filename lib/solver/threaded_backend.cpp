@@ -21,11 +21,13 @@
 namespace pbdsurg {
 namespace {
 
-/// Between two meetings of the team, or by thread 0 alone.
+/// Whose work a stage is, if it is not one thread's.
+constexpr int kEverybody = -1;
+
 struct Stage {
   Phase phase;
   Index group;         // of the constraints that it projects
-  bool is_shared;      // split over the threads
+  int owner;           // a thread, or kEverybody, who share it
   bool is_met_before;  // whether the threads meet before it
 };
 
@@ -124,12 +126,12 @@ class ThreadedBackend final : public Backend {
         team_.barrier(thread);
       }
       if (stage.phase.kind == PhaseKind::vertex) {
-        if (stage.is_shared || thread == 0) {
+        if (stage.owner == kEverybody || stage.owner == thread) {
           solve_vertices(data, vertex_state, stage, thread);
         }
-      } else if (stage.is_shared) {
+      } else if (stage.owner == kEverybody) {
         project(data, stage, state, thread, team_.size());
-      } else if (thread == 0) {
+      } else if (stage.owner == thread) {
         project(data, stage, state, 0, 1);
       }
     }
@@ -164,7 +166,7 @@ class ThreadedBackend final : public Backend {
   void solve_vertices(SolverData& data, const VertexState& state, const Stage& stage, int thread) {
     const VertexRows rows = data.vertex_method.blocks.rows();
     const auto [first, count] = data.vertex_method.blocks.blocks(stage.group);
-    const int threads = stage.is_shared ? team_.size() : 1;
+    const int threads = stage.owner == kEverybody ? team_.size() : 1;
     for (Index block = first + thread; block < first + count; block += threads) {
       const LaneBits left = kernels_.solve_vertices(rows, state, block);
       if (left != 0) {
@@ -228,59 +230,70 @@ class ThreadedBackend final : public Backend {
   }
 
   // Phases that take less time than a meeting of the threads are left to thread 0, one after
-  // another without meetings between them.
+  // another without meetings between them. Of a nested plan, a domain is one thread's.
   void plan_stages(SolverData& data) {
     stages_.clear();
     for (const Phase& phase : data.plan.phases) {
       switch (phase.kind) {
         case PhaseKind::distance:
-          add_stage(phase, data.distances, phase.color);
+          add_stage(data, phase, data.distances, phase.color);
           break;
         case PhaseKind::volume:
-          add_stage(phase, data.volumes, phase.color);
+          add_stage(data, phase, data.volumes, phase.color);
           break;
         case PhaseKind::neo_hookean:
-          add_stage(phase, data.neo_hookeans, phase.color);
+          add_stage(data, phase, data.neo_hookeans, phase.color);
           break;
         case PhaseKind::strain_limit:
-          add_stage(phase, data.strain_limits, phase.color);
+          add_stage(data, phase, data.strain_limits, phase.color);
           break;
         case PhaseKind::joint:
           if (phase.serial) {
-            add_stage(phase, phase.color, false);
+            add_stage(phase, phase.color, 0);
             break;
           }
           for (Index place = 0; place < 6; ++place) {
-            add_stage({PhaseKind::distance, phase.color}, data.distances,
+            add_stage(data, {PhaseKind::distance, phase.color}, data.distances,
                       data.joint_group(phase.color, place));
           }
-          add_stage({PhaseKind::volume, phase.color}, data.volumes, phase.color);
+          add_stage(data, {PhaseKind::volume, phase.color}, data.volumes, phase.color);
           break;
         case PhaseKind::vertex:  // a block takes several times as long as a meeting
-          add_stage(phase, phase.color, data.vertex_method.blocks.blocks(phase.color).count > 1);
+          add_stage(phase, phase.color,
+                    data.vertex_method.blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
           break;
         default:
-          add_stage(phase, phase.color, false);
+          add_stage(phase, phase.color, 0);
           break;
       }
     }
   }
 
   template <class Constraint>
-  void add_stage(const Phase& phase, const ConstraintSlots<Constraint>& slots, Index group) {
+  void add_stage(const SolverData& data, const Phase& phase,
+                 const ConstraintSlots<Constraint>& slots, Index group) {
+    if (data.options.composition == PlanComposition::nested) {
+      const Index domains = data.domain_counts[phase.level];
+      const auto owner =
+          static_cast<int>(std::min<Index>(domains, team_.size()) * phase.domain / domains);
+      const bool follows_level = !stages_.empty() && stages_.back().phase.level == phase.level;
+      stages_.push_back({phase, group, owner, !follows_level});
+      return;
+    }
     // in the time that sixteen distances take, some 20 ns
     constexpr Index kBlockCost =
         std::is_same_v<Constraint, NeoHookeanConstraint> ? 6 : Constraint::kVertexCount / 2;
     constexpr Index kMeetingCost = 8;
     const Index saved = kBlockCost * static_cast<Index>(slots.blocks(group).size()) *
                         (team_.size() - 1) / team_.size();
-    add_stage(phase, group, !phase.serial && saved > kMeetingCost);
+    add_stage(phase, group, !phase.serial && saved > kMeetingCost ? kEverybody : 0);
   }
 
-  void add_stage(const Phase& phase, Index group, bool is_shared) {
-    const bool follows_shared = !stages_.empty() && stages_.back().is_shared;
+  void add_stage(const Phase& phase, Index group, int owner) {
+    const bool follows_own =
+        !stages_.empty() && stages_.back().owner == owner && owner != kEverybody;
     // in the next sweep, what comes first follows what came last
-    stages_.push_back({phase, group, is_shared, is_shared || follows_shared || stages_.empty()});
+    stages_.push_back({phase, group, owner, !follows_own});
   }
 
   const LaneKernels& kernels_;
