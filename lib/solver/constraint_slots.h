@@ -73,7 +73,9 @@ class ConstraintSlots {
   }
   void set_parameter(Index id, typename Constraint::Parameter parameter, float value) noexcept {
     const auto [block, lane] = place_of(id);
-    groups_[group_of(id)].blocks[block].parameters[parameter][lane] = value;
+    Group& group = groups_[group_of(id)];
+    group.blocks[block].parameters[parameter][lane] = value;
+    fill_idle_lanes(group);
   }
 
   void remove(Index id) noexcept {
@@ -153,14 +155,17 @@ class ConstraintSlots {
     }
   }
 
-  // A vector register is loaded whole: idle lanes repeat the first, so that they name no vertex
-  // that another thread may be moving.
+  // Registers are loaded and stored whole: idle lanes repeat the first, and so do what it does,
+  // with the same result, and touch no vertex that another thread may be moving.
   static void fill_idle_lanes(Group& group) noexcept {
     Block& last = group.blocks.back();
     const Record first = get(last, 0);
     for (Index lane = static_cast<Index>(group.ids.size()) % kBlockLanes;
          lane != 0 && lane < kBlockLanes; ++lane) {
       put(last, lane, first);
+      for (auto& values : group.multipliers.back().values) {
+        values[lane] = values[0];
+      }
     }
   }
 

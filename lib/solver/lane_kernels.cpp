@@ -16,20 +16,6 @@
 namespace pbdsurg::PBDSURG_LANES_NAMESPACE {
 namespace {
 
-// Stores the first `count` lanes alone: idle lanes repeat the first constraint of their block.
-HWY_INLINE void scatter_some(const ParticleLanes& lanes, Particle* particles,
-                             const ParticleOffset* corners, Index count) {
-  alignas(64) Particle scratch[kLanes];
-  ParticleOffset in_order[kLanes];
-  for (Index lane = 0; lane < kLanes; ++lane) {
-    in_order[lane] = offset_of(lane);
-  }
-  scatter(lanes, scratch, in_order);
-  for (Index lane = 0; lane < count; ++lane) {
-    at(particles, corners[lane]) = scratch[lane];
-  }
-}
-
 // Calls f(std::integral_constant) for 0 to kCount - 1. Compilers keep the elements of an array in
 // registers when no index varies; a loop they may leave rolled up, and the array in memory.
 template <int kCount, class F>
@@ -91,12 +77,6 @@ class Chunk {
     });
   }
 
-  HWY_INLINE void scatter_some_to(Particle* particles, Index count) const {
-    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
-      scatter_some({x_[k], w_[k]}, particles, block_.corners[k] + lane_, count);
-    });
-  }
-
  private:
   static constexpr int kVertices = Constraint::kVertexCount;
 
@@ -107,6 +87,8 @@ class Chunk {
   Lanes w_[kVertices];
 };
 
+// Two chunks at a time, which share no vertex: the processor computes one while it waits for
+// another. Lanes without a constraint do what the first of their block does, with its result.
 // Flattened: the maths of a constraint must not be called, or its registers pass through memory.
 template <class Constraint, ProjectionMode kMode, bool kDamped>
 HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionState& state) {
@@ -115,17 +97,20 @@ HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionSt
   Particle* const particles = state.particles;
   const Index end = range.last * kBlockLanes < range.size ? range.last * kBlockLanes : range.size;
   Index slot = range.first * kBlockLanes;
-  for (; slot + kLanes <= end; slot += kLanes) {
-    Chunk<Constraint, kMode, kDamped> chunk(range, slot);
-    chunk.gather_from(particles);
-    chunk.project(state.previous, substep);
-    chunk.scatter_to(particles);
+  for (; slot + kLanes < end; slot += 2 * kLanes) {
+    Chunk<Constraint, kMode, kDamped> one(range, slot), two(range, slot + kLanes);
+    one.gather_from(particles);
+    two.gather_from(particles);
+    one.project(state.previous, substep);
+    two.project(state.previous, substep);
+    one.scatter_to(particles);
+    two.scatter_to(particles);
   }
   if (slot < end) {
     Chunk<Constraint, kMode, kDamped> chunk(range, slot);
     chunk.gather_from(particles);
     chunk.project(state.previous, substep);
-    chunk.scatter_some_to(particles, end - slot);
+    chunk.scatter_to(particles);
   }
 }
 
