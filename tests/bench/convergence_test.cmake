@@ -51,7 +51,7 @@ file(STRINGS "${FOLDER}/convergence.csv" csv)
 list(GET csv 0 header)
 expect("CSV's first line" "${header}"
   "dt_ms,curve,method,substeps,iterations,time_s,ms,residual,tip_error")
-foreach(dt 2 5)
+foreach(dt 1 2 5)
   foreach(method IN LISTS best_methods)
     foreach(curve step rest)
       set(points "${csv}")
