@@ -93,8 +93,8 @@ run_benchmarks() {
   ((count > 0)) || fail "no benchmark was built in $bin"
 }
 
-# Programs that make tables of the paper.
-table_programs=(table1 table2)
+# Programs that make tables, beside the benchmarks.
+table_programs=(table1 table2 convergence)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 

@@ -4,14 +4,28 @@
 /// @file
 /// What main() of a program that makes a table does.
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 
 namespace pbdsurg::bench {
+
+/// Adds `--threads`.
+inline void add_threads_option(CLI::App& app, int& threads) {
+  app.add_option("--threads", threads, "of the threaded backend; 0: one a processor")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+/// What it asks for.
+inline int thread_count(int threads) {
+  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 /// Reads the arguments, makes the folder `out`, runs.
 /// @return  the exit status; 2 after an error, which is printed

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "pbdsurg/core/error.h"

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Table 2 of Pan et al. 2020: the time of a step for each size of mesh, here on the CPU.
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <thread>
-
-#include "pbdsurg/core/error.h"
 
 #include "measure.h"
 #include "report.h"
@@ -25,9 +21,7 @@ constexpr Effort kFull{100, 8, 9};
 constexpr Effort kQuick{3, 0, 1};
 
 void run(const Arguments& arguments) {
-  const int threads = arguments.threads > 0
-                          ? arguments.threads
-                          : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = thread_count(arguments.threads);
   std::vector<std::string> notes{"all threads: " + std::to_string(threads)};
   const std::vector<Subject> subjects = make_subjects(arguments.quick, notes);
   std::vector<Row> rows;
@@ -55,9 +49,7 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("Table 2: how long a step takes, by size of mesh and backend.", "table2");
   pbdsurg::bench::Arguments arguments;
-  app.add_option("--threads", arguments.threads, "of the threaded backend; 0: one a processor")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  pbdsurg::bench::add_threads_option(app, arguments.threads);
   app.add_flag("--quick", arguments.quick, "the smallest mesh, few steps: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });

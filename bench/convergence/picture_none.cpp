@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/core/error.h"
+
+#include "picture.h"
+
+namespace pbdsurg::bench {
+
+void draw_curves(const Comparison&, const std::filesystem::path&) {
+  throw BackendUnavailable("built without EGL, libepoxy or stb");
+}
+
+}  // namespace pbdsurg::bench
