@@ -2,15 +2,14 @@
 #include "solver/vertex_blocks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <tuple>
 #include <utility>
 
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/vec3.h"
 
-#include "solver/load_store.h"
+#include "solver/lane_access.h"
+#include "solver/vertex_kernel.h"
 
 namespace pbdsurg {
 namespace {
@@ -28,15 +27,6 @@ auto vertices_of(const std::vector<Element>& elements) {
     vertices.push_back(element.vertices);
   }
   return vertices;
-}
-
-// A spring and a dashpot over a substep are one spring.
-void mix(const DampedRow& from, Index lane, float start, float inverse_dt, float& stiffness,
-         float& target) {
-  const float damping = from.damping[lane] * inverse_dt;
-  stiffness = from.stiffness[lane] + damping;
-  target = stiffness > 0 ? (from.stiffness[lane] * from.target[lane] + damping * start) / stiffness
-                         : 0.0F;
 }
 
 }  // namespace
@@ -113,6 +103,7 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
 void VertexBlocks::append_block(std::span<const Index> vertices) {
   VertexBlock block;
   block.lane_count = static_cast<Index>(vertices.size());
+  block.is_damped = false;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
     block.corners[lane] = offset_of(vertices[lane < block.lane_count ? lane : 0]);
   }
@@ -132,9 +123,13 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
   }
+  const auto is_damped = [](const auto& row) { return row.damping > 0; };
   for (const Index v : vertices) {
     find_neighborhood(v);
     write_rows(v);
+    const auto& [pulls, springs, volumes] = neighborhood_;
+    blocks_.back().is_damped |= std::any_of(springs.begin(), springs.end(), is_damped) ||
+                                std::any_of(volumes.begin(), volumes.end(), is_damped);
   }
 }
 
@@ -258,26 +253,9 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
 
 void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
                            float inverse_dt) noexcept {
-  const auto position = [&](ParticleOffset corner) { return load(at(start.data(), corner)); };
   for (Index b = range.first; b < range.first + range.count; ++b) {
-    const VertexBlock& block = blocks_[b];
-    for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
-      SpringRow& row = springs_[i];
-      for (Index lane = 0; lane < kBlockLanes; ++lane) {
-        const Vec3<float> d = position(row.neighbors[lane]) - position(block.corners[lane]);
-        mix(damped_springs_[i], lane, std::sqrt(dot(d, d)), inverse_dt, row.stiffness[lane],
-            row.rest[lane]);
-      }
-    }
-    for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
-      VolumeRow& row = volumes_[i];
-      for (Index lane = 0; lane < kBlockLanes; ++lane) {
-        const Vec3<float> corner = position(row.face[0][lane]);
-        const Vec3<float> face =
-            cross(position(row.face[1][lane]) - corner, position(row.face[2][lane]) - corner);
-        mix(damped_volumes_[i], lane, dot(corner - position(block.corners[lane]), face), inverse_dt,
-            row.stiffness[lane], row.target[lane]);
-      }
+    for (Index lane = 0; blocks_[b].is_damped && lane < kBlockLanes; ++lane) {
+      add_damping(damped_rows(), blocks_[b], LaneAccess{start.data(), lane}, inverse_dt);
     }
   }
 }

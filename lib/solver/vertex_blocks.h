@@ -62,6 +62,10 @@ class VertexBlocks {
   [[nodiscard]] VertexRows rows() const noexcept {
     return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data()};
   }
+  [[nodiscard]] DampedRows damped_rows() noexcept {
+    return {blocks_.data(), springs_.data(), volumes_.data(), damped_springs_.data(),
+            damped_volumes_.data()};
+  }
 
   /// Where a vertex is; no block holds one that is not free.
   struct Place {
@@ -73,7 +77,7 @@ class VertexBlocks {
   /// Whether prepare() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
 
-  /// Sets stiffness and target of the damped rows of some blocks, for a substep.
+  /// Sets stiffness and target of the damped rows of some blocks, for a substep, in one thread.
   /// @param start       [vertex_count] where the substep starts
   /// @param inverse_dt  1/s
   void prepare(RowRange blocks, std::span<const Particle> start, float inverse_dt) noexcept;

@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/core/error.h"
 
+#include "solver/lane_access.h"
 #include "solver/load_store.h"
 #include "solver/solver_data.h"
 #include "solver/vertex_kernel.h"
@@ -55,18 +56,6 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
       material.damping * std::max(0.0F, static_cast<float>(1 - 2 * mu / lambda)) * tet.stiffness;
   return tet;
 }
-
-// One lane of a block.
-struct LaneAccess {
-  const Particle* particles;
-  Index lane;
-
-  [[nodiscard]] float load(const float* values) const noexcept { return values[lane]; }
-  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
-    const Particle& p = at(particles, corners[lane]);
-    return {p.x, p.y, p.z};
-  }
-};
 
 // Whether a displacement is finite, and so is its square.
 bool is_finite(const Vec3<float>& d) {
@@ -279,19 +268,26 @@ void reserve_holds(SolverData& data) {
   data.vertex_method.holds.reserve(most);
 }
 
-void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
+Vec3<float> way_of_fall(const SolverData& data, const Substep<float>& substep) noexcept {
+  return (1 / substep.inverse_dt_squared) * load(data.gravity);
+}
+
+Vec3<float> gravity_per_square(const SolverData& data) noexcept {
+  const Vec3<float> gravity = load(data.gravity);
+  const float square = dot(gravity, gravity);
+  return (square > 0 ? 1 / square : 0.0F) * gravity;
+}
+
+void begin_vertices(SolverData& data, const Substep<float>& substep) {
   if (!is_used(data)) {
     return;
   }
   VertexMethod& method = data.vertex_method;
-  const float dt_squared = 1 / substep.inverse_dt_squared;
-  const Vec3<float> fall = dt_squared * load(data.gravity);
-  for (Index v = vertices.first; v < vertices.last; ++v) {
+  const Vec3<float> fall = way_of_fall(data, substep);
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
     Particle& p = data.particles[v];
     method.flights[v] = p;
-    if (p.w > 0) {
-      store(p, load(p) - (1 - method.falling[v]) * fall);
-    }
+    store(p, start_of(load(p), p.w, method.falling[v], fall));
   }
 }
 
@@ -326,9 +322,10 @@ void hold_vertices(SolverData& data) {
   }
 }
 
-void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep) {
-  if (data.vertex_method.blocks.has_damping()) {
-    data.vertex_method.blocks.prepare(blocks, data.previous, substep.inverse_dt);
+void prepare_vertices(SolverData& data, const Substep<float>& substep) {
+  VertexBlocks& blocks = data.vertex_method.blocks;
+  if (blocks.has_damping()) {
+    blocks.prepare({0, blocks.block_count()}, data.previous, substep.inverse_dt);
   }
 }
 
@@ -382,19 +379,16 @@ void solve_vertices(SolverData& data, const VertexState& state, Index color) {
   }
 }
 
-void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
-  const Vec3<float> gravity = load(data.gravity);
-  const float square = dot(gravity, gravity);
-  if (!is_used(data) || !(square > 0)) {
+void end_vertices(SolverData& data, const Substep<float>& substep) {
+  if (!is_used(data)) {
     return;
   }
-  for (Index v = vertices.first; v < vertices.last; ++v) {
-    const Velocity& before = data.velocities[v];
-    const Vec3<float> after =
-        substep.inverse_dt * (load(data.particles[v]) - load(data.previous[v]));
-    const Vec3<float> change = after - Vec3<float>{before.x, before.y, before.z};
-    const float share = substep.inverse_dt * dot(change, gravity) / square;
-    data.vertex_method.falling[v] = share > 0 ? std::min(share, 1.0F) : 0.0F;  // also of a NaN
+  const Vec3<float> gravity = gravity_per_square(data);
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+    const Velocity& velocity = data.velocities[v];
+    data.vertex_method.falling[v] =
+        falling_of(load(data.particles[v]), load(data.previous[v]),
+                   {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
   }
 }
 

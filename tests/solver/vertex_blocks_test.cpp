@@ -8,6 +8,7 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "solver/lane_access.h"
 #include "solver/vertex_kernel.h"
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -55,17 +56,6 @@ struct Sample {
 struct Entry {
   VertexEnergy<float> energy;
   bool found = false;
-};
-
-struct LaneAccess {
-  const Particle* particles;
-  Index lane;
-
-  [[nodiscard]] float load(const float* numbers) const { return numbers[lane]; }
-  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const {
-    const Particle& p = at(particles, corners[lane]);
-    return {p.x, p.y, p.z};
-  }
 };
 
 // [vertex_count] the energy around each vertex that has a place in some block
