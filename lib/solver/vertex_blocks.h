@@ -74,6 +74,13 @@ class VertexBlocks {
   };
   [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
 
+  /// The lanes of a vertex in its block: idle ones, too, if they repeat it.
+  [[nodiscard]] LaneBits lanes_of(Index vertex) const noexcept {
+    const auto [block, lane] = places_[vertex];
+    const LaneBits idle = ~LaneBits{0} << blocks_[block].lane_count;
+    return LaneBits{1} << lane | (lane == 0 ? idle : 0);
+  }
+
   /// Whether prepare() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
 

@@ -201,6 +201,14 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
   }
 }
 
+ColoringOptions vertex_coloring(const SolverOptions& options) {
+  ColoringOptions coloring = options.coloring;
+  if (coloring.order == GreedyOrder::natural) {
+    coloring.order = GreedyOrder::saturation;
+  }
+  return coloring;
+}
+
 VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
   if (!is_used(data)) {
     return {};
@@ -249,7 +257,8 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
     moves.push_back(p.w > 0);
   }
   VertexMethod method;
-  method.blocks = VertexBlocks(moves, std::move(tets), std::move(springs), data.options.coloring);
+  method.blocks =
+      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
   method.flights = data.particles;
   method.falling.assign(data.particles.size(), 1.0F);
   method.first_holds.assign(data.particles.size(), kInvalidIndex);
@@ -302,11 +311,11 @@ void hold_vertices(SolverData& data) {
   }
   method.holds.clear();
   const auto add = [&](Index vertex, std::size_t tool, std::size_t entry, bool is_contact) {
-    const auto [block, lane] = method.blocks.place_of(vertex);
+    const Index block = method.blocks.place_of(vertex).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
-    method.held[block] |= LaneBits{1} << lane;
+    method.held[block] |= method.blocks.lanes_of(vertex);
     method.holds.push_back({vertex, method.first_holds[vertex], static_cast<Index>(tool),
                             static_cast<Index>(entry), is_contact});
     method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;

@@ -42,6 +42,10 @@ struct VertexMethod {
 ///                          option, the body or the link
 void check_vertex_method(const Scene& scene, const SolverOptions& options);
 
+/// How it colours vertices: as asked, but by saturation where the order is the natural one, which
+/// would be kept for want of a reason and takes up to twice the colours.
+[[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
+
 /// @param data  with all else that a solver has
 [[nodiscard]] VertexMethod make_vertex_method(const Scene& scene, const SolverData& data);
 
