@@ -43,11 +43,15 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
   springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_)));
-  has_damping_ =
-      std::any_of(tets_.begin(), tets_.end(),
-                  [](const VertexTet& t) { return t.edge_damping > 0 || t.volume_damping > 0; }) ||
-      std::any_of(given_.begin(), given_.end(),
-                  [](const VertexSpring& spring) { return spring.damping > 0; });
+  const auto is_positive = [](float damping) { return damping > 0; };
+  has_damping_ = std::any_of(tets_.begin(), tets_.end(),
+                             [&](const VertexTet& tet) {
+                               return tet.volume_damping > 0 ||
+                                      std::any_of(tet.edge_damping.begin(), tet.edge_damping.end(),
+                                                  is_positive);
+                             }) ||
+                 std::any_of(given_.begin(), given_.end(),
+                             [](const VertexSpring& spring) { return spring.damping > 0; });
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
   const Coloring colors = color_vertices(moves, coloring);
@@ -168,7 +172,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
     for (std::size_t e = 0; pulls_edges && e < kTetEdges.size(); ++e) {
       const auto [a, b] = kTetEdges[e];
       if (a == corner || b == corner) {
-        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping});
+        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping[e]});
       }
     }
   }
@@ -179,6 +183,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   for (const Pull& pull : pulls) {
     if (count > 0 && pulls[count - 1].neighbor == pull.neighbor) {
       pulls[count - 1].weight += pull.weight;
+      pulls[count - 1].damping += pull.damping;
     } else {
       pulls[count++] = pull;
     }
@@ -194,7 +199,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   }
   if (std::any_of(pulls.begin(), pulls.end(), is_damped)) {
     for (const Pull& pull : pulls) {
-      springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping * std::max(pull.weight, 0.0F)});
+      springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
   needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),

@@ -20,11 +20,11 @@ namespace pbdsurg {
 /// What a tetrahedron adds to the energy of its vertices.
 struct VertexTet {
   Tet vertices{};
-  std::array<float, 6> weights{};  ///< N/m, of the pulls along kTetEdges; zero for none
-  float stiffness = 0;             ///< N/m^5, >= 0, of the volume
-  float target = 0;                ///< m^3
-  float edge_damping = 0;          ///< s, >= 0: an edge's is this times its weight, if positive
-  float volume_damping = 0;        ///< N s/m^5, >= 0
+  std::array<float, 6> weights{};       ///< N/m, of the pulls along kTetEdges; zero for none
+  float stiffness = 0;                  ///< N/m^5, >= 0, of the volume
+  float target = 0;                     ///< m^3
+  std::array<float, 6> edge_damping{};  ///< N s/m, >= 0, along kTetEdges
+  float volume_damping = 0;             ///< N s/m^5, >= 0
 };
 
 /// What an edge or a link adds.

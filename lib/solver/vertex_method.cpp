@@ -18,9 +18,11 @@
 namespace pbdsurg {
 namespace {
 
-// Edges resist like an isotropic solid whose shear modulus is a fifth of that of the tetrahedra
-// whose pulls they have for stiffness; Lame's parameters of such a solid are equal.
-constexpr float kEdgeDampingShare = 5;
+// Dashpots of c = this share of mu V0 / l^2 along the edges of tetrahedra that lie in all
+// directions alike resist shear with the modulus mu, and a change of volume as if both Lame
+// parameters were mu. A lattice of cubes is not that isotropic: up to a third more along its axes,
+// and less in shear.
+constexpr double kEdgeDampingShare = 2.5;
 
 struct Moduli {
   double mu, lambda;  // Pa, as NeoHookeanTerms takes them
@@ -51,7 +53,12 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   std::copy(std::begin(terms.weights), std::end(terms.weights), tet.weights.begin());
   tet.stiffness = static_cast<float>(terms.stiffness);
   tet.target = static_cast<float>(terms.target);
-  tet.edge_damping = kEdgeDampingShare * material.damping;
+  const double volume = terms.target / (1 + mu / lambda);
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const Vec3<double> side = x[kTetEdges[e][0]] - x[kTetEdges[e][1]];
+    tet.edge_damping[e] =
+        static_cast<float>(kEdgeDampingShare * material.damping * mu * volume / dot(side, side));
+  }
   tet.volume_damping =
       material.damping * std::max(0.0F, static_cast<float>(1 - 2 * mu / lambda)) * tet.stiffness;
   return tet;
@@ -425,6 +432,9 @@ void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
     terms.stiffness = static_cast<float>(after.stiffness);
     terms.target = static_cast<float>(after.target);
     terms.volume_damping /= static_cast<float>(ratio);
+    for (float& damping : terms.edge_damping) {
+      damping *= static_cast<float>(std::cbrt(ratio));
+    }
   } else {
     terms.target = volume;
   }

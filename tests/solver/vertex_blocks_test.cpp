@@ -37,7 +37,8 @@ struct Sample {
       particles.push_back({shake(0), shake(1), shake(2), 1});
     }
     for (Index t = 0; t < mesh.tet_count(); ++t) {
-      VertexTet tet{mesh.tets()[t], {}, 0, 1e-10F, 1e-4F, 0};
+      VertexTet tet{mesh.tets()[t], {}, 0, 1e-10F, {}, 0};
+      tet.edge_damping.fill(1e-4F);
       for (std::size_t e = 0; e < 6; ++e) {
         tet.weights[e] = static_cast<float>(random_unit(6, t, e)) - 0.2F;
       }
