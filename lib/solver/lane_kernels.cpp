@@ -225,12 +225,15 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, float inverse_h) {
 
 // kLanes lanes of a block, from one on.
 struct RegisterAccess {
+  using Scalar = Lanes;
+
   const Particle* particles;
   Index lane;
 
   [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
     return load_lanes(numbers + lane);
   }
+  HWY_INLINE void store(Lanes lanes, float* numbers) const { store_lanes(lanes, numbers + lane); }
   [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
     return gather(particles, corners + lane).x;
   }
@@ -262,6 +265,81 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
   return left;
 }
 
+HWY_FLATTEN void add_damping(const DampedRows& rows, const Particle* start, float inverse_dt,
+                             Index first, Index last) {
+  for (Index b = first; b < last; ++b) {
+    const VertexBlock& block = rows.blocks[b];
+    for (Index lane = 0; block.is_damped && lane < kBlockLanes; lane += kLanes) {
+      pbdsurg::add_damping(rows, block, RegisterAccess{start, lane}, Lanes(inverse_dt));
+    }
+  }
+}
+
+struct VertexPointers {
+  Particle* particles;
+  const Particle* previous;
+  const Velocity* velocities;
+};
+
+// Calls visit(vertices, flights, falling) with pointers to kLanes of each; the last few pass
+// through copies.
+template <class Visit>
+HWY_INLINE void for_each_falling_lanes(const FallingRange& range, const Visit& visit) {
+  const VertexRange& all = range.vertices;
+  Index v = all.first;
+  for (; v + kLanes <= all.last; v += kLanes) {
+    visit({all.particles + v, all.previous + v, all.velocities + v}, range.flights + v,
+          range.falling + v);
+  }
+  if (v < all.last) {
+    const Index count = all.last - v;
+    alignas(64) Particle particles[kLanes] = {};
+    alignas(64) Particle previous[kLanes] = {};
+    alignas(64) Velocity velocities[kLanes] = {};
+    alignas(64) Particle flights[kLanes] = {};
+    float falling[kLanes] = {};
+    for (Index i = 0; i < count; ++i) {
+      particles[i] = all.particles[v + i];
+      previous[i] = all.previous[v + i];
+      velocities[i] = all.velocities[v + i];
+      flights[i] = range.flights[v + i];
+      falling[i] = range.falling[v + i];
+    }
+    visit({particles, previous, velocities}, flights, falling);
+    for (Index i = 0; i < count; ++i) {
+      all.particles[v + i] = particles[i];
+      range.flights[v + i] = flights[i];
+      range.falling[v + i] = falling[i];
+    }
+  }
+}
+
+HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
+  return {Lanes(v.x), Lanes(v.y), Lanes(v.z)};
+}
+
+HWY_FLATTEN void begin_vertices(const FallingRange& range, const Vec3<float>& fall) {
+  for_each_falling_lanes(
+      range, [&](const VertexPointers& vertices, Particle* flights, const float* falling) {
+        ParticleLanes p = load_interleaved(&vertices.particles->x);
+        store_interleaved(p, &flights->x);
+        p.x = start_of(p.x, p.w, Lanes(hn::LoadU(Tag(), falling)), broadcast(fall));
+        store_interleaved(p, &vertices.particles->x);
+      });
+}
+
+HWY_FLATTEN void end_vertices(const FallingRange& range, const Vec3<float>& gravity_per_square,
+                              float inverse_dt) {
+  for_each_falling_lanes(
+      range, [&](const VertexPointers& vertices, const Particle*, float* falling) {
+        const Lanes share = falling_of(load_interleaved(&vertices.particles->x).x,
+                                       load_interleaved(&vertices.previous->x).x,
+                                       load_interleaved(&vertices.velocities->x).x,
+                                       broadcast(gravity_per_square), Lanes(inverse_dt));
+        hn::StoreU(share.value, Tag(), falling);
+      });
+}
+
 template <class Constraint>
 constexpr ConstraintKernels<Constraint> kernels_of() {
   return {&project<Constraint, ProjectionMode::fraction, false>,
@@ -291,6 +369,9 @@ constinit const LaneKernels kernels{kernels_of<DistanceConstraint>(),
                                     PBDSURG_LANES_NAME,
                                     &predict,
                                     &update_velocities,
-                                    &solve_vertices};
+                                    &solve_vertices,
+                                    &add_damping,
+                                    &begin_vertices,
+                                    &end_vertices};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

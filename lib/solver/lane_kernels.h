@@ -62,6 +62,12 @@ struct VertexRange {
   Index first;
   Index last;
 };
+/// What the vertex-block method keeps of them.
+struct FallingRange {
+  VertexRange vertices;
+  Particle* flights;
+  float* falling;
+};
 struct Prediction {
   float h;           ///< s
   float keep;        ///< share of the velocity that drag leaves
@@ -80,6 +86,15 @@ struct LaneKernels : ConstraintKernels<DistanceConstraint>,
   /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
   /// told to, and those at which something is not finite.
   LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
+
+  /// As VertexBlocks::prepare(), of blocks [first, last).
+  void (*add_damping)(const DampedRows&, const Particle* start, float inverse_dt, Index first,
+                      Index last);
+
+  // as begin_vertices() and end_vertices()
+  void (*begin_vertices)(const FallingRange&, const Vec3<float>& fall);
+  void (*end_vertices)(const FallingRange&, const Vec3<float>& gravity_per_square,
+                       float inverse_dt);
 };
 
 /// Those of the best instruction set that this processor has, of those that were compiled; null if

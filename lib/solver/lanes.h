@@ -102,14 +102,14 @@ HWY_INLINE LaneMask is_usable(Lanes a) {
   return (a > Lanes(kLeast)) & (a < Lanes(kMost));
 }
 
-/// The lowest kLanes bits, one for each lane.
+/// One bit for each lane, the first lane's the lowest.
 HWY_INLINE std::uint32_t bits_of(LaneMask mask) {
   std::uint64_t bits = 0;
   hn::StoreMaskBits(Tag(), mask.value, reinterpret_cast<std::uint8_t*>(&bits));
   return static_cast<std::uint32_t>(bits);
 }
 HWY_INLINE LaneMask mask_of(std::uint32_t bits) {
-  const std::uint64_t wide = bits;
+  const std::uint64_t wide = bits & ((std::uint64_t{1} << kLanes) - 1);
   return {hn::LoadMaskBits(Tag(), reinterpret_cast<const std::uint8_t*>(&wide))};
 }
 

@@ -52,12 +52,12 @@ class SerialBackend final : public Backend {
     const int substeps = data.options.substeps;
     const float h = dt / static_cast<float>(substeps);
     const Substep<float> lengths{1 / h, 1 / (h * h)};
-    const VertexSpan all{0, static_cast<Index>(data.particles.size())};
     begin_tools(data);
     for (int substep = 1; substep <= substeps; ++substep) {
       predict(data, h);
-      begin_vertices(data, all, lengths);
-      if (data.options.mode == ProjectionMode::compliance) {
+      begin_vertices(data, lengths);
+      if (data.options.mode == ProjectionMode::compliance &&
+          data.options.method == SolverMethod::projection) {
         reset_multipliers(data.distances);
         reset_multipliers(data.volumes);
         reset_multipliers(data.neo_hookeans);
@@ -65,7 +65,7 @@ class SerialBackend final : public Backend {
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);
       hold_vertices(data);
-      prepare_vertices(data, {0, data.vertex_method.blocks.block_count()}, lengths);
+      prepare_vertices(data, lengths);
       for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
         const VertexState state =
             vertex_state(data, lengths, relaxation_of(data.options, iteration));
@@ -77,7 +77,7 @@ class SerialBackend final : public Backend {
           }
         }
       }
-      end_vertices(data, all, lengths);
+      end_vertices(data, lengths);
       update_velocities(data, h);
       collect_tool_forces(data, lengths.inverse_dt_squared / static_cast<float>(substeps));
     }

@@ -120,7 +120,8 @@ void copy_masses(const Scene& scene, SolverData& data) {
 }
 
 std::string plan_name(const SolverOptions& options) {
-  const ColoringOptions& coloring = options.coloring;
+  const bool moves_vertices = options.method == SolverMethod::vertex_block;
+  const ColoringOptions coloring = moves_vertices ? vertex_coloring(options) : options.coloring;
   std::string name = name_of(coloring.algorithm);
   if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
     name += std::string(" by ") + name_of(coloring.order);
@@ -132,7 +133,7 @@ std::string plan_name(const SolverOptions& options) {
   name += coloring.repair ? "+repair" : "";
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
   name += coloring.balance ? "+balance" : "";
-  if (options.method == SolverMethod::vertex_block) {
+  if (moves_vertices) {
     return name + ", vertices";
   }
   switch (options.composition) {

@@ -80,13 +80,20 @@ class ThreadedBackend final : public Backend {
     const ProjectionState state{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}};
     const Prediction prediction{h, 1 / (1 + data.options.damping * h), h * load(data.gravity)};
     const VertexRange vertices = vertices_of(data, thread);
+    const bool moves_vertices = data.options.method == SolverMethod::vertex_block;
+    const FallingRange falling{vertices, data.vertex_method.flights.data(),
+                               data.vertex_method.falling.data()};
+    const Part blocks = part_of(static_cast<std::size_t>(data.vertex_method.blocks.block_count()),
+                                thread, team_.size());
     if (thread == 0) {
       begin_tools(data);
     }
     for (int substep = 1; substep <= substeps; ++substep) {
       kernels_.predict(vertices, prediction);
-      begin_vertices(data, {vertices.first, vertices.last}, state.substep);
-      if (data.options.mode == ProjectionMode::compliance) {
+      if (moves_vertices) {
+        kernels_.begin_vertices(falling, way_of_fall(data, state.substep));
+      }
+      if (data.options.mode == ProjectionMode::compliance && !moves_vertices) {
         reset_multipliers(data.distances, thread);
         reset_multipliers(data.volumes, thread);
         reset_multipliers(data.neo_hookeans, thread);
@@ -97,15 +104,18 @@ class ThreadedBackend final : public Backend {
         find_contacts(data, report);
         hold_vertices(data);
       }
-      const Part blocks = part_of(static_cast<std::size_t>(data.vertex_method.blocks.block_count()),
-                                  thread, team_.size());
-      prepare_vertices(data, {blocks.first, blocks.last - blocks.first}, state.substep);
+      if (moves_vertices && data.vertex_method.blocks.has_damping()) {
+        kernels_.add_damping(data.vertex_method.blocks.damped_rows(), data.previous.data(),
+                             state.substep.inverse_dt, blocks.first, blocks.last);
+      }
       for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
         sweep(data, state,
               vertex_state(data, state.substep, relaxation_of(data.options, iteration)), thread);
       }
       team_.barrier(thread);
-      end_vertices(data, {vertices.first, vertices.last}, state.substep);
+      if (moves_vertices) {
+        kernels_.end_vertices(falling, gravity_per_square(data), state.substep.inverse_dt);
+      }
       kernels_.update_velocities(vertices, state.substep.inverse_dt);
       if (thread == 0) {
         collect_tool_forces(data, state.substep.inverse_dt_squared / static_cast<float>(substeps));

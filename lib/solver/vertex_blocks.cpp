@@ -2,15 +2,14 @@
 #include "solver/vertex_blocks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <tuple>
 #include <utility>
 
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/vec3.h"
 
-#include "solver/load_store.h"
+#include "solver/lane_access.h"
+#include "solver/vertex_kernel.h"
 
 namespace pbdsurg {
 namespace {
@@ -30,15 +29,6 @@ auto vertices_of(const std::vector<Element>& elements) {
   return vertices;
 }
 
-// A spring and a dashpot over a substep are one spring.
-void mix(const DampedRow& from, Index lane, float start, float inverse_dt, float& stiffness,
-         float& target) {
-  const float damping = from.damping[lane] * inverse_dt;
-  stiffness = from.stiffness[lane] + damping;
-  target = stiffness > 0 ? (from.stiffness[lane] * from.target[lane] + damping * start) / stiffness
-                         : 0.0F;
-}
-
 }  // namespace
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
@@ -53,11 +43,15 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
   springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_)));
-  has_damping_ =
-      std::any_of(tets_.begin(), tets_.end(),
-                  [](const VertexTet& t) { return t.edge_damping > 0 || t.volume_damping > 0; }) ||
-      std::any_of(given_.begin(), given_.end(),
-                  [](const VertexSpring& spring) { return spring.damping > 0; });
+  const auto is_positive = [](float damping) { return damping > 0; };
+  has_damping_ = std::any_of(tets_.begin(), tets_.end(),
+                             [&](const VertexTet& tet) {
+                               return tet.volume_damping > 0 ||
+                                      std::any_of(tet.edge_damping.begin(), tet.edge_damping.end(),
+                                                  is_positive);
+                             }) ||
+                 std::any_of(given_.begin(), given_.end(),
+                             [](const VertexSpring& spring) { return spring.damping > 0; });
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
   const Coloring colors = color_vertices(moves, coloring);
@@ -113,6 +107,7 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
 void VertexBlocks::append_block(std::span<const Index> vertices) {
   VertexBlock block;
   block.lane_count = static_cast<Index>(vertices.size());
+  block.is_damped = false;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
     block.corners[lane] = offset_of(vertices[lane < block.lane_count ? lane : 0]);
   }
@@ -132,9 +127,13 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
   }
+  const auto is_damped = [](const auto& row) { return row.damping > 0; };
   for (const Index v : vertices) {
     find_neighborhood(v);
     write_rows(v);
+    const auto& [pulls, springs, volumes] = neighborhood_;
+    blocks_.back().is_damped |= std::any_of(springs.begin(), springs.end(), is_damped) ||
+                                std::any_of(volumes.begin(), volumes.end(), is_damped);
   }
 }
 
@@ -173,7 +172,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
     for (std::size_t e = 0; pulls_edges && e < kTetEdges.size(); ++e) {
       const auto [a, b] = kTetEdges[e];
       if (a == corner || b == corner) {
-        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping});
+        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping[e]});
       }
     }
   }
@@ -184,6 +183,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   for (const Pull& pull : pulls) {
     if (count > 0 && pulls[count - 1].neighbor == pull.neighbor) {
       pulls[count - 1].weight += pull.weight;
+      pulls[count - 1].damping += pull.damping;
     } else {
       pulls[count++] = pull;
     }
@@ -199,7 +199,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   }
   if (std::any_of(pulls.begin(), pulls.end(), is_damped)) {
     for (const Pull& pull : pulls) {
-      springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping * std::max(pull.weight, 0.0F)});
+      springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
   needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
@@ -258,26 +258,9 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
 
 void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
                            float inverse_dt) noexcept {
-  const auto position = [&](ParticleOffset corner) { return load(at(start.data(), corner)); };
   for (Index b = range.first; b < range.first + range.count; ++b) {
-    const VertexBlock& block = blocks_[b];
-    for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
-      SpringRow& row = springs_[i];
-      for (Index lane = 0; lane < kBlockLanes; ++lane) {
-        const Vec3<float> d = position(row.neighbors[lane]) - position(block.corners[lane]);
-        mix(damped_springs_[i], lane, std::sqrt(dot(d, d)), inverse_dt, row.stiffness[lane],
-            row.rest[lane]);
-      }
-    }
-    for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
-      VolumeRow& row = volumes_[i];
-      for (Index lane = 0; lane < kBlockLanes; ++lane) {
-        const Vec3<float> corner = position(row.face[0][lane]);
-        const Vec3<float> face =
-            cross(position(row.face[1][lane]) - corner, position(row.face[2][lane]) - corner);
-        mix(damped_volumes_[i], lane, dot(corner - position(block.corners[lane]), face), inverse_dt,
-            row.stiffness[lane], row.target[lane]);
-      }
+    for (Index lane = 0; blocks_[b].is_damped && lane < kBlockLanes; ++lane) {
+      add_damping(damped_rows(), blocks_[b], LaneAccess{start.data(), lane}, inverse_dt);
     }
   }
 }

@@ -20,11 +20,11 @@ namespace pbdsurg {
 /// What a tetrahedron adds to the energy of its vertices.
 struct VertexTet {
   Tet vertices{};
-  std::array<float, 6> weights{};  ///< N/m, of the pulls along kTetEdges; zero for none
-  float stiffness = 0;             ///< N/m^5, >= 0, of the volume
-  float target = 0;                ///< m^3
-  float edge_damping = 0;          ///< s, >= 0: an edge's is this times its weight, if positive
-  float volume_damping = 0;        ///< N s/m^5, >= 0
+  std::array<float, 6> weights{};       ///< N/m, of the pulls along kTetEdges; zero for none
+  float stiffness = 0;                  ///< N/m^5, >= 0, of the volume
+  float target = 0;                     ///< m^3
+  std::array<float, 6> edge_damping{};  ///< N s/m, >= 0, along kTetEdges
+  float volume_damping = 0;             ///< N s/m^5, >= 0
 };
 
 /// What an edge or a link adds.
@@ -62,6 +62,10 @@ class VertexBlocks {
   [[nodiscard]] VertexRows rows() const noexcept {
     return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data()};
   }
+  [[nodiscard]] DampedRows damped_rows() noexcept {
+    return {blocks_.data(), springs_.data(), volumes_.data(), damped_springs_.data(),
+            damped_volumes_.data()};
+  }
 
   /// Where a vertex is; no block holds one that is not free.
   struct Place {
@@ -70,10 +74,17 @@ class VertexBlocks {
   };
   [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
 
+  /// The lanes of a vertex in its block: idle ones, too, if they repeat it.
+  [[nodiscard]] LaneBits lanes_of(Index vertex) const noexcept {
+    const auto [block, lane] = places_[vertex];
+    const LaneBits idle = ~LaneBits{0} << blocks_[block].lane_count;
+    return LaneBits{1} << lane | (lane == 0 ? idle : 0);
+  }
+
   /// Whether prepare() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
 
-  /// Sets stiffness and target of the damped rows of some blocks, for a substep.
+  /// Sets stiffness and target of the damped rows of some blocks, for a substep, in one thread.
   /// @param start       [vertex_count] where the substep starts
   /// @param inverse_dt  1/s
   void prepare(RowRange blocks, std::span<const Particle> start, float inverse_dt) noexcept;

@@ -2,9 +2,13 @@
 #pragma once
 
 /// @file
-/// The energy around vertices from their rows, for one vertex or for a register of them.
+/// The loops of the vertex-block method, for one vertex or for a register of them.
 
+#include <cmath>
+
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
+#include "pbdsurg/core/select.h"
 #include "pbdsurg/core/vec3.h"
 
 #include "solver/particle.h"
@@ -35,6 +39,62 @@ inline void add_rows(const VertexRows& rows, const VertexBlock& block, const Acc
                       access.position(volumes[i].face[0]), access.position(volumes[i].face[1]),
                       access.position(volumes[i].face[2]));
   }
+}
+
+/// Sets stiffness and target of the damped rows of a block for a substep: see VertexBlocks.
+/// @param access      also store(Scalar, float*); positions are those at the start of the substep
+/// @param inverse_dt  1/s
+template <class Access, class Scalar>
+inline void add_damping(const DampedRows& rows, const VertexBlock& block, const Access& access,
+                        Scalar inverse_dt) {
+  using std::sqrt;
+  const auto set = [&](const DampedRow& from, Scalar start, float* stiffness, float* target) {
+    const Scalar given = access.load(from.stiffness);
+    const Scalar damping = access.load(from.damping) * inverse_dt;
+    const Scalar sum = given + damping;
+    access.store(sum, stiffness);
+    access.store(select(sum > Scalar(0), (given * access.load(from.target) + damping * start) / sum,
+                        Scalar(0)),
+                 target);
+  };
+  const Vec3<Scalar> x = access.position(block.corners);
+  for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+    SpringRow& row = rows.springs[i];
+    const Vec3<Scalar> d = access.position(row.neighbors) - x;
+    const Scalar length = sqrt(dot(d, d));
+    set(rows.damped_springs[i], select(is_usable(length), length, Scalar(0)), row.stiffness,
+        row.rest);
+  }
+  for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+    VolumeRow& row = rows.volumes[i];
+    const Vec3<Scalar> a = access.position(row.face[0]);
+    const Vec3<Scalar> face =
+        cross(access.position(row.face[1]) - a, access.position(row.face[2]) - a);
+    set(rows.damped_volumes[i], dot(a - x, face), row.stiffness, row.target);
+  }
+}
+
+/// Where the sweeps of a substep start: see begin_vertices().
+/// @param flight   m, where the vertex would be without its rows
+/// @param w        1/kg
+/// @param falling  as in Snapshot
+/// @param fall     m, what gravity adds to the way of a substep
+template <class Scalar>
+inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w, Scalar falling,
+                             const Vec3<Scalar>& fall) {
+  return flight - select(w > Scalar(0), Scalar(1) - falling, Scalar(0)) * fall;
+}
+
+/// The share of gravity with which a vertex has sped up, in [0, 1].
+/// @param velocity            m/s, before the substep
+/// @param gravity_per_square  s^2/m, gravity over its square
+template <class Scalar>
+inline Scalar falling_of(const Vec3<Scalar>& x, const Vec3<Scalar>& previous,
+                         const Vec3<Scalar>& velocity, const Vec3<Scalar>& gravity_per_square,
+                         Scalar inverse_dt) {
+  const Scalar share = inverse_dt * dot(inverse_dt * (x - previous) - velocity, gravity_per_square);
+  // in this order, of what is no number it makes zero
+  return select(share > Scalar(0), select(share < Scalar(1), share, Scalar(1)), Scalar(0));
 }
 
 }  // namespace pbdsurg

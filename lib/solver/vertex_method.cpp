@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/core/error.h"
 
+#include "solver/lane_access.h"
 #include "solver/load_store.h"
 #include "solver/solver_data.h"
 #include "solver/vertex_kernel.h"
@@ -17,9 +18,11 @@
 namespace pbdsurg {
 namespace {
 
-// Edges resist like an isotropic solid whose shear modulus is a fifth of that of the tetrahedra
-// whose pulls they have for stiffness; Lame's parameters of such a solid are equal.
-constexpr float kEdgeDampingShare = 5;
+// Dashpots of c = this share of mu V0 / l^2 along the edges of tetrahedra that lie in all
+// directions alike resist shear with the modulus mu, and a change of volume as if both Lame
+// parameters were mu. A lattice of cubes is not that isotropic: up to a third more along its axes,
+// and less in shear.
+constexpr double kEdgeDampingShare = 2.5;
 
 struct Moduli {
   double mu, lambda;  // Pa, as NeoHookeanTerms takes them
@@ -50,23 +53,16 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   std::copy(std::begin(terms.weights), std::end(terms.weights), tet.weights.begin());
   tet.stiffness = static_cast<float>(terms.stiffness);
   tet.target = static_cast<float>(terms.target);
-  tet.edge_damping = kEdgeDampingShare * material.damping;
+  const double volume = terms.target / (1 + mu / lambda);
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const Vec3<double> side = x[kTetEdges[e][0]] - x[kTetEdges[e][1]];
+    tet.edge_damping[e] =
+        static_cast<float>(kEdgeDampingShare * material.damping * mu * volume / dot(side, side));
+  }
   tet.volume_damping =
       material.damping * std::max(0.0F, static_cast<float>(1 - 2 * mu / lambda)) * tet.stiffness;
   return tet;
 }
-
-// One lane of a block.
-struct LaneAccess {
-  const Particle* particles;
-  Index lane;
-
-  [[nodiscard]] float load(const float* values) const noexcept { return values[lane]; }
-  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
-    const Particle& p = at(particles, corners[lane]);
-    return {p.x, p.y, p.z};
-  }
-};
 
 // Whether a displacement is finite, and so is its square.
 bool is_finite(const Vec3<float>& d) {
@@ -212,6 +208,14 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
   }
 }
 
+ColoringOptions vertex_coloring(const SolverOptions& options) {
+  ColoringOptions coloring = options.coloring;
+  if (coloring.order == GreedyOrder::natural) {
+    coloring.order = GreedyOrder::saturation;
+  }
+  return coloring;
+}
+
 VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
   if (!is_used(data)) {
     return {};
@@ -260,7 +264,8 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
     moves.push_back(p.w > 0);
   }
   VertexMethod method;
-  method.blocks = VertexBlocks(moves, std::move(tets), std::move(springs), data.options.coloring);
+  method.blocks =
+      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
   method.flights = data.particles;
   method.falling.assign(data.particles.size(), 1.0F);
   method.first_holds.assign(data.particles.size(), kInvalidIndex);
@@ -279,19 +284,26 @@ void reserve_holds(SolverData& data) {
   data.vertex_method.holds.reserve(most);
 }
 
-void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
+Vec3<float> way_of_fall(const SolverData& data, const Substep<float>& substep) noexcept {
+  return (1 / substep.inverse_dt_squared) * load(data.gravity);
+}
+
+Vec3<float> gravity_per_square(const SolverData& data) noexcept {
+  const Vec3<float> gravity = load(data.gravity);
+  const float square = dot(gravity, gravity);
+  return (square > 0 ? 1 / square : 0.0F) * gravity;
+}
+
+void begin_vertices(SolverData& data, const Substep<float>& substep) {
   if (!is_used(data)) {
     return;
   }
   VertexMethod& method = data.vertex_method;
-  const float dt_squared = 1 / substep.inverse_dt_squared;
-  const Vec3<float> fall = dt_squared * load(data.gravity);
-  for (Index v = vertices.first; v < vertices.last; ++v) {
+  const Vec3<float> fall = way_of_fall(data, substep);
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
     Particle& p = data.particles[v];
     method.flights[v] = p;
-    if (p.w > 0) {
-      store(p, load(p) - (1 - method.falling[v]) * fall);
-    }
+    store(p, start_of(load(p), p.w, method.falling[v], fall));
   }
 }
 
@@ -306,11 +318,11 @@ void hold_vertices(SolverData& data) {
   }
   method.holds.clear();
   const auto add = [&](Index vertex, std::size_t tool, std::size_t entry, bool is_contact) {
-    const auto [block, lane] = method.blocks.place_of(vertex);
+    const Index block = method.blocks.place_of(vertex).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
-    method.held[block] |= LaneBits{1} << lane;
+    method.held[block] |= method.blocks.lanes_of(vertex);
     method.holds.push_back({vertex, method.first_holds[vertex], static_cast<Index>(tool),
                             static_cast<Index>(entry), is_contact});
     method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;
@@ -326,9 +338,10 @@ void hold_vertices(SolverData& data) {
   }
 }
 
-void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep) {
-  if (data.vertex_method.blocks.has_damping()) {
-    data.vertex_method.blocks.prepare(blocks, data.previous, substep.inverse_dt);
+void prepare_vertices(SolverData& data, const Substep<float>& substep) {
+  VertexBlocks& blocks = data.vertex_method.blocks;
+  if (blocks.has_damping()) {
+    blocks.prepare({0, blocks.block_count()}, data.previous, substep.inverse_dt);
   }
 }
 
@@ -382,19 +395,16 @@ void solve_vertices(SolverData& data, const VertexState& state, Index color) {
   }
 }
 
-void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep) {
-  const Vec3<float> gravity = load(data.gravity);
-  const float square = dot(gravity, gravity);
-  if (!is_used(data) || !(square > 0)) {
+void end_vertices(SolverData& data, const Substep<float>& substep) {
+  if (!is_used(data)) {
     return;
   }
-  for (Index v = vertices.first; v < vertices.last; ++v) {
-    const Velocity& before = data.velocities[v];
-    const Vec3<float> after =
-        substep.inverse_dt * (load(data.particles[v]) - load(data.previous[v]));
-    const Vec3<float> change = after - Vec3<float>{before.x, before.y, before.z};
-    const float share = substep.inverse_dt * dot(change, gravity) / square;
-    data.vertex_method.falling[v] = share > 0 ? std::min(share, 1.0F) : 0.0F;  // also of a NaN
+  const Vec3<float> gravity = gravity_per_square(data);
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+    const Velocity& velocity = data.velocities[v];
+    data.vertex_method.falling[v] =
+        falling_of(load(data.particles[v]), load(data.previous[v]),
+                   {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
   }
 }
 
@@ -422,6 +432,9 @@ void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
     terms.stiffness = static_cast<float>(after.stiffness);
     terms.target = static_cast<float>(after.target);
     terms.volume_damping /= static_cast<float>(ratio);
+    for (float& damping : terms.edge_damping) {
+      damping *= static_cast<float>(std::cbrt(ratio));
+    }
   } else {
     terms.target = volume;
   }

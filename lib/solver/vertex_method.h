@@ -18,12 +18,6 @@ namespace pbdsurg {
 
 class SolverData;
 
-/// Vertices [first, last).
-struct VertexSpan {
-  Index first;
-  Index last;
-};
-
 /// A tool's contact or grasp at a vertex.
 struct VertexHold {
   Index vertex;
@@ -48,6 +42,10 @@ struct VertexMethod {
 ///                          option, the body or the link
 void check_vertex_method(const Scene& scene, const SolverOptions& options);
 
+/// How it colours vertices: as asked, but by saturation where the order is the natural one, which
+/// would be kept for want of a reason and takes up to twice the colours.
+[[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
+
 /// @param data  with all else that a solver has
 [[nodiscard]] VertexMethod make_vertex_method(const Scene& scene, const SolverData& data);
 
@@ -55,18 +53,25 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options);
 void reserve_holds(SolverData& data);
 
 // A substep: begin_vertices(), then the search for contacts; hold_vertices() and
-// prepare_vertices(); sweeps; end_vertices() before velocities change. Parts of these may run at
-// once on several threads.
+// prepare_vertices(); sweeps; end_vertices() before velocities change. Kernels on registers stand
+// in for some of these.
+
+/// m, what gravity adds to the way of a substep.
+[[nodiscard]] Vec3<float> way_of_fall(const SolverData& data,
+                                      const Substep<float>& substep) noexcept;
+
+/// s^2/m, gravity over its square; zero without gravity.
+[[nodiscard]] Vec3<float> gravity_per_square(const SolverData& data) noexcept;
 
 /// After prediction: lets the sweeps start where vertices would be if they went on as they did.
 /// What rests would else fall first, and sweeps that are too few would not bring it back.
-void begin_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
+void begin_vertices(SolverData& data, const Substep<float>& substep);
 
 /// Finds out which vertices tools touch or hold.
 void hold_vertices(SolverData& data);
 
 /// Makes damping felt.
-void prepare_vertices(SolverData& data, RowRange blocks, const Substep<float>& substep);
+void prepare_vertices(SolverData& data, const Substep<float>& substep);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
 [[nodiscard]] float relaxation_of(const SolverOptions& options, int iteration) noexcept;
@@ -81,7 +86,7 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBi
 void solve_vertices(SolverData& data, const VertexState& state, Index color);
 
 /// After the sweeps.
-void end_vertices(SolverData& data, VertexSpan vertices, const Substep<float>& substep);
+void end_vertices(SolverData& data, const Substep<float>& substep);
 
 // What edits change; refresh_vertices() then makes it felt.
 void set_vertex_rest_length(SolverData& data, Index edge, float length);

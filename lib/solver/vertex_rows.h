@@ -53,6 +53,7 @@ struct RowRange {
 struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
+  bool is_damped;  ///< whether some row is
   RowRange pulls, springs, volumes;
 };
 
@@ -62,6 +63,15 @@ struct VertexRows {
   const PullRow* pulls;
   const SpringRow* springs;
   const VolumeRow* volumes;
+};
+
+/// Those that damping changes.
+struct DampedRows {
+  const VertexBlock* blocks;
+  SpringRow* springs;
+  VolumeRow* volumes;
+  const DampedRow* damped_springs;  ///< [springs]
+  const DampedRow* damped_volumes;  ///< [volumes]
 };
 
 /// One bit a lane of a block, the first lane's the lowest.

@@ -8,6 +8,7 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "solver/lane_access.h"
 #include "solver/vertex_kernel.h"
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -36,7 +37,8 @@ struct Sample {
       particles.push_back({shake(0), shake(1), shake(2), 1});
     }
     for (Index t = 0; t < mesh.tet_count(); ++t) {
-      VertexTet tet{mesh.tets()[t], {}, 0, 1e-10F, 1e-4F, 0};
+      VertexTet tet{mesh.tets()[t], {}, 0, 1e-10F, {}, 0};
+      tet.edge_damping.fill(1e-4F);
       for (std::size_t e = 0; e < 6; ++e) {
         tet.weights[e] = static_cast<float>(random_unit(6, t, e)) - 0.2F;
       }
@@ -55,17 +57,6 @@ struct Sample {
 struct Entry {
   VertexEnergy<float> energy;
   bool found = false;
-};
-
-struct LaneAccess {
-  const Particle* particles;
-  Index lane;
-
-  [[nodiscard]] float load(const float* numbers) const { return numbers[lane]; }
-  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const {
-    const Particle& p = at(particles, corners[lane]);
-    return {p.x, p.y, p.z};
-  }
 };
 
 // [vertex_count] the energy around each vertex that has a place in some block

@@ -72,7 +72,8 @@ struct SolverOptions {
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
   int threads = 0;                 ///< of the threaded backend, >= 1; 0 for one a processor
   ThreadWait wait = ThreadWait::yield;
-  /// How constraints of each type are coloured, and so the order of work.
+  /// How constraints of each type are coloured, and so the order of work; or vertices, for the
+  /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
   PlanComposition composition = PlanComposition::separate;
 
