@@ -8,7 +8,7 @@
 namespace pbdsurg {
 namespace {
 
-constexpr std::size_t kLeastLeaf = 1500;  // vertices
+constexpr std::size_t kLeastLeaf = 3000;  // vertices
 
 }  // namespace
 

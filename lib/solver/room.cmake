@@ -1,8 +1,8 @@
 pbdsurg_room(solver
-  HEADERS material.h scene.h solver.h step_plan.h step_report.h tool.h
-  SOURCES build_constraints.cpp choose_lane_kernels.cpp contact_stage.cpp edge_owners.cpp material.cpp
-          neo_hookean_record.cpp nested_domains.cpp scene.cpp serial_backend.cpp serial_phases.cpp solver.cpp
-          state_report.cpp step_team.cpp threaded_backend.cpp vertex_blocks.cpp vertex_method.cpp)
+  SOURCES build_constraints.cpp choose_lane_kernels.cpp contact_stage.cpp edge_owners.cpp
+          material.cpp neo_hookean_record.cpp nested_domains.cpp scene.cpp serial_backend.cpp
+          serial_phases.cpp solver.cpp state_report.cpp step_team.cpp threaded_backend.cpp tissue.cpp
+          vertex_blocks.cpp vertex_method.cpp)
 
 # lane_kernels.cpp once for each instruction set and each way of rounding. Its objects hold no symbol
 # in common, so that the linker cannot take code for one processor into the path of another.
