@@ -114,11 +114,11 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
     data.neo_hookeans.remove(t);
   }
   for (const Index v : data.tets[t]) {
-    Particle& particle = data.particles[v];
+    Particle& particle = data.particle(v);
     if (--data.vertex_tets[v] == 0) {
       data.vertex_masses[v] = 0;
       particle.w = 0;
-      data.velocities[v] = {};
+      data.velocity(v) = {};
       result.vertices.push_back(v);
       continue;
     }

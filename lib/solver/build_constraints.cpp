@@ -29,25 +29,25 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
                      std::span<const Index> ids, const NestedDomains& domains, SolverData& data,
                      std::vector<Index>& group_of) {
   constexpr std::size_t kArity = Constraint::kVertexCount;
-  std::vector<NestedDomains::Place> places;
+  std::vector<NestedDomains::Domain> all_domains;
   std::vector<Index> first_of_level;
   for (Index level = 0; level < domains.level_count(); ++level) {
-    first_of_level.push_back(static_cast<Index>(places.size()));
+    first_of_level.push_back(static_cast<Index>(all_domains.size()));
     for (Index domain = 0; domain < domains.domain_count(level); ++domain) {
-      places.push_back({level, domain});
+      all_domains.push_back({level, domain});
     }
   }
-  std::vector<std::vector<Index>> ids_of_domain(places.size());
+  std::vector<std::vector<Index>> ids_of_domain(all_domains.size());
   for (const Index id : ids) {
-    const NestedDomains::Place place = domains.place_of(records[id].vertices);
-    ids_of_domain[first_of_level[place.level] + place.domain].push_back(id);
+    const NestedDomains::Domain domain = domains.domain_of(records[id].places);
+    ids_of_domain[first_of_level[domain.level] + domain.index].push_back(id);
   }
   Index group_count = 0;
-  for (std::size_t d = 0; d < places.size(); ++d) {
+  for (std::size_t d = 0; d < all_domains.size(); ++d) {
     std::vector<std::array<Index, kArity>> vertices;
     vertices.reserve(ids_of_domain[d].size());
     for (const Index id : ids_of_domain[d]) {
-      vertices.push_back(records[id].vertices);
+      vertices.push_back(records[id].places);
     }
     const Coloring coloring =
         color_constraints({std::span<const std::array<Index, kArity>>(vertices),
@@ -60,7 +60,7 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
     }
     for (Index color = 0; color <= coloring.color_count; ++color) {
       data.constraint_phases.push_back({kind, group_count + color, color == coloring.color_count,
-                                        places[d].level, places[d].domain});
+                                        all_domains[d].level, all_domains[d].index});
     }
     group_count += coloring.color_count + 1;
   }
@@ -85,7 +85,7 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
   records.reserve(data.edges.size() + data.links.size());
   std::vector<Index> ids;
   for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back({data.edges[edge],
+    records.push_back({data.places_of(data.edges[edge]),
                        {static_cast<float>(length), pick(material.stretch, data.options.mode),
                         material.damping}});
     if (material.model == ElasticModel::springs) {
@@ -94,7 +94,7 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
   });
   for (const Link& link : data.links) {
     ids.push_back(static_cast<Index>(records.size()));
-    records.push_back({{link.first, link.second},
+    records.push_back({data.places_of(Edge{link.first, link.second}),
                        {link.rest_length, pick(link.stiffness, data.options.mode), 0}});
   }
   if (data.options.composition == PlanComposition::joint) {
@@ -126,7 +126,7 @@ void build_volumes(const Scene& scene, const NestedDomains& domains, SolverData&
   for (const Body& body : data.bodies) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       const double volume = tet_volume(scene.positions(), data.tets[t]);
-      records.push_back({data.tets[t],
+      records.push_back({data.places_of(data.tets[t]),
                          {static_cast<float>(volume), pick(body.material.volume, data.options.mode),
                           body.material.damping}});
       if (has_volume_constraints(body)) {
@@ -150,7 +150,8 @@ void build_neo_hookeans(const Scene& scene, const NestedDomains& domains, Solver
       continue;
     }
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      records[t] = make_neo_hookean(scene.positions(), data.tets[t], body.material);
+      records[t] = make_neo_hookean(scene.positions(), data.tets[t], data.places_of(data.tets[t]),
+                                    body.material);
       ids.push_back(t);
     }
   }
@@ -165,7 +166,8 @@ void build_strain_limits(const Scene& scene, const NestedDomains& domains, Solve
   std::vector<ConstraintRecord<StrainLimitConstraint>> records;
   std::vector<Index> ids;
   for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back({data.edges[edge], {static_cast<float>(material.max_stretch * length)}});
+    records.push_back(
+        {data.places_of(data.edges[edge]), {static_cast<float>(material.max_stretch * length)}});
     if (std::isfinite(material.max_stretch)) {
       ids.push_back(edge);
     }
@@ -181,7 +183,7 @@ void build_strain_limits(const Scene& scene, const NestedDomains& domains, Solve
 
 void build_constraints(const Scene& scene, SolverData& data) {
   const NestedDomains domains = data.options.composition == PlanComposition::nested
-                                    ? NestedDomains(scene.positions())
+                                    ? NestedDomains(scene.vertex_count())
                                     : NestedDomains();
   for (Index level = 0; level < domains.level_count(); ++level) {
     data.domain_counts.push_back(domains.domain_count(level));

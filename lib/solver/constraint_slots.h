@@ -19,7 +19,7 @@ namespace pbdsurg {
 /// One constraint, taken out of its block.
 template <class Constraint>
 struct ConstraintRecord {
-  std::array<Index, Constraint::kVertexCount> vertices;
+  std::array<Index, Constraint::kVertexCount> places;  ///< of its vertices, see SolverData
   std::array<float, Constraint::kParameterCount> parameters;
 };
 
@@ -42,10 +42,17 @@ class ConstraintSlots {
       : groups_(static_cast<std::size_t>(group_count)),
         group_of_id_(records.size(), kInvalidIndex),
         slot_of_id_(records.size(), kInvalidIndex) {
+    // near constraints near each other, so that parts of a group touch different vertices
+    std::vector<Index> order;
     for (std::size_t id = 0; id < records.size(); ++id) {
       if (group_of[id] != kInvalidIndex) {
-        append(static_cast<Index>(id), group_of[id], records[id], {});
+        order.push_back(static_cast<Index>(id));
       }
+    }
+    const auto first_place = [&](Index id) { return std::ranges::min(records[id].places); };
+    std::ranges::stable_sort(order, {}, first_place);
+    for (const Index id : order) {
+      append(id, group_of[id], records[id], {});
     }
   }
 
@@ -138,7 +145,7 @@ class ConstraintSlots {
   static Record get(const Block& block, Index lane) noexcept {
     Record record;
     for (int k = 0; k < Constraint::kVertexCount; ++k) {
-      record.vertices[k] = vertex_at(block.corners[k][lane]);
+      record.places[k] = place_at(block.corners[k][lane]);
     }
     for (int p = 0; p < Constraint::kParameterCount; ++p) {
       record.parameters[p] = block.parameters[p][lane];
@@ -148,7 +155,7 @@ class ConstraintSlots {
 
   static void put(Block& block, Index lane, const Record& record) noexcept {
     for (int k = 0; k < Constraint::kVertexCount; ++k) {
-      block.corners[k][lane] = offset_of(record.vertices[k]);
+      block.corners[k][lane] = offset_of(record.places[k]);
     }
     for (int p = 0; p < Constraint::kParameterCount; ++p) {
       block.parameters[p][lane] = record.parameters[p];

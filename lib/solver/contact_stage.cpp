@@ -47,14 +47,14 @@ Box bounds(const std::vector<Capsule>& capsules) {
 void find_contacts_of(const std::vector<Particle>& particles, const std::vector<Capsule>& capsules,
                       std::size_t capacity, std::vector<Contact>& contacts, StepReport& report) {
   const Box box = bounds(capsules);
-  for (std::size_t v = 0; v < particles.size(); ++v) {
-    const Particle& p = particles[v];
+  for (std::size_t place = 0; place < particles.size(); ++place) {
+    const Particle& p = particles[place];
     if (!(p.w > 0) || !box.contains(p)) {
       continue;
     }
     const Eigen::Vector3f x(p.x, p.y, p.z);
     float deepest = std::numeric_limits<float>::max();
-    Contact contact{static_cast<Index>(v), Eigen::Vector3f::Zero(), 0, 0};
+    Contact contact{static_cast<Index>(place), Eigen::Vector3f::Zero(), 0, 0};
     for (const Capsule& capsule : capsules) {
       const Eigen::Vector3f axis_point = closest_on_segment(capsule.start, capsule.end, x);
       const Eigen::Vector3f away = x - axis_point;

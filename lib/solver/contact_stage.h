@@ -18,7 +18,7 @@ void begin_tools(SolverData& data);
 void place_tools(SolverData& data, float fraction);
 
 /// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
-/// ascending order of vertices, at most the contact capacity. Cost: O(vertices * capsules).
+/// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
 void find_contacts(SolverData& data, StepReport& report);
 
 /// Adds the substep's share of the multipliers to the tools' forces.

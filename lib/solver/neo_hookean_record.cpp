@@ -20,7 +20,7 @@ double exact_rest_volume(const Record& record) noexcept {
 }  // namespace
 
 Record make_neo_hookean(std::span<const Eigen::Vector3d> positions, const Tet& tet,
-                        const Material& material) {
+                        const Tet& places, const Material& material) {
   Eigen::Matrix3d sides;
   for (int k = 0; k < 3; ++k) {
     sides.col(k) = positions[tet[k + 1]] - positions[tet[0]];
@@ -28,7 +28,7 @@ Record make_neo_hookean(std::span<const Eigen::Vector3d> positions, const Tet& t
   const Eigen::Matrix3d inverse = sides.inverse();
   const double shear_modulus =
       material.youngs_modulus / (2 * (1 + double{material.poissons_ratio}));
-  Record record{tet, {}};
+  Record record{places, {}};
   for (int i = 0; i < 9; ++i) {
     record.parameters[NeoHookeanConstraint::kInverseShape + i] =
         static_cast<float>(inverse(i / 3, i % 3));

@@ -17,8 +17,10 @@
 namespace pbdsurg {
 
 /// @param positions  [vertex_count] m, at rest
+/// @param places     of the vertices, see SolverData
 ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::Vector3d> positions,
-                                                        const Tet& tet, const Material& material);
+                                                        const Tet& tet, const Tet& places,
+                                                        const Material& material);
 
 /// m^3
 float rest_volume(const ConstraintRecord<NeoHookeanConstraint>& record) noexcept;

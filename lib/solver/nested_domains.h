@@ -2,10 +2,12 @@
 #pragma once
 
 /// @file
-/// Halves of halves of the vertices, for a nested plan.
+/// Halves of halves of the vertices: the order in which their state lies, and the domains of a
+/// nested plan.
 
 #include <Eigen/Core>
 #include <bit>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -13,16 +15,21 @@
 
 namespace pbdsurg {
 
-/// Vertices divided by recursive bisection: 2^(level_count - 1) leaves, and level by level the
+/// Vertices in an order in which each half, quarter, eighth and so on is compact.
+/// @param positions  [vertex_count] m, finite
+/// @return           [vertex_count] the place of each vertex
+[[nodiscard]] std::vector<Index> order_vertices(std::span<const Eigen::Vector3d> positions);
+
+/// Places divided in halves again and again: 2^(level_count - 1) leaves, and level by level the
 /// domains that two of the level below make, up to one that holds all. Domains of one level share
-/// no vertex. Made by default, all vertices are one domain.
+/// no place. Made by default, all is one domain.
 class NestedDomains {
  public:
   NestedDomains() = default;
 
-  /// Leaves of 1500 to 3000 vertices, whose positions stay in a first-level cache.
-  /// @param positions  [vertex_count] m, finite
-  explicit NestedDomains(std::span<const Eigen::Vector3d> positions);
+  /// Leaves of 3000 to 6000 places. Smaller ones would fit a first-level cache, but leave more of
+  /// the work to upper levels and to registers that are not full.
+  explicit NestedDomains(Index place_count) noexcept;
 
   [[nodiscard]] Index level_count() const noexcept { return level_count_; }
   [[nodiscard]] Index domain_count(Index level) const noexcept {
@@ -30,29 +37,34 @@ class NestedDomains {
   }
 
   /// A domain within a level; leaves are level 0.
-  struct Place {
-    Index level = 0;
-    Index domain = 0;
+  struct Domain {
+    Index level;
+    Index index;
   };
 
-  /// The smallest domain that holds all of some vertices.
-  template <class Vertices>
-  [[nodiscard]] Place place_of(const Vertices& vertices) const {
-    if (leaf_of_vertex_.empty()) {
-      return {};
-    }
-    const Index leaf = leaf_of_vertex_[vertices[0]];
+  /// The smallest domain that holds all of some places.
+  template <class Places>
+  [[nodiscard]] Domain domain_of(const Places& places) const noexcept {
+    const Index leaf = leaf_of(places[0]);
     unsigned differing = 0;
-    for (const Index v : vertices) {
-      differing |= static_cast<unsigned>(leaf ^ leaf_of_vertex_[v]);
+    for (const Index place : places) {
+      differing |= static_cast<unsigned>(leaf ^ leaf_of(place));
     }
     const auto level = static_cast<Index>(std::bit_width(differing));
     return {level, leaf >> level};
   }
 
  private:
+  // The first leaves have one place more.
+  [[nodiscard]] Index leaf_of(Index place) const noexcept {
+    const Index in_larger = larger_leaves_ * (leaf_size_ + 1);
+    return place < in_larger ? place / (leaf_size_ + 1)
+                             : larger_leaves_ + (place - in_larger) / leaf_size_;
+  }
+
   Index level_count_ = 1;
-  std::vector<Index> leaf_of_vertex_;  // [vertex_count], empty for one domain
+  Index leaf_size_ = std::numeric_limits<Index>::max();
+  Index larger_leaves_ = 0;
 };
 
 }  // namespace pbdsurg

@@ -16,17 +16,17 @@ struct alignas(16) Particle {
   float w;        ///< 1/kg, zero when it cannot move
 };
 
-/// Where a vertex's particle starts in an array of them, in bytes. Constraints name vertices so,
-/// because it spares kernels two instructions a corner, a tenth of their time.
+/// Where the particle at a place of the state starts in an array of them, in bytes. Constraints
+/// name vertices so, because it spares kernels two instructions a corner, a tenth of their time.
 using ParticleOffset = std::uint32_t;
 
 /// The most vertices that offsets reach.
 inline constexpr Index kMostParticles = Index{1} << 28;
 
-inline ParticleOffset offset_of(Index vertex) {
-  return static_cast<ParticleOffset>(vertex) * sizeof(Particle);
+inline ParticleOffset offset_of(Index place) {
+  return static_cast<ParticleOffset>(place) * sizeof(Particle);
 }
-inline Index vertex_at(ParticleOffset offset) {
+inline Index place_at(ParticleOffset offset) {
   return static_cast<Index>(offset / sizeof(Particle));
 }
 

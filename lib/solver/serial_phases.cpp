@@ -90,7 +90,7 @@ void project_attachments(SolverData& data, Index color, const Substep<float>& su
       if (attachment.color != color) {
         continue;
       }
-      Particle& p = data.particles[attachment.vertex];
+      Particle& p = data.particle(attachment.vertex);
       Vec3<float> x = load(p);
       Vec3<float> multiplier = load(attachment.multiplier);
       AttachmentConstraint::project<ProjectionMode::compliance>(
@@ -104,7 +104,7 @@ void project_attachments(SolverData& data, Index color, const Substep<float>& su
 
 void project_contacts(SolverData& data, Index tool) {
   for (Contact& contact : data.tools[tool].contacts) {
-    Particle& p = data.particles[contact.vertex];
+    Particle& p = data.particles[contact.place];
     Vec3<float> x = load(p);
     ContactConstraint::project(x, p.w, load(contact.normal), contact.offset, contact.multiplier);
     store(p, x);

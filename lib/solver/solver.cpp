@@ -18,6 +18,7 @@
 #include "solver/backend.h"
 #include "solver/build_constraints.h"
 #include "solver/neo_hookean_record.h"
+#include "solver/nested_domains.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -308,12 +309,13 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   data.backend = make_backend(options);
 
   const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
-  data.particles.reserve(vertex_count);
+  data.place_of_vertex = order_vertices(scene.positions());
+  data.particles.resize(vertex_count);
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const Eigen::Vector3f x = scene.positions()[v].cast<float>();
     const bool moves = scene.masses()[v] > 0 && !scene.is_fixed(static_cast<Index>(v));
-    data.particles.push_back(
-        {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F});
+    data.particle(static_cast<Index>(v)) = {
+        x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F};
   }
   data.previous = data.particles;
   data.velocities.assign(vertex_count, {});
@@ -366,7 +368,7 @@ std::vector<Eigen::Vector3f> Solver::positions() const {
 void Solver::read_positions(std::span<Eigen::Vector3f> out) const {
   check_size("the buffer for positions", out.size(), data_->particles.size());
   for (std::size_t v = 0; v < out.size(); ++v) {
-    const Particle& p = data_->particles[v];
+    const Particle& p = data_->particle(static_cast<Index>(v));
     out[v] = {p.x, p.y, p.z};
   }
 }
@@ -377,7 +379,7 @@ void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Ve
     check_id("vertex", v, data_->particles.size());
   }
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const Particle& p = data_->particles[vertices[i]];
+    const Particle& p = data_->particle(vertices[i]);
     out[i] = {p.x, p.y, p.z};
   }
 }
@@ -386,9 +388,9 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
   check_size("the array of positions", positions.size(), data_->particles.size());
   check_finite("position", positions);
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    Particle& p = data_->particles[v];
+    Particle& p = data_->particle(static_cast<Index>(v));
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
-    data_->velocities[v] = {};
+    data_->velocity(static_cast<Index>(v)) = {};
   }
   std::fill(data_->vertex_method.falling.begin(), data_->vertex_method.falling.end(), 1.0F);
 }
@@ -396,7 +398,8 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
 std::vector<Eigen::Vector3f> Solver::velocities() const {
   std::vector<Eigen::Vector3f> out;
   out.reserve(data_->velocities.size());
-  for (const Velocity& velocity : data_->velocities) {
+  for (Index v = 0; v < vertex_count(); ++v) {
+    const Velocity& velocity = data_->velocity(v);
     out.emplace_back(velocity.x, velocity.y, velocity.z);
   }
   return out;
@@ -406,7 +409,8 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
   check_size("the array of velocities", velocities.size(), data_->particles.size());
   check_finite("velocity", velocities);
   for (std::size_t v = 0; v < velocities.size(); ++v) {
-    data_->velocities[v] = {velocities[v].x(), velocities[v].y(), velocities[v].z()};
+    data_->velocity(static_cast<Index>(v)) = {velocities[v].x(), velocities[v].y(),
+                                              velocities[v].z()};
   }
 }
 
@@ -460,8 +464,8 @@ std::uint64_t Solver::state_hash() const noexcept {
     hash = detail::mix_bits(hash, std::bit_cast<std::uint32_t>(value));
   };
   for (std::size_t v = 0; v < data_->particles.size(); ++v) {
-    const Particle& p = data_->particles[v];
-    const Velocity& velocity = data_->velocities[v];
+    const Particle& p = data_->particle(static_cast<Index>(v));
+    const Velocity& velocity = data_->velocity(static_cast<Index>(v));
     for (const float value : {p.x, p.y, p.z, velocity.x, velocity.y, velocity.z}) {
       mix(value);
     }
@@ -519,7 +523,7 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
   }
   const ToolPose to_tool = state.pose.inverse();
   for (const Index v : vertices) {
-    const Particle& p = data_->particles[v];
+    const Particle& p = data_->particle(static_cast<Index>(v));
     const Eigen::Vector3f x(p.x, p.y, p.z);
     state.attachments.push_back({v, to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
   }

@@ -5,6 +5,8 @@
 /// Everything a solver holds, for the backends that step it and the edits that change it.
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -35,7 +37,7 @@ struct Attachment {
 
 /// A vertex near a capsule, which stands as a plane for the rest of the substep.
 struct Contact {
-  Index vertex;
+  Index place;
   Eigen::Vector3f normal;  ///< out of the tool
   float offset;            ///< m
   float multiplier;        ///< kg m
@@ -47,7 +49,7 @@ struct ToolState {
   ToolPose target;  ///< at the end of the next step
   std::vector<Attachment> attachments;
   std::vector<Capsule> placed_capsules;  ///< in the world, of the current substep
-  std::vector<Contact> contacts;         ///< of the current substep, ascending by vertex
+  std::vector<Contact> contacts;         ///< of the current substep, ascending by place
   Eigen::Vector3f force{0, 0, 0};        ///< N, on the tool
 };
 
@@ -60,9 +62,12 @@ class SolverData {
   std::vector<Body> bodies;
 
   // state
-  std::vector<Particle> particles;   // [vertex_count]
-  std::vector<Particle> previous;    // [vertex_count] at the start of the substep
-  std::vector<Velocity> velocities;  // [vertex_count]
+  // State lies in the order of places, in which near vertices are near, so that threads that work
+  // on different parts of a body share few cache lines. Constraints name places.
+  std::vector<Index> place_of_vertex;  // [vertex_count]
+  std::vector<Particle> particles;     // [place]
+  std::vector<Particle> previous;      // [place] at the start of the substep
+  std::vector<Velocity> velocities;    // [place]
   std::vector<ToolState> tools;
 
   // live topology: ids are stable, dead ones stay in the id arrays
@@ -95,6 +100,25 @@ class SolverData {
   VertexMethod vertex_method;
   StepPlan plan;
   std::unique_ptr<Backend> backend;
+
+  [[nodiscard]] Particle& particle(Index vertex) { return particles[place_of_vertex[vertex]]; }
+  [[nodiscard]] const Particle& particle(Index vertex) const {
+    return particles[place_of_vertex[vertex]];
+  }
+  [[nodiscard]] Velocity& velocity(Index vertex) { return velocities[place_of_vertex[vertex]]; }
+  [[nodiscard]] const Velocity& velocity(Index vertex) const {
+    return velocities[place_of_vertex[vertex]];
+  }
+
+  /// @param vertices  of the scene
+  template <std::size_t kCount>
+  [[nodiscard]] std::array<Index, kCount> places_of(
+      const std::array<Index, kCount>& vertices) const {
+    std::array<Index, kCount> places;
+    std::transform(vertices.begin(), vertices.end(), places.begin(),
+                   [&](Index v) { return place_of_vertex[v]; });
+    return places;
+  }
 
   [[nodiscard]] Index distance_of_link(Index link) const noexcept {
     return static_cast<Index>(edges.size()) + link;

@@ -57,7 +57,7 @@ void raise(float& largest, float value) {
 
 void report_vertices(const SolverData& data, StepReport& report) {
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    const Particle& p = data.particles[v];
+    const Particle& p = data.particle(static_cast<Index>(v));
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
       if (report.non_finite_vertices++ == 0) {
         report.first_non_finite = static_cast<Index>(v);
@@ -90,7 +90,7 @@ void report_tubes(const SolverData& data, StepReport& report) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       Vec3<float> points[4];
       for (int k = 0; k < 4; ++k) {
-        points[k] = load(data.particles[data.tets[t][k]]);
+        points[k] = load(data.particle(data.tets[t][k]));
       }
       report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
     }

@@ -140,7 +140,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
 void VertexBlocks::shrink(VertexBlock& block) noexcept {
   block.pulls.count = block.springs.count = block.volumes.count = 0;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    const Rows& needs = needs_[vertex_at(block.corners[lane])];
+    const Rows& needs = needs_[place_at(block.corners[lane])];
     block.pulls.count = std::max(block.pulls.count, needs.pulls);
     block.springs.count = std::max(block.springs.count, needs.springs);
     block.volumes.count = std::max(block.volumes.count, needs.volumes);
@@ -215,7 +215,7 @@ void VertexBlocks::write_rows(Index vertex) noexcept {
 }
 
 void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
-  const Index vertex = vertex_at(block.corners[lane]);
+  const Index vertex = place_at(block.corners[lane]);
   const auto entry = [](const auto& list, Index i, const auto& padding) {
     return i < static_cast<Index>(list.size()) ? list[i] : padding;
   };

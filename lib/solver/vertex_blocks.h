@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// The neighbourhoods of free vertices, coloured and laid out for the vertex-block method.
+/// The neighbourhoods of free vertices, coloured and laid out for the vertex-block method. Vertices
+/// go by their places here, see SolverData.
 
 #include <array>
 #include <span>

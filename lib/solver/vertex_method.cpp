@@ -237,7 +237,7 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
         tet.target = static_cast<float>(tet_volume(scene.positions(), data.tets[t]));
         tet.volume_damping = material.damping * tet.stiffness;
       }
-      tet.vertices = data.tets[t];
+      tet.vertices = data.places_of(data.tets[t]);
     }
   }
 
@@ -252,11 +252,12 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
     const bool is_spring = material.model == ElasticModel::springs;
     const float stiffness = is_spring ? 1 / material.stretch.compliance : 0.0F;
     const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    springs.push_back({edge, stiffness, static_cast<float>(length), material.damping * stiffness});
+    springs.push_back({data.places_of(edge), stiffness, static_cast<float>(length),
+                       material.damping * stiffness});
   }
   for (const Link& link : data.links) {
-    springs.push_back(
-        {{link.first, link.second}, 1 / link.stiffness.compliance, link.rest_length, 0});
+    springs.push_back({data.places_of(Edge{link.first, link.second}), 1 / link.stiffness.compliance,
+                       link.rest_length, 0});
   }
 
   std::vector<bool> moves;
@@ -313,27 +314,27 @@ void hold_vertices(SolverData& data) {
   }
   VertexMethod& method = data.vertex_method;
   for (const VertexHold& hold : method.holds) {
-    method.first_holds[hold.vertex] = kInvalidIndex;
-    method.held[method.blocks.place_of(hold.vertex).block] = 0;
+    method.first_holds[hold.place] = kInvalidIndex;
+    method.held[method.blocks.place_of(hold.place).block] = 0;
   }
   method.holds.clear();
-  const auto add = [&](Index vertex, std::size_t tool, std::size_t entry, bool is_contact) {
-    const Index block = method.blocks.place_of(vertex).block;
+  const auto add = [&](Index place, std::size_t tool, std::size_t entry, bool is_contact) {
+    const Index block = method.blocks.place_of(place).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
-    method.held[block] |= method.blocks.lanes_of(vertex);
-    method.holds.push_back({vertex, method.first_holds[vertex], static_cast<Index>(tool),
+    method.held[block] |= method.blocks.lanes_of(place);
+    method.holds.push_back({place, method.first_holds[place], static_cast<Index>(tool),
                             static_cast<Index>(entry), is_contact});
-    method.first_holds[vertex] = static_cast<Index>(method.holds.size()) - 1;
+    method.first_holds[place] = static_cast<Index>(method.holds.size()) - 1;
   };
   for (std::size_t t = 0; t < data.tools.size(); ++t) {
     const ToolState& tool = data.tools[t];
     for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
-      add(tool.attachments[a].vertex, t, a, false);
+      add(data.place_of_vertex[tool.attachments[a].vertex], t, a, false);
     }
     for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
-      add(tool.contacts[c].vertex, t, c, true);
+      add(tool.contacts[c].place, t, c, true);
     }
   }
 }
@@ -364,7 +365,7 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block_index, 
     if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
       continue;  // not asked for, or without tissue
     }
-    const Index v = vertex_at(block.corners[lane]);
+    const Index v = place_at(block.corners[lane]);
     const LaneAccess access{state.particles, lane};
     const Vec3<float> x = load(p);
     VertexEnergy<float> start;

@@ -20,8 +20,8 @@ class SolverData;
 
 /// A tool's contact or grasp at a vertex.
 struct VertexHold {
-  Index vertex;
-  Index next;  ///< at the same vertex, or kInvalidIndex
+  Index place;  ///< of the vertex, see SolverData
+  Index next;   ///< at the same vertex, or kInvalidIndex
   Index tool;
   Index entry;  ///< of its attachments or contacts
   bool is_contact;

@@ -66,7 +66,7 @@ std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Partic
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; lane < block.lane_count; ++lane) {
-      const Index v = vertex_at(block.corners[lane]);
+      const Index v = place_at(block.corners[lane]);
       CHECK_FALSE(entries[v].found);
       entries[v].found = true;
       const Vec3<float> x{particles[v].x, particles[v].y, particles[v].z};
@@ -117,7 +117,7 @@ TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbo
     for (Index b = first; b < first + count; ++b) {
       const VertexBlock& block = blocks.rows().blocks[b];
       for (Index lane = 0; lane < block.lane_count; ++lane) {
-        color_of[vertex_at(block.corners[lane])] = color;
+        color_of[place_at(block.corners[lane])] = color;
       }
     }
   }
