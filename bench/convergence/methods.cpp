@@ -47,6 +47,9 @@ std::vector<Method> make_methods(const Cantilever& bar, float damping, int threa
     options.damping = damping;
     options.backend = BackendKind::threaded;
     options.threads = threads;
+    if (method == SolverMethod::projection) {
+      options.composition = PlanComposition::nested;  // with the fewest waits
+    }
     return [&bar, options](const Setting& setting) mutable -> std::unique_ptr<Stepper> {
       options.substeps = setting.substeps;
       options.iterations = setting.iterations;

@@ -10,15 +10,19 @@
 namespace pbdsurg::bench {
 namespace {
 
-// What explodes would flatten all others.
+// What explodes, or takes many times longer than sweeps do, would flatten all others.
 constexpr double kHighest = 100;
+constexpr double kLongest = 2;
 
 template <class Curve>
-cholecystectomy::PlotSeries series_of(const Curve& curve, double Curve::Point::*value) {
+cholecystectomy::PlotSeries series_of(const Curve& curve, double Curve::Point::*value,
+                                      double most_ms) {
   cholecystectomy::PlotSeries series{curve.method->name, {}, {}};
   for (const auto& point : curve.points) {
-    series.x.push_back(point.ms);
-    series.y.push_back(point.*value < kHighest ? std::log10(point.*value) : NAN);
+    if (point.ms <= most_ms && point.*value < kHighest) {
+      series.x.push_back(point.ms);
+      series.y.push_back(std::log10(point.*value));
+    }
   }
   return series;
 }
@@ -31,7 +35,7 @@ cholecystectomy::CaptionedImage plot_curves(const std::string& title,
   plot.x_label = "compute [ms]";
   plot.y_label = "log10";
   for (const Curve& curve : curves) {
-    plot.series.push_back(series_of(curve, value));
+    plot.series.push_back(series_of(curve, value, kLongest * curves.front().points.back().ms));
   }
   return {title, cholecystectomy::plot_lines(plot)};
 }

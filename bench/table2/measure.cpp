@@ -24,10 +24,11 @@ SolverOptions on_threads(SolverOptions plan, int threads, MathMode math = MathMo
   return plan;
 }
 
-// Fewer phases, even phases or fewer passes over the vertices: what pays depends on the machine.
+// Fewer phases, even phases or fewer meetings of threads: what pays depends on the machine.
 SolverOptions find_fastest_plan(const Scene& scene, int threads, int rounds) {
   std::vector<std::pair<SolverOptions, RepeatedStep>> candidates;
-  for (const PlanComposition composition : {PlanComposition::separate, PlanComposition::joint}) {
+  for (const PlanComposition composition :
+       {PlanComposition::separate, PlanComposition::joint, PlanComposition::nested}) {
     for (const bool balance : {false, true}) {
       SolverOptions plan = SolverOptions::paper();
       plan.coloring = {.repair = true, .balance = balance};

@@ -80,7 +80,7 @@ const std::vector<Column>& columns() {
 constexpr const char* kLegend = R"(# Table 2
 
 - one step: 30 sweeps of 0.2 ms from a stretch of 10 %, fractions 0.4 and 1, one rim fixed; medians, and the time that 99 of 100 steps keep
-- the first plan of a row is the paper's (random disc, distances, then volumes), the second the fastest of greedy + repair on all threads, separate or joint, balanced or not
+- the first plan of a row is the paper's (random disc, distances, then volumes), the second the fastest of greedy + repair on all threads, separate, joint or nested, balanced or not
 - colours: phases in one sweep, of both types; the paper gives one number a row and counts edges alone (see table 1)
 - plain loop: all links shuffled, then all tetrahedra, one thread, the same compiler flags: what a backend must beat to be worth its name
 - ratios: medians over rounds in which all backends take turns
