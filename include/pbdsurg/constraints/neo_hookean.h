@@ -24,6 +24,9 @@
 /// as a bound that the direction does not change, for p must turn nothing. The fixed point is
 /// implicit Euler's, and every projection goes towards it.
 
+#include <cmath>
+#include <limits>
+
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/select.h"
@@ -62,28 +65,35 @@ struct NeoHookeanConstraint {
                                           const Substep<Scalar>& substep,
                                           Scalar (&multiplier)[kMultiplierCount],
                                           [[maybe_unused]] const Damping& damping = {}) {
+    using std::sqrt;
     static_assert(kMode == ProjectionMode::compliance, "moduli have no fraction");
     Vec3<Scalar> f[3], q[3];
     deform(x, parameters, f);
     const Scalar volume = cofactors(f, q);
     const Scalar ratio = parameters[kRatio];
     const Scalar size = Scalar(1.0 / 3.0) * (dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]));
-    const Scalar pressure = Scalar(1) + ratio * (Scalar(1) - volume);
+    Scalar pressure = Scalar(1) + ratio * (Scalar(1) - volume);
 
-    // what is left to give, in units of mu V0 dt^2
-    Vec3<Scalar> left[3];
-    left[0] = pressure * q[0] - f[0] - Vec3<Scalar>{multiplier[0], multiplier[1], multiplier[2]};
-    left[1] = pressure * q[1] - f[1] - Vec3<Scalar>{multiplier[3], multiplier[4], multiplier[5]};
-    left[2] = pressure * q[2] - f[2] - Vec3<Scalar>{multiplier[6], multiplier[7], multiplier[8]};
-    // stiffness as a bound, in units of mu: at rest exactly that of shear, then that of volume
-    Scalar shear = Scalar(1) + magnitude(pressure) * (Scalar(0.5) * (Scalar(1) + size));
+    // What is left to give, in units of mu V0 dt^2, and the stiffness that resists it as a bound,
+    // in units of mu: at rest exactly that of shear, then that of volume.
+    Vec3<Scalar> left[3] = {Vec3<Scalar>{multiplier[0], multiplier[1], multiplier[2]} + f[0],
+                            Vec3<Scalar>{multiplier[3], multiplier[4], multiplier[5]} + f[1],
+                            Vec3<Scalar>{multiplier[6], multiplier[7], multiplier[8]} + f[2]};
+    Scalar shear(1);
     Scalar bulk = ratio;
     if constexpr (kIsDamped<Damping>) {
       const Scalar rate = parameters[kDamping] * substep.inverse_dt;
-      add_friction(damping.start, parameters, f, q, volume, rate, left);
-      shear = shear + (rate + rate) * size;
-      bulk = bulk + rate * (ratio - Scalar(1));
+      const Scalar bulk_rate = rate * (ratio - Scalar(1));
+      pressure =
+          pressure - bulk_rate * add_friction(damping.start, parameters, f, volume, rate, left);
+      shear = shear + rate * (Scalar(2) + Scalar(9) * larger(size - Scalar(1), Scalar(0)));
+      bulk = bulk + bulk_rate;
     }
+    // tension turns what it stiffens, and nothing left does; a little holds strains of hundreds
+    shear = shear + larger(pressure, Scalar(-0.03) * pressure) * sqrt(size);
+    left[0] = pressure * q[0] - left[0];
+    left[1] = pressure * q[1] - left[1];
+    left[2] = pressure * q[2] - left[2];
 
     // mobility of the columns of F, a symmetric matrix
     const Vec3<Scalar> b1 = row(parameters, 0), b2 = row(parameters, 1), b3 = row(parameters, 2);
@@ -191,26 +201,27 @@ struct NeoHookeanConstraint {
     return dot(f[0], q[0]);
   }
 
-  /// Inner friction: the rate of F^T F and of J in place of their excess, neither of which a turn
-  /// changes, however far.
+  /// Inner friction: the rate of F^T F in place of its excess, and likewise of J; a turn changes
+  /// neither, however far.
+  /// @param pull  grows by that of F^T F
+  /// @return      how much J has grown
   template <class Scalar>
-  PBDSURG_HOST_DEVICE static void add_friction(const Vec3<Scalar> (&start)[4],
-                                               const Scalar (&parameters)[kParameterCount],
-                                               const Vec3<Scalar> (&f)[3],
-                                               const Vec3<Scalar> (&q)[3], Scalar volume,
-                                               Scalar rate, Vec3<Scalar> (&left)[3]) {
+  PBDSURG_HOST_DEVICE static Scalar add_friction(const Vec3<Scalar> (&start)[4],
+                                                 const Scalar (&parameters)[kParameterCount],
+                                                 const Vec3<Scalar> (&f)[3], Scalar volume,
+                                                 Scalar rate, Vec3<Scalar> (&pull)[3]) {
     Vec3<Scalar> g[3], unused[3];
     deform(start, parameters, g);
-    const Scalar swelling = (parameters[kRatio] - Scalar(1)) * (volume - cofactors(g, unused));
-    const Scalar xx = dot(f[0], f[0]) - dot(g[0], g[0]);
-    const Scalar yy = dot(f[1], f[1]) - dot(g[1], g[1]);
-    const Scalar zz = dot(f[2], f[2]) - dot(g[2], g[2]);
-    const Scalar xy = dot(f[0], f[1]) - dot(g[0], g[1]);
-    const Scalar xz = dot(f[0], f[2]) - dot(g[0], g[2]);
-    const Scalar yz = dot(f[1], f[2]) - dot(g[1], g[2]);
-    left[0] = left[0] - rate * (xx * f[0] + xy * f[1] + xz * f[2] + swelling * q[0]);
-    left[1] = left[1] - rate * (xy * f[0] + yy * f[1] + yz * f[2] + swelling * q[1]);
-    left[2] = left[2] - rate * (xz * f[0] + yz * f[1] + zz * f[2] + swelling * q[2]);
+    const Scalar xx = rate * (dot(f[0], f[0]) - dot(g[0], g[0]));
+    const Scalar yy = rate * (dot(f[1], f[1]) - dot(g[1], g[1]));
+    const Scalar zz = rate * (dot(f[2], f[2]) - dot(g[2], g[2]));
+    const Scalar xy = rate * (dot(f[0], f[1]) - dot(g[0], g[1]));
+    const Scalar xz = rate * (dot(f[0], f[2]) - dot(g[0], g[2]));
+    const Scalar yz = rate * (dot(f[1], f[2]) - dot(g[1], g[2]));
+    pull[0] = pull[0] + (xx * f[0] + xy * f[1] + xz * f[2]);
+    pull[1] = pull[1] + (xy * f[0] + yy * f[1] + yz * f[2]);
+    pull[2] = pull[2] + (xz * f[0] + yz * f[1] + zz * f[2]);
+    return volume - cofactors(g, unused);
   }
 };
 
