@@ -162,16 +162,17 @@ class ConstraintSlots {
     }
   }
 
-  // Registers are loaded and stored whole: idle lanes repeat the first, and so do what it does,
-  // with the same result, and touch no vertex that another thread may be moving.
+  // Registers are loaded and stored whole: idle lanes repeat the last in use, which is in the same
+  // register whatever its width. So they do what it does, with the same result, and touch no vertex
+  // that another thread may be moving.
   static void fill_idle_lanes(Group& group) noexcept {
-    Block& last = group.blocks.back();
-    const Record first = get(last, 0);
-    for (Index lane = static_cast<Index>(group.ids.size()) % kBlockLanes;
-         lane != 0 && lane < kBlockLanes; ++lane) {
-      put(last, lane, first);
+    Block& block = group.blocks.back();
+    const Index last = (static_cast<Index>(group.ids.size()) - 1) % kBlockLanes;
+    const Record record = get(block, last);
+    for (Index lane = last + 1; lane < kBlockLanes; ++lane) {
+      put(block, lane, record);
       for (auto& values : group.multipliers.back().values) {
-        values[lane] = values[0];
+        values[lane] = values[last];
       }
     }
   }
@@ -192,9 +193,7 @@ class ConstraintSlots {
     group.ids.push_back(id);
     group_of_id_[id] = group_index;
     slot_of_id_[id] = slot;
-    if (lane == 0) {
-      fill_idle_lanes(group);
-    }
+    fill_idle_lanes(group);
   }
 
   std::vector<Group> groups_;

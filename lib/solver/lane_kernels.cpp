@@ -88,7 +88,7 @@ class Chunk {
 };
 
 // Two chunks at a time, which share no vertex: the processor computes one while it waits for
-// another. Lanes without a constraint do what the first of their block does, with its result.
+// another. Lanes without a constraint do what the last that has one does, with its result.
 // Flattened: the maths of a constraint must not be called, or its registers pass through memory.
 template <class Constraint, ProjectionMode kMode, bool kDamped>
 HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionState& state) {

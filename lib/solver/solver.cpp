@@ -213,6 +213,7 @@ SolverOptions SolverOptions::paper() {
   options.iterations = 30;
   options.coloring = {.algorithm = ColoringAlgorithm::random_disc,
                       .disc = {.palette = Palette::conflicts}};
+  options.composition = PlanComposition::separate;
   return options;
 }
 

@@ -282,11 +282,12 @@ class ThreadedBackend final : public Backend {
   template <class Constraint>
   void add_stage(const SolverData& data, const Phase& phase,
                  const ConstraintSlots<Constraint>& slots, Index group) {
-    if (data.options.composition == PlanComposition::nested) {
-      const Index domains = data.domain_counts[phase.level];
+    const Index domains = data.domain_counts[phase.level];
+    if (domains > 1) {
       const auto owner =
           static_cast<int>(std::min<Index>(domains, team_.size()) * phase.domain / domains);
-      const bool follows_level = !stages_.empty() && stages_.back().phase.level == phase.level;
+      const bool follows_level = !stages_.empty() && stages_.back().phase.level == phase.level &&
+                                 stages_.back().phase.kind != PhaseKind::vertex;
       stages_.push_back({phase, group, owner, !follows_level});
       return;
     }

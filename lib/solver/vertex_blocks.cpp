@@ -109,7 +109,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   block.lane_count = static_cast<Index>(vertices.size());
   block.is_damped = false;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
-    block.corners[lane] = offset_of(vertices[lane < block.lane_count ? lane : 0]);
+    block.corners[lane] = offset_of(vertices[std::min(lane, block.lane_count - 1)]);
   }
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     places_[vertices[lane]] = {block_count(), lane};
@@ -209,8 +209,9 @@ void VertexBlocks::find_neighborhood(Index vertex) {
 void VertexBlocks::write_rows(Index vertex) noexcept {
   const auto [block, lane] = places_[vertex];
   write_lane(blocks_[block], lane);
-  for (Index idle = blocks_[block].lane_count; lane == 0 && idle < kBlockLanes; ++idle) {
-    write_lane(blocks_[block], idle);
+  const Index idle = blocks_[block].lane_count;
+  for (Index i = idle; lane == idle - 1 && i < kBlockLanes; ++i) {
+    write_lane(blocks_[block], i);
   }
 }
 

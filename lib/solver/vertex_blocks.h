@@ -78,8 +78,8 @@ class VertexBlocks {
   /// The lanes of a vertex in its block: idle ones, too, if they repeat it.
   [[nodiscard]] LaneBits lanes_of(Index vertex) const noexcept {
     const auto [block, lane] = places_[vertex];
-    const LaneBits idle = ~LaneBits{0} << blocks_[block].lane_count;
-    return LaneBits{1} << lane | (lane == 0 ? idle : 0);
+    const Index lanes = blocks_[block].lane_count;
+    return LaneBits{1} << lane | (lane == lanes - 1 ? ~LaneBits{0} << lanes : 0);
   }
 
   /// Whether prepare() has anything to do.

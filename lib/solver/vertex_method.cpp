@@ -184,9 +184,9 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
     throw InvalidArgument("max_colors is " + std::to_string(options.coloring.max_colors) +
                           "; the vertex-block method needs all its colours: 0");
   }
-  if (options.composition != PlanComposition::separate) {
+  if (options.composition == PlanComposition::joint) {
     throw InvalidArgument(
-        "a joint or nested composition is of constraints; the vertex-block method has none");
+        "a joint composition is of constraints; the vertex-block method has none");
   }
   const auto check = [](const std::string& what, float compliance) {
     if (!(compliance > 0) || !std::isfinite(1 / compliance)) {

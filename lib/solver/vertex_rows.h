@@ -48,8 +48,8 @@ struct RowRange {
   Index count = 0;
 };
 
-/// Sixteen vertices of one colour. Where there are fewer, the idle lanes repeat the first, rows and
-/// all, so that a kernel may store them: to the same place, the same bits.
+/// Sixteen vertices of one colour. Where there are fewer, the idle lanes repeat the last in use,
+/// rows and all, so that a kernel of any width may store them: to the same place, the same bits.
 struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;

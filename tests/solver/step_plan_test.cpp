@@ -196,7 +196,7 @@ TEST_CASE("step plan: its name tells colouring and composition", "[unit]") {
   const auto name = [&](const ColoringOptions& coloring, PlanComposition composition) {
     return Solver(scene, {.coloring = coloring, .composition = composition}).plan().name;
   };
-  CHECK(Solver(scene).plan().name == "greedy+repair, distances then volumes");
+  CHECK(Solver(scene).plan().name == "greedy+repair, nested");
   CHECK(name({.order = GreedyOrder::smallest_last, .balance = true}, PlanComposition::joint) ==
         "greedy by smallest_last+balance, joint");
   CHECK(name({.algorithm = ColoringAlgorithm::luby, .max_colors = 12}, PlanComposition::joint) ==

@@ -128,7 +128,7 @@ TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbo
 }
 
 // Would catch two threads at one vertex: what fills a block up reads its own vertices alone.
-TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat the first",
+TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat the last",
           "[property]") {
   const Sample sample;
   const VertexBlocks blocks = sample.build();
@@ -146,16 +146,16 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
         }
       }
       for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
-        CHECK(block.corners[lane] == block.corners[0]);
-        CHECK(row.face[1][lane] == row.face[1][0]);
-        CHECK(row.stiffness[lane] == row.stiffness[0]);
+        CHECK(block.corners[lane] == block.corners[block.lane_count - 1]);
+        CHECK(row.face[1][lane] == row.face[1][block.lane_count - 1]);
+        CHECK(row.stiffness[lane] == row.stiffness[block.lane_count - 1]);
       }
     }
     for (Index i = 0; i < block.pulls.count; ++i) {
       const PullRow& row = rows.pulls[block.pulls.first + i];
       for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
-        CHECK(row.weights[lane] == row.weights[0]);
-        CHECK(row.neighbors[lane] == row.neighbors[0]);
+        CHECK(row.weights[lane] == row.weights[block.lane_count - 1]);
+        CHECK(row.neighbors[lane] == row.neighbors[block.lane_count - 1]);
       }
     }
   }

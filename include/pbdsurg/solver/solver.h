@@ -77,7 +77,7 @@ struct SolverOptions {
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
-  PlanComposition composition = PlanComposition::separate;
+  PlanComposition composition = PlanComposition::nested;
 
   /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
   /// the random colouring disc.

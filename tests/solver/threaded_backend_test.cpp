@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/catch.h"
+#include "support/instruction_set.h"
+#include "support/meshes.h"
+
+namespace {
+
+std::atomic<long> allocation_count{0};
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  ++allocation_count;
+  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) {
+    throw std::bad_alloc();
+  }
+  return memory;
+}
+
+}  // namespace
+
+// All of this program's allocations are counted.
+void* operator new(std::size_t size) {
+  return allocate(size, alignof(std::max_align_t));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+
+constexpr double kEdge = 4e-3;      // m
+constexpr float kTimeStep = 5e-3F;  // s
+
+// A body with volumes, a tube without, links between them and a strain limit; in compliance mode a
+// Neo-Hookean body, too. No array's length is a multiple of a register's.
+Scene make_scene(ProjectionMode mode, float damping) {
+  Scene scene;
+  const TetMesh block = testing::make_box({5, 4, 3}, kEdge, 0.1);
+  const TetMesh tube = testing::make_box({9, 1, 1}, kEdge, 0.1, 2);
+  Material soft = elastic_material(block, 1000, 20e3);
+  soft.max_stretch = 1.05F;
+  soft.damping = damping;
+  Material walls = elastic_material(tube, 1000, 20e3);
+  walls.has_volume_constraints = false;
+  scene.add_body("block", block, soft);
+  scene.add_body("tube", tube, walls);
+  scene.add_body("solid", testing::make_box({3, 3, 2}, kEdge, 0.1, 3),
+                 mode == ProjectionMode::compliance
+                     ? Material{.model = ElasticModel::neo_hookean, .damping = damping}
+                     : soft);
+  for (Index v = 0; v < 12; ++v) {
+    scene.add_link({v, scene.body(1).first_vertex + v, 0, {0.5F, 1e-3F}});
+    scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  return scene;
+}
+
+struct Outcome {
+  std::uint64_t hash;
+  StepReport report;
+  Eigen::Vector3f push, pull;
+};
+
+bool operator==(const Outcome& a, const Outcome& b) {
+  return a.hash == b.hash && a.report.inverted_tets == b.report.inverted_tets &&
+         a.report.contacts == b.report.contacts &&
+         a.report.distance_residual == b.report.distance_residual &&
+         a.report.volume_residual == b.report.volume_residual && a.push == b.push &&
+         a.pull == b.pull;
+}
+
+// Stretches the scene, pushes it with one tool, pulls with another, and cuts it on the way.
+Outcome run(const Scene& scene, const SolverOptions& options) {
+  Solver solver(scene, options);
+  std::vector<Eigen::Vector3f> stretched = solver.positions();
+  for (Eigen::Vector3f& x : stretched) {
+    x.x() *= 1.1F;
+  }
+  solver.write_positions(stretched);
+  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.017F, 0.006F);
+  const Index pusher = solver.add_tool({&capsule, 1}, pose);
+  const Index puller = solver.add_tool({}, ToolPose::Identity());
+  const Index corner = scene.body(0).vertex_count - 1;
+  solver.grasp(puller, std::array{corner, Index{corner - 1}}, 1e-4F);
+  StepReport report;
+  for (int i = 0; i < 4; ++i) {
+    if (i == 2) {
+      apply_edit(solver, {.remove_tets = {7, 8, 9, 30, 31, 100, 200}});
+    }
+    pose.translation().y() -= 5e-4F;
+    solver.move_tool(pusher, pose);
+    report = solver.step(kTimeStep);
+  }
+  return {solver.state_hash(), report, solver.tool_force(pusher), solver.tool_force(puller)};
+}
+
+}  // namespace
+
+TEST_CASE("threaded backend: strict has the serial bits, fast one's own, on any number of threads",
+          "[equivalence]") {
+  const std::string set = GENERATE("AVX-512", "AVX2", "SSSE3");
+  const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
+  const testing::InstructionSet only(set);
+  const int max_colors = GENERATE(0, 9);
+  const float damping = mode == ProjectionMode::compliance && max_colors == 0 ? 0.01F : 0.0F;
+  const Scene scene = make_scene(mode, damping);
+  SolverOptions options{.mode = mode, .substeps = 2, .iterations = 3, .composition = composition};
+  options.coloring.max_colors = max_colors;
+  options.coloring.repair = max_colors == 0;
+  options.backend = BackendKind::serial;
+  const Outcome serial = run(scene, options);
+  REQUIRE(serial.report.contacts > 0);
+  REQUIRE(serial.report.non_finite_vertices == 0);
+  REQUIRE(serial.pull.norm() > 0);
+
+  options.backend = BackendKind::threaded;
+  options.threads = 1;
+  const std::string name = Solver(scene, options).backend_name();
+  if (name.find(set) == std::string::npos) {
+    WARN("this processor has no " << set);
+    return;
+  }
+  const Outcome fast = run(scene, options);
+  CHECK(fast.push.isApprox(serial.push, 0.05F));
+  for (const int threads : {1, 2, 3, 8}) {
+    INFO(set << ", " << threads << " threads, mode " << static_cast<int>(mode) << ", composition "
+             << static_cast<int>(composition) << ", at most " << max_colors << " colors");
+    options.threads = threads;
+    options.math = MathMode::strict;
+    CHECK(run(scene, options) == serial);
+    options.math = MathMode::fast;
+    CHECK(run(scene, options) == fast);
+  }
+}
+
+TEST_CASE(
+    "threaded backend: domains of a nested plan give the serial bits on any number of threads",
+    "[equivalence]") {
+  const bool springs = GENERATE(true, false);
+  const TetMesh mesh = testing::make_box({28, 21, 19}, kEdge, 0.1);  // 12,760 vertices: 4 domains
+  Scene scene;
+  Material material = elastic_material(mesh, 1000, 20e3);
+  material.max_stretch = 1.2F;
+  scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  SolverOptions options{.substeps = 2};
+  options.backend = BackendKind::serial;
+  Index top = 0;
+  const Solver solver(scene, options);
+  for (const Phase& phase : solver.plan().phases) {
+    top = std::max(top, phase.level);
+  }
+  REQUIRE(top == 2);
+  const Outcome serial = run(scene, options);
+
+  options.backend = BackendKind::threaded;
+  options.threads = 1;
+  const Outcome fast = run(scene, options);
+  for (const int threads : {2, 3, 4, 8}) {
+    options.threads = threads;
+    options.math = MathMode::strict;
+    CHECK(run(scene, options) == serial);
+    options.math = MathMode::fast;
+    CHECK(run(scene, options) == fast);
+  }
+}
+
+TEST_CASE("threaded backend: every way of waiting gives the same bits", "[equivalence]") {
+  const Scene scene = make_scene(ProjectionMode::compliance, 0);
+  SolverOptions options{.substeps = 2, .backend = BackendKind::threaded, .threads = 3};
+  const Outcome yielding = run(scene, options);
+  options.wait = ThreadWait::spin;
+  CHECK(run(scene, options) == yielding);
+  options.wait = ThreadWait::block;
+  CHECK(run(scene, options) == yielding);
+}
+
+// Would catch a vector that grows within a step: a real-time thread must not wait for memory.
+TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  Solver solver(scene, {.method = method, .backend = backend, .threads = 2});
+  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.04F, 0.01F);
+  const Index tool = solver.add_tool({&capsule, 1}, pose);
+  const Index holder = solver.add_tool({}, ToolPose::Identity());
+  const Index corner = solver.vertex_count() - 1;
+  solver.grasp(holder, {&corner, 1}, 1e-4F);
+  solver.step(kTimeStep);
+
+  const long before = allocation_count;
+  Index contacts = 0;
+  for (int i = 0; i < 20; ++i) {
+    pose.translation().y() -= 1e-3F;
+    solver.move_tool(tool, pose);
+    contacts = std::max(contacts, solver.step(kTimeStep).contacts);
+  }
+  CHECK(allocation_count == before);
+  CHECK(contacts > 0);
+}
+
+}  // namespace pbdsurg
