@@ -283,7 +283,8 @@ struct VertexPointers {
 
 // Calls visit(vertices, flights, falling) with pointers to kLanes of each; the last few pass
 // through copies.
-template <class Visit>
+// @tparam kBegins  whether the visitor sets particles and flights; else it sets falling
+template <bool kBegins, class Visit>
 HWY_INLINE void for_each_falling_lanes(const FallingRange& range, const Visit& visit) {
   const VertexRange& all = range.vertices;
   Index v = all.first;
@@ -307,9 +308,12 @@ HWY_INLINE void for_each_falling_lanes(const FallingRange& range, const Visit& v
     }
     visit({particles, previous, velocities}, flights, falling);
     for (Index i = 0; i < count; ++i) {
-      all.particles[v + i] = particles[i];
-      range.flights[v + i] = flights[i];
-      range.falling[v + i] = falling[i];
+      if constexpr (kBegins) {
+        all.particles[v + i] = particles[i];
+        range.flights[v + i] = flights[i];
+      } else {  // others read particles by now
+        range.falling[v + i] = falling[i];
+      }
     }
   }
 }
@@ -319,7 +323,7 @@ HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
 }
 
 HWY_FLATTEN void begin_vertices(const FallingRange& range, const Vec3<float>& fall) {
-  for_each_falling_lanes(
+  for_each_falling_lanes<true>(
       range, [&](const VertexPointers& vertices, Particle* flights, const float* falling) {
         ParticleLanes p = load_interleaved(&vertices.particles->x);
         store_interleaved(p, &flights->x);
@@ -330,7 +334,7 @@ HWY_FLATTEN void begin_vertices(const FallingRange& range, const Vec3<float>& fa
 
 HWY_FLATTEN void end_vertices(const FallingRange& range, const Vec3<float>& gravity_per_square,
                               float inverse_dt) {
-  for_each_falling_lanes(
+  for_each_falling_lanes<false>(
       range, [&](const VertexPointers& vertices, const Particle*, float* falling) {
         const Lanes share = falling_of(load_interleaved(&vertices.particles->x).x,
                                        load_interleaved(&vertices.previous->x).x,
