@@ -165,7 +165,9 @@ HWY_FLATTEN Residual measure(const BlockRange<Constraint>& range, const Particle
 
 // Calls visit(pointers to kLanes elements of each array) for all of a range; the last few vertices
 // pass through copies.
-template <class Visit>
+// @tparam kPredicts  whether the visitor sets particles and where they were; else it sets
+// velocities
+template <bool kPredicts, class Visit>
 HWY_INLINE void for_each_vertex_lanes(const VertexRange& range, const Visit& visit) {
   Index v = range.first;
   for (; v + kLanes <= range.last; v += kLanes) {
@@ -183,9 +185,12 @@ HWY_INLINE void for_each_vertex_lanes(const VertexRange& range, const Visit& vis
     }
     visit(particles, previous, velocities);
     for (Index i = 0; i < count; ++i) {
-      range.particles[v + i] = particles[i];
-      range.previous[v + i] = previous[i];
-      range.velocities[v + i] = velocities[i];
+      if constexpr (kPredicts) {
+        range.particles[v + i] = particles[i];
+        range.previous[v + i] = previous[i];
+      } else {  // others read particles by now
+        range.velocities[v + i] = velocities[i];
+      }
     }
   }
 }
@@ -206,18 +211,20 @@ HWY_FLATTEN void predict(const VertexRange& range, const Prediction& prediction)
   const Lanes h(prediction.h), keep(prediction.keep);
   const Vec3<Lanes> kick{Lanes(prediction.kick.x), Lanes(prediction.kick.y),
                          Lanes(prediction.kick.z)};
-  for_each_vertex_lanes(range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
-    ParticleLanes p = load_interleaved(&particles->x);
-    store_interleaved(p, &previous->x);
-    const Vec3<Lanes> velocity = load_interleaved(&velocities->x).x;
-    p.x = select(p.w > Lanes(0), p.x + h * (keep * velocity + kick), p.x);
-    store_interleaved(p, &particles->x);
-  });
+  for_each_vertex_lanes<true>(
+      range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
+        ParticleLanes p = load_interleaved(&particles->x);
+        store_interleaved(p, &previous->x);
+        const Vec3<Lanes> velocity = load_interleaved(&velocities->x).x;
+        p.x = select(p.w > Lanes(0), p.x + h * (keep * velocity + kick), p.x);
+        store_interleaved(p, &particles->x);
+      });
 }
 
 HWY_FLATTEN void update_velocities(const VertexRange& range, float inverse_h) {
   const Lanes factor(inverse_h);
-  for_each_vertex_lanes(range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
+  for_each_vertex_lanes<false>(range, [&](Particle* particles, Particle* previous,
+                                          Velocity* velocities) {
     const Vec3<Lanes> moved = load_interleaved(&particles->x).x - load_interleaved(&previous->x).x;
     store_interleaved({factor * moved, Lanes(0)}, &velocities->x);
   });
