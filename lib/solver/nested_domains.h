@@ -63,7 +63,7 @@ class NestedDomains {
   }
 
   Index level_count_ = 1;
-  Index leaf_size_ = std::numeric_limits<Index>::max();
+  Index leaf_size_ = std::numeric_limits<Index>::max() - 1;  // it has a successor
   Index larger_leaves_ = 0;
 };
 
