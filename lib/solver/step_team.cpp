@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/step_team.h"
 
-#include <system_error>
-
 namespace pbdsurg {
 namespace {
 
@@ -32,8 +30,8 @@ StepTeam::StepTeam(int threads, ThreadWait wait)
     for (int thread = 1; thread < threads; ++thread) {
       workers_.emplace_back([this, thread] { work(thread); });
     }
-  } catch (const std::system_error&) {
-    // fewer threads change nothing but the time
+  } catch (...) {
+    // no more threads, or no memory for them: fewer change nothing but the time
   }
 }
 

@@ -10,6 +10,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "solver/step_team.h"
 #include "support/catch.h"
 #include "support/instruction_set.h"
 #include "support/meshes.h"
@@ -17,8 +18,12 @@
 namespace {
 
 std::atomic<long> allocation_count{0};
+std::atomic<long> allocation_limit{std::numeric_limits<long>::max()};  // of the count
 
 void* allocate(std::size_t size, std::size_t alignment) {
+  if (allocation_count >= allocation_limit) {
+    throw std::bad_alloc();
+  }
   ++allocation_count;
   void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
   if (memory == nullptr) {
@@ -203,6 +208,27 @@ TEST_CASE("threaded backend: every way of waiting gives the same bits", "[equiva
   CHECK(run(scene, options) == yielding);
   options.wait = ThreadWait::block;
   CHECK(run(scene, options) == yielding);
+}
+
+// Would catch a constructor that leaves behind threads which wait for work, and so never ends.
+TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
+  std::vector<int> sizes;
+  for (long spare = 0; sizes.empty() || sizes.back() < 4; ++spare) {
+    REQUIRE(spare < 100);
+    try {
+      allocation_limit = allocation_count + spare;
+      StepTeam team(4, ThreadWait::block);
+      allocation_limit = std::numeric_limits<long>::max();
+      std::atomic<int> workers{0};
+      team.run([&](int) { ++workers; });
+      CHECK(workers == team.size());
+      sizes.push_back(team.size());
+    } catch (const std::bad_alloc&) {  // for the team itself
+      allocation_limit = std::numeric_limits<long>::max();
+      CHECK(sizes.empty());
+    }
+  }
+  CHECK(sizes.front() == 1);
 }
 
 // Would catch a vector that grows within a step: a real-time thread must not wait for memory.
