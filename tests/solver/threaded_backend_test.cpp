@@ -210,6 +210,20 @@ TEST_CASE("threaded backend: every way of waiting gives the same bits", "[equiva
   CHECK(run(scene, options) == yielding);
 }
 
+// Would catch an estimate of a root that is no number where both ends are at one point.
+TEST_CASE("threaded backend: a link without length has a finite residual", "[unit]") {
+  const std::string set = GENERATE("AVX-512", "AVX2", "SSSE3");
+  const testing::InstructionSet only(set);
+  Scene scene;
+  const std::array<Eigen::Vector3d, 2> one_point{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  scene.add_particles("strand", one_point, 1e-6);
+  scene.add_link({0, 1, 1e-3F, {0.5F, 1e-3F}});
+  for (const MathMode math : {MathMode::strict, MathMode::fast}) {
+    Solver solver(scene, {.backend = BackendKind::threaded, .math = math, .threads = 1});
+    CHECK(solver.step(kTimeStep).distance_residual == 1);
+  }
+}
+
 // Would catch a constructor that leaves behind threads which wait for work, and so never ends.
 TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
   std::vector<int> sizes;

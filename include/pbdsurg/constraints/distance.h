@@ -33,7 +33,9 @@ struct DistanceConstraint {
   PBDSURG_HOST_DEVICE static Scalar value(const Vec3<Scalar> (&x)[2], Scalar rest_length) {
     using std::sqrt;
     const Vec3<Scalar> d = x[0] - x[1];
-    return sqrt(dot(d, d)) - rest_length;
+    const Scalar square = dot(d, d);
+    // an estimate has no root of zero; what is not a number stays so
+    return select(is_usable(square), sqrt(square), square) - rest_length;
   }
 
   /// One projection, in place.
