@@ -378,7 +378,8 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block_index, 
     VertexEnergy<float> energy = start;
     add_rows(rows, block, access, x, energy);
     Vec3<float> moved = solve(energy);
-    if (!is_finite(moved - x)) {
+    // where a rigid grasp takes a vertex is finite, whatever its neighbours pull it with
+    if (!is_finite(moved - x) || !is_finite(energy.force)) {
       energy = start;
       add_finite_rows(rows, block, access, x, energy);
       moved = solve(energy);

@@ -508,6 +508,31 @@ TEST_CASE("vertex method: a vertex that is lost takes nothing else along", "[uni
   CHECK(report.first_non_finite == scene.vertex_count() - 1);
 }
 
+// Would catch a force that takes a lost neighbour in.
+TEST_CASE("vertex method: a grasp beside a lost vertex has a force", "[unit]") {
+  const float compliance = GENERATE(0.0F, 1e-4F);
+  Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
+  Solver solver(scene, vertex_options(2, 2));
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const Index lost = solver.vertex_count() - 1;
+  std::vector<Index> neighbors;
+  for (const auto& [a, b] : solver.edges()) {
+    if (a == lost || b == lost) {
+      neighbors.push_back(a == lost ? b : a);
+    }
+  }
+  solver.grasp(tool, neighbors, compliance);
+  std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+  velocities[lost].setConstant(std::numeric_limits<float>::max());
+  solver.write_velocities(velocities);
+  REQUIRE(solver.step(10.0F).non_finite_vertices == 1);
+
+  const StepReport report = run(solver, 5);
+
+  CHECK(report.non_finite_vertices == 1);
+  CHECK(solver.tool_force(tool).allFinite());
+}
+
 TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
   Solver solver(scene, vertex_options());
