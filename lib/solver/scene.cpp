@@ -24,6 +24,10 @@ void check_stiffness(const std::string& what, const Stiffness& stiffness) {
 }
 
 void check_material(const std::string& what, const Material& material) {
+  if (material.model > ElasticModel::neo_hookean) {
+    throw InvalidArgument(what + ": unknown model " +
+                          std::to_string(static_cast<int>(material.model)));
+  }
   check_stiffness(what + ": stretch", material.stretch);
   check_stiffness(what + ": volume", material.volume);
   if (!(material.youngs_modulus > 0) || !std::isfinite(material.youngs_modulus)) {

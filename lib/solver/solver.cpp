@@ -60,6 +60,7 @@ void check_options(const SolverOptions& options) {
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("way of waiting", options.wait, ThreadWait::block);
   check_choice("method", options.method, SolverMethod::vertex_block);
+  check_choice("mode", options.mode, ProjectionMode::compliance);
   check_coloring_options(options.coloring);
   check_choice("composition", options.composition, PlanComposition::nested);
 }

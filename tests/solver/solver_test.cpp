@@ -332,6 +332,8 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   CHECK_THROWS_WITH(Solver(scene, {.iterations = -3}), ContainsSubstring("iterations is -3"));
   CHECK_THROWS_WITH(Solver(scene, {.damping = -1}), ContainsSubstring("damping"));
   CHECK_THROWS_WITH(Solver(scene, {.contact_capacity = -1}), ContainsSubstring("capacity"));
+  CHECK_THROWS_WITH(Solver(scene, {.mode = static_cast<ProjectionMode>(7)}),
+                    ContainsSubstring("mode 7"));
 
   Solver solver(scene);
   const float nan = std::numeric_limits<float>::quiet_NaN();
