@@ -63,7 +63,8 @@ std::vector<std::string> make_notes(const Cantilever& bar,
       "residual in the end: the sum of the vertices' out-of-balance forces over the weight; the "
       "equilibrium itself, rounded to float, leaves " +
           text("%.4f", BarEnergy(bar).residual(rounded_positions)),
-      "sweeps, small_steps, vertex_block: the solver's methods on its threaded backend, "
+      "sweeps, small_steps, vertex_block, the same with over-relaxation of 1.7: the solver's "
+      "methods on its threaded backend, "
       "projections in a nested plan; jacobi: "
       "the same projections all at once, in a plain loop on one thread, so compare what it reaches "
       "before its ms",

@@ -38,12 +38,15 @@ class JacobiStepper : public Stepper {
   JacobiLoop loop_;
 };
 
+constexpr float kOverRelaxation = 1.7F;  // 1.3 and 1.5 take longer to 1 %
+
 }  // namespace
 
 std::vector<Method> make_methods(const Cantilever& bar, float damping, int threads) {
-  const auto solver = [&](SolverMethod method) {
+  const auto solver = [&](SolverMethod method, float over_relaxation = 1) {
     SolverOptions options;
     options.method = method;
+    options.over_relaxation = over_relaxation;
     options.damping = damping;
     options.backend = BackendKind::threaded;
     options.threads = threads;
@@ -64,11 +67,14 @@ std::vector<Method> make_methods(const Cantilever& bar, float damping, int threa
   };
   const std::vector<Setting> block_settings{{1, 1}, {1, 2}, {1, 3}, {1, 5}, {1, 10}, {1, 30},
                                             {2, 1}, {2, 3}, {3, 2}, {5, 1}, {10, 1}, {30, 1}};
+  const std::vector<Setting> relaxed_settings{{1, 3}, {1, 5}, {1, 7}, {1, 10}, {2, 3}, {3, 2}};
   const std::vector<Setting> rival_settings{{1, 30}, {30, 1}};
   return {
       {"sweeps", threads, {{1, 30}}, false, solver(SolverMethod::projection)},
       {"small_steps", threads, {{30, 1}}, true, solver(SolverMethod::projection)},
       {"vertex_block", threads, block_settings, false, solver(SolverMethod::vertex_block)},
+      {"vertex_block_relaxed", threads, relaxed_settings, false,
+       solver(SolverMethod::vertex_block, kOverRelaxation)},
       {"jacobi_averaged", 1, rival_settings, true, jacobi(JacobiSum::averaged)},
       {"jacobi_sum", 1, rival_settings, true, jacobi(JacobiSum::plain)},
   };
