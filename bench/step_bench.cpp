@@ -2,6 +2,7 @@
 // The serial step against a plain loop over the same constraints: the mesh of table 2's second row,
 // paper mode (fractions 0.4 and 1, 30 iterations, 0.2 ms), one rim fixed, stretched by 10 %.
 #include <cstdint>
+#include <string>
 
 #include <benchmark/benchmark.h>
 
@@ -28,12 +29,12 @@ void report_work(benchmark::State& state, std::size_t edges) {
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-void BM_serial_step(benchmark::State& state, PlanComposition composition) {
-  SolverOptions options = SolverOptions::paper();
-  options.composition = composition;
+void run_steps(benchmark::State& state, const SolverOptions& options) {
   const Scene scene = make_organ_scene(mesh());
   Solver solver(scene, options);
-  state.SetLabel(solver.plan().name);
+  state.SetLabel(std::string(solver.backend_name()) + "; " + solver.plan().name);
+  state.counters["bytes_per_tet"] =
+      static_cast<double>(solver.memory_bytes()) / static_cast<double>(solver.tets().size());
   state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
   solver.write_positions(stretched_positions(scene));
   const Snapshot start = solver.snapshot();
@@ -49,6 +50,24 @@ void BM_serial_step(benchmark::State& state, PlanComposition composition) {
     state.SkipWithError("the end state differs from that of the first run");
   }
   report_work(state, solver.edges().size());
+}
+
+void BM_serial_step(benchmark::State& state, PlanComposition composition) {
+  SolverOptions options = SolverOptions::paper();
+  options.backend = BackendKind::serial;
+  options.composition = composition;
+  run_steps(state, options);
+}
+
+// @param threads  0 for one a processor
+void BM_threaded_step(benchmark::State& state, PlanComposition composition, int threads,
+                      MathMode math) {
+  SolverOptions options = SolverOptions::paper();
+  options.backend = BackendKind::threaded;
+  options.composition = composition;
+  options.threads = threads;
+  options.math = math;
+  run_steps(state, options);
 }
 
 void BM_plain_loop(benchmark::State& state, PlainLoop::Order order) {
@@ -68,6 +87,17 @@ void BM_plain_loop(benchmark::State& state, PlainLoop::Order order) {
 BENCHMARK_CAPTURE(BM_serial_step, separate, PlanComposition::separate)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_serial_step, joint, PlanComposition::joint)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_threaded_step, separate_one_thread, PlanComposition::separate, 1,
+                  MathMode::fast)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_threaded_step, nested_one_thread, PlanComposition::nested, 1, MathMode::fast)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_threaded_step, nested_one_thread_strict, PlanComposition::nested, 1,
+                  MathMode::strict)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_threaded_step, nested_all_threads, PlanComposition::nested, 0, MathMode::fast)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 BENCHMARK_CAPTURE(BM_plain_loop, links_sorted, PlainLoop::sorted)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_plain_loop, links_shuffled, PlainLoop::shuffled)
     ->Unit(benchmark::kMillisecond);

@@ -73,9 +73,9 @@ std::vector<Method> make_methods(const Cantilever& bar, float damping, int threa
       {"sweeps", threads, {{1, 30}}, false, solver(SolverMethod::projection)},
       {"small_steps", threads, {{30, 1}}, true, solver(SolverMethod::projection)},
       {"vertex_block", threads, block_settings, false, solver(SolverMethod::vertex_block)},
-      {"vertex_block_relaxed", threads, relaxed_settings, false,
+      {"relaxed_block", threads, relaxed_settings, false,
        solver(SolverMethod::vertex_block, kOverRelaxation)},
-      {"jacobi_averaged", 1, rival_settings, true, jacobi(JacobiSum::averaged)},
+      {"jacobi_mean", 1, rival_settings, true, jacobi(JacobiSum::averaged)},
       {"jacobi_sum", 1, rival_settings, true, jacobi(JacobiSum::plain)},
   };
 }

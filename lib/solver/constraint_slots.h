@@ -54,6 +54,11 @@ class ConstraintSlots {
     for (const Index id : order) {
       append(id, group_of[id], records[id], {});
     }
+    for (Group& group : groups_) {
+      group.blocks.shrink_to_fit();
+      group.multipliers.shrink_to_fit();
+      group.ids.shrink_to_fit();
+    }
   }
 
   [[nodiscard]] Index group_count() const noexcept { return static_cast<Index>(groups_.size()); }
@@ -120,10 +125,11 @@ class ConstraintSlots {
 
   /// Bytes in use for constraints and their ids.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    std::size_t bytes = (group_of_id_.size() + slot_of_id_.size()) * sizeof(Index);
+    std::size_t bytes = (group_of_id_.capacity() + slot_of_id_.capacity()) * sizeof(Index);
     for (const Group& group : groups_) {
-      bytes += group.blocks.size() * (sizeof(Block) + sizeof(Multipliers)) +
-               group.ids.size() * sizeof(Index);
+      bytes += group.blocks.capacity() * sizeof(Block) +
+               group.multipliers.capacity() * sizeof(Multipliers) +
+               group.ids.capacity() * sizeof(Index);
     }
     return bytes;
   }

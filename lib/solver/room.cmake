@@ -25,6 +25,7 @@ function(pbdsurg_lane_kernels set name lanes)  # flags...
       $<TARGET_PROPERTY:pbdsurg_build_flags,INTERFACE_COMPILE_OPTIONS> ${ARGN}
       $<$<BOOL:${is_fast}>:-ffp-contract=fast>)
     target_sources(pbdsurg_core PRIVATE $<TARGET_OBJECTS:${target}>)
+    set_property(GLOBAL APPEND PROPERTY PBDSURG_LANE_TARGETS ${target})
   endforeach()
 endfunction()
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")

@@ -357,6 +357,20 @@ const char* Solver::backend_name() const noexcept {
   return data_->backend->name();
 }
 
+std::size_t Solver::memory_bytes() const noexcept {
+  const SolverData& data = *data_;
+  const auto bytes_of = [](const auto&... arrays) {
+    return (... + (arrays.capacity() * sizeof(arrays[0])));
+  };
+  return bytes_of(data.place_of_vertex, data.particles, data.previous, data.velocities, data.tets,
+                  data.edges, data.links, data.tet_edges, data.edge_tets, data.vertex_tets,
+                  data.vertex_links.offsets, data.vertex_links.entries, data.tet_masses,
+                  data.vertex_masses, data.constraint_phases) +
+         data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
+         data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
+         data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes();
+}
+
 Index Solver::vertex_count() const noexcept {
   return static_cast<Index>(data_->particles.size());
 }

@@ -45,7 +45,7 @@ foreach(i RANGE ${last})
   endif()
 endforeach()
 list(REMOVE_DUPLICATES best_methods)
-expect("methods" "${best_methods}" "sweeps;small_steps;vertex_block;vertex_block_relaxed;jacobi_averaged;jacobi_sum")
+expect("methods" "${best_methods}" "sweeps;small_steps;vertex_block;relaxed_block;jacobi_mean;jacobi_sum")
 
 file(STRINGS "${FOLDER}/convergence.csv" csv)
 list(GET csv 0 header)

@@ -5,6 +5,7 @@
 /// Steps a scene in time: algorithm 1 of Pan et al. 2020, with contacts and grasped vertices.
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -124,6 +125,9 @@ class Solver {
   [[nodiscard]] const SolverOptions& options() const noexcept;
   [[nodiscard]] const StepPlan& plan() const noexcept;
   [[nodiscard]] const char* backend_name() const noexcept;
+
+  /// Bytes that the solver's arrays hold, without what their allocator adds.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   // --- state ---------------------------------------------------------------------------------
 
