@@ -17,9 +17,9 @@ void check_stiffness(const std::string& what, const Stiffness& stiffness) {
     throw InvalidArgument(what + " fraction is " + std::to_string(stiffness.fraction) +
                           "; it must be in (0, 1]");
   }
-  if (!(stiffness.compliance >= 0) || !std::isfinite(stiffness.compliance)) {
+  if (!(stiffness.compliance >= 0) || !(stiffness.compliance <= kLargestCompliance)) {
     throw InvalidArgument(what + " compliance is " + std::to_string(stiffness.compliance) +
-                          "; it must be >= 0 and finite");
+                          "; it must be in [0, 1e12]");
   }
 }
 

@@ -338,10 +338,10 @@ Solver& Solver::operator=(Solver&&) noexcept = default;
 
 StepReport Solver::step(float dt) {
   const float h = dt / static_cast<float>(data_->options.substeps);
-  if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(1 / (h * h))) {
+  if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(kLargestCompliance / (h * h))) {
     std::ostringstream text;
     text << "dt is " << dt << " s in " << data_->options.substeps
-         << " substeps; it must be positive and finite, and so must 1 / substep^2";
+         << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }
   return data_->backend->step(*data_, dt);
@@ -518,9 +518,9 @@ void Solver::move_tool(Index tool, const ToolPose& pose) {
 
 void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance) {
   ToolState& state = checked_tool(*data_, tool);
-  if (!(compliance >= 0) || !std::isfinite(compliance)) {
+  if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
     throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
-                          " m/N; it must be >= 0 and finite");
+                          " m/N; it must be in [0, 1e12]");
   }
   std::vector<bool> held(data_->particles.size(), false);
   for (const Attachment& attachment : state.attachments) {

@@ -40,6 +40,8 @@ TEST_CASE("scene: bad values are refused by name and change nothing", "[unit]") 
   CHECK_THROWS_WITH(scene.add_body("b", box, {.stretch = {0, 0}}), ContainsSubstring("(0, 1]"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.volume = {1, nan}}),
                     ContainsSubstring("volume compliance"));
+  CHECK_THROWS_WITH(scene.add_body("b", box, {.stretch = {1, 2 * kLargestCompliance}}),
+                    ContainsSubstring("[0, 1e12]"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.model = static_cast<ElasticModel>(9)}),
                     ContainsSubstring("unknown model 9"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.youngs_modulus = 0}),

@@ -364,6 +364,31 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
 }
 
+// Would catch a product of compliance and 1 / substep^2 that overflows: then nothing is a number.
+TEST_CASE("solver: the largest compliance resists nothing, however short the substep", "[unit]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  Scene scene;
+  const TetMesh box = testing::make_box({2, 2, 2}, kEdge);
+  scene.add_body("box", box,
+                 {.stretch = {1, kLargestCompliance}, .volume = {1, kLargestCompliance}});
+  Solver solver(scene, {.substeps = 1, .backend = backend});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const Index vertex = 0;
+  solver.grasp(tool, {&vertex, 1}, kLargestCompliance);
+  CHECK(solver.step(1e-12F).non_finite_vertices == 0);
+  CHECK(solver.tool_force(tool).allFinite());
+  CHECK_THROWS_WITH(solver.step(1e-14F), ContainsSubstring("substep"));
+  CHECK_THROWS_WITH(solver.grasp(tool, std::vector<Index>{1}, 2 * kLargestCompliance),
+                    ContainsSubstring("[0, 1e12]"));
+  const std::vector<Eigen::Vector3f> before = solver.positions();
+
+  const StepReport report = solver.step(0.1F);
+
+  CHECK(report.non_finite_vertices == 0);
+  const Eigen::Vector3f fall(0, -9.81F * 0.1F * 0.1F, 0);
+  CHECK((solver.positions().back() - before.back() - fall).norm() < 1e-4F);
+}
+
 TEST_CASE("solver: an empty scene steps", "[unit]") {
   Solver solver(Scene{});
   CHECK(solver.step(0.01F).non_finite_vertices == 0);

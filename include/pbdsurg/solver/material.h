@@ -17,10 +17,15 @@ enum class ElasticModel : std::uint8_t {
   neo_hookean,  ///< stable Neo-Hookean tetrahedra, which have moduli; compliance mode only
 };
 
+/// m/N or m^5/N: softer than anything that can be felt. Beyond, numbers would overflow in short
+/// substeps.
+inline constexpr float kLargestCompliance = 1e12F;
+
 /// One type of constraint's resistance, in both projection modes; the solver's mode picks one.
 struct Stiffness {
-  float fraction = 1;    ///< fraction mode: share of the violation removed per projection, (0, 1]
-  float compliance = 0;  ///< compliance mode: >= 0; distance m/N, volume m^5/N; 0 is rigid
+  float fraction = 1;  ///< fraction mode: share of the violation removed per projection, (0, 1]
+  /// compliance mode: in [0, kLargestCompliance]; distance m/N, volume m^5/N; 0 is rigid
+  float compliance = 0;
 };
 
 /// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid

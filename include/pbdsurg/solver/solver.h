@@ -49,7 +49,9 @@ enum class MathMode : std::uint8_t {
 /// What a backend's threads do while they wait for each other within a step. Between steps they
 /// sleep.
 enum class ThreadWait : std::uint8_t {
-  spin,   ///< never leave the processor: fastest, for a machine with processors to spare
+  /// never leave the processor: fastest, for a machine with processors to spare; as yield where
+  /// there are fewer processors than threads
+  spin,
   yield,  ///< spin for about a microsecond, then offer the processor to others
   block,  ///< spin for a few microseconds, then sleep
 };
@@ -73,7 +75,7 @@ struct SolverOptions {
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   BackendKind backend = BackendKind::automatic;
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
-  int threads = 0;                 ///< of the threaded backend, >= 1; 0 for one a processor
+  int threads = 0;  ///< of the threaded backend: 0 for one a processor, which has eight at most
   ThreadWait wait = ThreadWait::yield;
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
@@ -118,7 +120,7 @@ class Solver {
 
   /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
   /// Heat, edits, rendering and readback are outside it.
-  /// @param dt  s, positive and finite, and not so small that 1 / substep^2 overflows
+  /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt; never for physics
   StepReport step(float dt);
 
@@ -189,7 +191,8 @@ class Solver {
   /// @param vertices    [n] scene vertices with tissue; a vertex may be held by several tools, and
   /// a
   ///                    fixed one stays where it is and adds no force
-  /// @param compliance  m/N, >= 0, in either projection mode; 0 holds rigidly
+  /// @param compliance  m/N, in [0, kLargestCompliance], in either projection mode; 0 holds
+  ///                    rigidly
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
   ///                          tissue, or that this tool holds already; then nothing is grasped
   void grasp(Index tool, std::span<const Index> vertices, float compliance = 0);

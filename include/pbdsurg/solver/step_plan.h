@@ -19,10 +19,11 @@ enum class PlanComposition : std::uint8_t {
   /// it owns, then its volume: one phase a colour of tetrahedra. Distances without such an owner
   /// (links, edges of bodies without volume constraints) come before, colour by colour.
   joint,
-  /// As separate for up to 6000 vertices. More are halved again and again, down to domains of 3000
-  /// to 6000, which are coloured and projected each for itself, distances then volumes; then what
-  /// joins two domains, and what joins two such pairs, up to the whole. Domains of one level share
-  /// no vertex, so threads meet once a level in place of once a colour: the fastest plan on a CPU.
+  /// As separate for fewer than 6000 vertices. More are halved again and again, down to domains of
+  /// 3000 to 6000, which are coloured and projected each for itself, distances then volumes; then
+  /// what joins two domains, and what joins two such pairs, up to the whole. Domains of one level
+  /// share no vertex, so threads meet once a level in place of once a colour: the fastest plan on a
+  /// CPU.
   nested,
 };
 
