@@ -115,12 +115,17 @@ void find_contacts(SolverData& data, StepReport& report) {
 }
 
 void collect_tool_forces(SolverData& data, float force_per_multiplier) {
+  const auto add = [](ToolState& tool, const Eigen::Vector3f& force) {
+    if (force.allFinite()) {  // a vertex that is lost has none
+      tool.force -= force;
+    }
+  };
   for (ToolState& tool : data.tools) {
     for (const Contact& contact : tool.contacts) {
-      tool.force -= (force_per_multiplier * contact.multiplier) * contact.normal;
+      add(tool, (force_per_multiplier * contact.multiplier) * contact.normal);
     }
     for (const Attachment& attachment : tool.attachments) {
-      tool.force -= force_per_multiplier * attachment.multiplier;
+      add(tool, force_per_multiplier * attachment.multiplier);
     }
   }
 }

@@ -21,7 +21,7 @@ void place_tools(SolverData& data, float fraction);
 /// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
 void find_contacts(SolverData& data, StepReport& report);
 
-/// Adds the substep's share of the multipliers to the tools' forces.
+/// Adds the substep's share of the multipliers to the tools' forces, those that are finite.
 /// @param force_per_multiplier  1/s^2
 void collect_tool_forces(SolverData& data, float force_per_multiplier);
 

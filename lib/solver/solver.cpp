@@ -304,6 +304,11 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
   check_options(options);
   check_materials(scene.bodies(), options.mode);
   check_vertex_method(scene, options);
+  if (scene.vertex_count() > kMostParticles) {
+    throw InvalidArgument("the scene has " + std::to_string(scene.vertex_count()) +
+                          " vertices; a solver takes " + std::to_string(kMostParticles) +
+                          " at most");
+  }
   SolverData& data = *data_;
   data.options = options;
   data.gravity = scene.gravity();

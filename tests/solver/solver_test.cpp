@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/solver/solver.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -262,6 +263,30 @@ TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "
   CHECK(report.first_non_finite == solver.vertex_count() - 1);
   CHECK(std::isinf(report.distance_residual));
   CHECK(std::isinf(report.volume_residual));
+}
+
+// Would catch a force that is no number, which no device must be given.
+TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const float compliance = GENERATE(0.0F, 1e-4F);
+  Scene scene;
+  const TetMesh box = testing::make_box({3, 2, 2}, kEdge);
+  scene.add_body("box", box, elastic_material(box, 1000, 2e4));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  Solver solver(scene, {.method = method, .substeps = 2, .backend = backend, .threads = 2});
+  std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+  velocities.back().setConstant(std::numeric_limits<float>::max());
+  solver.write_velocities(velocities);
+  REQUIRE(solver.step(10).non_finite_vertices == 1);
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const Index last = solver.vertex_count() - 1;
+  solver.grasp(tool, std::array{Index{last - 1}, last}, compliance);
+
+  solver.step(1e-3F);
+
+  CHECK(solver.tool_force(tool).allFinite());
+  CHECK(solver.tool_force(tool).norm() > 0);
 }
 
 TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit]") {

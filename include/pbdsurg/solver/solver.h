@@ -201,7 +201,8 @@ class Solver {
   void release(Index tool);
 
   /// Force of the tissue on a tool, N: the sum of the multipliers of its contacts and of what it
-  /// holds, averaged over the last step. Unfiltered and unclamped.
+  /// holds, averaged over the last step. Unfiltered and unclamped; vertices that are not finite add
+  /// nothing.
   [[nodiscard]] Eigen::Vector3f tool_force(Index tool) const;
 
   // --- topology: see edit/topology_edit.h for changes ------------------------------------------
