@@ -508,6 +508,7 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   ToolState tool;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
+  tool.placed_capsules.reserve(tool.capsules.size());  // no step allocates
   tool.contacts.reserve(
       std::min(data_->particles.size(), static_cast<std::size_t>(data_->options.contact_capacity)));
   data_->tools.push_back(std::move(tool));

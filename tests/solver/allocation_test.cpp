@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counts and limits the allocations of the whole program; left out where a sanitizer, which has
+// allocators of its own, is on.
+#include <atomic>
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/step_team.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace {
+
+std::atomic<long> allocation_count{0};
+std::atomic<long> allocation_limit{std::numeric_limits<long>::max()};  // of the count
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  if (allocation_count >= allocation_limit) {
+    throw std::bad_alloc();
+  }
+  ++allocation_count;
+  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) {
+    throw std::bad_alloc();
+  }
+  return memory;
+}
+
+}  // namespace
+
+// All of this program's allocations are counted.
+void* operator new(std::size_t size) {
+  return allocate(size, alignof(std::max_align_t));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace pbdsurg {
+namespace {
+
+constexpr double kEdge = 4e-3;      // m
+constexpr float kTimeStep = 5e-3F;  // s
+
+}  // namespace
+
+// Would catch a constructor that leaves behind threads which wait for work, and so never ends.
+TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
+  std::vector<int> sizes;
+  for (long spare = 0; sizes.empty() || sizes.back() < 4; ++spare) {
+    REQUIRE(spare < 100);
+    try {
+      allocation_limit = allocation_count + spare;
+      StepTeam team(4, ThreadWait::block);
+      allocation_limit = std::numeric_limits<long>::max();
+      std::atomic<int> workers{0};
+      team.run([&](int) { ++workers; });
+      CHECK(workers == team.size());
+      sizes.push_back(team.size());
+    } catch (const std::bad_alloc&) {  // for the team itself
+      allocation_limit = std::numeric_limits<long>::max();
+      CHECK(sizes.empty());
+    }
+  }
+  CHECK(sizes.front() == 1);
+}
+
+// Would catch a vector that grows within a step: a real-time thread must not wait for memory.
+TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  Solver solver(scene, {.method = method, .backend = backend, .threads = 2});
+  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.04F, 0.01F);
+  const Index tool = solver.add_tool({&capsule, 1}, pose);
+  const Index holder = solver.add_tool({}, ToolPose::Identity());
+  const Index corner = solver.vertex_count() - 1;
+  solver.grasp(holder, {&corner, 1}, 1e-4F);
+  solver.step(kTimeStep);
+
+  const long before = allocation_count;
+  Index contacts = 0;
+  for (int i = 0; i < 20; ++i) {
+    pose.translation().y() -= 1e-3F;
+    solver.move_tool(tool, pose);
+    contacts = std::max(contacts, solver.step(kTimeStep).contacts);
+  }
+  CHECK(allocation_count == before);
+  CHECK(contacts > 0);
+}
+
+}  // namespace pbdsurg
