@@ -7,6 +7,8 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/random.h"
 
@@ -52,6 +54,19 @@ PBDSURG_HOST_DEVICE Projected project_all(std::uint64_t i) {
   result.x[1] = ends[1];
   multiplier[0] = 0;
   VolumeConstraint::project<ProjectionMode::fraction>(result.x, w, volume, substep, multiplier);
+  const float per_edge = 1 / kEdge;
+  const float solid[] = {per_edge, 0, 0, 0, per_edge, 0, 0, 0, per_edge, 1e-6F, 5, 0};
+  float stress[9] = {};
+  NeoHookeanConstraint::project<ProjectionMode::compliance>(result.x, w, solid,
+                                                            Substep<float>{1e3F, 1e6F}, stress);
+  const float limit[] = {0.8F * kEdge};
+  float none[] = {0};
+  ends[0] = result.x[0];
+  ends[1] = result.x[1];
+  StrainLimitConstraint::project<ProjectionMode::compliance>(ends, end_weights, limit, substep,
+                                                             none);
+  result.x[0] = ends[0];
+  result.x[1] = ends[1];
   multiplier[0] = 0;
   AttachmentConstraint::project<ProjectionMode::compliance>(
       result.x[2], w[2], Vec3<float>{kEdge, kEdge, 0}, softness, force);

@@ -25,7 +25,6 @@
 /// implicit Euler's, and every projection goes towards it.
 
 #include <cmath>
-#include <limits>
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/host_device.h"
@@ -130,8 +129,8 @@ struct NeoHookeanConstraint {
     const Vec3<Scalar> change0 = across * left[0] - swelling * q[0];
     const Vec3<Scalar> change1 = across * left[1] - swelling * q[1];
     const Vec3<Scalar> change2 = across * left[2] - swelling * q[2];
-    const auto is_finite = dot(change0, change0) + dot(change1, change1) + dot(change2, change2) <
-                           Scalar(std::numeric_limits<float>::infinity());
+    const auto is_finite =
+        dot(change0, change0) + dot(change1, change1) + dot(change2, change2) < Scalar(kInfinity);
     const Vec3<Scalar> given[3] = {keep(is_finite, change0), keep(is_finite, change1),
                                    keep(is_finite, change2)};
     add(multiplier, given);

@@ -60,11 +60,14 @@ struct Damped {
 template <class Damping>
 inline constexpr bool kIsDamped = !std::is_same_v<Damping, Undamped>;
 
+/// A constant and no function: devices cannot call the standard library's.
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
 /// Whether a length or a mobility can be divided by: positive and finite. Exact zero only: any
 /// other threshold would depend on the unit and the size of the tissue.
 template <class Scalar>
 PBDSURG_HOST_DEVICE constexpr auto is_usable(Scalar value) {
-  return (value > Scalar(0)) & (value < Scalar(std::numeric_limits<float>::infinity()));
+  return (value > Scalar(0)) & (value < Scalar(kInfinity));
 }
 
 /// Change of the multiplier in one projection.
