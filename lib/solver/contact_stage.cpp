@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/contact_stage.h"
 
-#include <algorithm>
-#include <limits>
-
-#include "core/segment.h"
+#include "solver/contact_geometry.h"
+#include "solver/load_store.h"
 
 namespace pbdsurg {
 namespace {
-
-// Vertices this share of a radius away get a contact too, so that the sweeps cannot push them in.
-constexpr float kMargin = 0.25F;
 
 ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   if (fraction >= 1) {
@@ -24,54 +19,29 @@ ToolPose interpolate(const ToolPose& from, const ToolPose& to, float fraction) {
   return pose;
 }
 
-struct Box {
-  Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
-  Eigen::Vector3f high = Eigen::Vector3f::Constant(std::numeric_limits<float>::lowest());
-
-  [[nodiscard]] bool contains(const Particle& p) const {
-    return p.x >= low.x() && p.x <= high.x() && p.y >= low.y() && p.y <= high.y() &&
-           p.z >= low.z() && p.z <= high.z();
-  }
-};
-
-Box bounds(const std::vector<Capsule>& capsules) {
-  Box box;
-  for (const Capsule& capsule : capsules) {
-    const Eigen::Vector3f reach = Eigen::Vector3f::Constant((1 + kMargin) * capsule.radius);
-    box.low = box.low.cwiseMin(capsule.start.cwiseMin(capsule.end) - reach);
-    box.high = box.high.cwiseMax(capsule.start.cwiseMax(capsule.end) + reach);
-  }
-  return box;
+PlacedCapsule placed(const Capsule& capsule) {
+  return {load(capsule.start), capsule.radius, load(capsule.end)};
 }
 
 void find_contacts_of(const std::vector<Particle>& particles, const std::vector<Capsule>& capsules,
                       std::size_t capacity, std::vector<Contact>& contacts, StepReport& report) {
-  const Box box = bounds(capsules);
+  const ContactBox box = contact_box(capsules);
   for (std::size_t place = 0; place < particles.size(); ++place) {
     const Particle& p = particles[place];
-    if (!(p.w > 0) || !box.contains(p)) {
+    const Vec3<float> x = load(p);
+    if (!(p.w > 0) || !box.contains(x)) {
       continue;
     }
-    const Eigen::Vector3f x(p.x, p.y, p.z);
-    float deepest = std::numeric_limits<float>::max();
-    Contact contact{static_cast<Index>(place), Eigen::Vector3f::Zero(), 0, 0};
+    ContactSearch search;
     for (const Capsule& capsule : capsules) {
-      const Eigen::Vector3f axis_point = closest_on_segment(capsule.start, capsule.end, x);
-      const Eigen::Vector3f away = x - axis_point;
-      const float distance = away.norm();
-      // a vertex on the axis has no side to be pushed to
-      if (distance > 0 && distance < (1 + kMargin) * capsule.radius &&
-          distance - capsule.radius < deepest) {
-        deepest = distance - capsule.radius;
-        contact.normal = away / distance;
-        contact.offset = contact.normal.dot(axis_point) + capsule.radius;
-      }
+      search.add(placed(capsule), x);
     }
-    if (deepest == std::numeric_limits<float>::max()) {
+    if (!search.has_contact()) {
       continue;
     }
     if (contacts.size() < capacity) {
-      contacts.push_back(contact);
+      const auto& [normal, offset] = search.plane;
+      contacts.push_back({static_cast<Index>(place), {normal.x, normal.y, normal.z}, offset, 0});
     } else {
       ++report.dropped_contacts;
     }
@@ -79,6 +49,14 @@ void find_contacts_of(const std::vector<Particle>& particles, const std::vector<
 }
 
 }  // namespace
+
+ContactBox contact_box(const std::vector<Capsule>& placed_capsules) {
+  ContactBox box;
+  for (const Capsule& capsule : placed_capsules) {
+    box.add(placed(capsule));
+  }
+  return box;
+}
 
 void begin_tools(SolverData& data) {
   for (ToolState& tool : data.tools) {

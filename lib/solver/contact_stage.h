@@ -6,6 +6,7 @@
 
 #include "pbdsurg/solver/step_report.h"
 
+#include "solver/contact_geometry.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -16,6 +17,9 @@ void begin_tools(SolverData& data);
 /// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
 /// the step, and clears multipliers.
 void place_tools(SolverData& data, float fraction);
+
+/// What holds all that touches a tool.
+[[nodiscard]] ContactBox contact_box(const std::vector<Capsule>& placed_capsules);
 
 /// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
 /// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What kernels of a step read and write, as plain pointers to device memory.
+
+#include <cstdint>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/core/vec3.h"
+
+#include "solver/contact_geometry.h"
+#include "solver/particle.h"
+#include "solver/records.h"
+
+namespace pbdsurg::cuda {
+
+/// State, in the order of places: see SolverData.
+struct DeviceState {
+  Particle* particles;            ///< [count]
+  Particle* previous;             ///< [count] at the start of the substep
+  Velocity* velocities;           ///< [count] before and after a step
+  const Index* vertex_of_place;   ///< [count] of the scene
+  Index count;
+
+  bool operator==(const DeviceState&) const = default;
+};
+
+/// Constraints in the order of the stages, and multipliers that sweeps hand to the next.
+struct ConstraintArrays {
+  const DistanceRecord* distances;
+  const float* distance_damping;  ///< [distance] s
+  float* distance_multipliers;    ///< [distance]
+  const VolumeRecord* volumes;
+  float* volume_multipliers;  ///< [volume]
+  const JointRecord* joints;
+  float* joint_multipliers;  ///< [7][joint] of six edges, then of the volume
+  const NeoHookeanRecord* neo_hookeans;
+  float* neo_hookean_multipliers;  ///< [9][neo_hookean]
+  const StrainLimitRecord* strain_limits;
+  const TubeRecord* tubes;
+  const Index* level_ends;  ///< of serial stages
+  Index distance_count, volume_count, joint_count, neo_hookean_count, tube_count;
+
+  bool operator==(const ConstraintArrays&) const = default;
+};
+
+/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing.
+struct ToolArrays {
+  // of the current substep
+  std::uint32_t* touched;       ///< [pusher][word_count] a bit a place
+  ContactPlane* planes;         ///< [pusher][place] where touched
+  float* contact_multipliers;   ///< [pusher][place] kg m, where touched
+  Index* contact_places;        ///< [pusher][contact_room] ascending
+  Index* contact_counts;        ///< [pusher]
+  Vec3<float>* attachment_multipliers;  ///< [attachment] kg m
+  Index word_count;                     ///< 32 places each
+  Index contact_room;                   ///< the contact capacity, or all places if they are fewer
+
+  bool operator==(const ToolArrays&) const = default;
+};
+
+/// What a step sums up. Integers, whose sums do not depend on the order.
+struct StepSums {
+  Index inverted_tets;
+  Index non_finite_vertices;
+  Index first_non_finite;  ///< scene vertex, or the largest Index
+  Index contacts;
+  Index dropped_contacts;
+  std::uint32_t distance_residual;  ///< bits of a float >= 0, which are ordered as it is
+  std::uint32_t volume_residual;    ///< likewise
+  std::uint32_t blocks_done;        ///< of the kernel at work, whose last block sets it to zero
+};
+
+struct ToolInput {
+  Index pusher;  ///< or kInvalidIndex
+  Index first_attachment;
+  Index attachment_count;
+  Index unused;
+};
+
+/// A pusher in one substep.
+struct alignas(16) PusherInput {
+  ContactBox box;
+  Index first_capsule;
+  Index capsule_count;
+};
+
+/// Where an attachment pulls to in one substep.
+struct alignas(16) AttachmentInput {
+  Vec3<float> target;  ///< m
+  float compliance;    ///< m/N
+};
+
+/// A vertex that tools hold: attachments HeldInput::first to first + count of the list of those
+/// held, in the order of their colours.
+struct alignas(16) HeldInput {
+  Index place;
+  Index first;
+  Index count;
+  Index unused;
+};
+
+/// What the host tells about a step, in one piece of memory: this, then the tables it points to, in
+/// bytes from its start. Everything in it may differ from step to step without a kernel being
+/// launched another way.
+struct alignas(16) StepInput {
+  float h;                     ///< s, of a substep
+  float keep;                  ///< share of the velocity that drag leaves
+  Vec3<float> kick;            ///< m/s, of the external force
+  Substep<float> substep;      ///< lengths
+  float force_per_multiplier;  ///< 1/s^2
+  Index contact_capacity;
+  Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
+  std::uint32_t tools;         ///< ToolInput[tool]
+  std::uint32_t forces;        ///< Vec3<float>[tool] N, summed up in the step
+  std::uint32_t pushers;       ///< PusherInput[substep][pusher]
+  std::uint32_t capsules;      ///< PlacedCapsule[substep][capsule]
+  std::uint32_t attachments;   ///< AttachmentInput[substep][attachment]
+  std::uint32_t held;          ///< HeldInput[held]
+  std::uint32_t held_order;    ///< Index[attachment]
+  StepSums sums;
+};
+
+/// A table of a step's input.
+template <class T>
+PBDSURG_HOST_DEVICE T* table(StepInput* input, std::uint32_t offset) {
+  return reinterpret_cast<T*>(reinterpret_cast<char*>(input) + offset);
+}
+
+/// What a step tells the host: in its memory, written by the device.
+struct StepOutput {
+  StepSums* sums;
+  Vec3<float>* forces;          ///< [tool] N
+  Vec3<float>* watched;         ///< [watched] m
+  const Index* watched_places;  ///< [watched] on the device
+
+  bool operator==(const StepOutput&) const = default;
+};
+
+}  // namespace pbdsurg::cuda

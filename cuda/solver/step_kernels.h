@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The kernels of a step, compiled twice from one source (step_kernels.cuh): strict, with the bits
+/// of the serial backend, and fast. Each function enqueues one kernel.
+
+#include <cuda_runtime_api.h>
+
+#include "solver/device_arrays.h"
+#include "solver/stages.h"
+
+namespace pbdsurg::cuda {
+
+/// How to launch.
+struct Launch {
+  cudaStream_t stream;
+  /// Whether a kernel may be brought to the device while the one before it is at work. Kernels then
+  /// wait by themselves for what they need. What comes before must be a kernel, too.
+  bool overlaps;
+};
+
+/// How a stage is projected.
+struct Projection {
+  ProjectionMode mode;
+  bool is_damped;
+  bool takes_multipliers;   ///< of the sweep before; else they are zero
+  bool leaves_multipliers;  ///< to the next sweep
+};
+
+struct StepKernels {
+  /// Ends a substep with velocities, begins one with a prediction, or both.
+  void (*advance)(const DeviceState&, const StepInput*, bool ends, bool begins, const Launch&);
+
+  /// Finds the contacts of a substep, at most the contact capacity a tool.
+  void (*find_contacts)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                        const Launch&);
+
+  void (*project)(const Stage&, const Projection&, const DeviceState&, const ConstraintArrays&,
+                  const StepInput*, const Launch&);
+
+  /// @param is_first  of the sweeps of a substep
+  void (*project_attachments)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
+                              bool is_first, const Launch&);
+  void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
+
+  /// Adds a substep's share to the forces on tools.
+  void (*collect_forces)(const ToolArrays&, StepInput*, const Launch&);
+
+  void (*report)(const DeviceState&, const ConstraintArrays&, StepInput*, const StepOutput&,
+                 const Launch&);
+};
+
+/// @throws DeviceError  from their functions, if a kernel cannot be launched
+extern const StepKernels strict_kernels;
+extern const StepKernels fast_kernels;
+
+/// Where the arrays that change start.
+struct ArrayStarts {
+  std::uint32_t* starts[kDeviceArrayCount];
+};
+
+/// Writes words; those listed twice must be alike.
+void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
+                 cudaStream_t stream);
+
+/// Copies the positions at some places.
+void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
+                      cudaStream_t stream);
+
+}  // namespace pbdsurg::cuda
