@@ -81,27 +81,43 @@ void set_rest_length(SolverData& data, const RestLengthChange& change) {
         data.strain_limits.record(change.edge).parameters[StrainLimitConstraint::kLimit];
     data.strain_limits.set_parameter(change.edge, StrainLimitConstraint::kLimit,
                                      limit * (change.rest_length / before));
+    data.log_constraint(PhaseKind::strain_limit, change.edge);
   }
   data.distances.set_parameter(change.edge, DistanceConstraint::kRest, change.rest_length);
+  data.log_constraint(PhaseKind::distance, change.edge);
+}
+
+void set_rest_volume(SolverData& data, const RestVolumeChange& change) {
+  if (data.neo_hookeans.is_alive(change.tet)) {
+    set_rest_volume(data.neo_hookeans, change.tet, change.rest_volume);
+    data.log_constraint(PhaseKind::neo_hookean, change.tet);
+  } else {
+    data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
+    data.log_constraint(PhaseKind::volume, change.tet);
+  }
 }
 
 void remove_link(SolverData& data, Index link, EditResult& result) {
   data.distances.remove(data.distance_of_link(link));
+  data.log_constraint(PhaseKind::distance, data.distance_of_link(link));
   remove_vertex_spring(data, data.distance_of_link(link));
   result.links.push_back(link);
 }
 
 void remove_tet(SolverData& data, Index t, EditResult& result) {
   data.tet_alive[t] = false;
+  data.log_tet(t);
   remove_vertex_tet(data, t);
   result.tets.push_back(t);
   for (const Index edge : data.tet_edges[t]) {
     if (--data.edge_tets[edge] == 0) {
       if (data.distances.is_alive(edge)) {
         data.distances.remove(edge);
+        data.log_constraint(PhaseKind::distance, edge);
       }
       if (data.strain_limits.is_alive(edge)) {
         data.strain_limits.remove(edge);
+        data.log_constraint(PhaseKind::strain_limit, edge);
       }
       remove_vertex_spring(data, edge);
       result.edges.push_back(edge);
@@ -112,6 +128,7 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
   }
   if (data.neo_hookeans.is_alive(t)) {
     data.neo_hookeans.remove(t);
+    data.log_constraint(PhaseKind::neo_hookean, t);
   }
   for (const Index v : data.tets[t]) {
     Particle& particle = data.particle(v);
@@ -119,12 +136,14 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
       data.vertex_masses[v] = 0;
       particle.w = 0;
       data.velocity(v) = {};
+      data.log_vertex(v);
       result.vertices.push_back(v);
       continue;
     }
     data.vertex_masses[v] -= data.tet_masses[t] / 4;
     if (particle.w > 0) {
       particle.w = static_cast<float>(1 / data.vertex_masses[v]);
+      data.log_vertex(v);
     }
   }
 }
@@ -142,9 +161,10 @@ void release_vertices(SolverData& data, EditResult& result) {
     }
   }
   for (ToolState& tool : data.tools) {
-    std::erase_if(tool.attachments, [&](const Attachment& attachment) {
+    const auto released = std::erase_if(tool.attachments, [&](const Attachment& attachment) {
       return data.vertex_tets[attachment.vertex] == 0 && data.vertex_masses[attachment.vertex] == 0;
     });
+    data.changes.tools = data.changes.tools || released > 0;
   }
 }
 
@@ -153,6 +173,7 @@ void release_vertices(SolverData& data, EditResult& result) {
 EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
                       std::span<EditParticipant* const> participants) {
   SolverData& data = solver_data(solver);
+  data.finish_running_step();
   validate(data, edit);
   for (const EditParticipant* participant : participants) {
     participant->validate(solver, edit);
@@ -164,11 +185,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
     set_vertex_rest_length(data, change.edge, change.rest_length);
   }
   for (const RestVolumeChange& change : edit.rest_volumes) {
-    if (data.neo_hookeans.is_alive(change.tet)) {
-      set_rest_volume(data.neo_hookeans, change.tet, change.rest_volume);
-    } else {
-      data.volumes.set_parameter(change.tet, VolumeConstraint::kRest, change.rest_volume);
-    }
+    set_rest_volume(data, change);
     set_vertex_rest_volume(data, change.tet, change.rest_volume);
   }
   for (const Index link : edit.remove_links) {

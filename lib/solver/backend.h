@@ -4,8 +4,12 @@
 /// @file
 /// What executes a step plan.
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <memory>
+#include <span>
 
+#include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_report.h"
 
 namespace pbdsurg {
@@ -14,13 +18,47 @@ class SolverData;
 struct SolverOptions;
 
 /// One coarse call a step: nothing virtual happens per constraint.
+///
+/// A backend either works on the arrays of SolverData, or keeps the state elsewhere, on a device.
+/// For one that does, the solver sees to this:
+/// - SolverData::changes says what happened since its last step, or since it was made from the
+/// data.
+///   start_step() takes that over; the solver clears it when start_step() has returned.
+/// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
+///   fetch_state() or until the host rewrites them all. Inverse masses there are always valid.
+/// - Between start_step() and finish_step() no other function of the backend is called but name(),
+///   memory_bytes() and the destructor, and what a step reads of SolverData does not change.
 class Backend {
  public:
   virtual ~Backend() = default;
+
+  /// Who it is, for example "cuda, NVIDIA H200, graph, fast".
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 
+  /// Begins a step; may return before it is done.
   /// @param dt  s, positive and finite
-  virtual StepReport step(SolverData& data, float dt) = 0;
+  virtual void start_step(SolverData& data, float dt) = 0;
+
+  /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
+  /// after each start_step(). One that keeps the state also writes SolverData::watched_positions.
+  virtual StepReport finish_step(SolverData& data) = 0;
+
+  /// Whether the state lies outside of SolverData. Always the same answer.
+  [[nodiscard]] virtual bool keeps_state() const noexcept { return false; }
+
+  /// Brings positions, velocities and `falling` as the last step left them into SolverData. Inverse
+  /// masses there stay: an edit may have changed them since.
+  virtual void fetch_state(SolverData& data);
+
+  /// Reads some positions as the last step left them; called only while those of SolverData are out
+  /// of date.
+  /// @param places  [n] see SolverData
+  /// @param out     [n] m
+  virtual void read_positions(const SolverData& data, std::span<const Index> places,
+                              std::span<Eigen::Vector3f> out);
+
+  /// Bytes that it holds on a device.
+  [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
 };
 
 /// One thread, every operation in IEEE single precision and in the order of the plan: the

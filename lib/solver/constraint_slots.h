@@ -74,6 +74,11 @@ class ConstraintSlots {
     return groups_[group].multipliers;
   }
 
+  /// The ids of a group's constraints, in the order of their slots.
+  [[nodiscard]] std::span<const Index> ids(Index group) const noexcept {
+    return groups_[group].ids;
+  }
+
   /// Of a constraint: kInvalidIndex if there is none of that id, or none any more.
   [[nodiscard]] Index group_of(Index id) const noexcept { return group_of_id_[id]; }
   [[nodiscard]] bool is_alive(Index id) const noexcept { return group_of(id) != kInvalidIndex; }

@@ -47,7 +47,11 @@ class SerialBackend final : public Backend {
  public:
   [[nodiscard]] const char* name() const noexcept override { return "serial"; }
 
-  StepReport step(SolverData& data, float dt) override {
+  void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
+  StepReport finish_step(SolverData& /*data*/) override { return report_; }
+
+ private:
+  static StepReport step(SolverData& data, float dt) {
     StepReport report;
     const int substeps = data.options.substeps;
     const float h = dt / static_cast<float>(substeps);
@@ -87,6 +91,8 @@ class SerialBackend final : public Backend {
     report_tubes(data, report);
     return report;
   }
+
+  StepReport report_;
 };
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "coloring/coloring_options.h"
 #include "solver/backend.h"
 #include "solver/build_constraints.h"
+#include "solver/cuda_hook.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/nested_domains.h"
 #include "solver/solver_data.h"
@@ -56,7 +57,7 @@ void check_options(const SolverOptions& options) {
     throw InvalidArgument("threads is " + std::to_string(options.threads) +
                           "; it must be >= 1, or 0 for one a processor");
   }
-  check_choice("backend kind", options.backend, BackendKind::threaded);
+  check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("way of waiting", options.wait, ThreadWait::block);
   check_choice("method", options.method, SolverMethod::vertex_block);
@@ -139,6 +140,8 @@ std::string plan_name(const SolverOptions& options) {
     return name + ", vertices";
   }
   switch (options.composition) {
+    case PlanComposition::automatic:
+      break;
     case PlanComposition::separate:
       return name + ", distances then volumes";
     case PlanComposition::joint:
@@ -149,7 +152,7 @@ std::string plan_name(const SolverOptions& options) {
   return name;
 }
 
-std::unique_ptr<Backend> make_backend(const SolverOptions& options) {
+std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
   if (options.backend == BackendKind::serial) {
     return make_serial_backend();
   }
@@ -161,6 +164,65 @@ std::unique_ptr<Backend> make_backend(const SolverOptions& options) {
         "AVX2 or AVX-512");
   }
   return backend == nullptr ? make_serial_backend() : std::move(backend);
+}
+
+// All but a backend.
+// @param automatic  what an automatic composition is
+std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& options,
+                                      PlanComposition automatic) {
+  auto made = std::make_unique<SolverData>();
+  SolverData& data = *made;
+  data.options = options;
+  if (options.composition == PlanComposition::automatic) {
+    data.options.composition = automatic;
+  }
+  data.gravity = scene.gravity();
+  data.bodies.assign(scene.bodies().begin(), scene.bodies().end());
+
+  const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
+  data.place_of_vertex = order_vertices(scene.positions());
+  data.particles.resize(vertex_count);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const Eigen::Vector3f x = scene.positions()[v].cast<float>();
+    const bool moves = scene.masses()[v] > 0 && !scene.is_fixed(static_cast<Index>(v));
+    data.particle(static_cast<Index>(v)) = {
+        x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F};
+  }
+  data.previous = data.particles;
+  data.velocities.assign(vertex_count, {});
+
+  copy_topology(scene, data);
+  copy_masses(scene, data);
+  build_constraints(scene, data);
+  data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
+                                 [](const Body& body) { return body.material.damping > 0; });
+  data.vertex_method = make_vertex_method(scene, data);
+  data.plan.name = plan_name(data.options);
+  data.rebuild_plan();
+  return made;
+}
+
+// Null if any will do and there is none.
+// @param data  made on the way
+std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptions& options,
+                                           std::unique_ptr<SolverData>& data) {
+  const CudaHook* const hook = cuda_hook();
+  std::string why_not = "this program is not linked with pbdsurg::cuda";
+  if (hook != nullptr && hook->available(why_not)) {
+    data = make_data(scene, options, PlanComposition::separate);
+    try {
+      return hook->make(*data);
+    } catch (const BackendUnavailable&) {  // for this scene
+      if (options.backend == BackendKind::cuda) {
+        throw;
+      }
+      return nullptr;
+    }
+  }
+  if (options.backend == BackendKind::cuda) {
+    throw BackendUnavailable("the CUDA backend is not available: " + why_not);
+  }
+  return nullptr;
 }
 
 template <class Data>
@@ -218,6 +280,66 @@ SolverOptions SolverOptions::paper() {
   return options;
 }
 
+void SolverData::finish_running_step() {
+  if (step_in_flight != Step::running) {
+    return;
+  }
+  step_in_flight = Step::none;  // also if the backend fails
+  report = backend->finish_step(*this);
+  step_in_flight = Step::finished;
+  if (!backend->keeps_state()) {
+    backend->read_positions(*this, watched_places, watched_positions);
+  }
+}
+
+void SolverData::fetch_state() {
+  finish_running_step();
+  if (is_state_current) {
+    return;
+  }
+  backend->fetch_state(*this);
+  for (const Index place : changes.vertices) {  // of which the backend has not heard yet
+    if (particles[place].w == 0) {
+      velocities[place] = {};
+    }
+  }
+  is_state_current = true;
+}
+
+void SolverData::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) {
+  finish_running_step();
+  if (!is_state_current) {
+    read_places.clear();
+    for (const Index v : vertices) {
+      read_places.push_back(place_of_vertex[v]);
+    }
+    backend->read_positions(*this, read_places, out);
+    return;
+  }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Particle& p = particle(vertices[i]);
+    out[i] = {p.x, p.y, p.z};
+  }
+}
+
+void SolverData::log_constraint(PhaseKind kind, Index id) {
+  if (backend->keeps_state()) {
+    changes.constraints.push_back({kind, id});
+  }
+}
+
+void SolverData::log_tet(Index tet) {
+  if (backend->keeps_state()) {
+    changes.tets.push_back(tet);
+  }
+}
+
+void SolverData::log_vertex(Index vertex) {
+  if (backend->keeps_state()) {
+    changes.vertices.push_back(place_of_vertex[vertex]);
+  }
+}
+
 Index SolverData::joint_group_of(Index edge) const noexcept {
   const Index owner = edge_owners[edge];
   const auto& edges_of_owner = tet_edges[owner];
@@ -227,10 +349,12 @@ Index SolverData::joint_group_of(Index edge) const noexcept {
 
 void SolverData::remove_volume(Index tet) {
   volumes.remove(tet);
+  log_constraint(PhaseKind::volume, tet);
   for (const Index edge : tet_edges[tet]) {
     if (edge_owners[edge] == tet && distances.is_alive(edge)) {
       edge_owners.hand_over(edge, tet_edges, volumes);
       distances.move(edge, joint_group_of(edge));
+      log_constraint(PhaseKind::distance, edge);
     }
   }
 }
@@ -299,8 +423,7 @@ const SolverData& solver_data(const Solver& solver) noexcept {
   return *solver.data_;
 }
 
-Solver::Solver(const Scene& scene, const SolverOptions& options)
-    : data_(std::make_unique<SolverData>()) {
+Solver::Solver(const Scene& scene, const SolverOptions& options) {
   check_options(options);
   check_materials(scene.bodies(), options.mode);
   check_vertex_method(scene, options);
@@ -309,32 +432,17 @@ Solver::Solver(const Scene& scene, const SolverOptions& options)
                           " vertices; a solver takes " + std::to_string(kMostParticles) +
                           " at most");
   }
-  SolverData& data = *data_;
-  data.options = options;
-  data.gravity = scene.gravity();
-  data.bodies.assign(scene.bodies().begin(), scene.bodies().end());
-  data.backend = make_backend(options);
-
-  const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
-  data.place_of_vertex = order_vertices(scene.positions());
-  data.particles.resize(vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    const Eigen::Vector3f x = scene.positions()[v].cast<float>();
-    const bool moves = scene.masses()[v] > 0 && !scene.is_fixed(static_cast<Index>(v));
-    data.particle(static_cast<Index>(v)) = {
-        x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F};
+  std::unique_ptr<Backend> backend;
+  if (options.backend == BackendKind::cuda || options.backend == BackendKind::automatic) {
+    backend = make_cuda_backend(scene, options, data_);
   }
-  data.previous = data.particles;
-  data.velocities.assign(vertex_count, {});
-
-  copy_topology(scene, data);
-  copy_masses(scene, data);
-  build_constraints(scene, data);
-  data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
-                                 [](const Body& body) { return body.material.damping > 0; });
-  data.vertex_method = make_vertex_method(scene, data);
-  data.plan.name = plan_name(options);
-  data.rebuild_plan();
+  if (backend == nullptr) {
+    backend = make_host_backend(options);
+    if (data_ == nullptr || options.composition == PlanComposition::automatic) {
+      data_ = make_data(scene, options, PlanComposition::nested);
+    }
+  }
+  data_->backend = std::move(backend);
 }
 
 Solver::~Solver() = default;
@@ -342,6 +450,14 @@ Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
 
 StepReport Solver::step(float dt) {
+  start_step(dt);
+  return finish_step();
+}
+
+void Solver::start_step(float dt) {
+  if (data_->step_in_flight != SolverData::Step::none) {
+    throw InvalidArgument("a step was started and not finished: finish_step() comes first");
+  }
   const float h = dt / static_cast<float>(data_->options.substeps);
   if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(kLargestCompliance / (h * h))) {
     std::ostringstream text;
@@ -349,7 +465,19 @@ StepReport Solver::step(float dt) {
          << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }
-  return data_->backend->step(*data_, dt);
+  data_->backend->start_step(*data_, dt);
+  data_->step_in_flight = SolverData::Step::running;
+  data_->is_state_current = !data_->backend->keeps_state();
+  data_->changes.clear();
+}
+
+StepReport Solver::finish_step() {
+  if (data_->step_in_flight == SolverData::Step::none) {
+    throw InvalidArgument("no step was started that could be finished");
+  }
+  data_->finish_running_step();
+  data_->step_in_flight = SolverData::Step::none;
+  return data_->report;
 }
 
 const SolverOptions& Solver::options() const noexcept {
@@ -373,7 +501,8 @@ std::size_t Solver::memory_bytes() const noexcept {
                   data.vertex_masses, data.constraint_phases) +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
-         data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes();
+         data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes() +
+         data.backend->memory_bytes();
 }
 
 Index Solver::vertex_count() const noexcept {
@@ -388,6 +517,7 @@ std::vector<Eigen::Vector3f> Solver::positions() const {
 
 void Solver::read_positions(std::span<Eigen::Vector3f> out) const {
   check_size("the buffer for positions", out.size(), data_->particles.size());
+  data_->fetch_state();
   for (std::size_t v = 0; v < out.size(); ++v) {
     const Particle& p = data_->particle(static_cast<Index>(v));
     out[v] = {p.x, p.y, p.z};
@@ -399,24 +529,44 @@ void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Ve
   for (const Index v : vertices) {
     check_id("vertex", v, data_->particles.size());
   }
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const Particle& p = data_->particle(vertices[i]);
-    out[i] = {p.x, p.y, p.z};
+  data_->read_positions(vertices, out);
+}
+
+void Solver::watch(std::span<const Index> vertices) {
+  for (const Index v : vertices) {
+    check_id("vertex", v, data_->particles.size());
   }
+  data_->finish_running_step();
+  data_->watched_places.clear();
+  for (const Index v : vertices) {
+    data_->watched_places.push_back(data_->place_of_vertex[v]);
+  }
+  data_->watched_positions.resize(vertices.size());
+  data_->read_positions(vertices, data_->watched_positions);
+  data_->changes.watched = true;
+}
+
+std::span<const Eigen::Vector3f> Solver::watched_positions() const {
+  data_->finish_running_step();
+  return data_->watched_positions;
 }
 
 void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
   check_size("the array of positions", positions.size(), data_->particles.size());
   check_finite("position", positions);
+  data_->finish_running_step();
   for (std::size_t v = 0; v < positions.size(); ++v) {
     Particle& p = data_->particle(static_cast<Index>(v));
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
     data_->velocity(static_cast<Index>(v)) = {};
   }
   std::fill(data_->vertex_method.falling.begin(), data_->vertex_method.falling.end(), 1.0F);
+  data_->is_state_current = true;  // whatever the backend has
+  data_->changes.state = true;
 }
 
 std::vector<Eigen::Vector3f> Solver::velocities() const {
+  data_->fetch_state();
   std::vector<Eigen::Vector3f> out;
   out.reserve(data_->velocities.size());
   for (Index v = 0; v < vertex_count(); ++v) {
@@ -429,13 +579,16 @@ std::vector<Eigen::Vector3f> Solver::velocities() const {
 void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
   check_size("the array of velocities", velocities.size(), data_->particles.size());
   check_finite("velocity", velocities);
+  data_->fetch_state();  // positions stay
   for (std::size_t v = 0; v < velocities.size(); ++v) {
     data_->velocity(static_cast<Index>(v)) = {velocities[v].x(), velocities[v].y(),
                                               velocities[v].z()};
   }
+  data_->changes.state = true;
 }
 
 Snapshot Solver::snapshot() const {
+  data_->fetch_state();
   Snapshot snapshot{
       positions(), velocities(), {}, data_->topology_version, data_->vertex_method.falling};
   for (const ToolState& tool : data_->tools) {
@@ -476,10 +629,12 @@ void Solver::restore(const Snapshot& snapshot) {
     tool.contacts.clear();
     tool.force.setZero();
   }
+  data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
-std::uint64_t Solver::state_hash() const noexcept {
+std::uint64_t Solver::state_hash() const {
+  data_->fetch_state();
   std::uint64_t hash = data_->particles.size();
   const auto mix = [&hash](float value) {
     hash = detail::mix_bits(hash, std::bit_cast<std::uint32_t>(value));
@@ -511,7 +666,9 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   tool.placed_capsules.reserve(tool.capsules.size());  // no step allocates
   tool.contacts.reserve(
       std::min(data_->particles.size(), static_cast<std::size_t>(data_->options.contact_capacity)));
+  data_->finish_running_step();
   data_->tools.push_back(std::move(tool));
+  data_->changes.tools = true;
   data_->rebuild_plan();
   return static_cast<Index>(data_->tools.size()) - 1;
 }
@@ -519,6 +676,7 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
 void Solver::move_tool(Index tool, const ToolPose& pose) {
   ToolState& state = checked_tool(*data_, tool);
   check_pose(pose);
+  data_->finish_running_step();
   state.target = pose;
 }
 
@@ -543,22 +701,30 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
     }
     held[v] = true;
   }
+  std::vector<Eigen::Vector3f> positions(vertices.size());
+  data_->read_positions(vertices, positions);
   const ToolPose to_tool = state.pose.inverse();
-  for (const Index v : vertices) {
-    const Particle& p = data_->particle(static_cast<Index>(v));
-    const Eigen::Vector3f x(p.x, p.y, p.z);
-    state.attachments.push_back({v, to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Vector3f& x = positions[i];
+    state.attachments.push_back(
+        {vertices[i], to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
   }
+  data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
 void Solver::release(Index tool) {
-  checked_tool(*data_, tool).attachments.clear();
+  ToolState& state = checked_tool(*data_, tool);
+  data_->finish_running_step();
+  state.attachments.clear();
+  data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
 Eigen::Vector3f Solver::tool_force(Index tool) const {
-  return checked_tool(*data_, tool).force;
+  const ToolState& state = checked_tool(*data_, tool);
+  data_->finish_running_step();
+  return state.force;
 }
 
 std::span<const Body> Solver::bodies() const noexcept {

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/constraints/distance.h"
@@ -18,6 +19,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "solver/changes.h"
 #include "solver/constraint_slots.h"
 #include "solver/edge_owners.h"
 #include "solver/particle.h"
@@ -101,6 +103,16 @@ class SolverData {
   StepPlan plan;
   std::unique_ptr<Backend> backend;
 
+  // between steps
+  enum class Step { none, running, finished };  // finished: its report was not asked for yet
+  Step step_in_flight = Step::none;
+  StepReport report;             // of a finished step
+  Changes changes;               // since the last step began
+  bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
+  std::vector<Index> watched_places;
+  std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
+  std::vector<Index> read_places;                  // buffer of read_positions()
+
   [[nodiscard]] Particle& particle(Index vertex) { return particles[place_of_vertex[vertex]]; }
   [[nodiscard]] const Particle& particle(Index vertex) const {
     return particles[place_of_vertex[vertex]];
@@ -134,6 +146,23 @@ class SolverData {
 
   /// Where a joint plan projects an edge that has an owner.
   [[nodiscard]] Index joint_group_of(Index edge) const noexcept;
+
+  /// Waits for the step that is running, if one is. All that reads or changes what a step does
+  /// calls this first.
+  void finish_running_step();
+
+  /// Makes positions, velocities and `falling` those of now.
+  void fetch_state();
+
+  /// Reads some positions, without fetching all.
+  /// @param vertices  [n] scene vertices
+  /// @param out       [n] m
+  void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
+
+  // Entries of the log, for backends that need it.
+  void log_constraint(PhaseKind kind, Index id);
+  void log_tet(Index tet);
+  void log_vertex(Index vertex);
 
   /// Removes a tetrahedron's volume constraint and hands the edges that it owns to others.
   /// Cost: proportional to the tetrahedra around its edges.

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
-#include <limits>
 #include <memory>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -53,7 +50,15 @@ class ThreadedBackend final : public Backend {
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
 
-  StepReport step(SolverData& data, float dt) override {
+  void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
+  StepReport finish_step(SolverData& /*data*/) override { return report_; }
+
+ private:
+  struct alignas(128) ThreadResidual {
+    Residual distances, volumes, neo_hookeans;
+  };
+
+  StepReport step(SolverData& data, float dt) {
     plan_stages(data);
     StepReport report;
     team_.run([&](int thread) { step(data, dt, thread, report); });
@@ -67,11 +72,6 @@ class ThreadedBackend final : public Backend {
     }
     return report;
   }
-
- private:
-  struct alignas(128) ThreadResidual {
-    Residual distances, volumes, neo_hookeans;
-  };
 
   // What one thread does in a step. Thread 0 alone looks after tools and small phases.
   void step(SolverData& data, float dt, int thread, StepReport& report) {
@@ -311,6 +311,7 @@ class ThreadedBackend final : public Backend {
   StepTeam team_;
   std::vector<Stage> stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]
+  StepReport report_;
   std::string name_;
 };
 

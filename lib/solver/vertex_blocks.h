@@ -97,6 +97,9 @@ class VertexBlocks {
   void remove_spring(Index spring);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
 
+  /// Vertices whose rows refresh() will rebuild.
+  [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
+
   /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer. Cost:
   /// proportional to the neighbours of those vertices.
   void refresh();

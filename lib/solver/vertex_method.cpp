@@ -457,7 +457,11 @@ void remove_vertex_spring(SolverData& data, Index distance) {
 
 void refresh_vertices(SolverData& data) {
   if (is_used(data)) {
-    data.vertex_method.blocks.refresh();
+    VertexBlocks& blocks = data.vertex_method.blocks;
+    for (const Index place : blocks.touched()) {
+      data.log_constraint(PhaseKind::vertex, blocks.place_of(place).block);
+    }
+    blocks.refresh();
   }
 }
 

@@ -24,10 +24,14 @@ namespace pbdsurg {
 
 /// Who executes the step plan.
 enum class BackendKind : std::uint8_t {
-  automatic,  ///< the fastest that this build and this machine have; Solver::backend_name() says
-              ///< which
-  serial,     ///< one thread, the definition of correct
-  threaded,   ///< threads and vector registers, of the best instruction set that the machine has
+  /// The fastest that the program, the machine and the scene allow: cuda, else threaded, else
+  /// serial; Solver::backend_name() says which.
+  automatic,
+  serial,    ///< one thread, the definition of correct
+  threaded,  ///< threads and vector registers, of the best instruction set that the machine has
+  /// A CUDA device, for programs that link pbdsurg::cuda (or pbdsurg::pbdsurg, which has all). The
+  /// state lives on the device: reading all of it each step costs more than watching a part.
+  cuda,
 };
 
 /// What a step finds new positions with.
@@ -80,7 +84,7 @@ struct SolverOptions {
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
-  PlanComposition composition = PlanComposition::nested;
+  PlanComposition composition = PlanComposition::automatic;
 
   /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
   /// the random colouring disc.
@@ -112,7 +116,7 @@ class Solver {
   /// fraction
   ///                             mode, or what the vertex-block method cannot follow: fractions,
   ///                             joint plans, limits of colours, a compliance of zero
-  /// @throws BackendUnavailable  if the backend asked for is not there
+  /// @throws BackendUnavailable  if the backend asked for is not there, saying why
   explicit Solver(const Scene& scene, const SolverOptions& options = {});
   ~Solver();
   Solver(Solver&&) noexcept;
@@ -124,11 +128,23 @@ class Solver {
   /// @throws InvalidArgument  for any other dt; never for physics
   StepReport step(float dt);
 
+  /// Begins a step, on a CUDA device without waiting for it: the caller has its thread for other
+  /// work. Any call that reads or changes what the step does (state, tools, edits) waits for the
+  /// step first; finish_step() then still has its report.
+  /// @throws InvalidArgument  as step(), or if a step was begun and finish_step() not called
+  void start_step(float dt);
+
+  /// Waits for the step that was begun.
+  /// @throws InvalidArgument  if none was
+  StepReport finish_step();
+
+  /// As given, but with the composition that was taken where that was automatic.
   [[nodiscard]] const SolverOptions& options() const noexcept;
   [[nodiscard]] const StepPlan& plan() const noexcept;
   [[nodiscard]] const char* backend_name() const noexcept;
 
-  /// Bytes that the solver's arrays hold, without what their allocator adds.
+  /// Bytes that the solver's arrays hold, those on a device included, without what their allocator
+  /// adds.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   // --- state ---------------------------------------------------------------------------------
@@ -147,6 +163,16 @@ class Solver {
   /// @param out       [n] m
   /// @throws InvalidArgument  naming the vertex out of range, or if the sizes differ
   void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) const;
+
+  /// Chooses vertices whose positions each step brings along with its report, for example the
+  /// neighbourhood of a tool: from a CUDA device, the cheapest way to read some every step.
+  /// @param vertices  [n] scene vertices, in place of those watched before
+  /// @throws InvalidArgument  naming the vertex out of range; then the list is what it was
+  void watch(std::span<const Index> vertices);
+
+  /// [n] m, of the vertices watched, as of the last step, or of watch() if that came later. Valid
+  /// until the next call of watch(); each step changes its contents.
+  [[nodiscard]] std::span<const Eigen::Vector3f> watched_positions() const;
 
   /// Moves every vertex, fixed ones included, and stops it.
   /// @param positions  [vertex_count] m
@@ -169,7 +195,7 @@ class Solver {
   void restore(const Snapshot& snapshot);
 
   /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
-  [[nodiscard]] std::uint64_t state_hash() const noexcept;
+  [[nodiscard]] std::uint64_t state_hash() const;
 
   // --- tools ---------------------------------------------------------------------------------
 

@@ -14,7 +14,8 @@ namespace pbdsurg {
 
 /// Who projects the distance constraints of edges.
 enum class PlanComposition : std::uint8_t {
-  separate,  ///< distances, colour by colour, then volumes
+  automatic,  ///< the fastest for the backend: nested on a CPU, separate on a CUDA device
+  separate,   ///< distances, colour by colour, then volumes
   /// Each edge is owned by one of its tetrahedra (assign_edges_to_tets()), which projects the edges
   /// it owns, then its volume: one phase a colour of tetrahedra. Distances without such an owner
   /// (links, edges of bodies without volume constraints) come before, colour by colour.
@@ -51,8 +52,8 @@ struct Phase {
   /// projected one after another.
   bool serial = false;
   Index level = 0;  ///< of a nested plan: 0 for its smallest domains
-  Index domain =
-      0;  ///< within the level; phases of one level and different domains share no vertex
+  /// Within the level; phases of one level and different domains share no vertex.
+  Index domain = 0;
 };
 
 /// The phases of one sweep, executed in order. The number of phases is what limits a parallel step.

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What happened to a solver's data between two steps.
+
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/step_plan.h"
+
+namespace pbdsurg {
+
+/// What a backend that keeps the state elsewhere takes over before its next step. Entries of lists
+/// may repeat: each says where to look, and the data there is that after all changes. Lists are
+/// only kept for such backends; their length is proportional to what edits changed.
+struct Changes {
+  struct Constraint {
+    /// distance (edges, then links), volume, neo_hookean, strain_limit; or vertex: a block
+    PhaseKind kind;
+    Index id;  ///< of the constraint, stable; of a block of VertexBlocks
+  };
+
+  /// Positions, velocities and `falling` were rewritten as a whole.
+  bool state = true;
+  /// Tools were added, or what they hold changed; poses and targets change without this.
+  bool tools = true;
+  bool watched = true;  ///< the list of watched places is another
+  /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
+  std::vector<Index> vertices;
+  /// Constraints removed, moved to another group or with a new parameter; blocks with other rows.
+  /// Where a serial group lost or got one, the order of its others may have changed, too.
+  std::vector<Constraint> constraints;
+  std::vector<Index> tets;  ///< removed, whether they had constraints or not
+
+  [[nodiscard]] bool any() const noexcept {
+    return state || tools || watched || !vertices.empty() || !constraints.empty() || !tets.empty();
+  }
+  void clear() noexcept {
+    state = tools = watched = false;
+    vertices.clear();
+    constraints.clear();
+    tets.clear();
+  }
+};
+
+}  // namespace pbdsurg

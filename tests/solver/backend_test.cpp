@@ -1,0 +1,514 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/fake_device.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::FakeDevice;
+using testing::HookGuard;
+using testing::kFakeDeviceHook;
+
+constexpr double kEdge = 4e-3;      // m
+constexpr float kTimeStep = 2e-3F;  // s
+
+// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
+// between them and limits of stretch.
+Scene make_scene(ProjectionMode mode, float damping) {
+  Scene scene;
+  const TetMesh block = testing::make_box({4, 4, 3}, kEdge, 0.1);
+  const TetMesh tube = testing::make_box({6, 1, 1}, kEdge, 0.1, 2);
+  Material soft = elastic_material(block, 1000, 20e3);
+  soft.max_stretch = 1.05F;
+  soft.damping = damping;
+  Material walls = elastic_material(tube, 1000, 20e3);
+  walls.has_volume_constraints = false;
+  Material solid{.model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = 1.05F};
+  scene.add_body("block", block, soft);
+  scene.add_body("tube", tube, walls);
+  scene.add_body("solid", testing::make_box({3, 3, 2}, kEdge, 0.1, 3),
+                 mode == ProjectionMode::compliance ? solid : soft);
+  for (Index v = 0; v < 12; ++v) {
+    scene.add_link({v, scene.body(1).first_vertex + v, 0, {0.5F, 1e-3F}});
+    scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  return scene;
+}
+
+Scene make_block() {
+  Scene scene;
+  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1));
+  return scene;
+}
+
+FakeDevice& device_of(Solver& solver) {
+  return dynamic_cast<FakeDevice&>(*solver_data(solver).backend);
+}
+
+// What a program does, on two solvers alike. Choices follow from the seed and the state.
+class Program {
+ public:
+  Program(const Scene& scene, std::uint64_t seed) : seed_(seed) {
+    for (const Eigen::Vector3d& x : scene.positions()) {
+      rest_.push_back(x.cast<float>());
+      speeds_.push_back(0.01F * x.cast<float>().normalized());
+    }
+    pose_.translation() = Eigen::Vector3f(0, 0.018F, 0.006F);
+  }
+
+  void begin(Solver& solver) const {
+    const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+    solver.add_tool({&capsule, 1}, pose_);
+    solver.add_tool({}, ToolPose::Identity());
+    solver.watch(std::array<Index, 3>{5, 1, 40});
+  }
+
+  void act(Solver& solver, int round) const {
+    constexpr int kActions = 12;
+    ToolPose pose = pose_;
+    pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
+    solver.move_tool(0, pose);
+    switch (random(round, 0) % kActions) {
+      case 0:
+        break;
+      case 1:
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        break;
+      case 2:
+        resize(solver, round);
+        break;
+      case 3:
+        grasp_some(solver, round);
+        break;
+      case 4:
+        solver.write_velocities(speeds_);
+        break;
+      case 5: {
+        std::vector<Eigen::Vector3f> positions = rest_;
+        for (Eigen::Vector3f& x : positions) {
+          x *= 1.02F;
+        }
+        solver.write_positions(positions);
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 3)});
+        break;
+      }
+      case 6:
+        apply_edit(solver, {.remove_links = some_link(solver, round)});
+        break;
+      case 7: {
+        const Snapshot snapshot = solver.snapshot();
+        solver.step(kTimeStep);
+        solver.restore(snapshot);
+        break;
+      }
+      case 8:
+        remove_vertex(solver, round);
+        break;
+      case 9:
+        solver.release(1);
+        break;
+      case 10:
+        resize(solver, round);
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        solver.grasp(solver.add_tool({}, pose), {});
+        break;
+      default:
+        solver.watch(std::array{some_vertex(solver, round), Index{7}});
+        break;
+    }
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t random(int round, std::uint64_t what) const {
+    return random_bits(seed_, static_cast<std::uint64_t>(round), what) >> 8;
+  }
+
+  [[nodiscard]] std::vector<Index> some_tets(const Solver& solver, int round, int count) const {
+    std::vector<Index> tets;
+    for (int i = 0; i < count; ++i) {
+      const auto tet = static_cast<Index>(random(round, 10 + i) % solver.tets().size());
+      if (solver.is_tet_alive(tet) && std::ranges::find(tets, tet) == tets.end()) {
+        tets.push_back(tet);
+      }
+    }
+    return tets;
+  }
+
+  [[nodiscard]] std::vector<Index> some_link(const Solver& solver, int round) const {
+    const auto link = static_cast<Index>(random(round, 20) % solver.links().size());
+    return solver.is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
+  }
+
+  [[nodiscard]] Index some_vertex(const Solver& solver, int round) const {
+    Index v = static_cast<Index>(random(round, 30) % rest_.size());
+    while (!solver.has_tissue(v)) {
+      v = (v + 1) % static_cast<Index>(rest_.size());
+    }
+    return v;
+  }
+
+  // Of what has a rest length or a rest volume.
+  void resize(Solver& solver, int round) const {
+    TopologyEdit edit;
+    for (const Index t : some_tets(solver, round, 6)) {
+      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+      if (!is_of_tube) {
+        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
+      }
+      const Index edge = solver.tet_edges(t)[0];
+      const bool is_new = std::ranges::none_of(
+          edit.rest_lengths, [&](const RestLengthChange& change) { return change.edge == edge; });
+      if (t < solver.body(2).first_tet && is_new) {
+        edit.rest_lengths.push_back({edge, 0.95F * solver.rest_length(edge)});
+      }
+    }
+    apply_edit(solver, edit);
+  }
+
+  void grasp_some(Solver& solver, int round) const {
+    solver.release(1);
+    solver.grasp(1, std::array{some_vertex(solver, round)}, 1e-4F);
+  }
+
+  // With all that is around it, while a tool holds it.
+  void remove_vertex(Solver& solver, int round) const {
+    grasp_some(solver, round);
+    const Index gone = some_vertex(solver, round);
+    TopologyEdit edit;
+    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+      if (solver.is_tet_alive(t) &&
+          std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end()) {
+        edit.remove_tets.push_back(t);
+      }
+    }
+    apply_edit(solver, edit);
+  }
+
+  std::uint64_t seed_;
+  std::vector<Eigen::Vector3f> rest_, speeds_;
+  ToolPose pose_ = ToolPose::Identity();
+};
+
+bool equal(const StepReport& a, const StepReport& b) {
+  return a.inverted_tets == b.inverted_tets && a.non_finite_vertices == b.non_finite_vertices &&
+         a.first_non_finite == b.first_non_finite && a.contacts == b.contacts &&
+         a.dropped_contacts == b.dropped_contacts && a.distance_residual == b.distance_residual &&
+         a.volume_residual == b.volume_residual;
+}
+
+struct Variant {
+  SolverMethod method = SolverMethod::projection;
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;
+};
+
+}  // namespace
+
+// Would catch a change that an edit, a tool or a write does not log, state that is read where it is
+// out of date, and a fetch that brings back what an edit took.
+TEST_CASE("backend: one that keeps the state has the serial bits through all that changes",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
+               Variant{.composition = PlanComposition::joint, .max_colors = 9, .damping = 0.01F},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.mode = ProjectionMode::fraction, .max_colors = 9},
+               Variant{.composition = PlanComposition::nested, .max_colors = 5},
+               Variant{.method = SolverMethod::vertex_block},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
+  const std::uint64_t seed = GENERATE(1, 2);
+  const Scene scene = make_scene(variant.mode, variant.damping);
+  SolverOptions options{.method = variant.method,
+                        .mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = 2,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  Solver device(scene, options);
+  REQUIRE(std::string(device.backend_name()) == "fake device");
+  REQUIRE(device.plan().name == serial.plan().name);
+
+  const Program program(scene, seed);
+  program.begin(serial);
+  program.begin(device);
+  bool touched = false;
+  for (int round = 0; round < 60; ++round) {
+    INFO(serial.plan().name << ", seed " << seed << ", round " << round);
+    program.act(serial, round);
+    program.act(device, round);
+    if (round % 4 == 0) {  // with changes that the device has not heard of
+      REQUIRE(device.state_hash() == serial.state_hash());
+      REQUIRE(device.snapshot().falling == serial.snapshot().falling);
+    }
+    const StepReport expected = serial.step(kTimeStep);
+    device.start_step(kTimeStep);
+    REQUIRE(equal(device.finish_step(), expected));
+    REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
+    for (const Index tool : {0, 1}) {
+      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+    }
+    if (round % 7 == 0) {
+      REQUIRE(device.state_hash() == serial.state_hash());
+    }
+    touched = touched || expected.contacts > 0;
+    REQUIRE(expected.non_finite_vertices == 0);
+  }
+  CHECK(device.state_hash() == serial.state_hash());
+  CHECK(touched);
+}
+
+// Would catch a whole read back for the sake of some vertices, which costs more than the step.
+TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  Solver solver(make_block(), {.backend = BackendKind::cuda});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  solver.step(kTimeStep);
+  const std::array<Index, 2> vertices{3, 9};
+  std::array<Eigen::Vector3f, 2> some;
+  solver.watch(vertices);
+  solver.read_positions(vertices, some);
+  solver.grasp(tool, vertices);
+  apply_edit(solver, {.remove_tets = {0}});
+  solver.step(kTimeStep);
+  static_cast<void>(solver.tool_force(tool));
+  static_cast<void>(solver.watched_positions());
+  CHECK(device_of(solver).fetch_count == 0);
+
+  solver.read_positions(vertices, some);
+  const std::vector<Eigen::Vector3f> all = solver.positions();
+  CHECK(some == std::array{all[3], all[9]});
+  static_cast<void>(solver.velocities());
+  static_cast<void>(solver.state_hash());
+  CHECK(device_of(solver).fetch_count == 1);
+}
+
+// Would catch a log that only grows, where nobody reads it.
+TEST_CASE("backend: edits are logged for those who need it alone, and until the next step",
+          "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto size_of_log = [](Solver& solver) {
+    const Changes& changes = solver_data(solver).changes;
+    return changes.vertices.size() + changes.constraints.size() + changes.tets.size();
+  };
+  Solver serial(make_block(), {.backend = BackendKind::serial});
+  Solver device(make_block(), {.backend = BackendKind::cuda});
+  for (Solver* solver : {&serial, &device}) {
+    apply_edit(*solver, {.remove_tets = {0, 5}});
+  }
+  CHECK(size_of_log(serial) == 0);
+  CHECK(size_of_log(device) > 0);
+  CHECK(size_of_log(device) < 200);  // of 60 tetrahedra each around two
+  device.step(kTimeStep);
+  CHECK_FALSE(solver_data(device).changes.any());
+}
+
+TEST_CASE("backend: what it holds counts as memory", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto bytes = [](BackendKind kind) {
+    return Solver(make_block(), {.backend = kind, .composition = PlanComposition::separate})
+        .memory_bytes();
+  };
+  CHECK(bytes(BackendKind::cuda) == bytes(BackendKind::serial) + FakeDevice::kMemory);
+}
+
+TEST_CASE("solver: a step that is started is finished once", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  const SolverOptions options{.substeps = 2, .backend = backend, .threads = 1};
+  Solver solver(make_block(), options), other(make_block(), options);
+  const auto refuses_to_finish = [&] {
+    CHECK_THROWS_WITH(solver.finish_step(), ContainsSubstring("no step was started"));
+  };
+  refuses_to_finish();
+  CHECK_THROWS_AS(solver.start_step(-1), InvalidArgument);
+  refuses_to_finish();
+
+  solver.start_step(kTimeStep);
+  CHECK_THROWS_WITH(solver.start_step(kTimeStep), ContainsSubstring("not finished"));
+  CHECK_THROWS_WITH(solver.step(kTimeStep), ContainsSubstring("not finished"));
+  const StepReport expected = other.step(kTimeStep);
+  CHECK(solver.state_hash() == other.state_hash());  // waits for the step
+  CHECK_THROWS_WITH(solver.start_step(kTimeStep), ContainsSubstring("not finished"));
+  CHECK(equal(solver.finish_step(), expected));
+  refuses_to_finish();
+
+  // a step goes on in the solver that it was moved to, and may be given up
+  solver.start_step(kTimeStep);
+  Solver moved = std::move(solver);
+  other.step(kTimeStep);
+  moved.finish_step();
+  CHECK(moved.state_hash() == other.state_hash());
+  moved.start_step(kTimeStep);
+}
+
+// Would catch a call that works on the state of before the step, or changes what the step does.
+TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const Scene scene = make_block();
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  const SolverOptions options{.substeps = 2, .backend = backend, .threads = 1};
+  const Capsule capsule{{0, 0, 0}, {0.01F, 0, 0}, 4e-3F};
+  const auto make = [&] {
+    auto solver = std::make_unique<Solver>(scene, options);
+    solver->add_tool({&capsule, 1}, ToolPose::Identity());
+    solver->add_tool({}, ToolPose::Identity());
+    solver->grasp(1, std::array<Index, 1>{63});
+    solver->watch(std::array<Index, 1>{5});
+    solver->step(kTimeStep);
+    return solver;
+  };
+  ToolPose away = ToolPose::Identity();
+  away.translation().x() = 1e-3F;
+  const Snapshot snapshot = make()->snapshot();
+  const auto zeros =
+      std::vector<Eigen::Vector3f>(scene.positions().size(), Eigen::Vector3f::Zero());
+  const auto call = [&](Solver& solver, int which) {
+    std::array<Eigen::Vector3f, 1> one{};
+    switch (which) {
+      case 0:
+        return solver.positions()[0];
+      case 1:
+        return solver.velocities()[0];
+      case 2:
+        solver.read_positions(std::array<Index, 1>{5}, one);
+        return one[0];
+      case 3:
+        return solver.watched_positions()[0];
+      case 4:
+        solver.write_positions(snapshot.positions);
+        break;
+      case 5:
+        solver.write_velocities(zeros);
+        break;
+      case 6:
+        solver.restore(snapshot);
+        break;
+      case 7:
+        solver.move_tool(1, away);
+        break;
+      case 8:
+        solver.grasp(1, std::array<Index, 1>{62});
+        break;
+      case 9:
+        solver.release(1);
+        break;
+      case 10:
+        return solver.tool_force(0);
+      case 11:
+        solver.watch(std::array<Index, 1>{6});
+        return solver.watched_positions()[0];
+      case 12:
+        apply_edit(solver, {.remove_tets = {0, 1}});
+        break;
+      case 13:
+        solver.add_tool({&capsule, 1}, away);
+        break;
+      default:
+        return solver.snapshot().positions[7];
+    }
+    return Eigen::Vector3f(0, 0, 0);
+  };
+  for (int which = 0; which <= 14; ++which) {
+    INFO("call " << which);
+    const auto within = make(), after = make();
+    const StepReport expected = after->step(kTimeStep);
+    const Eigen::Vector3f result = call(*after, which);
+    within->start_step(kTimeStep);
+    CHECK(call(*within, which) == result);
+    CHECK(equal(within->finish_step(), expected));
+    CHECK(equal(within->step(kTimeStep), after->step(kTimeStep)));
+    CHECK(within->state_hash() == after->state_hash());
+  }
+}
+
+TEST_CASE("solver: watched vertices come with every step", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  Solver solver(make_block(), {.backend = backend, .threads = 1});
+  CHECK(solver.watched_positions().empty());
+  const std::array<Index, 3> vertices{17, 2, 17};
+  const auto check = [&] {
+    std::vector<Eigen::Vector3f> expected(vertices.size());
+    solver.read_positions(vertices, expected);
+    CHECK(std::ranges::equal(solver.watched_positions(), expected));
+  };
+  solver.watch(vertices);
+  check();
+  const Eigen::Vector3f before = solver.watched_positions()[0];
+  for (int i = 0; i < 3; ++i) {
+    solver.step(kTimeStep);
+    check();
+  }
+  CHECK(solver.watched_positions()[0] != before);
+
+  CHECK_THROWS_WITH(solver.watch(std::array<Index, 2>{0, 64}), ContainsSubstring("vertex 64"));
+  CHECK_THROWS_WITH(solver.watch(std::array<Index, 1>{-1}), ContainsSubstring("vertex -1"));
+  check();
+  solver.watch({});
+  solver.step(kTimeStep);
+  CHECK(solver.watched_positions().empty());
+}
+
+TEST_CASE("solver: the CUDA backend is there or says why not", "[unit]") {
+  const Scene scene = make_block();
+  const auto name = [&](const SolverOptions& options) -> std::pair<std::string, std::string> {
+    const Solver solver(scene, options);
+    return {solver.backend_name(), solver.plan().name};
+  };
+  const auto refuse = [&](const CudaHook* hook, const char* reason) {
+    const HookGuard guard(hook);
+    CHECK_THROWS_AS(Solver(scene, {.backend = BackendKind::cuda}), BackendUnavailable);
+    CHECK_THROWS_WITH(Solver(scene, {.backend = BackendKind::cuda}), ContainsSubstring(reason));
+    // then automatic is what it is without
+    const auto [backend, plan] = name({});
+    CHECK(backend != "fake device");
+    CHECK(plan == "greedy+repair, nested");
+    CHECK(name({.composition = PlanComposition::joint}).second == "greedy+repair, joint");
+  };
+  refuse(nullptr, "not linked with pbdsurg::cuda");
+  constexpr CudaHook kNoDriver{[](std::string& why_not) {
+                                 why_not = "no driver, the test says";
+                                 return false;
+                               },
+                               nullptr};
+  refuse(&kNoDriver, "no driver, the test says");
+  constexpr CudaHook kTooSmall{[](std::string&) { return true; },
+                               [](const SolverData&) -> std::unique_ptr<Backend> {
+                                 throw BackendUnavailable("this scene is too large, the test says");
+                               }};
+  refuse(&kTooSmall, "this scene is too large, the test says");
+
+  const HookGuard guard(&kFakeDeviceHook);
+  using Names = std::pair<std::string, std::string>;
+  CHECK(name({}) == Names{"fake device", "greedy+repair, distances then volumes"});
+  CHECK(name({.composition = PlanComposition::joint}) ==
+        Names{"fake device", "greedy+repair, joint"});
+  CHECK(name({.backend = BackendKind::serial}) == Names{"serial", "greedy+repair, nested"});
+  CHECK(Solver(scene).options().composition == PlanComposition::separate);
+}
+
+}  // namespace pbdsurg

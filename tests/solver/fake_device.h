@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A backend that keeps the state to itself, as one on a device does, and hears of changes from the
+/// log alone. It steps with the serial backend, so its bits are those if the log tells all.
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "solver/backend.h"
+#include "solver/cuda_hook.h"
+#include "solver/solver_data.h"
+
+namespace pbdsurg::testing {
+
+/// A device's copy of one type's constraints: its own records, and ids in the order of groups.
+template <class Constraint>
+class DeviceRecords {
+ public:
+  using Slots = ConstraintSlots<Constraint>;
+
+  DeviceRecords() = default;
+  DeviceRecords(const Slots& slots, std::size_t id_count)
+      : records_(id_count),
+        groups_(static_cast<std::size_t>(slots.group_count())),
+        group_of_(id_count, kInvalidIndex) {
+    for (Index group = 0; group < slots.group_count(); ++group) {
+      for (const Index id : slots.ids(group)) {
+        records_[id] = slots.record(id);
+        groups_[group].push_back(id);
+        group_of_[id] = group;
+      }
+    }
+  }
+
+  void set_serial(Index group) { serial_.insert(group); }
+
+  void take_over(const Slots& slots, Index id) {
+    if (group_of_[id] != kInvalidIndex) {
+      std::erase(groups_[group_of_[id]], id);
+      touched_.insert(group_of_[id]);
+    }
+    group_of_[id] = slots.group_of(id);
+    if (group_of_[id] != kInvalidIndex) {
+      records_[id] = slots.record(id);
+      groups_[group_of_[id]].push_back(id);
+      touched_.insert(group_of_[id]);
+    }
+  }
+
+  /// Of what was taken over: makes slots with the order of the host's where it matters.
+  void refresh(const Slots& slots, Slots& own) {
+    if (touched_.empty()) {
+      return;
+    }
+    for (const Index group : touched_) {
+      if (serial_.contains(group)) {
+        const auto ids = slots.ids(group);
+        groups_[group].assign(ids.begin(), ids.end());
+      }
+    }
+    touched_.clear();
+    own = make_slots();
+  }
+
+  // Slots take constraints in an order of their own when they are made, and as they come later.
+  [[nodiscard]] Slots make_slots() const {
+    const auto spare = static_cast<Index>(groups_.size());
+    std::vector<Index> start(records_.size(), kInvalidIndex);
+    for (std::size_t id = 0; id < records_.size(); ++id) {
+      start[id] = group_of_[id] == kInvalidIndex ? kInvalidIndex : spare;
+    }
+    Slots slots(records_, start, spare + 1);
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+      for (const Index id : groups_[group]) {
+        slots.move(id, static_cast<Index>(group));
+      }
+    }
+    return slots;
+  }
+
+ private:
+  std::vector<ConstraintRecord<Constraint>> records_;  // [id]
+  std::vector<std::vector<Index>> groups_;
+  std::vector<Index> group_of_;  // [id]
+  std::set<Index> serial_, touched_;
+};
+
+class FakeDevice final : public Backend {
+ public:
+  static constexpr std::size_t kMemory = 12'345'678;  // bytes
+
+  explicit FakeDevice(const SolverData& data)
+      : distances_(data.distances, data.edges.size() + data.links.size()),
+        volumes_(data.volumes, data.tets.size()),
+        neo_hookeans_(data.neo_hookeans, data.tets.size()),
+        strain_limits_(data.strain_limits, data.edges.size()),
+        blocks_(data.vertex_method.blocks) {
+    own_.options = data.options;
+    own_.gravity = data.gravity;
+    own_.bodies = data.bodies;
+    own_.place_of_vertex = data.place_of_vertex;
+    own_.tets = data.tets;
+    own_.tet_alive = data.tet_alive;
+    own_.first_joint_group = data.first_joint_group;
+    own_.constraint_phases = data.constraint_phases;
+    own_.has_damping = data.has_damping;
+    own_.vertex_method = data.vertex_method;
+    for (const Phase& phase : data.constraint_phases) {
+      if (!phase.serial) {
+        continue;
+      }
+      switch (phase.kind) {
+        case PhaseKind::distance:
+          distances_.set_serial(phase.color);
+          break;
+        case PhaseKind::joint:
+          for (Index place = 0; place < 6; ++place) {
+            distances_.set_serial(data.joint_group(phase.color, place));
+          }
+          volumes_.set_serial(phase.color);
+          break;
+        case PhaseKind::volume:
+          volumes_.set_serial(phase.color);
+          break;
+        case PhaseKind::neo_hookean:
+          neo_hookeans_.set_serial(phase.color);
+          break;
+        default:
+          strain_limits_.set_serial(phase.color);
+          break;
+      }
+    }
+    own_.distances = distances_.make_slots();
+    own_.volumes = volumes_.make_slots();
+    own_.neo_hookeans = neo_hookeans_.make_slots();
+    own_.strain_limits = strain_limits_.make_slots();
+  }
+
+  [[nodiscard]] const char* name() const noexcept override { return "fake device"; }
+  [[nodiscard]] bool keeps_state() const noexcept override { return true; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override { return kMemory; }
+
+  void start_step(SolverData& data, float dt) override {
+    take_over(data);
+    for (std::size_t t = 0; t < own_.tools.size(); ++t) {
+      own_.tools[t].pose = data.tools[t].pose;
+      own_.tools[t].target = data.tools[t].target;
+    }
+    dt_ = dt;
+    spoil(data);
+  }
+
+  // The work is done as late as can be.
+  StepReport finish_step(SolverData& data) override {
+    serial_->start_step(own_, dt_);
+    for (std::size_t t = 0; t < own_.tools.size(); ++t) {
+      data.tools[t].pose = data.tools[t].target;
+      data.tools[t].force = own_.tools[t].force;
+    }
+    read(watched_, data.watched_positions);
+    return serial_->finish_step(own_);
+  }
+
+  void fetch_state(SolverData& data) override {
+    ++fetch_count;
+    for (std::size_t place = 0; place < own_.particles.size(); ++place) {
+      const Particle& p = own_.particles[place];
+      data.particles[place] = {p.x, p.y, p.z, data.particles[place].w};
+    }
+    data.velocities = own_.velocities;
+    data.vertex_method.falling = own_.vertex_method.falling;
+  }
+
+  void read_positions(const SolverData& /*data*/, std::span<const Index> places,
+                      std::span<Eigen::Vector3f> out) override {
+    read(places, out);
+  }
+
+  int fetch_count = 0;
+
+ private:
+  void take_over(const SolverData& data) {
+    const Changes& changes = data.changes;
+    if (changes.state) {
+      own_.particles = own_.previous = data.particles;
+      own_.velocities = data.velocities;
+      own_.vertex_method.falling = data.vertex_method.falling;
+    }
+    for (const Index place : changes.vertices) {
+      own_.particles[place].w = data.particles[place].w;
+      if (own_.particles[place].w == 0) {
+        own_.velocities[place] = {};
+      }
+    }
+    for (const Index tet : changes.tets) {
+      own_.tet_alive[tet] = false;
+    }
+    std::set<Index> blocks;
+    for (const auto& [kind, id] : changes.constraints) {
+      switch (kind) {
+        case PhaseKind::distance:
+          distances_.take_over(data.distances, id);
+          break;
+        case PhaseKind::volume:
+          volumes_.take_over(data.volumes, id);
+          break;
+        case PhaseKind::neo_hookean:
+          neo_hookeans_.take_over(data.neo_hookeans, id);
+          break;
+        case PhaseKind::strain_limit:
+          strain_limits_.take_over(data.strain_limits, id);
+          break;
+        default:
+          blocks.insert(id);
+          break;
+      }
+    }
+    distances_.refresh(data.distances, own_.distances);
+    volumes_.refresh(data.volumes, own_.volumes);
+    neo_hookeans_.refresh(data.neo_hookeans, own_.neo_hookeans);
+    strain_limits_.refresh(data.strain_limits, own_.strain_limits);
+    take_over_blocks(data.vertex_method.blocks, blocks);
+    if (changes.tools) {
+      own_.tools = data.tools;
+    }
+    if (changes.watched) {
+      watched_ = data.watched_places;
+    }
+    if (changes.any()) {
+      own_.rebuild_plan();
+    }
+  }
+
+  // Rows cannot be written one by one, so all are copied once no others differ than were named.
+  void take_over_blocks(const VertexBlocks& blocks, const std::set<Index>& named) {
+    const VertexRows before = blocks_.rows();
+    const VertexRows after = blocks.rows();
+    const auto equal = [](const auto* a, const auto* b, RowRange range) {
+      return range.count == 0 ||
+             std::memcmp(a + range.first, b + range.first,
+                         sizeof(*a) * static_cast<std::size_t>(range.count)) == 0;
+    };
+    for (Index b = 0; b < blocks.block_count(); ++b) {
+      const VertexBlock& block = before.blocks[b];
+      if (!named.contains(b) && !(equal(before.blocks, after.blocks, {b, 1}) &&
+                                  equal(before.pulls, after.pulls, block.pulls) &&
+                                  equal(before.springs, after.springs, block.springs) &&
+                                  equal(before.volumes, after.volumes, block.volumes))) {
+        throw Error("nobody told of a change in block " + std::to_string(b));
+      }
+    }
+    if (!named.empty()) {
+      blocks_ = own_.vertex_method.blocks = blocks;
+    }
+  }
+
+  static void spoil(SolverData& data) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    for (auto* particles : {&data.particles, &data.previous}) {
+      for (Particle& p : *particles) {
+        p = {kNan, kNan, kNan, p.w};
+      }
+    }
+    std::ranges::fill(data.velocities, Velocity{kNan, kNan, kNan, kNan});
+    std::ranges::fill(data.vertex_method.falling, kNan);
+    std::ranges::fill(data.watched_positions, Eigen::Vector3f::Constant(kNan));
+    for (ToolState& tool : data.tools) {
+      tool.force.setConstant(kNan);
+    }
+  }
+
+  void read(std::span<const Index> places, std::span<Eigen::Vector3f> out) const {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Particle& p = own_.particles[places[i]];
+      out[i] = {p.x, p.y, p.z};
+    }
+  }
+
+  SolverData own_;
+  DeviceRecords<DistanceConstraint> distances_;
+  DeviceRecords<VolumeConstraint> volumes_;
+  DeviceRecords<NeoHookeanConstraint> neo_hookeans_;
+  DeviceRecords<StrainLimitConstraint> strain_limits_;
+  VertexBlocks blocks_;  // as taken over: a step changes those in own_
+  std::vector<Index> watched_;
+  std::unique_ptr<Backend> serial_ = make_serial_backend();
+  float dt_ = 0;
+};
+
+/// While it lives, the CUDA backend is another.
+class HookGuard {
+ public:
+  explicit HookGuard(const CudaHook* hook) : before_(set_cuda_hook(hook)) {}
+  ~HookGuard() { set_cuda_hook(before_); }
+  HookGuard(const HookGuard&) = delete;
+  HookGuard& operator=(const HookGuard&) = delete;
+
+ private:
+  const CudaHook* before_;
+};
+
+inline constexpr CudaHook kFakeDeviceHook{[](std::string&) { return true; },
+                                          [](const SolverData& data) -> std::unique_ptr<Backend> {
+                                            return std::make_unique<FakeDevice>(data);
+                                          }};
+
+}  // namespace pbdsurg::testing
