@@ -57,6 +57,7 @@ class DeviceBuffer {
   }
 
   [[nodiscard]] T* get() const noexcept { return data_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return capacity_ * sizeof(T); }
 
  private:
   void swap(DeviceBuffer& other) noexcept {

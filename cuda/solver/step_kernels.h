@@ -45,7 +45,7 @@ struct StepKernels {
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
 
   /// Adds a substep's share to the forces on tools.
-  void (*collect_forces)(const ToolArrays&, StepInput*, const Launch&);
+  void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
 
   void (*report)(const DeviceState&, const ConstraintArrays&, StepInput*, const StepOutput&,
                  const Launch&);
@@ -54,18 +54,5 @@ struct StepKernels {
 /// @throws DeviceError  from their functions, if a kernel cannot be launched
 extern const StepKernels strict_kernels;
 extern const StepKernels fast_kernels;
-
-/// Where the arrays that change start.
-struct ArrayStarts {
-  std::uint32_t* starts[kDeviceArrayCount];
-};
-
-/// Writes words; those listed twice must be alike.
-void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
-                 cudaStream_t stream);
-
-/// Copies the positions at some places.
-void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
-                      cudaStream_t stream);
 
 }  // namespace pbdsurg::cuda

@@ -59,6 +59,7 @@ void check_options(const SolverOptions& options) {
   }
   check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
+  check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
   check_choice("way of waiting", options.wait, ThreadWait::block);
   check_choice("method", options.method, SolverMethod::vertex_block);
   check_choice("mode", options.mode, ProjectionMode::compliance);

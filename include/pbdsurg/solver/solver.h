@@ -50,6 +50,14 @@ enum class MathMode : std::uint8_t {
   strict,  ///< IEEE single precision, operation by operation: the serial backend's bits
 };
 
+/// How the CUDA backend brings a step to its device.
+enum class DeviceStrategy : std::uint8_t {
+  automatic,  ///< the fastest that the device and the scene allow
+  stream,     ///< one launch a phase
+  graph,      ///< the whole step recorded once, launched as one
+  cluster,    ///< all sweeps of a substep in one kernel, on one cluster of thread blocks
+};
+
 /// What a backend's threads do while they wait for each other within a step. Between steps they
 /// sleep.
 enum class ThreadWait : std::uint8_t {
@@ -79,6 +87,7 @@ struct SolverOptions {
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   BackendKind backend = BackendKind::automatic;
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
+  DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
   int threads = 0;  ///< of the threaded backend: 0 for one a processor, which has eight at most
   ThreadWait wait = ThreadWait::yield;
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Constraints on a device, in the order of the stages.
+
+#include <cstddef>
+
+#include "device_buffer.cuh"
+#include "solver/device_arrays.h"
+#include "solver/stage_plan.h"
+
+namespace pbdsurg::cuda {
+
+class ConstraintBuffers {
+ public:
+  /// Copies all to the device. Waits.
+  /// @param remembers  whether multipliers pass from sweep to sweep
+  void upload(const StageRecords& records, bool remembers, cudaStream_t stream);
+
+  [[nodiscard]] const ConstraintArrays& arrays() const noexcept { return arrays_; }
+
+  /// Where an array that edits change starts; null for those of the state.
+  [[nodiscard]] std::uint32_t* start(DeviceArray array) const noexcept;
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  DeviceBuffer<DistanceRecord> distances_;
+  DeviceBuffer<float> distance_damping_;
+  DeviceBuffer<VolumeRecord> volumes_;
+  DeviceBuffer<JointRecord> joints_;
+  DeviceBuffer<NeoHookeanRecord> neo_hookeans_;
+  DeviceBuffer<StrainLimitRecord> strain_limits_;
+  DeviceBuffer<TubeRecord> tubes_;
+  DeviceBuffer<Index> level_ends_;
+  DeviceBuffer<float> multipliers_;  // of all kinds
+  ConstraintArrays arrays_{};
+};
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/cuda_backend.h"
+
+#include <bit>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "solver/constraint_buffers.h"
+#include "solver/contact_stage.h"
+#include "solver/device_step.h"
+#include "solver/stage_plan.h"
+#include "solver/state_buffers.h"
+#include "solver/step_graph.h"
+#include "solver/stream.h"
+#include "solver/sweeps.h"
+#include "solver/tool_buffers.h"
+#include "solver/word_kernels.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+int current_device() {
+  int device = 0;
+  PBDSURG_CUDA_CHECK(cudaGetDevice(&device));
+  return device;
+}
+
+std::string name_of_device(int device) {
+  cudaDeviceProp properties{};
+  PBDSURG_CUDA_CHECK(cudaGetDeviceProperties(&properties, device));
+  return properties.name;
+}
+
+DeviceStrategy choose_strategy(const SolverOptions& options) {
+  return options.device_strategy == DeviceStrategy::automatic ? DeviceStrategy::graph
+                                                              : options.device_strategy;
+}
+
+std::string name_of_options(const SolverOptions& options) {
+  const std::string math = options.math == MathMode::strict ? "strict" : "fast";
+  switch (choose_strategy(options)) {
+    case DeviceStrategy::stream:
+      return ", stream, " + math;
+    case DeviceStrategy::cluster:
+      return ", cluster, " + math;
+    case DeviceStrategy::graph:
+    case DeviceStrategy::automatic:
+      break;
+  }
+  return ", graph, " + math;
+}
+
+std::unique_ptr<Sweeps> make_sweeps(const SolverData& data) {
+  if (data.options.method == SolverMethod::vertex_block) {
+    throw BackendUnavailable("the CUDA backend has no vertex-block method");
+  }
+  if (choose_strategy(data.options) == DeviceStrategy::cluster) {
+    throw BackendUnavailable("the CUDA backend has no sweeps on a cluster");
+  }
+  return make_launched_sweeps(data);
+}
+
+// Whether a kernel may be brought to the device while the one before is at work.
+bool can_overlap(int device) {
+  constexpr int kSinceRuntime = 12030;  // graphs record it
+  int major = 0;
+  int runtime = 0;
+  PBDSURG_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
+  PBDSURG_CUDA_CHECK(cudaRuntimeGetVersion(&runtime));
+  return major >= 9 && runtime >= kSinceRuntime;
+}
+
+class CudaBackend final : public Backend {
+ public:
+  explicit CudaBackend(const SolverData& data)
+      : device_(current_device()),
+        strategy_(choose_strategy(data.options)),
+        overlaps_(can_overlap(device_)),
+        name_("cuda, " + name_of_device(device_) + name_of_options(data.options)),
+        sweeps_(make_sweeps(data)),
+        state_(data, stream_.get()) {
+    make_plan(data);
+  }
+
+  ~CudaBackend() override {  // what is at work there needs the buffers
+    static_cast<void>(cudaStreamSynchronize(stream_.get()));
+  }
+  CudaBackend(const CudaBackend&) = delete;
+  CudaBackend& operator=(const CudaBackend&) = delete;
+
+  [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
+  [[nodiscard]] bool keeps_state() const noexcept override { return true; }
+
+  void start_step(SolverData& data, float dt) override {
+    const CurrentDevice current(device_);
+    try {
+      take_over(data);
+      tools_.upload(data, dt, stream_.get());
+      enqueue(data);
+    } catch (...) {
+      is_planned_ = is_recorded_ = false;  // what was taken over may be half there
+      throw;
+    }
+  }
+
+  StepReport finish_step(SolverData& data) override {
+    const CurrentDevice current(device_);
+    stream_.wait();
+    end_tools(data);
+    for (std::size_t t = 0; t < data.tools.size(); ++t) {
+      const Vec3<float>& force = forces_.get()[t];
+      data.tools[t].force = {force.x, force.y, force.z};
+    }
+    for (std::size_t i = 0; i < data.watched_positions.size(); ++i) {
+      const Vec3<float>& x = watched_.get()[i];
+      data.watched_positions[i] = {x.x, x.y, x.z};
+    }
+    return to_report(*sums_.get());
+  }
+
+  void fetch_state(SolverData& data) override {
+    const CurrentDevice current(device_);
+    state_.fetch(data, stream_.get());
+  }
+
+  void read_positions(const SolverData& /*data*/, std::span<const Index> places,
+                      std::span<Eigen::Vector3f> out) override {
+    const CurrentDevice current(device_);
+    state_.read(places, out, stream_.get());
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
+           words_on_device_.memory_bytes() + watched_places_.memory_bytes() +
+           sweeps_->memory_bytes();
+  }
+
+ private:
+  void make_plan(const SolverData& data) {
+    const bool remembers =
+        data.options.mode == ProjectionMode::compliance && data.options.iterations > 1;
+    is_planned_ = is_recorded_ = false;
+    StageRecords records;
+    plan_ = StagePlan(data, records);
+    constraints_.upload(records, remembers, stream_.get());
+    sweeps_->take_over(data, true, stream_.get());
+    is_planned_ = true;
+  }
+
+  // What happened on the host since the last step.
+  void take_over(const SolverData& data) {
+    const Changes& changes = data.changes;
+    words_.clear();
+    if (!is_planned_ || !plan_.follow(data, changes, words_)) {
+      words_.clear();
+      make_plan(data);
+    } else if (!changes.constraints.empty() && sweeps_->take_over(data, false, stream_.get())) {
+      is_recorded_ = false;
+    }
+    if (changes.state) {
+      state_.upload(data, stream_.get());
+    }
+    add_vertex_changes(data, changes.vertices);
+    write_changes();
+    if (changes.tools) {
+      tools_.take_over(data);
+    }
+    if (changes.watched) {
+      watched_places_.upload(data.watched_places, stream_.get());
+    }
+    sums_.reserve(1);
+    forces_.reserve(data.tools.size());
+    watched_.reserve(data.watched_places.size());
+  }
+
+  void add_vertex_changes(const SolverData& data, std::span<const Index> places) {
+    for (const Index place : places) {
+      const auto first = static_cast<std::uint32_t>(place) * 4;  // words
+      const float w = data.particles[place].w;
+      words_.push_back({DeviceArray::particles, first + 3, std::bit_cast<std::uint32_t>(w)});
+      for (std::uint32_t axis = 0; axis < 3 && w == 0; ++axis) {
+        words_.push_back({DeviceArray::velocities, first + axis, 0});
+      }
+    }
+  }
+
+  void write_changes() {
+    if (words_.empty()) {
+      return;
+    }
+    ArrayStarts arrays{};
+    for (int a = 0; a < kDeviceArrayCount; ++a) {
+      arrays.starts[a] = constraints_.start(static_cast<DeviceArray>(a));
+    }
+    const auto start = [&](DeviceArray array) -> std::uint32_t*& {
+      return arrays.starts[static_cast<int>(array)];
+    };
+    start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
+    start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
+    write_words(arrays, words_on_device_.upload(words_, stream_.get()),
+                static_cast<Index>(words_.size()), stream_.get());
+  }
+
+  void enqueue(const SolverData& data) {
+    const DeviceStep step{
+        data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
+        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
+         tools_.has_pushers(), tools_.has_attachments()},
+        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+        data.options.substeps};
+    if (strategy_ == DeviceStrategy::stream) {
+      enqueue_step(step, *sweeps_, {stream_.get(), false});
+      return;
+    }
+    if (!is_recorded_ || !(step == recorded_)) {
+      is_recorded_ = false;
+      graph_.record(stream_.get(),
+                    [&] { enqueue_step(step, *sweeps_, {stream_.get(), overlaps_}); });
+      recorded_ = step;
+      is_recorded_ = true;
+    }
+    graph_.launch(stream_.get());
+  }
+
+  static StepReport to_report(const StepSums& sums) {
+    StepReport report;
+    report.inverted_tets = sums.inverted_tets;
+    report.non_finite_vertices = sums.non_finite_vertices;
+    if (sums.non_finite_vertices > 0) {
+      report.first_non_finite = sums.first_non_finite;
+    }
+    report.contacts = sums.contacts;
+    report.dropped_contacts = sums.dropped_contacts;
+    report.distance_residual = std::bit_cast<float>(sums.distance_residual);
+    report.volume_residual = std::bit_cast<float>(sums.volume_residual);
+    return report;
+  }
+
+  int device_;
+  DeviceStrategy strategy_;
+  bool overlaps_;
+  std::string name_;
+  Stream stream_;
+  std::unique_ptr<Sweeps> sweeps_;
+  StagePlan plan_;
+  StateBuffers state_;
+  ConstraintBuffers constraints_;
+  ToolBuffers tools_;
+  std::vector<WordChange> words_;
+  DeviceBuffer<WordChange> words_on_device_;
+  DeviceBuffer<Index> watched_places_;
+  PinnedBuffer<StepSums> sums_;
+  PinnedBuffer<Vec3<float>> forces_;   // [tool]
+  PinnedBuffer<Vec3<float>> watched_;  // [watched]
+  StepGraph graph_;
+  DeviceStep recorded_;       // in the graph, if it is recorded
+  bool is_planned_ = false;   // stages and records follow the data
+  bool is_recorded_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_backend(const SolverData& data) {
+  try {
+    check_device_code();
+    return std::make_unique<CudaBackend>(data);
+  } catch (const DeviceError& error) {
+    throw BackendUnavailable(std::string("the CUDA backend cannot take this scene: ") +
+                             error.what());
+  }
+}
+
+}  // namespace pbdsurg::cuda

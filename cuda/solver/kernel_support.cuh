@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What kernels of a step have in common. Included in each of the two compilations of them, whose
+/// namespace keeps them apart.
+
+#include <utility>
+
+#include <cuda_runtime.h>
+
+#include "pbdsurg/core/vec3.h"
+
+#include "check.cuh"
+#include "solver/step_kernels.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kWarp = 32;
+
+/// First of all in every kernel that reads what others have written; no thread may leave before,
+/// or the kernel might end before the one that it follows.
+__device__ inline void wait_for_previous() {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+  cudaTriggerProgrammaticLaunchCompletion();
+#endif
+}
+
+__device__ inline Index thread_index() {
+  return static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+}
+__device__ inline Index thread_count() {
+  return static_cast<Index>(gridDim.x * blockDim.x);
+}
+
+/// Reads what no kernel of the step writes, in 16-byte words.
+template <class Record>
+__device__ Record load_constant(const Record* record) {
+  static_assert(sizeof(Record) % sizeof(int4) == 0 && alignof(Record) == alignof(int4));
+  Record result;
+  const int4* const from = reinterpret_cast<const int4*>(record);
+  int4* const to = reinterpret_cast<int4*>(&result);
+#pragma unroll
+  for (unsigned i = 0; i < sizeof(Record) / sizeof(int4); ++i) {
+    to[i] = __ldg(from + i);
+  }
+  return result;
+}
+
+/// As it is in the memory that all blocks share, past a cache that may be out of date.
+__device__ inline Particle load_particle(const Particle* particle) {
+  const float4 p = __ldcg(reinterpret_cast<const float4*>(particle));
+  return {p.x, p.y, p.z, p.w};
+}
+__device__ inline void store_particle(Particle* particle, const Vec3<float>& x, float w) {
+  *reinterpret_cast<float4*>(particle) = make_float4(x.x, x.y, x.z, w);
+}
+__device__ inline Vec3<float> position_of(const Particle& p) {
+  return {p.x, p.y, p.z};
+}
+
+__device__ inline bool is_finite(float value) {
+  return fabsf(value) < kInfinity;
+}
+__device__ inline bool is_finite(const Vec3<float>& v) {
+  return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
+}
+
+/// Whether this block is the last of its grid to get here. What all blocks wrote before is then
+/// there for it to read, past caches. All threads of a block call it.
+__device__ inline bool is_last_block(std::uint32_t* blocks_done) {
+  __shared__ bool is_last;
+  __threadfence();
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    is_last = atomicInc(blocks_done, gridDim.x - 1) == gridDim.x - 1;  // back to zero by itself
+  }
+  __syncthreads();
+  __threadfence();
+  return is_last;
+}
+
+/// At least one: a launch of none is an error.
+inline int blocks_for(Index count, int threads) {
+  return count <= threads ? 1 : (count - 1) / threads + 1;
+}
+
+/// @param name  for the message if it fails
+template <class... Parameters, class... Arguments>
+void launch(const Launch& how, const char* name, int blocks, int threads,
+            void (*kernel)(Parameters...), Arguments&&... arguments) {
+  cudaLaunchAttribute overlap{};
+  overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+  overlap.val.programmaticStreamSerializationAllowed = 1;
+  cudaLaunchConfig_t config{};
+  config.gridDim = dim3(static_cast<unsigned>(blocks));
+  config.blockDim = dim3(static_cast<unsigned>(threads));
+  config.stream = how.stream;
+  config.attrs = &overlap;
+  config.numAttrs = how.overlaps ? 1 : 0;
+  check(cudaLaunchKernelEx(&config, kernel, std::forward<Arguments>(arguments)...), name);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

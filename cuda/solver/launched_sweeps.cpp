@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/sweeps.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+class LaunchedSweeps final : public Sweeps {
+ public:
+  explicit LaunchedSweeps(const SolverData& data)
+      : kernels_(data.options.math == MathMode::strict ? strict_kernels : fast_kernels),
+        mode_(data.options.mode),
+        is_damped_(data.has_damping),
+        iterations_(data.options.iterations) {}
+
+  [[nodiscard]] const char* name() const noexcept override { return "a launch a phase"; }
+
+  bool take_over(const SolverData& /*data*/, bool is_new, cudaStream_t /*stream*/) override {
+    return is_new;
+  }
+
+  void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
+    for (int iteration = 0; iteration < iterations_; ++iteration) {
+      const bool is_first = iteration == 0;
+      const Projection projection{mode_, is_damped_, !is_first, iteration + 1 < iterations_};
+      for (const Stage& stage : arrays.stages) {
+        kernels_.project(stage, projection, arrays.state, arrays.constraints, arrays.input, launch);
+      }
+      if (arrays.has_attachments) {
+        kernels_.project_attachments(arrays.state, arrays.tools, arrays.input, substep, is_first,
+                                     launch);
+      }
+      if (arrays.has_pushers) {
+        kernels_.project_contacts(arrays.state, arrays.tools, arrays.input, launch);
+      }
+    }
+  }
+
+ private:
+  const StepKernels& kernels_;
+  ProjectionMode mode_;
+  bool is_damped_;
+  int iterations_;
+};
+
+}  // namespace
+
+std::unique_ptr<Sweeps> make_launched_sweeps(const SolverData& data) {
+  return std::make_unique<LaunchedSweeps>(data);
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Projection of one stage: a thread a constraint.
+
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/strain_limit.h"
+#include "pbdsurg/constraints/volume.h"
+
+#include "solver/kernel_support.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kStageThreads = 64;    // a colour is small: many blocks reach many multiprocessors
+constexpr int kSerialThreads = 256;  // of the one block of a serial stage
+
+/// What projections read and write beside their records.
+struct Surroundings {
+  Particle* particles;
+  const Particle* previous;
+  const StepInput* input;
+  float* multipliers;         ///< [Constraint::kMultiplierCount][multiplier_stride]
+  Index multiplier_stride;    ///< how many records of this kind there are
+  bool takes_multipliers;
+  bool leaves_multipliers;
+};
+
+struct DistanceSource {
+  using Constraint = DistanceConstraint;
+  using Record = DistanceRecord;
+  const Record* records;
+  const float* damping;
+
+  template <bool kDamped>
+  __device__ void parameters(const Record& record, Index i,
+                             float (&out)[Constraint::kParameterCount]) const {
+    out[Constraint::kRest] = record.rest;
+    out[Constraint::kStiffness] = record.stiffness;
+    out[Constraint::kDamping] = kDamped ? __ldg(damping + i) : 0.0F;
+  }
+};
+
+struct VolumeSource {
+  using Constraint = VolumeConstraint;
+  using Record = VolumeRecord;
+  const Record* records;
+
+  template <bool kDamped>
+  __device__ void parameters(const Record& record, Index,
+                             float (&out)[Constraint::kParameterCount]) const {
+    out[Constraint::kRest] = record.rest;
+    out[Constraint::kStiffness] = record.stiffness;
+    out[Constraint::kDamping] = record.damping;
+  }
+};
+
+struct NeoHookeanSource {
+  using Constraint = NeoHookeanConstraint;
+  using Record = NeoHookeanRecord;
+  const Record* records;
+
+  template <bool kDamped>
+  __device__ void parameters(const Record& record, Index,
+                             float (&out)[Constraint::kParameterCount]) const {
+#pragma unroll
+    for (int p = 0; p < Constraint::kParameterCount; ++p) {
+      out[p] = record.parameters[p];
+    }
+  }
+};
+
+struct StrainLimitSource {
+  using Constraint = StrainLimitConstraint;
+  using Record = StrainLimitRecord;
+  const Record* records;
+
+  template <bool kDamped>
+  __device__ void parameters(const Record& record, Index,
+                             float (&out)[Constraint::kParameterCount]) const {
+    out[Constraint::kLimit] = record.limit;
+  }
+};
+
+/// The vertices of a constraint on their way through registers.
+template <int kVertices>
+struct Corners {
+  Vec3<float> x[kVertices];
+  float w[kVertices];
+
+  __device__ void load(const Particle* particles, const Index (&places)[kVertices]) {
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      const Particle p = load_particle(particles + places[k]);
+      x[k] = position_of(p);
+      w[k] = p.w;
+    }
+  }
+  __device__ void store(Particle* particles, const Index (&places)[kVertices]) const {
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      store_particle(particles + places[k], x[k], w[k]);
+    }
+  }
+};
+
+template <int kVertices>
+__device__ Damped<float, kVertices> load_start(const Particle* previous,
+                                               const Index (&places)[kVertices]) {
+  Damped<float, kVertices> damping;
+#pragma unroll
+  for (int k = 0; k < kVertices; ++k) {
+    damping.start[k] = position_of(load_particle(previous + places[k]));
+  }
+  return damping;
+}
+
+template <class Source, ProjectionMode kMode, bool kDamped>
+__device__ void project(const Source& source, const typename Source::Record& record, Index i,
+                        const Surroundings& around) {
+  using Constraint = typename Source::Constraint;
+  Corners<Constraint::kVertexCount> corners;
+  corners.load(around.particles, record.places);
+  float parameters[Constraint::kParameterCount];
+  source.template parameters<kDamped>(record, i, parameters);
+  const Substep<float> substep = around.input->substep;
+  float multipliers[Constraint::kMultiplierCount] = {};
+  if (kMode == ProjectionMode::compliance && around.takes_multipliers) {
+#pragma unroll
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      multipliers[m] = __ldcg(around.multipliers + m * around.multiplier_stride + i);
+    }
+  }
+  if constexpr (kDamped) {
+    Constraint::template project<kMode>(corners.x, corners.w, parameters, substep, multipliers,
+                                        load_start(around.previous, record.places));
+  } else {
+    Constraint::template project<kMode>(corners.x, corners.w, parameters, substep, multipliers);
+  }
+  corners.store(around.particles, record.places);
+  if (kMode == ProjectionMode::compliance && around.leaves_multipliers) {
+#pragma unroll
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      around.multipliers[m * around.multiplier_stride + i] = multipliers[m];
+    }
+  }
+}
+
+/// Records [first, first + count).
+template <class Source, ProjectionMode kMode, bool kDamped>
+__global__ void __launch_bounds__(kStageThreads)
+    project_stage(Source source, Index first, Index count, Surroundings around) {
+  const Index i = first + thread_index();
+  const bool is_used = thread_index() < count;
+  typename Source::Record record;
+  if (is_used) {  // no kernel of this step writes it
+    record = load_constant(source.records + i);
+  }
+  wait_for_previous();
+  if (is_used && record.places[0] >= 0) {
+    project<Source, kMode, kDamped>(source, record, i, around);
+  }
+}
+
+/// Level after level, by one block.
+template <class Source, ProjectionMode kMode, bool kDamped>
+__global__ void __launch_bounds__(kSerialThreads)
+    project_levels(Source source, Index first, const Index* level_ends, Index level_count,
+                   Surroundings around) {
+  wait_for_previous();
+  for (Index level = 0; level < level_count; ++level) {
+    const Index end = __ldg(level_ends + level);
+    for (Index i = first + static_cast<Index>(threadIdx.x); i < end; i += kSerialThreads) {
+      project<Source, kMode, kDamped>(source, load_constant(source.records + i), i, around);
+    }
+    first = end;
+    __syncthreads();
+  }
+}
+
+constexpr int kTetEdgeEnds[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+/// One edge of a tetrahedron, if it owns it. What it does not own is computed, too, and thrown
+/// away: threads of a warp own different edges.
+template <int kEdge, ProjectionMode kMode, bool kDamped>
+__device__ void project_edge(const JointRecord& record, const Substep<float>& substep,
+                             const Damped<float, 4>& start, Corners<4>& corners,
+                             float& multiplier) {
+  constexpr int kFirst = kTetEdgeEnds[kEdge][0];
+  constexpr int kSecond = kTetEdgeEnds[kEdge][1];
+  Vec3<float> x[2] = {corners.x[kFirst], corners.x[kSecond]};
+  const float w[2] = {corners.w[kFirst], corners.w[kSecond]};
+  float parameters[DistanceConstraint::kParameterCount];
+  parameters[DistanceConstraint::kRest] = record.edge_rest[kEdge];
+  parameters[DistanceConstraint::kStiffness] = record.edge_stiffness[kEdge];
+  parameters[DistanceConstraint::kDamping] = record.damping;
+  float multipliers[1] = {multiplier};
+  if constexpr (kDamped) {
+    const Damped<float, 2> ends{{start.start[kFirst], start.start[kSecond]}};
+    DistanceConstraint::project<kMode>(x, w, parameters, substep, multipliers, ends);
+  } else {
+    DistanceConstraint::project<kMode>(x, w, parameters, substep, multipliers);
+  }
+  if (record.edge_rest[kEdge] >= 0) {
+    corners.x[kFirst] = x[0];
+    corners.x[kSecond] = x[1];
+  }
+  multiplier = multipliers[0];
+}
+
+template <ProjectionMode kMode, bool kDamped>
+__global__ void __launch_bounds__(kStageThreads)
+    project_joints(const JointRecord* records, Index first, Index count, Surroundings around) {
+  const Index i = first + thread_index();
+  const bool is_used = thread_index() < count;
+  JointRecord record;
+  if (is_used) {  // no kernel of this step writes it
+    record = load_constant(records + i);
+  }
+  wait_for_previous();
+  if (!is_used || record.places[0] < 0) {
+    return;
+  }
+  Corners<4> corners;
+  corners.load(around.particles, record.places);
+  const Substep<float> substep = around.input->substep;
+  Damped<float, 4> start{};
+  if constexpr (kDamped) {
+    start = load_start(around.previous, record.places);
+  }
+  float multipliers[7] = {};
+  if (kMode == ProjectionMode::compliance && around.takes_multipliers) {
+#pragma unroll
+    for (int m = 0; m < 7; ++m) {
+      multipliers[m] = __ldcg(around.multipliers + m * around.multiplier_stride + i);
+    }
+  }
+  project_edge<0, kMode, kDamped>(record, substep, start, corners, multipliers[0]);
+  project_edge<1, kMode, kDamped>(record, substep, start, corners, multipliers[1]);
+  project_edge<2, kMode, kDamped>(record, substep, start, corners, multipliers[2]);
+  project_edge<3, kMode, kDamped>(record, substep, start, corners, multipliers[3]);
+  project_edge<4, kMode, kDamped>(record, substep, start, corners, multipliers[4]);
+  project_edge<5, kMode, kDamped>(record, substep, start, corners, multipliers[5]);
+  float parameters[VolumeConstraint::kParameterCount];
+  parameters[VolumeConstraint::kRest] = record.rest;
+  parameters[VolumeConstraint::kStiffness] = record.stiffness;
+  parameters[VolumeConstraint::kDamping] = record.damping;
+  float volume_multiplier[1] = {multipliers[6]};
+  if constexpr (kDamped) {
+    VolumeConstraint::project<kMode>(corners.x, corners.w, parameters, substep, volume_multiplier,
+                                     start);
+  } else {
+    VolumeConstraint::project<kMode>(corners.x, corners.w, parameters, substep, volume_multiplier);
+  }
+  corners.store(around.particles, record.places);
+  if (kMode == ProjectionMode::compliance && around.leaves_multipliers) {
+    multipliers[6] = volume_multiplier[0];
+#pragma unroll
+    for (int m = 0; m < 7; ++m) {
+      around.multipliers[m * around.multiplier_stride + i] = multipliers[m];
+    }
+  }
+}
+
+template <class Source, ProjectionMode kMode, bool kDamped>
+void launch_stage(const Source& source, const Stage& stage, const Index* level_ends,
+                  const Surroundings& around, const Launch& how) {
+  if (stage.level_count > 0) {
+    launch(how, "launching a serial phase", 1, kSerialThreads,
+           project_levels<Source, kMode, kDamped>, source, stage.first,
+           level_ends + stage.first_level, stage.level_count, around);
+  } else {
+    launch(how, "launching a phase", blocks_for(stage.count, kStageThreads), kStageThreads,
+           project_stage<Source, kMode, kDamped>, source, stage.first, stage.count, around);
+  }
+}
+
+template <class Source>
+void launch_compliant_stage(const Source& source, const Stage& stage, const Index* level_ends,
+                            const Projection& projection, const Surroundings& around,
+                            const Launch& how) {
+  if (projection.is_damped) {
+    launch_stage<Source, ProjectionMode::compliance, true>(source, stage, level_ends, around, how);
+  } else {
+    launch_stage<Source, ProjectionMode::compliance, false>(source, stage, level_ends, around, how);
+  }
+}
+
+template <class Source>
+void launch_stage(const Source& source, const Stage& stage, const Index* level_ends,
+                  const Projection& projection, const Surroundings& around, const Launch& how) {
+  if (projection.mode == ProjectionMode::fraction) {
+    launch_stage<Source, ProjectionMode::fraction, false>(source, stage, level_ends, around, how);
+  } else {
+    launch_compliant_stage(source, stage, level_ends, projection, around, how);
+  }
+}
+
+template <ProjectionMode kMode, bool kDamped>
+void launch_joints(const JointRecord* records, const Stage& stage, const Surroundings& around,
+                   const Launch& how) {
+  launch(how, "launching a joint phase", blocks_for(stage.count, kStageThreads), kStageThreads,
+         project_joints<kMode, kDamped>, records, stage.first, stage.count, around);
+}
+
+void project(const Stage& stage, const Projection& projection, const DeviceState& state,
+             const ConstraintArrays& constraints, const StepInput* input, const Launch& how) {
+  const auto around = [&](float* multipliers, Index stride) {
+    return Surroundings{state.particles,
+                        state.previous,
+                        input,
+                        multipliers,
+                        stride,
+                        projection.takes_multipliers,
+                        projection.leaves_multipliers};
+  };
+  const Index* const ends = constraints.level_ends;
+  switch (stage.kind) {
+    case PhaseKind::distance:
+      launch_stage(DistanceSource{constraints.distances, constraints.distance_damping}, stage, ends,
+                   projection,
+                   around(constraints.distance_multipliers, constraints.distance_count), how);
+      break;
+    case PhaseKind::volume:
+      launch_stage(VolumeSource{constraints.volumes}, stage, ends, projection,
+                   around(constraints.volume_multipliers, constraints.volume_count), how);
+      break;
+    case PhaseKind::joint: {
+      const Surroundings there = around(constraints.joint_multipliers, constraints.joint_count);
+      if (projection.mode == ProjectionMode::fraction) {
+        launch_joints<ProjectionMode::fraction, false>(constraints.joints, stage, there, how);
+      } else if (projection.is_damped) {
+        launch_joints<ProjectionMode::compliance, true>(constraints.joints, stage, there, how);
+      } else {
+        launch_joints<ProjectionMode::compliance, false>(constraints.joints, stage, there, how);
+      }
+      break;
+    }
+    case PhaseKind::neo_hookean:
+      launch_compliant_stage(
+          NeoHookeanSource{constraints.neo_hookeans}, stage, ends, projection,
+          around(constraints.neo_hookean_multipliers, constraints.neo_hookean_count), how);
+      break;
+    case PhaseKind::strain_limit:  // alike in all modes, and without memory
+      launch_stage<StrainLimitSource, ProjectionMode::fraction, false>(
+          StrainLimitSource{constraints.strain_limits}, stage, ends, around(nullptr, 0), how);
+      break;
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;  // no stage is of these kinds
+  }
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/state_buffers.h"
+
+#include <vector>
+
+#include "solver/word_kernels.h"
+
+namespace pbdsurg::cuda {
+
+StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream) {
+  const std::size_t count = data.particles.size();
+  std::vector<Index> vertex_of_place(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
+  }
+  arrays_ = {particles_.reserve(count), previous_.reserve(count), velocities_.reserve(count),
+             vertex_of_place_.upload(vertex_of_place, stream), static_cast<Index>(count)};
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
+}
+
+void StateBuffers::upload(const SolverData& data, cudaStream_t stream) {
+  particles_.upload(data.particles, stream);
+  velocities_.upload(data.velocities, stream);
+}
+
+void StateBuffers::fetch(SolverData& data, cudaStream_t stream) {
+  const std::size_t count = data.particles.size();
+  if (count == 0) {
+    return;
+  }
+  Particle* const fetched = fetched_particles_.reserve(count);
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(fetched, arrays_.particles, count * sizeof(Particle),
+                                     cudaMemcpyDeviceToHost, stream));
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(data.velocities.data(), arrays_.velocities,
+                                     count * sizeof(Velocity), cudaMemcpyDeviceToHost, stream));
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+  for (std::size_t place = 0; place < count; ++place) {
+    const Particle& p = fetched[place];
+    data.particles[place] = {p.x, p.y, p.z, data.particles[place].w};
+  }
+}
+
+void StateBuffers::read(std::span<const Index> places, std::span<Eigen::Vector3f> out,
+                        cudaStream_t stream) {
+  Vec3<float>* const read = read_positions_.reserve(places.size());
+  gather_positions(arrays_.particles, read_places_.upload(places, stream), read,
+                   static_cast<Index>(places.size()), stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = {read[i].x, read[i].y, read[i].z};
+  }
+}
+
+std::size_t StateBuffers::memory_bytes() const noexcept {
+  return particles_.memory_bytes() + previous_.memory_bytes() + velocities_.memory_bytes() +
+         vertex_of_place_.memory_bytes() + read_places_.memory_bytes();
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// State on a device: in the order of places, as on the host.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+
+#include "device_buffer.cuh"
+#include "solver/device_arrays.h"
+#include "solver/pinned_buffer.h"
+#include "solver/solver_data.h"
+
+namespace pbdsurg::cuda {
+
+class StateBuffers {
+ public:
+  StateBuffers(const SolverData& data, cudaStream_t stream);
+
+  [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
+
+  /// Copies particles and velocities to the device.
+  void upload(const SolverData& data, cudaStream_t stream);
+
+  /// Copies positions and velocities to the host, whose inverse masses stay. Waits.
+  void fetch(SolverData& data, cudaStream_t stream);
+
+  /// Reads positions at some places. Waits.
+  /// @param out  [places.size()] m
+  void read(std::span<const Index> places, std::span<Eigen::Vector3f> out, cudaStream_t stream);
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  DeviceBuffer<Particle> particles_, previous_;
+  DeviceBuffer<Velocity> velocities_;
+  DeviceBuffer<Index> vertex_of_place_, read_places_;
+  PinnedBuffer<Vec3<float>> read_positions_;
+  PinnedBuffer<Particle> fetched_particles_;
+  DeviceState arrays_{};
+};
+
+}  // namespace pbdsurg::cuda

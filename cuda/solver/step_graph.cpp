@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/step_graph.h"
+
+#include "check.cuh"
+
+namespace pbdsurg::cuda {
+namespace {
+
+struct Recording {
+  Recording() = default;
+  ~Recording() {
+    if (graph != nullptr) {
+      static_cast<void>(cudaGraphDestroy(graph));
+    }
+  }
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  cudaGraph_t graph = nullptr;
+};
+
+}  // namespace
+
+StepGraph::~StepGraph() {
+  if (executable_ != nullptr) {
+    static_cast<void>(cudaGraphExecDestroy(executable_));
+  }
+}
+
+void StepGraph::record(cudaStream_t stream, const std::function<void()>& enqueue) {
+  Recording recording;
+  PBDSURG_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
+  try {
+    enqueue();
+  } catch (...) {
+    static_cast<void>(cudaStreamEndCapture(stream, &recording.graph));
+    static_cast<void>(cudaGetLastError());  // of the capture that this broke off
+    throw;
+  }
+  PBDSURG_CUDA_CHECK(cudaStreamEndCapture(stream, &recording.graph));
+  if (executable_ != nullptr) {  // other arguments of the same kernels are quicker to set
+    cudaGraphExecUpdateResultInfo result;
+    if (cudaGraphExecUpdate(executable_, recording.graph, &result) == cudaSuccess) {
+      return;
+    }
+    static_cast<void>(cudaGetLastError());  // it was a question
+    static_cast<void>(cudaGraphExecDestroy(executable_));
+    executable_ = nullptr;
+  }
+  PBDSURG_CUDA_CHECK(cudaGraphInstantiate(&executable_, recording.graph, 0));
+}
+
+void StepGraph::launch(cudaStream_t stream) const {
+  PBDSURG_CUDA_CHECK(cudaGraphLaunch(executable_, stream));
+}
+
+}  // namespace pbdsurg::cuda

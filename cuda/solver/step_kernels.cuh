@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// All kernels of a step, for one of its two compilations.
+
+#include "solver/project_kernels.cuh"
+#include "solver/report_kernels.cuh"
+#include "solver/tool_kernels.cuh"
+#include "solver/vertex_kernels.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr StepKernels all_kernels() {
+  return {&advance,          &find_contacts,  &project, &project_attachments,
+          &project_contacts, &collect_forces, &report};
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

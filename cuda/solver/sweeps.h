@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The strategies of sweeping on a device.
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/changes.h"
+#include "solver/device_arrays.h"
+#include "solver/solver_data.h"
+#include "solver/stages.h"
+#include "solver/step_kernels.h"
+
+namespace pbdsurg::cuda {
+
+/// What sweeps work on. All pointers stay what they are until a step is recorded again.
+struct SweepArrays {
+  DeviceState state;
+  ConstraintArrays constraints;
+  ToolArrays tools;
+  StepInput* input = nullptr;
+  std::span<const Stage> stages;
+  bool has_pushers = false;
+  bool has_attachments = false;
+
+  bool operator==(const SweepArrays& other) const {
+    return state == other.state && constraints == other.constraints && tools == other.tools &&
+           input == other.input && stages.data() == other.stages.data() &&
+           stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
+           has_attachments == other.has_attachments;
+  }
+};
+
+class Sweeps {
+ public:
+  virtual ~Sweeps() = default;
+
+  /// For the backend's name.
+  [[nodiscard]] virtual const char* name() const noexcept = 0;
+
+  /// Takes over what happened to constraints since the last step, in its own arrays if it has any.
+  /// Copies are enqueued on the stream.
+  /// @param is_new  whether everything has to be taken over: the first time, or when stages changed
+  /// @return        whether enqueue() will enqueue something else than before
+  virtual bool take_over(const SolverData& data, bool is_new, cudaStream_t stream) = 0;
+
+  /// Enqueues all sweeps of one substep, with what tools do in them. Called while a graph records
+  /// the stream, so it neither waits nor allocates.
+  /// @param substep  0 to substeps - 1
+  virtual void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) = 0;
+
+  /// Bytes on the device.
+  [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
+};
+
+/// One launch a stage.
+std::unique_ptr<Sweeps> make_launched_sweeps(const SolverData& data);
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Tools: contacts, grasps and forces.
+
+#include <cub/block/block_scan.cuh>
+
+#include "pbdsurg/constraints/attachment.h"
+#include "pbdsurg/constraints/contact.h"
+
+#include "solver/kernel_support.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kToolThreads = 256;
+constexpr int kHeldBlocks = 16;  // whatever the number of vertices held, which may change
+constexpr int kForceBlocks = 8;  // tools at a time, likewise
+
+__device__ inline std::size_t of_pusher(Index pusher, Index stride) {
+  return static_cast<std::size_t>(pusher) * static_cast<std::size_t>(stride);
+}
+
+/// Of the contacts found, keeps the first up to the capacity, and lists them. One block.
+__device__ void keep_contacts(const ToolArrays& tools, StepInput* input) {
+  using Scan = cub::BlockScan<Index, kToolThreads>;
+  __shared__ typename Scan::TempStorage storage;
+  const Index capacity = input->contact_capacity;
+  Index all = 0;
+  Index dropped = 0;
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    std::uint32_t* const touched = tools.touched + of_pusher(pusher, tools.word_count);
+    Index* const places = tools.contact_places + of_pusher(pusher, tools.contact_room);
+    Index found = 0;
+    for (Index first = 0; first < tools.word_count; first += kToolThreads) {
+      const Index word = first + static_cast<Index>(threadIdx.x);
+      std::uint32_t bits = word < tools.word_count ? __ldcg(touched + word) : 0;
+      Index rank = 0;
+      Index sum = 0;
+      Scan(storage).ExclusiveSum(__popc(bits), rank, sum);
+      __syncthreads();  // the storage is used again
+      rank += found;
+      found += sum;
+      std::uint32_t kept = 0;
+      for (; bits != 0 && rank < capacity; ++rank) {
+        const std::uint32_t lowest = bits & (0U - bits);
+        places[rank] = word * kWarp + __ffs(static_cast<int>(bits)) - 1;
+        kept |= lowest;
+        bits ^= lowest;
+      }
+      if (bits != 0) {
+        touched[word] = kept;
+      }
+    }
+    const Index kept = found < capacity ? found : capacity;
+    all += kept;
+    dropped += found - kept;
+    if (threadIdx.x == 0) {
+      tools.contact_counts[pusher] = kept;
+    }
+  }
+  if (threadIdx.x == 0) {
+    input->sums.contacts = all;
+    input->sums.dropped_contacts += dropped;
+  }
+}
+
+__global__ void __launch_bounds__(kToolThreads)
+    find(DeviceState state, ToolArrays tools, StepInput* input, Index substep) {
+  wait_for_previous();
+  const Index place = thread_index();
+  const bool is_vertex = place < state.count;
+  const Particle p = is_vertex ? load_particle(state.particles + place) : Particle{0, 0, 0, 0};
+  const Vec3<float> x = position_of(p);
+  const PusherInput* const pushers =
+      table<PusherInput>(input, input->pushers) + of_pusher(substep, input->pusher_count);
+  const PlacedCapsule* const capsules =
+      table<PlacedCapsule>(input, input->capsules) + of_pusher(substep, input->capsule_count);
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    ContactSearch search;
+    if (p.w > 0 && pushers[pusher].box.contains(x)) {
+      const Index first = pushers[pusher].first_capsule;
+      const Index last = first + pushers[pusher].capsule_count;
+      for (Index c = first; c < last; ++c) {
+        search.add(load_constant(capsules + c), x);
+      }
+    }
+    if (search.has_contact()) {
+      const std::size_t slot = of_pusher(pusher, state.count) + static_cast<std::size_t>(place);
+      tools.planes[slot] = search.plane;
+      tools.contact_multipliers[slot] = 0;
+    }
+    const std::uint32_t bits = __ballot_sync(~0U, search.has_contact());
+    if (threadIdx.x % kWarp == 0 && is_vertex) {
+      tools.touched[of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp)] =
+          bits;
+    }
+  }
+  if (is_last_block(&input->sums.blocks_done)) {
+    keep_contacts(tools, input);
+  }
+}
+
+void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                   Index substep, const Launch& how) {
+  launch(how, "launching the search for contacts", blocks_for(state.count, kToolThreads),
+         kToolThreads, find, state, tools, input, substep);
+}
+
+__global__ void __launch_bounds__(kToolThreads)
+    pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
+  wait_for_previous();
+  const AttachmentInput* const attachments =
+      table<AttachmentInput>(input, input->attachments) +
+      of_pusher(substep, input->attachment_count);
+  const HeldInput* const held = table<HeldInput>(input, input->held);
+  const Index* const order = table<Index>(input, input->held_order);
+  for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
+    const HeldInput vertex = load_constant(held + h);
+    const Particle p = load_particle(state.particles + vertex.place);
+    Vec3<float> x = position_of(p);
+    for (Index i = vertex.first; i < vertex.first + vertex.count; ++i) {
+      const Index a = order[i];
+      const AttachmentInput attachment = load_constant(attachments + a);
+      Vec3<float> multiplier{};
+      if (!is_first) {
+        multiplier = tools.attachment_multipliers[a];
+      }
+      AttachmentConstraint::project<ProjectionMode::compliance>(
+          x, p.w, attachment.target, attachment.compliance * input->substep.inverse_dt_squared,
+          multiplier);
+      tools.attachment_multipliers[a] = multiplier;
+    }
+    store_particle(state.particles + vertex.place, x, p.w);
+  }
+}
+
+void project_attachments(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                         Index substep, bool is_first, const Launch& how) {
+  launch(how, "launching the phases of grasps", kHeldBlocks, kToolThreads, pull_held, state, tools,
+         input, substep, is_first);
+}
+
+__global__ void __launch_bounds__(kToolThreads)
+    push_touched(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  const Index place = thread_index();
+  if (place >= state.count) {
+    return;
+  }
+  const std::uint32_t bit = 1U << (threadIdx.x % kWarp);
+  Particle p{};
+  bool is_touched = false;
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    const std::size_t word =
+        of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp);
+    if ((__ldcg(tools.touched + word) & bit) == 0) {
+      continue;
+    }
+    if (!is_touched) {
+      p = load_particle(state.particles + place);
+      is_touched = true;
+    }
+    const std::size_t slot = of_pusher(pusher, state.count) + static_cast<std::size_t>(place);
+    const ContactPlane plane = tools.planes[slot];
+    Vec3<float> x = position_of(p);
+    ContactConstraint::project(x, p.w, plane.normal, plane.offset,
+                               tools.contact_multipliers[slot]);
+    p = {x.x, x.y, x.z, p.w};
+  }
+  if (is_touched) {
+    store_particle(state.particles + place, position_of(p), p.w);
+  }
+}
+
+void project_contacts(const DeviceState& state, const ToolArrays& tools, const StepInput* input,
+                      const Launch& how) {
+  launch(how, "launching the phases of contacts", blocks_for(state.count, kToolThreads),
+         kToolThreads, push_touched, state, tools, input);
+}
+
+/// A block a tool. Forces are computed side by side and added one after another: the sum is that of
+/// one processor.
+__global__ void __launch_bounds__(kToolThreads)
+    collect(ToolArrays tools, StepInput* input, Index place_count) {
+  wait_for_previous();
+  __shared__ float parts[3][kToolThreads];
+  const float scale = input->force_per_multiplier;
+  float* const forces = table<float>(input, input->forces);
+  for (Index t = static_cast<Index>(blockIdx.x); t < input->tool_count;
+       t += static_cast<Index>(gridDim.x)) {
+    const ToolInput tool = table<ToolInput>(input, input->tools)[t];
+    const bool pushes = tool.pusher != kInvalidIndex;
+    const Index count = pushes ? tools.contact_counts[tool.pusher] : tool.attachment_count;
+    float sum = threadIdx.x < 3 ? forces[3 * t + static_cast<Index>(threadIdx.x)] : 0;
+    for (Index first = 0; first < count; first += kToolThreads) {
+      const Index i = first + static_cast<Index>(threadIdx.x);
+      if (i < count) {
+        Vec3<float> force;
+        if (pushes) {
+          const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +
+                                                   static_cast<std::size_t>(i)];
+          const std::size_t slot =
+              of_pusher(tool.pusher, place_count) + static_cast<std::size_t>(place);
+          force = (scale * tools.contact_multipliers[slot]) * tools.planes[slot].normal;
+        } else {
+          force = scale * tools.attachment_multipliers[tool.first_attachment + i];
+        }
+        if (!is_finite(force)) {
+          force = {};  // a vertex that is lost has none
+        }
+        parts[0][threadIdx.x] = force.x;
+        parts[1][threadIdx.x] = force.y;
+        parts[2][threadIdx.x] = force.z;
+      }
+      __syncthreads();
+      if (threadIdx.x < 3) {
+        const Index some = count - first < kToolThreads ? count - first : kToolThreads;
+        for (Index k = 0; k < some; ++k) {
+          sum -= parts[threadIdx.x][k];
+        }
+      }
+      __syncthreads();
+    }
+    if (threadIdx.x < 3) {
+      forces[3 * t + static_cast<Index>(threadIdx.x)] = sum;
+    }
+  }
+}
+
+void collect_forces(const DeviceState& state, const ToolArrays& tools, StepInput* input,
+                    const Launch& how) {
+  launch(how, "launching the sum of forces", kForceBlocks, kToolThreads, collect, tools, input,
+         state.count);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

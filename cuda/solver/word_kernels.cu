@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels that move words about and compute nothing.
+#include <cuda_runtime.h>
+
+#include "check.cuh"
+#include "solver/word_kernels.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+constexpr Index kThreads = 128;
+
+unsigned blocks_for(Index count) {
+  return static_cast<unsigned>((count + kThreads - 1) / kThreads);
+}
+
+__global__ void write(ArrayStarts arrays, const WordChange* changes, Index count) {
+  const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) {
+    const WordChange change = changes[i];
+    arrays.starts[static_cast<std::uint32_t>(change.array)][change.word] = change.value;
+  }
+}
+
+__global__ void gather(const Particle* particles, const Index* places, Vec3<float>* out,
+                       Index count) {
+  const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) {
+    const Particle p = particles[places[i]];
+    out[i] = {p.x, p.y, p.z};
+  }
+}
+
+}  // namespace
+
+void check_device_code() {
+  cudaFuncAttributes attributes;
+  PBDSURG_CUDA_CHECK(cudaFuncGetAttributes(&attributes, reinterpret_cast<const void*>(&write)));
+}
+
+void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
+                 cudaStream_t stream) {
+  if (count > 0) {
+    write<<<blocks_for(count), kThreads, 0, stream>>>(arrays, changes, count);
+    check(cudaGetLastError(), "launching the kernel that writes changes");
+  }
+}
+
+void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
+                      cudaStream_t stream) {
+  if (count > 0) {
+    gather<<<blocks_for(count), kThreads, 0, stream>>>(particles, places, out, count);
+    check(cudaGetLastError(), "launching the kernel that gathers positions");
+  }
+}
+
+}  // namespace pbdsurg::cuda
