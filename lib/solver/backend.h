@@ -26,8 +26,9 @@ struct SolverOptions;
 ///   start_step() takes that over; the solver clears it when start_step() has returned.
 /// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
 ///   fetch_state() or until the host rewrites them all. Inverse masses there are always valid.
-/// - Between start_step() and finish_step() no other function of the backend is called but name(),
-///   memory_bytes() and the destructor, and what a step reads of SolverData does not change.
+/// - Between start_step() and finish_step() none of its functions is called but name(),
+///   keeps_state(), memory_bytes() and the destructor, and what a step reads of SolverData does not
+///   change.
 class Backend {
  public:
   virtual ~Backend() = default;

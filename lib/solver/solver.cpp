@@ -538,13 +538,13 @@ void Solver::watch(std::span<const Index> vertices) {
     check_id("vertex", v, data_->particles.size());
   }
   data_->finish_running_step();
+  data_->changes.watched = true;
   data_->watched_places.clear();
   for (const Index v : vertices) {
     data_->watched_places.push_back(data_->place_of_vertex[v]);
   }
   data_->watched_positions.resize(vertices.size());
   data_->read_positions(vertices, data_->watched_positions);
-  data_->changes.watched = true;
 }
 
 std::span<const Eigen::Vector3f> Solver::watched_positions() const {

@@ -19,8 +19,11 @@ function(build_and_run_consumer name)
       -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
       -D CMAKE_EXPORT_COMPILE_COMMANDS=ON -D HELLO_SOURCE=${SOURCE_DIR}/examples/hello_tissue.cpp
       ${ARGN})
-  run(${CMAKE_COMMAND} --build "${build}" --target consumer hello --parallel 2)
-  run("${build}/consumer")
+  set(programs consumer backend backend_as_needed backend_through_library)
+  run(${CMAKE_COMMAND} --build "${build}" --target hello ${programs} --parallel 2)
+  foreach(program IN LISTS programs)
+    run("${build}/${program}")
+  endforeach()
   # two tetrahedra that share a face
   file(WRITE "${build}/two.vtk" "# vtk DataFile Version 3.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\n"
     "POINTS 5 double\n0 0 0 0.1 0 0 0 0.1 0 0 0 0.1 0.1 0.1 0.1\n"

@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-# add_subdirectory(pbdsurg), as a shared library without its optional parts; then its installation.
+# add_subdirectory(pbdsurg), as a shared library without METIS, and with CUDA if this build has it;
+# then its installation.
 include("${CMAKE_CURRENT_LIST_DIR}/common.cmake")
+set(cuda_options -D PBDSURG_ENABLE_CUDA=OFF)
+if(HAS_CUDA)
+  set(cuda_options -D PBDSURG_ENABLE_CUDA=ON -D CMAKE_CUDA_COMPILER=${CUDA_COMPILER}
+      -D CMAKE_CUDA_ARCHITECTURES=${CUDA_ARCHITECTURE})
+endif()
 build_and_run_consumer(subdirectory -D PBDSURG_SOURCE_DIR=${SOURCE_DIR}
   -D CONSUMER_LIBRARY=pbdsurg::pbdsurg -D BUILD_SHARED_LIBS=ON -D PBDSURG_INSTALL=ON
-  -D PBDSURG_ENABLE_CUDA=OFF -D CMAKE_DISABLE_FIND_PACKAGE_METIS=ON)
+  ${cuda_options} -D CMAKE_DISABLE_FIND_PACKAGE_METIS=ON)
 file(REMOVE_RECURSE "${WORK_DIR}/installed_shared")
 run(${CMAKE_COMMAND} --install "${WORK_DIR}/consumer_subdirectory"
     --prefix "${WORK_DIR}/installed_shared")

@@ -74,8 +74,7 @@ class Program {
   }
 
   void begin(Solver& solver) const {
-    const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
-    solver.add_tool({&capsule, 1}, pose_);
+    solver.add_tool({&capsule_, 1}, pose_);
     solver.add_tool({}, ToolPose::Identity());
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
@@ -127,7 +126,8 @@ class Program {
       case 10:
         resize(solver, round);
         apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
-        solver.grasp(solver.add_tool({}, pose), {});
+        pose.translation().z() += 5e-3F;
+        solver.add_tool({&capsule_, 1}, pose);
         break;
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
@@ -203,6 +203,7 @@ class Program {
 
   std::uint64_t seed_;
   std::vector<Eigen::Vector3f> rest_, speeds_;
+  Capsule capsule_{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose_ = ToolPose::Identity();
 };
 
@@ -268,7 +269,8 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
     device.start_step(kTimeStep);
     REQUIRE(equal(device.finish_step(), expected));
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
-    for (const Index tool : {0, 1}) {
+    const auto tool_count = static_cast<Index>(solver_data(serial).tools.size());
+    for (Index tool = 0; tool < tool_count; ++tool) {
       REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
     }
     if (round % 7 == 0) {

@@ -162,6 +162,9 @@ class FakeDevice final : public Backend {
 
   // The work is done as late as can be.
   StepReport finish_step(SolverData& data) override {
+    if (data.changes.any()) {
+      throw Error("somebody changed what a running step reads");
+    }
     serial_->start_step(own_, dt_);
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       data.tools[t].pose = data.tools[t].target;
