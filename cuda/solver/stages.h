@@ -26,8 +26,9 @@ enum class DeviceArray : std::uint32_t {
   tubes,
   particles,
   velocities,
+  cluster,  ///< what sweeps on a cluster made of constraints
 };
-inline constexpr int kDeviceArrayCount = 8;
+inline constexpr int kDeviceArrayCount = 9;
 
 /// One 4-byte word that changes.
 struct WordChange {

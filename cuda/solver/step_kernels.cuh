@@ -4,6 +4,7 @@
 /// @file
 /// All kernels of a step, for one of its two compilations.
 
+#include "solver/cluster_kernel.cuh"
 #include "solver/project_kernels.cuh"
 #include "solver/report_kernels.cuh"
 #include "solver/tool_kernels.cuh"
@@ -13,8 +14,9 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&advance,          &find_contacts,  &project, &project_attachments,
-          &project_contacts, &collect_forces, &report};
+  return {&advance,          &find_contacts,   &project,       &project_attachments,
+          &project_contacts, &prepare_cluster, &sweep_cluster, &collect_forces,
+          &report};
 }
 
 }  // namespace

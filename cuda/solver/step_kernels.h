@@ -7,6 +7,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include "solver/cluster_layout.h"
 #include "solver/device_arrays.h"
 #include "solver/stages.h"
 
@@ -28,6 +29,14 @@ struct Projection {
   bool leaves_multipliers;  ///< to the next sweep
 };
 
+/// Which of the kernels that sweep by a cluster.
+struct ClusterKind {
+  ProjectionMode mode;
+  bool is_damped;
+  bool has_solids;     ///< Neo-Hookean tetrahedra
+  Index thread_count;  ///< of a block, that project: kFewClusterThreads or kManyClusterThreads
+};
+
 struct StepKernels {
   /// Ends a substep with velocities, begins one with a prediction, or both.
   void (*advance)(const DeviceState&, const StepInput*, bool ends, bool begins, const Launch&);
@@ -43,6 +52,14 @@ struct StepKernels {
   void (*project_attachments)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                               bool is_first, const Launch&);
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
+
+  /// Makes ready for sweep_cluster(). Enqueues nothing.
+  /// @return  whether the current device can run such a cluster
+  bool (*prepare_cluster)(const ClusterKind&, const ClusterArrays&);
+
+  /// All sweeps of a substep, with what tools do in them.
+  void (*sweep_cluster)(const ClusterKind&, const ClusterArrays&, const DeviceState&,
+                        const ToolArrays&, StepInput*, const ClusterSweep&, const Launch&);
 
   /// Adds a substep's share to the forces on tools.
   void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);

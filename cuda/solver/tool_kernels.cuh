@@ -108,31 +108,39 @@ void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput*
          kToolThreads, find, state, tools, input, substep);
 }
 
-__global__ void __launch_bounds__(kToolThreads)
-    pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
-  wait_for_previous();
+/// All that hold a vertex, one after another.
+/// @param h         of the vertices held
+/// @param is_first  of the sweeps of a substep
+__device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index substep,
+                                bool is_first, Index h, const Particle& p) {
   const AttachmentInput* const attachments =
       table<AttachmentInput>(input, input->attachments) +
       of_pusher(substep, input->attachment_count);
-  const HeldInput* const held = table<HeldInput>(input, input->held);
   const Index* const order = table<Index>(input, input->held_order);
-  for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
-    const HeldInput vertex = load_constant(held + h);
-    const Particle p = load_particle(state.particles + vertex.place);
-    Vec3<float> x = position_of(p);
-    for (Index i = vertex.first; i < vertex.first + vertex.count; ++i) {
-      const Index a = order[i];
-      const AttachmentInput attachment = load_constant(attachments + a);
-      Vec3<float> multiplier{};
-      if (!is_first) {
-        multiplier = tools.attachment_multipliers[a];
-      }
-      AttachmentConstraint::project<ProjectionMode::compliance>(
-          x, p.w, attachment.target, attachment.compliance * input->substep.inverse_dt_squared,
-          multiplier);
-      tools.attachment_multipliers[a] = multiplier;
+  const HeldInput vertex = load_constant(table<HeldInput>(input, input->held) + h);
+  Vec3<float> x = position_of(p);
+  for (Index i = vertex.first; i < vertex.first + vertex.count; ++i) {
+    const Index a = order[i];
+    const AttachmentInput attachment = load_constant(attachments + a);
+    Vec3<float> multiplier{};
+    if (!is_first) {
+      multiplier = tools.attachment_multipliers[a];
     }
-    store_particle(state.particles + vertex.place, x, p.w);
+    AttachmentConstraint::project<ProjectionMode::compliance>(
+        x, p.w, attachment.target, attachment.compliance * input->substep.inverse_dt_squared,
+        multiplier);
+    tools.attachment_multipliers[a] = multiplier;
+  }
+  return {x.x, x.y, x.z, p.w};
+}
+
+__global__ void __launch_bounds__(kToolThreads)
+    pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
+  wait_for_previous();
+  for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
+    Particle* const p = state.particles + table<HeldInput>(input, input->held)[h].place;
+    const Particle moved = pull(tools, input, substep, is_first, h, load_particle(p));
+    store_particle(p, position_of(moved), moved.w);
   }
 }
 
@@ -142,6 +150,29 @@ void project_attachments(const DeviceState& state, const ToolArrays& tools, Step
          input, substep, is_first);
 }
 
+__device__ inline bool touches(const ToolArrays& tools, Index pusher, Index place) {
+  const std::size_t word =
+      of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp);
+  return (__ldcg(tools.touched + word) >> (place % kWarp) & 1U) != 0;
+}
+
+/// All that touch a vertex, one after another.
+__device__ inline Particle push(const ToolArrays& tools, const StepInput* input, Index place,
+                                Index place_count, Particle p) {
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    if (!touches(tools, pusher, place)) {
+      continue;
+    }
+    const std::size_t slot = of_pusher(pusher, place_count) + static_cast<std::size_t>(place);
+    const ContactPlane plane = tools.planes[slot];
+    Vec3<float> x = position_of(p);
+    ContactConstraint::project(x, p.w, plane.normal, plane.offset,
+                               tools.contact_multipliers[slot]);
+    p = {x.x, x.y, x.z, p.w};
+  }
+  return p;
+}
+
 __global__ void __launch_bounds__(kToolThreads)
     push_touched(DeviceState state, ToolArrays tools, const StepInput* input) {
   wait_for_previous();
@@ -149,28 +180,14 @@ __global__ void __launch_bounds__(kToolThreads)
   if (place >= state.count) {
     return;
   }
-  const std::uint32_t bit = 1U << (threadIdx.x % kWarp);
-  Particle p{};
   bool is_touched = false;
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
-    const std::size_t word =
-        of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp);
-    if ((__ldcg(tools.touched + word) & bit) == 0) {
-      continue;
-    }
-    if (!is_touched) {
-      p = load_particle(state.particles + place);
-      is_touched = true;
-    }
-    const std::size_t slot = of_pusher(pusher, state.count) + static_cast<std::size_t>(place);
-    const ContactPlane plane = tools.planes[slot];
-    Vec3<float> x = position_of(p);
-    ContactConstraint::project(x, p.w, plane.normal, plane.offset,
-                               tools.contact_multipliers[slot]);
-    p = {x.x, x.y, x.z, p.w};
+    is_touched |= touches(tools, pusher, place);
   }
   if (is_touched) {
-    store_particle(state.particles + place, position_of(p), p.w);
+    Particle* const p = state.particles + place;
+    const Particle moved = push(tools, input, place, state.count, load_particle(p));
+    store_particle(p, position_of(moved), moved.w);
   }
 }
 

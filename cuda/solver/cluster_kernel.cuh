@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// All sweeps of a substep by one cluster of blocks, which holds the vertices in its shared memory.
+/// See ClusterSchedule for the idea and cuda/README.md for what it costs.
+///
+/// In a block, one warp fetches the words of rounds to come; the others project, one constraint a
+/// thread, and meet after each round.
+
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/strain_limit.h"
+#include "pbdsurg/constraints/volume.h"
+
+#include "solver/cluster_layout.h"
+#include "solver/cluster_memory.cuh"
+#include "solver/kernel_support.cuh"
+#include "solver/tool_kernels.cuh"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+#if defined(PBDSURG_CUDA_HAS_CLUSTERS)
+
+constexpr int kRoundBarrier = 1;    // of all threads
+constexpr int kProjectBarrier = 2;  // of those that project
+
+/// A block's shared memory, by addresses.
+struct ClusterMemory {
+  std::uint32_t slots, starts, stages, rounds, arrived, fetched;
+  std::uint32_t stage_bytes;
+};
+
+/// A round of this thread's block, unpacked as it is needed.
+struct Round {
+  uint4 raw;
+
+  __device__ std::uint32_t first() const { return raw.x; }
+  __device__ std::uint32_t first_multiplier() const { return raw.y; }
+  __device__ std::uint32_t count() const { return raw.z & 0xffff; }
+  __device__ std::uint32_t border() const { return raw.z >> 16; }
+  __device__ std::uint32_t phase() const { return raw.w & 0xffff; }
+  __device__ PhaseKind kind() const { return static_cast<PhaseKind>((raw.w >> 16) & 0xff); }
+  __device__ std::uint32_t words() const { return raw.w >> 24; }
+  __device__ std::uint32_t bytes() const { return 16 * (count() * words() + border()); }
+};
+
+__device__ inline float4 load_slot(std::uint32_t address) {
+  const uint4 v = load_shared(address);
+  return make_float4(__uint_as_float(v.x), __uint_as_float(v.y), __uint_as_float(v.z),
+                     __uint_as_float(v.w));
+}
+
+__device__ inline std::uint32_t half(const uint4& head, int corner) {
+  const std::uint32_t pair = corner < 2 ? head.x : head.y;
+  return corner % 2 == 0 ? pair & 0xffff : pair >> 16;
+}
+
+__device__ inline std::uint32_t part(const uint4& word, int i) {
+  return i == 0 ? word.x : i == 1 ? word.y : i == 2 ? word.z : word.w;
+}
+
+/// Words of a constraint, without targets: as ClusterRound has it.
+template <class Constraint, bool kDamped>
+constexpr std::uint32_t kWordsOf = Constraint::kParameterCount > 3 ? (Constraint::kParameterCount + 5) / 4
+                                   : Constraint::kVertexCount == 4 && kDamped ? 2
+                                                                              : 1;
+
+/// The parameters of a constraint: two are in its head, the others in further words.
+template <class Constraint, bool kDamped>
+__device__ void unpack_parameters(const uint4& head, std::uint32_t words, std::uint32_t stride,
+                                  float (&parameters)[Constraint::kParameterCount]) {
+  constexpr int kCount = Constraint::kParameterCount;
+  parameters[0] = __uint_as_float(head.z);
+  if constexpr (kCount > 1) {
+    parameters[1] = __uint_as_float(head.w);
+  }
+  if constexpr (Constraint::kVertexCount == 2 && kCount > 2) {
+    parameters[2] = __uint_as_float(head.y);
+  } else if constexpr (kCount > 3 || (kCount > 2 && kDamped)) {
+#pragma unroll
+    for (int p = 2; p < kCount; p += 4) {
+      const uint4 word = load_shared(words + (p + 2) / 4 * stride);
+#pragma unroll
+      for (int i = 0; i < 4 && p + i < kCount; ++i) {
+        parameters[p + i] = __uint_as_float(part(word, i));
+      }
+    }
+  } else if constexpr (kCount > 2) {
+    parameters[2] = 0;
+  }
+}
+
+/// What a thread needs to project its constraint of a round.
+struct RoundWork {
+  uint4 head;                ///< its first word
+  std::uint32_t words;       ///< where it lies
+  std::uint32_t stride;      ///< bytes between words
+  bool is_active;            ///< whether there is a constraint for this thread
+  bool is_border;            ///< whether this thread's warp has vertices from or for other blocks
+  float* multipliers;        ///< of this constraint
+  std::uint32_t multiplier_stride;
+  bool takes_multipliers;
+  bool leaves_multipliers;
+};
+
+/// @param load_next  called while the vertices are on their way from shared memory
+template <class Constraint, ProjectionMode kMode, bool kDamped, class LoadNext>
+__device__ void project_round(const ClusterMemory& memory, const RoundWork& work,
+                              const Substep<float>& substep, LoadNext load_next) {
+  constexpr int kVertices = Constraint::kVertexCount;
+  constexpr bool kRemembers =
+      kMode == ProjectionMode::compliance && !std::is_same_v<Constraint, StrainLimitConstraint>;
+  Vec3<float> x[kVertices];
+  float w[kVertices];
+  std::uint32_t slots[kVertices];
+#pragma unroll
+  for (int k = 0; k < kVertices; ++k) {
+    slots[k] = 16 * (half(work.head, k) & kSlotMask);
+  }
+  if (work.is_active) {
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      const float4 p = load_slot(memory.slots + slots[k]);
+      x[k] = {p.x, p.y, p.z};
+      w[k] = p.w;
+    }
+  }
+  load_next();
+  uint4 targets{};
+  if (work.is_border) {
+    targets = load_shared(work.words + work.stride * kWordsOf<Constraint, kDamped>);
+  }
+  if (!work.is_active) {
+    return;
+  }
+  if (work.head.z != kRemovedConstraint) {
+    float parameters[Constraint::kParameterCount];
+    unpack_parameters<Constraint, kDamped>(work.head, work.words, work.stride, parameters);
+    float multipliers[Constraint::kMultiplierCount] = {};
+    if (kRemembers && work.takes_multipliers) {
+#pragma unroll
+      for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+        multipliers[m] = work.multipliers[m * work.multiplier_stride];
+      }
+    }
+    if constexpr (kDamped && kRemembers) {
+      Damped<float, kVertices> damping;
+#pragma unroll
+      for (int k = 0; k < kVertices; ++k) {
+        const float4 p = load_slot(memory.starts + slots[k]);
+        damping.start[k] = {p.x, p.y, p.z};
+      }
+      Constraint::template project<kMode>(x, w, parameters, substep, multipliers, damping);
+    } else {
+      Constraint::template project<kMode>(x, w, parameters, substep, multipliers);
+    }
+    if (kRemembers && work.leaves_multipliers) {
+#pragma unroll
+      for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+        work.multipliers[m * work.multiplier_stride] = multipliers[m];
+      }
+    }
+  }
+  std::uint32_t leaving = 0;
+#pragma unroll
+  for (int k = 0; k < kVertices; ++k) {
+    const std::uint32_t leaves = half(work.head, k) & kLeaves;
+    leaving |= leaves;
+    if (leaves == 0) {
+      store_shared(memory.slots + slots[k], make_float4(x[k].x, x[k].y, x[k].z, w[k]));
+    }
+  }
+  if (leaving != 0) {
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      if ((half(work.head, k) & kLeaves) != 0) {
+        const std::uint32_t target = part(targets, k);
+        const std::uint32_t block = target >> 28;
+        const std::uint32_t phase = (target >> 16) & 0xfff;
+        const std::uint32_t slot = target & 0xffff;
+        send(address_in(block, memory.slots + 16 * slot),
+             make_float4(x[k].x, x[k].y, x[k].z, w[k]),
+             address_in(block, memory.arrived + 8 * phase));
+      }
+    }
+  }
+}
+
+/// The warp that fetches: one of its threads. A round's words are asked for three rounds ahead,
+/// and the next round does not begin before those of the one after it are there.
+__device__ inline void fetch_rounds(const ClusterArrays& cluster, const ClusterMemory& memory,
+                                    std::uint32_t round_count, std::uint32_t total,
+                                    std::uint32_t threads) {
+  const bool is_fetcher = threadIdx.x % kWarp == 0;
+  std::uint32_t next = 0;
+  Round round{load_shared(memory.rounds)};
+  const auto ask = [&](std::uint32_t stage) {
+    const std::uint32_t barrier = memory.fetched + 8 * stage;
+    const std::uint32_t bytes = round.bytes();
+    arm(barrier, bytes);
+    if (bytes > 0) {
+      fetch(memory.stages + stage * memory.stage_bytes, cluster.words + round.first(), bytes,
+            barrier);
+    }
+    next = next + 1 == round_count ? 0 : next + 1;
+    round.raw = load_shared(memory.rounds + 16 * next);
+  };
+  std::uint32_t waited = 0;  // round whose words are there
+  const auto await = [&] {
+    wait_for(memory.fetched + 8 * (waited % kClusterStages), waited / kClusterStages % 2);
+    ++waited;
+  };
+  if (is_fetcher) {
+    for (std::uint32_t stage = 0; stage + 1 < kClusterStages; ++stage) {
+      ask(stage);
+    }
+    await();
+    await();
+  }
+  __syncwarp();
+  meet(kRoundBarrier, static_cast<int>(threads));
+  for (std::uint32_t i = 0; i < total; ++i) {
+    if (is_fetcher) {
+      ask((i + kClusterStages - 1) % kClusterStages);
+      await();
+    }
+    __syncwarp();
+    meet(kRoundBarrier, static_cast<int>(threads));
+  }
+  if (is_fetcher) {  // nothing may come after the block has left
+    while (waited < total + kClusterStages - 1) {
+      await();
+    }
+  }
+}
+
+/// Lists the vertices at home here that tools hold or touch.
+template <int kThreads>
+__device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArrays& tools,
+                                   const StepInput* input, const ClusterSweep& sweep,
+                                   const Index* places, std::uint32_t home_count,
+                                   std::uint32_t block, std::uint32_t* counts, uint2* held,
+                                   std::uint32_t* touched) {
+  // Their order does not matter: each is one thread's, in all sweeps.
+  if (sweep.has_attachments) {
+    const HeldInput* const inputs = table<HeldInput>(const_cast<StepInput*>(input), input->held);
+    for (Index i = static_cast<Index>(threadIdx.x); i < input->held_count; i += kThreads) {
+      const std::uint32_t home = __ldg(cluster.homes + inputs[i].place);
+      if (home >> 16 == block) {
+        held[atomicAdd(counts, 1)] = make_uint2(home & 0xffff, static_cast<std::uint32_t>(i));
+      }
+    }
+  }
+  if (sweep.has_pushers) {
+    for (std::uint32_t slot = threadIdx.x; slot < home_count; slot += kThreads) {
+      const Index place = __ldg(places + slot);
+      bool is_touched = false;
+      for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+        is_touched |= touches(tools, pusher, place);
+      }
+      if (is_touched) {
+        touched[atomicAdd(counts + 1, 1)] = slot;
+      }
+    }
+  }
+}
+
+/// @param kThreads  that project; one warp more fetches
+template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
+__global__ void __launch_bounds__(kThreads + kWarp, 1)
+    sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
+                     ClusterSweep sweep) {
+  extern __shared__ float4 shared[];
+  constexpr std::uint32_t kAll = kThreads + kWarp;
+  const ClusterLayout layout(cluster, kDamped, sweep);
+  const std::uint32_t start = shared_address(shared);
+  char* const bytes = reinterpret_cast<char*>(shared);
+  const ClusterMemory memory{start + layout.slots,   start + layout.starts,
+                             start + layout.stages,  start + layout.rounds,
+                             start + layout.arrived, start + layout.fetched,
+                             cluster.stage_bytes};
+  const std::uint32_t rank = block_of_cluster();
+  const std::uint32_t thread = threadIdx.x;
+  const ClusterBlock block = cluster.blocks[rank];
+  const std::uint32_t* const arrivals = cluster.arrivals + rank * (cluster.phase_count + 1);
+  const Index* const places = cluster.places + block.first_place;
+  {
+    auto* const rounds = reinterpret_cast<uint4*>(bytes + layout.rounds);
+    const auto* const from = reinterpret_cast<const uint4*>(cluster.rounds + block.first_round);
+    for (std::uint32_t i = thread; i <= block.round_count; i += kAll) {
+      rounds[i] = __ldg(from + (i == block.round_count ? 0 : i));
+    }
+    auto* const kept_arrivals = reinterpret_cast<std::uint32_t*>(bytes + layout.arrivals);
+    for (std::uint32_t phase = thread; phase <= cluster.phase_count; phase += kAll) {
+      kept_arrivals[phase] = __ldg(arrivals + phase);
+      make_barrier(memory.arrived + 8 * phase);
+    }
+    if (thread < kClusterStages) {
+      make_barrier(memory.fetched + 8 * thread);
+    }
+    publish_barriers();
+  }
+  wait_for_previous();
+  for (std::uint32_t slot = thread; slot < block.home_count; slot += kAll) {
+    shared[slot] = __ldcg(reinterpret_cast<const float4*>(state.particles + __ldg(places + slot)));
+  }
+  if constexpr (kDamped) {
+    auto* const starts = reinterpret_cast<float4*>(bytes + layout.starts);
+    for (std::uint32_t slot = thread; slot < block.slot_count; slot += kAll) {
+      starts[slot] =
+          __ldcg(reinterpret_cast<const float4*>(state.previous + __ldg(places + slot)));
+    }
+  }
+  auto* const tool_counts = reinterpret_cast<std::uint32_t*>(bytes + layout.tool_counts);
+  if (thread < 2) {
+    tool_counts[thread] = 0;
+  }
+  meet_cluster();
+
+  if (thread >= kThreads) {
+    fetch_rounds(cluster, memory, block.round_count,
+                 block.round_count * static_cast<std::uint32_t>(sweep.sweep_count), kAll);
+    return;
+  }
+  auto* const held = reinterpret_cast<uint2*>(bytes + layout.held);
+  auto* const touched = reinterpret_cast<std::uint32_t*>(bytes + layout.touched);
+  const bool has_tools = sweep.has_attachments || sweep.has_pushers;
+  if (has_tools) {
+    list_tool_vertices<kThreads>(cluster, tools, input, sweep, places, block.home_count, rank,
+                                 tool_counts, held, touched);
+  }
+  const Substep<float> substep = input->substep;
+  const std::uint32_t warp = thread / kWarp * kWarp;  // its first thread
+  const std::uint32_t stages_end = memory.stages + kClusterStages * memory.stage_bytes;
+  meet(kRoundBarrier, kAll);
+
+  Round round{load_shared(memory.rounds)};
+  std::uint32_t stage = memory.stages;
+  uint4 head = load_shared(stage + 16 * thread);
+  for (Index s = 0; s < sweep.sweep_count; ++s) {
+    const std::uint32_t parity = static_cast<std::uint32_t>(s) % 2;
+    for (std::uint32_t phase = thread; phase <= cluster.phase_count; phase += kThreads) {
+      arm(memory.arrived + 8 * phase,
+          reinterpret_cast<const std::uint32_t*>(bytes + layout.arrivals)[phase]);
+    }
+    const std::uint32_t rounds_end = memory.rounds + 16 * (block.round_count + 1);
+    for (std::uint32_t next = memory.rounds + 16; next != rounds_end; next += 16) {
+      const std::uint32_t next_stage =
+          stage + memory.stage_bytes == stages_end ? memory.stages : stage + memory.stage_bytes;
+      uint4 next_head{};
+      Round next_round{};
+      const std::uint32_t count = round.count();
+      if (warp < count) {
+        const bool is_border = warp < round.border();
+        if (is_border) {
+          wait_for(memory.arrived + 8 * round.phase(), parity);
+        }
+        const RoundWork work{head,
+                             stage + 16 * thread,
+                             16 * count,
+                             thread < count,
+                             is_border,
+                             cluster.multipliers + round.first_multiplier() + thread,
+                             count,
+                             s > 0,
+                             s + 1 < sweep.sweep_count};
+        const auto load_next = [&] {
+          next_round.raw = load_shared(next);
+          next_head = load_shared(next_stage + 16 * thread);
+        };
+        switch (round.kind()) {
+          case PhaseKind::distance:
+            project_round<DistanceConstraint, kMode, kDamped>(memory, work, substep, load_next);
+            break;
+          case PhaseKind::volume:
+            project_round<VolumeConstraint, kMode, kDamped>(memory, work, substep, load_next);
+            break;
+          case PhaseKind::neo_hookean:
+            if constexpr (kSolids) {
+              project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
+            }
+            break;
+          default:
+            project_round<StrainLimitConstraint, ProjectionMode::fraction, false>(
+                memory, work, substep, load_next);
+            break;
+        }
+      } else {
+        next_round.raw = load_shared(next);
+        if (warp < next_round.count()) {
+          next_head = load_shared(next_stage + 16 * thread);
+        }
+      }
+      meet(kRoundBarrier, kAll);
+      round = next_round;
+      head = next_head;
+      stage = next_stage;
+    }
+    wait_for(memory.arrived + 8 * cluster.phase_count, parity);  // all are at home
+    if (has_tools) {
+      for (std::uint32_t i = thread; i < tool_counts[0]; i += kThreads) {
+        const float4 p = shared[held[i].x];
+        const Particle moved = pull(tools, input, sweep.substep, s == 0,
+                                    static_cast<Index>(held[i].y), {p.x, p.y, p.z, p.w});
+        shared[held[i].x] = make_float4(moved.x, moved.y, moved.z, moved.w);
+      }
+      meet(kProjectBarrier, kThreads);
+      for (std::uint32_t i = thread; i < tool_counts[1]; i += kThreads) {
+        const float4 p = shared[touched[i]];
+        const Particle moved =
+            push(tools, input, __ldg(places + touched[i]), state.count, {p.x, p.y, p.z, p.w});
+        shared[touched[i]] = make_float4(moved.x, moved.y, moved.z, moved.w);
+      }
+      meet(kProjectBarrier, kThreads);
+    }
+  }
+  for (std::uint32_t slot = thread; slot < block.home_count; slot += kThreads) {
+    *reinterpret_cast<float4*>(state.particles + __ldg(places + slot)) = shared[slot];
+  }
+}
+
+#else
+
+template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
+__global__ void sweep_by_cluster(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep) {
+  __trap();  // never launched: see make_cluster_sweeps()
+}
+
+#endif
+
+using ClusterKernel = void (*)(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep);
+
+template <int kThreads>
+ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
+  if (kind.mode == ProjectionMode::fraction) {
+    return sweep_by_cluster<ProjectionMode::fraction, false, false, kThreads>;
+  }
+  if (kind.is_damped) {
+    return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, true, true, kThreads>
+                           : sweep_by_cluster<ProjectionMode::compliance, true, false, kThreads>;
+  }
+  return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, false, true, kThreads>
+                         : sweep_by_cluster<ProjectionMode::compliance, false, false, kThreads>;
+}
+
+ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
+  return kind.thread_count == kFewClusterThreads
+             ? choose_cluster_kernel<kFewClusterThreads>(kind)
+             : choose_cluster_kernel<kManyClusterThreads>(kind);
+}
+
+/// A launch of one cluster.
+struct ClusterLaunch {
+  cudaLaunchAttribute attributes[2]{};
+  cudaLaunchConfig_t config{};
+
+  ClusterLaunch(const ClusterKind& kind, const ClusterArrays& cluster, const ClusterSweep& sweep,
+                const Launch& how) {
+    attributes[0].id = cudaLaunchAttributeClusterDimension;
+    attributes[0].val.clusterDim = {cluster.block_count, 1, 1};
+    attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attributes[1].val.programmaticStreamSerializationAllowed = 1;
+    config.gridDim = dim3(cluster.block_count);
+    config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
+    config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped, sweep).size;
+    config.stream = how.stream;
+    config.attrs = attributes;
+    config.numAttrs = how.overlaps ? 2 : 1;
+  }
+};
+
+/// With tools, which need most room.
+bool prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
+  const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
+  const ClusterLaunch launch(kind, cluster, {0, 1, true, true}, {});
+  const auto fails = [](cudaError_t status) {
+    static_cast<void>(cudaGetLastError());  // it was a question
+    return status != cudaSuccess;
+  };
+  if (fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1)) ||
+      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                 static_cast<int>(launch.config.dynamicSmemBytes)))) {
+    return false;
+  }
+  int clusters = 0;
+  return !fails(cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config)) && clusters > 0;
+}
+
+void sweep_cluster(const ClusterKind& kind, const ClusterArrays& cluster, const DeviceState& state,
+                   const ToolArrays& tools, StepInput* input, const ClusterSweep& sweep,
+                   const Launch& how) {
+  const ClusterLaunch launch(kind, cluster, sweep, how);
+  check(cudaLaunchKernelEx(&launch.config, choose_cluster_kernel(kind), cluster, state, tools,
+                           input, sweep),
+        "launching the sweeps of a cluster");
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

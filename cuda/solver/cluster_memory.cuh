@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a block of a cluster does with its own and others' shared memory: the few instructions that
+/// the language has no word for. Addresses are those of the shared state space. PTX ISA 8.0, for
+/// compute capability 9.0 on.
+
+#include <cstdint>
+
+#include <cuda_runtime.h>
+
+namespace pbdsurg::cuda {
+
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+#define PBDSURG_CUDA_HAS_CLUSTERS 1
+#endif
+
+#if defined(PBDSURG_CUDA_HAS_CLUSTERS)
+
+__device__ inline std::uint32_t shared_address(const void* pointer) {
+  return static_cast<std::uint32_t>(__cvta_generic_to_shared(pointer));
+}
+
+__device__ inline std::uint32_t block_of_cluster() {
+  std::uint32_t rank;
+  asm("mov.u32 %0, %%cluster_ctarank;" : "=r"(rank));
+  return rank;
+}
+
+/// The same address in another block of the cluster.
+__device__ inline std::uint32_t address_in(std::uint32_t block, std::uint32_t address) {
+  std::uint32_t there;
+  asm("mapa.shared::cluster.u32 %0, %1, %2;" : "=r"(there) : "r"(address), "r"(block));
+  return there;
+}
+
+/// Waits for all threads of the cluster; what they wrote before is then seen.
+__device__ inline void meet_cluster() {
+  asm volatile(
+      "barrier.cluster.arrive.release.aligned;\n"
+      "barrier.cluster.wait.acquire.aligned;" ::
+          : "memory");
+}
+
+/// Waits for `count` threads of the block, whole warps that name the same barrier.
+__device__ inline void meet(int barrier, int count) {
+  asm volatile("barrier.sync %0, %1;" ::"r"(barrier), "r"(count) : "memory");
+}
+
+__device__ inline uint4 load_shared(std::uint32_t address) {
+  uint4 v;
+  asm volatile("ld.shared.v4.u32 {%0, %1, %2, %3}, [%4];"
+               : "=r"(v.x), "=r"(v.y), "=r"(v.z), "=r"(v.w)
+               : "r"(address)
+               : "memory");
+  return v;
+}
+
+__device__ inline void store_shared(std::uint32_t address, const float4& v) {
+  asm volatile("st.shared.v4.f32 [%0], {%1, %2, %3, %4};" ::"r"(address), "f"(v.x), "f"(v.y),
+               "f"(v.z), "f"(v.w)
+               : "memory");
+}
+
+/// A barrier completes when it was armed and as many bytes as that asked for have come; then it
+/// starts again, with the other parity.
+__device__ inline void make_barrier(std::uint32_t barrier) {
+  asm volatile("mbarrier.init.shared::cta.b64 [%0], 1;" ::"r"(barrier) : "memory");
+}
+
+/// After make_barrier(), before other blocks may use it.
+__device__ inline void publish_barriers() {
+  asm volatile("fence.mbarrier_init.release.cluster;" ::: "memory");
+}
+
+__device__ inline void arm(std::uint32_t barrier, std::uint32_t bytes) {
+  asm volatile("mbarrier.arrive.expect_tx.shared::cta.b64 _, [%0], %1;" ::"r"(barrier), "r"(bytes)
+               : "memory");
+}
+
+/// What comes lies in this block's shared memory, so no wider scope is needed; a wider one would
+/// empty the cache.
+__device__ inline void wait_for(std::uint32_t barrier, std::uint32_t parity) {
+  std::uint32_t is_complete;
+  do {
+    asm volatile(
+        "{\n"
+        ".reg .pred p;\n"
+        "mbarrier.test_wait.parity.shared::cta.b64 p, [%1], %2;\n"
+        "selp.u32 %0, 1, 0, p;\n"
+        "}"
+        : "=r"(is_complete)
+        : "r"(barrier), "r"(parity)
+        : "memory");
+  } while (is_complete == 0);
+}
+
+/// Writes into another block and completes 16 bytes of a barrier there.
+__device__ inline void send(std::uint32_t there, const float4& v, std::uint32_t barrier_there) {
+  asm volatile(
+      "st.async.shared::cluster.mbarrier::complete_tx::bytes.v4.b32 [%0], {%1, %2, %3, %4}, "
+      "[%5];" ::"r"(there),
+      "r"(__float_as_uint(v.x)), "r"(__float_as_uint(v.y)), "r"(__float_as_uint(v.z)),
+      "r"(__float_as_uint(v.w)), "r"(barrier_there)
+      : "memory");
+}
+
+/// Copies into this block and completes the bytes of a barrier.
+/// @param bytes  a positive multiple of 16
+__device__ inline void fetch(std::uint32_t here, const void* from, std::uint32_t bytes,
+                             std::uint32_t barrier) {
+  asm volatile(
+      "cp.async.bulk.shared::cluster.global.mbarrier::complete_tx::bytes [%0], [%1], %2, [%3];" ::
+          "r"(here),
+      "l"(from), "r"(bytes), "r"(barrier)
+      : "memory");
+}
+
+#endif
+
+}  // namespace pbdsurg::cuda
