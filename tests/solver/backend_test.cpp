@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 

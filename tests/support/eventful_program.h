@@ -17,8 +17,8 @@
 
 namespace pbdsurg::testing {
 
-inline constexpr double kEventfulEdge = 4e-3;        // m
-inline constexpr float kEventfulTimeStep = 2e-3F;    // s
+inline constexpr double kEventfulEdge = 4e-3;      // m
+inline constexpr float kEventfulTimeStep = 2e-3F;  // s
 
 /// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
 /// between them and limits of stretch.
@@ -59,7 +59,7 @@ class EventfulProgram {
   /// Before the first round.
   void begin(Solver& solver) const {
     solver.add_tool({&capsule_, 1}, pose_);
-    solver.add_tool({}, ToolPose::Identity());
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity());  // pushes, too, once it holds nothing
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 
@@ -175,6 +175,7 @@ class EventfulProgram {
   // With all that is around it, while a tool holds it.
   void remove_vertex(Solver& solver, int round) const {
     grasp_some(solver, round);
+    solver.step(kEventfulTimeStep);
     const Index gone = some_vertex(solver, round);
     TopologyEdit edit;
     for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
