@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <numeric>
+#include <optional>
 
 #include "device_buffer.cuh"
 #include "solver/cluster_program.h"
@@ -12,9 +14,18 @@ namespace {
 // more blocks exchange more vertices.
 constexpr Index kLeastShare = 32;
 
+// Beyond, the whole device does more than the sixteen multiprocessors of a cluster.
+constexpr Index kMostConstraints = 800'000;
+
+Index count_constraints(std::span<const Stage> stages) {
+  return std::accumulate(stages.begin(), stages.end(), Index{0},
+                         [](Index sum, const Stage& stage) { return sum + stage.count; });
+}
+
 class ClusterSweeps final : public Sweeps {
  public:
-  ClusterSweeps(const SolverData& data, const StepKernels& kernels) : kernels_(kernels) {
+  explicit ClusterSweeps(const SolverData& data)
+      : kernels_(data.options.math == MathMode::strict ? strict_kernels : fast_kernels) {
     kind_.mode = data.options.mode;
     kind_.is_damped = data.has_damping && kind_.mode == ProjectionMode::compliance;
     kind_.has_solids = data.neo_hookeans.group_count() > 0;
@@ -25,15 +36,11 @@ class ClusterSweeps final : public Sweeps {
 
   bool take_over(const SolverData& data, std::span<const Stage> stages,
                  const StageRecords& records, cudaStream_t stream) override {
-    Index constraint_count = 0;
-    for (const Stage& stage : stages) {
-      constraint_count += stage.count;
-    }
     const auto place_count = static_cast<Index>(data.particles.size());
+    const Index phase_size =
+        count_constraints(stages) / std::max(static_cast<Index>(stages.size()), 1);
     Index block_count = kMostClusterBlocks;
-    while (block_count > 1 && constraint_count / static_cast<Index>(std::max<std::size_t>(
-                                                     stages.size(), 1)) <
-                                  kLeastShare * block_count) {
+    while (block_count > 1 && phase_size < kLeastShare * block_count) {
       block_count /= 2;
     }
     for (; block_count >= 1; block_count /= 2) {
@@ -106,8 +113,12 @@ class ClusterSweeps final : public Sweeps {
 
 }  // namespace
 
-std::unique_ptr<Sweeps> make_cluster_sweeps(const SolverData& data, const StepKernels& kernels) {
-  return std::make_unique<ClusterSweeps>(data, kernels);
+bool is_for_cluster(std::span<const Stage> stages) noexcept {
+  return count_constraints(stages) <= kMostConstraints;
+}
+
+std::unique_ptr<Sweeps> make_cluster_sweeps(const SolverData& data) {
+  return std::make_unique<ClusterSweeps>(data);
 }
 
 }  // namespace pbdsurg::cuda

@@ -34,33 +34,17 @@ std::string name_of_device(int device) {
   return properties.name;
 }
 
-DeviceStrategy choose_strategy(const SolverOptions& options) {
-  return options.device_strategy == DeviceStrategy::automatic ? DeviceStrategy::graph
-                                                              : options.device_strategy;
-}
-
-std::string name_of_options(const SolverOptions& options) {
-  const std::string math = options.math == MathMode::strict ? "strict" : "fast";
-  switch (choose_strategy(options)) {
+const char* name_of(DeviceStrategy strategy) {
+  switch (strategy) {
     case DeviceStrategy::stream:
-      return ", stream, " + math;
+      return "stream";
     case DeviceStrategy::cluster:
-      return ", cluster, " + math;
+      return "cluster";
     case DeviceStrategy::graph:
     case DeviceStrategy::automatic:
       break;
   }
-  return ", graph, " + math;
-}
-
-std::unique_ptr<Sweeps> make_sweeps(const SolverData& data) {
-  if (data.options.method == SolverMethod::vertex_block) {
-    throw BackendUnavailable("the CUDA backend has no vertex-block method");
-  }
-  if (choose_strategy(data.options) == DeviceStrategy::cluster) {
-    throw BackendUnavailable("the CUDA backend has no sweeps on a cluster");
-  }
-  return make_launched_sweeps(data);
+  return "graph";
 }
 
 // Whether a kernel may be brought to the device while the one before is at work.
@@ -76,13 +60,13 @@ bool can_overlap(int device) {
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
-      : device_(current_device()),
-        strategy_(choose_strategy(data.options)),
-        overlaps_(can_overlap(device_)),
-        name_("cuda, " + name_of_device(device_) + name_of_options(data.options)),
-        sweeps_(make_sweeps(data)),
-        state_(data, stream_.get()) {
+      : device_(current_device()), overlaps_(can_overlap(device_)), state_(data, stream_.get()) {
+    if (data.options.method == SolverMethod::vertex_block) {
+      throw BackendUnavailable("the CUDA backend has no vertex-block method");
+    }
     make_plan(data);
+    name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
+            (data.options.math == MathMode::strict ? "strict" : "fast");
   }
 
   ~CudaBackend() override {  // what is at work there needs the buffers
@@ -146,8 +130,28 @@ class CudaBackend final : public Backend {
     StageRecords records;
     plan_ = StagePlan(data, records);
     constraints_.upload(records, remembers, stream_.get());
-    sweeps_->take_over(data, true, stream_.get());
+    choose_sweeps(data, records);
     is_planned_ = true;
+  }
+
+  void choose_sweeps(const SolverData& data, const StageRecords& records) {
+    const DeviceStrategy wanted = data.options.device_strategy;
+    if (wanted == DeviceStrategy::cluster ||
+        (wanted == DeviceStrategy::automatic && is_for_cluster(plan_.stages()))) {
+      sweeps_ = make_cluster_sweeps(data);
+      if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
+        strategy_ = DeviceStrategy::cluster;
+        return;
+      }
+      if (wanted == DeviceStrategy::cluster) {
+        throw BackendUnavailable(
+            "a cluster cannot take this solver: it needs a device of compute capability 9.0 on, a "
+            "plan without joint and serial phases, and vertices that fit in the shared memory of "
+            "sixteen blocks");
+      }
+    }
+    strategy_ = wanted == DeviceStrategy::stream ? wanted : DeviceStrategy::graph;
+    sweeps_ = make_launched_sweeps(data);
   }
 
   // What happened on the host since the last step.
@@ -157,8 +161,10 @@ class CudaBackend final : public Backend {
     if (!is_planned_ || !plan_.follow(data, changes, words_)) {
       words_.clear();
       make_plan(data);
-    } else if (!changes.constraints.empty() && sweeps_->take_over(data, false, stream_.get())) {
-      is_recorded_ = false;
+    } else {
+      std::vector<WordChange> own_words;
+      sweeps_->follow(words_, own_words);
+      words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
     if (changes.state) {
       state_.upload(data, stream_.get());
@@ -199,6 +205,7 @@ class CudaBackend final : public Backend {
       return arrays.starts[static_cast<int>(array)];
     };
     start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
+    start(DeviceArray::cluster) = sweeps_->words();
     start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
     write_words(arrays, words_on_device_.upload(words_, stream_.get()),
                 static_cast<Index>(words_.size()), stream_.get());
@@ -240,7 +247,7 @@ class CudaBackend final : public Backend {
   }
 
   int device_;
-  DeviceStrategy strategy_;
+  DeviceStrategy strategy_ = DeviceStrategy::graph;
   bool overlaps_;
   std::string name_;
   Stream stream_;

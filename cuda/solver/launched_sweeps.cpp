@@ -14,8 +14,9 @@ class LaunchedSweeps final : public Sweeps {
 
   [[nodiscard]] const char* name() const noexcept override { return "a launch a phase"; }
 
-  bool take_over(const SolverData& /*data*/, bool is_new, cudaStream_t /*stream*/) override {
-    return is_new;
+  bool take_over(const SolverData& /*data*/, std::span<const Stage> /*stages*/,
+                 const StageRecords& /*records*/, cudaStream_t /*stream*/) override {
+    return true;
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {

@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/changes.h"
 #include "solver/device_arrays.h"
 #include "solver/solver_data.h"
+#include "solver/stage_plan.h"
 #include "solver/stages.h"
 #include "solver/step_kernels.h"
 
@@ -43,11 +45,18 @@ class Sweeps {
   /// For the backend's name.
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 
-  /// Takes over what happened to constraints since the last step, in its own arrays if it has any.
-  /// Copies are enqueued on the stream.
-  /// @param is_new  whether everything has to be taken over: the first time, or when stages changed
-  /// @return        whether enqueue() will enqueue something else than before
-  virtual bool take_over(const SolverData& data, bool is_new, cudaStream_t stream) = 0;
+  /// Takes the stages over, the first time or when they changed. Waits.
+  /// @return  whether it can sweep them
+  virtual bool take_over(const SolverData& data, std::span<const Stage> stages,
+                         const StageRecords& records, cudaStream_t stream) = 0;
+
+  /// Lists what to write into its own arrays, if it has any, so that they follow the records.
+  /// @param changes  of records
+  /// @param words    appended to; changes of DeviceArray::cluster
+  virtual void follow(std::span<const WordChange> /*changes*/, std::vector<WordChange>& /*words*/) {}
+
+  /// Where DeviceArray::cluster starts, if there is one.
+  [[nodiscard]] virtual std::uint32_t* words() const noexcept { return nullptr; }
 
   /// Enqueues all sweeps of one substep, with what tools do in them. Called while a graph records
   /// the stream, so it neither waits nor allocates.
@@ -60,5 +69,11 @@ class Sweeps {
 
 /// One launch a stage.
 std::unique_ptr<Sweeps> make_launched_sweeps(const SolverData& data);
+
+/// Whether a cluster, if it can take the stages, is likely to be faster than launches.
+[[nodiscard]] bool is_for_cluster(std::span<const Stage> stages) noexcept;
+
+/// One launch a substep, of one cluster of blocks.
+std::unique_ptr<Sweeps> make_cluster_sweeps(const SolverData& data);
 
 }  // namespace pbdsurg::cuda
