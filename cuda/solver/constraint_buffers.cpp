@@ -52,6 +52,7 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
       return words(tubes_.get());
     case DeviceArray::particles:
     case DeviceArray::velocities:
+    case DeviceArray::cluster:
       break;
   }
   return nullptr;
