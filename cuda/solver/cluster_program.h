@@ -2,9 +2,10 @@
 #pragma once
 
 /// @file
-/// A schedule of a cluster as its kernel reads it: rounds of constraints, in 16-byte words.
+/// From the stages of a device to the program of a cluster.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,58 +13,11 @@
 
 #include "pbdsurg/core/types.h"
 
+#include "solver/cluster_layout.h"
 #include "solver/stage_plan.h"
 #include "solver/stages.h"
 
 namespace pbdsurg::cuda {
-
-/// Four numbers of a constraint, as bits.
-struct alignas(16) Word128 {
-  std::uint32_t x, y, z, w;
-};
-
-/// Of a corner's slot: its lowest bits. The bit above says that the vertex goes to another block.
-inline constexpr std::uint32_t kSlotMask = 0x7fff;
-inline constexpr std::uint32_t kLeaves = 0x8000;
-
-/// What the threads of a block project at once, one constraint each: constraints of one phase.
-///
-/// From `first` on, for each of `words` in turn, that word of all constraints:
-///   0        slots of two corners, 16 bits each; of four, those of the others in the second number
-///            (damping for constraints of two); then the first two parameters. A constraint that
-///            was removed has no number for the first: it lets vertices pass
-///   1 ...    further parameters
-/// then, for the first `border` constraints, the targets of their corners (see pack_target()).
-struct alignas(16) ClusterRound {
-  std::uint32_t first;             ///< Word128
-  std::uint32_t first_multiplier;  ///< float; they lie as words do
-  std::uint16_t count;
-  std::uint16_t border;
-  std::uint16_t phase;
-  std::uint8_t kind;  ///< PhaseKind
-  std::uint8_t words;
-};
-
-/// Where a vertex goes: 4 bits of block, 12 of phase, 16 of slot.
-[[nodiscard]] constexpr std::uint32_t pack_target(std::uint32_t block, std::uint32_t phase,
-                                                  std::uint32_t slot) {
-  return block << 28 | phase << 16 | slot;
-}
-/// In place of the first parameter of a constraint that was removed: not a number.
-inline constexpr std::uint32_t kRemovedConstraint = 0x7fffffff;
-
-inline constexpr Index kMostClusterBlocks = 16;
-inline constexpr Index kFewClusterThreads = 224;  // with one warp that fetches, eight
-inline constexpr Index kManyClusterThreads = 480;
-inline constexpr Index kMostClusterPhases = 4095;
-
-struct ClusterBlock {
-  std::uint32_t first_place;  ///< in ClusterProgram::places
-  std::uint32_t home_count;   ///< of these; in slots 0 on
-  std::uint32_t slot_count;
-  std::uint32_t first_round;
-  std::uint32_t round_count;
-};
 
 /// What a kernel needs to sweep.
 struct ClusterProgram {

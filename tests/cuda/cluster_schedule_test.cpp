@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Schedules are made, and followed, on the host: what is here needs no device.
+#include "solver/cluster_schedule.h"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "pbdsurg/core/random.h"
+
+#include "support/catch.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+// Phases of pairs and quadruples of near places that share none within a phase.
+std::vector<std::vector<SweepConstraint>> make_phases(Index place_count, int phase_count,
+                                                      std::uint64_t seed) {
+  std::vector<std::vector<SweepConstraint>> phases(static_cast<std::size_t>(phase_count));
+  std::uint64_t draw = 0;
+  for (std::size_t p = 0; p < phases.size(); ++p) {
+    std::vector<bool> used(static_cast<std::size_t>(place_count), false);
+    const int corners = p % 2 == 0 ? 2 : 4;
+    for (Index i = 0; i < place_count; ++i) {
+      const auto base = static_cast<Index>(random_unit(seed, ++draw, p) * place_count);
+      SweepConstraint constraint;
+      constraint.places.fill(kInvalidIndex);
+      bool fits = true;
+      for (int k = 0; k < corners; ++k) {
+        const auto offset = static_cast<Index>(random_unit(seed, ++draw, p) * 40);
+        const Index place = (base + offset) % place_count;
+        fits = fits && !used[place] && std::ranges::find(constraint.places, place) == constraint.places.end();
+        constraint.places[k] = place;
+      }
+      if (fits) {
+        for (int k = 0; k < corners; ++k) {
+          used[constraint.places[k]] = true;
+        }
+        phases[p].push_back(constraint);
+      }
+    }
+  }
+  return phases;
+}
+
+}  // namespace
+
+// Would catch a vertex sent to the wrong block, slot or phase, one that is read where it is not, a
+// constraint that nobody or two project, and an arrival that nobody or one too many waits for.
+TEST_CASE("cluster schedule: each constraint finds its vertices where they were sent") {
+  const Index place_count = GENERATE(60, 1000);
+  const int block_count = GENERATE(1, 3, 16);
+  const auto phases = make_phases(place_count, 11, 5);
+  const ClusterSchedule schedule(phases, place_count, block_count);
+  REQUIRE(schedule.blocks().size() == static_cast<std::size_t>(block_count));
+
+  std::vector<std::map<Index, Index>> held(schedule.blocks().size());  // slot -> place
+  std::size_t homes = 0;
+  for (std::size_t b = 0; b < held.size(); ++b) {
+    const ScheduledBlock& block = schedule.blocks()[b];
+    homes += static_cast<std::size_t>(block.home_count);
+    for (Index slot = 0; slot < block.home_count; ++slot) {
+      held[b][slot] = block.places[slot];
+    }
+  }
+  CHECK(homes == static_cast<std::size_t>(place_count));
+  const auto start = held;
+  const auto phase_count = static_cast<Index>(phases.size());
+  std::vector<std::vector<Index>> arrivals(held.size(), std::vector<Index>(phases.size() + 1, 0));
+  for (Index phase = 0; phase < phase_count; ++phase) {
+    std::vector<int> projected(phases[phase].size(), 0);
+    auto after = held;
+    for (std::size_t b = 0; b < held.size(); ++b) {
+      const ScheduledBlock& block = schedule.blocks()[b];
+      for (std::size_t i = 0; i < block.constraints[phase].size(); ++i) {
+        const Index c = block.constraints[phase][i];
+        ++projected[c];
+        for (int k = 0; k < 4; ++k) {
+          const Index place = phases[phase][c].places[k];
+          if (place == kInvalidIndex) {
+            break;
+          }
+          const Index slot = schedule.slot(phase, c, k);
+          REQUIRE(held[b].contains(slot));
+          REQUIRE(held[b][slot] == place);
+          CHECK(block.places[slot] == place);
+          const VertexTarget& target = schedule.target(phase, c, k);
+          const bool leaves = target.block != b;
+          CHECK((!leaves || static_cast<Index>(i) < block.border_counts[phase]));
+          after[b].erase(slot);
+          after[target.block][target.slot] = place;
+          arrivals[target.block][target.phase] += leaves;
+          CHECK(target.phase > phase);
+        }
+      }
+    }
+    CHECK(std::ranges::all_of(projected, [](int times) { return times == 1; }));
+    held = after;
+  }
+  CHECK(held == start);  // all are home again
+  for (std::size_t b = 0; b < held.size(); ++b) {
+    CHECK(schedule.blocks()[b].arrivals == arrivals[b]);
+  }
+}
+
+// What comes from another block is waited for by the warps that hold border constraints alone.
+TEST_CASE("cluster schedule: a constraint that receives is among those of the border") {
+  const auto phases = make_phases(800, 9, 2);
+  const ClusterSchedule schedule(phases, 800, 8);
+  std::vector<std::map<std::pair<Index, Index>, bool>> receives(8);  // phase, slot
+  for (std::size_t b = 0; b < 8; ++b) {
+    for (Index phase = 0; phase < 9; ++phase) {
+      for (const Index c : schedule.blocks()[b].constraints[phase]) {
+        for (int k = 0; k < 4 && phases[phase][c].places[k] != kInvalidIndex; ++k) {
+          const VertexTarget& target = schedule.target(phase, c, k);
+          if (target.block != b) {
+            receives[target.block][{target.phase, target.slot}] = true;
+          }
+        }
+      }
+    }
+  }
+  std::size_t received = 0;
+  for (std::size_t b = 0; b < 8; ++b) {
+    const ScheduledBlock& block = schedule.blocks()[b];
+    for (Index phase = 0; phase < 9; ++phase) {
+      for (std::size_t i = 0; i < block.constraints[phase].size(); ++i) {
+        const Index c = block.constraints[phase][i];
+        for (int k = 0; k < 4 && phases[phase][c].places[k] != kInvalidIndex; ++k) {
+          if (receives[b].contains({phase, schedule.slot(phase, c, k)})) {
+            ++received;
+            CHECK(static_cast<Index>(i) < block.border_counts[phase]);
+          }
+        }
+      }
+    }
+  }
+  CHECK(received > 100);
+}
+
+}  // namespace pbdsurg::cuda
