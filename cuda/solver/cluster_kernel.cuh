@@ -191,8 +191,7 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
 /// The warp that fetches: one of its threads. A round's words are asked for three rounds ahead,
 /// and the next round does not begin before those of the one after it are there.
 __device__ inline void fetch_rounds(const ClusterArrays& cluster, const ClusterMemory& memory,
-                                    std::uint32_t round_count, std::uint32_t total,
-                                    std::uint32_t threads) {
+                                    std::uint32_t round_count, std::uint32_t total, int threads) {
   const bool is_fetcher = threadIdx.x % kWarp == 0;
   std::uint32_t next = 0;
   Round round{load_shared(memory.rounds)};
@@ -219,15 +218,13 @@ __device__ inline void fetch_rounds(const ClusterArrays& cluster, const ClusterM
     await();
     await();
   }
-  __syncwarp();
-  meet(kRoundBarrier, static_cast<int>(threads));
+  meet(kRoundBarrier, threads);
   for (std::uint32_t i = 0; i < total; ++i) {
     if (is_fetcher) {
       ask((i + kClusterStages - 1) % kClusterStages);
       await();
     }
-    __syncwarp();
-    meet(kRoundBarrier, static_cast<int>(threads));
+    meet(kRoundBarrier, threads);
   }
   if (is_fetcher) {  // nothing may come after the block has left
     while (waited < total + kClusterStages - 1) {
@@ -273,8 +270,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
   extern __shared__ float4 shared[];
-  constexpr std::uint32_t kAll = kThreads + kWarp;
-  const ClusterLayout layout(cluster, kDamped, sweep);
+  constexpr int kAll = kThreads + kWarp;
+  const ClusterLayout layout(cluster, kDamped);
   const std::uint32_t start = shared_address(shared);
   char* const bytes = reinterpret_cast<char*>(shared);
   const ClusterMemory memory{start + layout.slots,   start + layout.starts,
@@ -456,25 +453,23 @@ struct ClusterLaunch {
   cudaLaunchAttribute attributes[2]{};
   cudaLaunchConfig_t config{};
 
-  ClusterLaunch(const ClusterKind& kind, const ClusterArrays& cluster, const ClusterSweep& sweep,
-                const Launch& how) {
+  ClusterLaunch(const ClusterKind& kind, const ClusterArrays& cluster, const Launch& how) {
     attributes[0].id = cudaLaunchAttributeClusterDimension;
     attributes[0].val.clusterDim = {cluster.block_count, 1, 1};
     attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
     attributes[1].val.programmaticStreamSerializationAllowed = 1;
     config.gridDim = dim3(cluster.block_count);
     config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
-    config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped, sweep).size;
+    config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped).size;
     config.stream = how.stream;
     config.attrs = attributes;
     config.numAttrs = how.overlaps ? 2 : 1;
   }
 };
 
-/// With tools, which need most room.
 bool prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
   const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
-  const ClusterLaunch launch(kind, cluster, {0, 1, true, true}, {});
+  const ClusterLaunch launch(kind, cluster, {});
   const auto fails = [](cudaError_t status) {
     static_cast<void>(cudaGetLastError());  // it was a question
     return status != cudaSuccess;
@@ -491,7 +486,7 @@ bool prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
 void sweep_cluster(const ClusterKind& kind, const ClusterArrays& cluster, const DeviceState& state,
                    const ToolArrays& tools, StepInput* input, const ClusterSweep& sweep,
                    const Launch& how) {
-  const ClusterLaunch launch(kind, cluster, sweep, how);
+  const ClusterLaunch launch(kind, cluster, how);
   check(cudaLaunchKernelEx(&launch.config, choose_cluster_kernel(kind), cluster, state, tools,
                            input, sweep),
         "launching the sweeps of a cluster");

@@ -95,24 +95,23 @@ struct ClusterLayout {
   std::uint32_t rounds;        ///< ClusterRound[round_room + 1] the last is the first again
   std::uint32_t arrived;       ///< barrier[phase_count + 1] completed by what arrives for a phase
   std::uint32_t fetched;       ///< barrier[kClusterStages] completed by the words of a round
-  std::uint32_t arrivals;      ///< uint32[phase_count + 1]
-  std::uint32_t tool_counts;   ///< uint32[2] of the lists below
   std::uint32_t held;          ///< uint2[slot_room] slot and index of a vertex that tools hold
   std::uint32_t touched;       ///< uint32[slot_room] slot of a vertex that tools touch
+  std::uint32_t tool_counts;   ///< uint32[2] of these lists
+  std::uint32_t arrivals;      ///< uint32[phase_count + 1]
   std::uint32_t size;
 
-  PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool is_damped,
-                                              const ClusterSweep& sweep)
+  PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool is_damped)
       : starts(16 * cluster.slot_room),
         stages(starts + (is_damped ? 16 * cluster.slot_room : 0)),
         rounds(stages + kClusterStages * cluster.stage_bytes),
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),
-        arrivals(fetched + 8 * kClusterStages),
-        tool_counts(arrivals + 4 * (cluster.phase_count + 2) / 8 * 8),
-        held(tool_counts + 8),
-        touched(held + (sweep.has_attachments ? 8 * cluster.slot_room : 0)),
-        size(touched + (sweep.has_pushers ? 4 * cluster.slot_room : 0)) {}
+        held(fetched + 8 * kClusterStages),
+        touched(held + 8 * cluster.slot_room),
+        tool_counts(touched + 4 * cluster.slot_room),
+        arrivals(tool_counts + 8),
+        size(arrivals + 4 * (cluster.phase_count + 1)) {}
 };
 
 }  // namespace pbdsurg::cuda

@@ -38,14 +38,15 @@ __device__ inline std::uint32_t address_in(std::uint32_t block, std::uint32_t ad
 /// Waits for all threads of the cluster; what they wrote before is then seen.
 __device__ inline void meet_cluster() {
   asm volatile(
-      "barrier.cluster.arrive.release.aligned;\n"
-      "barrier.cluster.wait.acquire.aligned;" ::
+      "barrier.cluster.arrive.release;\n"
+      "barrier.cluster.wait.acquire;" ::
           : "memory");
 }
 
 /// Waits for `count` threads of the block, whole warps that name the same barrier.
 __device__ inline void meet(int barrier, int count) {
-  asm volatile("barrier.sync %0, %1;" ::"r"(barrier), "r"(count) : "memory");
+  __syncwarp();
+  asm volatile("barrier.sync.aligned %0, %1;" ::"r"(barrier), "r"(count) : "memory");
 }
 
 __device__ inline uint4 load_shared(std::uint32_t address) {

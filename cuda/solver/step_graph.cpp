@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/step_graph.h"
 
+#include <utility>
+
 #include "check.cuh"
 
 namespace pbdsurg::cuda {
@@ -38,14 +40,8 @@ void StepGraph::record(cudaStream_t stream, const std::function<void()>& enqueue
     throw;
   }
   PBDSURG_CUDA_CHECK(cudaStreamEndCapture(stream, &recording.graph));
-  if (executable_ != nullptr) {  // other arguments of the same kernels are quicker to set
-    cudaGraphExecUpdateResultInfo result;
-    if (cudaGraphExecUpdate(executable_, recording.graph, &result) == cudaSuccess) {
-      return;
-    }
-    static_cast<void>(cudaGetLastError());  // it was a question
-    static_cast<void>(cudaGraphExecDestroy(executable_));
-    executable_ = nullptr;
+  if (executable_ != nullptr) {
+    PBDSURG_CUDA_CHECK(cudaGraphExecDestroy(std::exchange(executable_, nullptr)));
   }
   PBDSURG_CUDA_CHECK(cudaGraphInstantiate(&executable_, recording.graph, 0));
 }
