@@ -57,13 +57,18 @@ __device__ inline std::uint32_t half(const uint4& head, int corner) {
   return corner % 2 == 0 ? pair & 0xffff : pair >> 16;
 }
 
+__device__ inline bool leaves(const uint4& head, int corner) {
+  return (half(head, corner) & kLeaves) != 0;
+}
+
 __device__ inline std::uint32_t part(const uint4& word, int i) {
   return i == 0 ? word.x : i == 1 ? word.y : i == 2 ? word.z : word.w;
 }
 
 /// Words of a constraint, without targets: as ClusterRound has it.
 template <class Constraint, bool kDamped>
-constexpr std::uint32_t kWordsOf = Constraint::kParameterCount > 3 ? (Constraint::kParameterCount + 5) / 4
+constexpr std::uint32_t kWordsOf = Constraint::kParameterCount > 3
+                                       ? (Constraint::kParameterCount + 5) / 4
                                    : Constraint::kVertexCount == 4 && kDamped ? 2
                                                                               : 1;
 
@@ -94,12 +99,12 @@ __device__ void unpack_parameters(const uint4& head, std::uint32_t words, std::u
 
 /// What a thread needs to project its constraint of a round.
 struct RoundWork {
-  uint4 head;                ///< its first word
-  std::uint32_t words;       ///< where it lies
-  std::uint32_t stride;      ///< bytes between words
-  bool is_active;            ///< whether there is a constraint for this thread
-  bool is_border;            ///< whether this thread's warp has vertices from or for other blocks
-  float* multipliers;        ///< of this constraint
+  uint4 head;            ///< its first word
+  std::uint32_t words;   ///< where it lies
+  std::uint32_t stride;  ///< bytes between words
+  bool is_active;        ///< whether there is a constraint for this thread
+  bool is_border;        ///< whether this thread's warp has vertices from or for other blocks
+  float* multipliers;    ///< of this constraint
   std::uint32_t multiplier_stride;
   bool takes_multipliers;
   bool leaves_multipliers;
@@ -163,27 +168,22 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
       }
     }
   }
-  std::uint32_t leaving = 0;
 #pragma unroll
   for (int k = 0; k < kVertices; ++k) {
-    const std::uint32_t leaves = half(work.head, k) & kLeaves;
-    leaving |= leaves;
-    if (leaves == 0) {
+    if (!leaves(work.head, k)) {
       store_shared(memory.slots + slots[k], make_float4(x[k].x, x[k].y, x[k].z, w[k]));
     }
   }
-  if (leaving != 0) {
+  if (work.is_border) {
 #pragma unroll
     for (int k = 0; k < kVertices; ++k) {
-      if ((half(work.head, k) & kLeaves) != 0) {
-        const std::uint32_t target = part(targets, k);
-        const std::uint32_t block = target >> 28;
-        const std::uint32_t phase = (target >> 16) & 0xfff;
-        const std::uint32_t slot = target & 0xffff;
-        send(address_in(block, memory.slots + 16 * slot),
-             make_float4(x[k].x, x[k].y, x[k].z, w[k]),
-             address_in(block, memory.arrived + 8 * phase));
-      }
+      const std::uint32_t target = part(targets, k);
+      const std::uint32_t block = target >> 28;
+      const std::uint32_t phase = (target >> 16) & 0xfff;
+      const std::uint32_t slot = target & 0xffff;
+      send_if(leaves(work.head, k), address_in(block, memory.slots + 16 * slot),
+              make_float4(x[k].x, x[k].y, x[k].z, w[k]),
+              address_in(block, memory.arrived + 8 * phase));
     }
   }
 }
@@ -274,9 +274,8 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   const ClusterLayout layout(cluster, kDamped);
   const std::uint32_t start = shared_address(shared);
   char* const bytes = reinterpret_cast<char*>(shared);
-  const ClusterMemory memory{start + layout.slots,   start + layout.starts,
-                             start + layout.stages,  start + layout.rounds,
-                             start + layout.arrived, start + layout.fetched,
+  const ClusterMemory memory{start + layout.slots,  start + layout.starts,  start + layout.stages,
+                             start + layout.rounds, start + layout.arrived, start + layout.fetched,
                              cluster.stage_bytes};
   const std::uint32_t rank = block_of_cluster();
   const std::uint32_t thread = threadIdx.x;
@@ -306,14 +305,14 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   if constexpr (kDamped) {
     auto* const starts = reinterpret_cast<float4*>(bytes + layout.starts);
     for (std::uint32_t slot = thread; slot < block.slot_count; slot += kAll) {
-      starts[slot] =
-          __ldcg(reinterpret_cast<const float4*>(state.previous + __ldg(places + slot)));
+      starts[slot] = __ldcg(reinterpret_cast<const float4*>(state.previous + __ldg(places + slot)));
     }
   }
   auto* const tool_counts = reinterpret_cast<std::uint32_t*>(bytes + layout.tool_counts);
   if (thread < 2) {
     tool_counts[thread] = 0;
   }
+  __syncthreads();  // tools that look for races know no meetings of clusters
   meet_cluster();
 
   if (thread >= kThreads) {
@@ -354,15 +353,11 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
         if (is_border) {
           wait_for(memory.arrived + 8 * round.phase(), parity);
         }
-        const RoundWork work{head,
-                             stage + 16 * thread,
-                             16 * count,
-                             thread < count,
-                             is_border,
-                             cluster.multipliers + round.first_multiplier() + thread,
-                             count,
-                             s > 0,
-                             s + 1 < sweep.sweep_count};
+        const RoundWork work{
+            head, stage + 16 * thread, 16 * count,
+            thread<count, is_border, cluster.multipliers + round.first_multiplier() + thread, count,
+                   s> 0,
+            s + 1 < sweep.sweep_count};
         const auto load_next = [&] {
           next_round.raw = load_shared(next);
           next_head = load_shared(next_stage + 16 * thread);
@@ -443,9 +438,8 @@ ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
 }
 
 ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
-  return kind.thread_count == kFewClusterThreads
-             ? choose_cluster_kernel<kFewClusterThreads>(kind)
-             : choose_cluster_kernel<kManyClusterThreads>(kind);
+  return kind.thread_count == kFewClusterThreads ? choose_cluster_kernel<kFewClusterThreads>(kind)
+                                                 : choose_cluster_kernel<kManyClusterThreads>(kind);
 }
 
 /// A launch of one cluster.

@@ -89,16 +89,16 @@ struct ClusterSweep {
 
 /// Bytes from the start of a block's shared memory.
 struct ClusterLayout {
-  std::uint32_t slots = 0;     ///< float4[slot_room] positions and inverse masses
-  std::uint32_t starts;        ///< float4[slot_room] positions at the start of the substep, damped
-  std::uint32_t stages;        ///< [kClusterStages][stage_bytes]
-  std::uint32_t rounds;        ///< ClusterRound[round_room + 1] the last is the first again
-  std::uint32_t arrived;       ///< barrier[phase_count + 1] completed by what arrives for a phase
-  std::uint32_t fetched;       ///< barrier[kClusterStages] completed by the words of a round
-  std::uint32_t held;          ///< uint2[slot_room] slot and index of a vertex that tools hold
-  std::uint32_t touched;       ///< uint32[slot_room] slot of a vertex that tools touch
-  std::uint32_t tool_counts;   ///< uint32[2] of these lists
-  std::uint32_t arrivals;      ///< uint32[phase_count + 1]
+  std::uint32_t slots = 0;    ///< float4[slot_room] positions and inverse masses
+  std::uint32_t starts;       ///< float4[slot_room] positions at the start of the substep, damped
+  std::uint32_t stages;       ///< [kClusterStages][stage_bytes]
+  std::uint32_t rounds;       ///< ClusterRound[round_room + 1] the last is the first again
+  std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
+  std::uint32_t fetched;      ///< barrier[kClusterStages] completed by the words of a round
+  std::uint32_t held;         ///< uint2[slot_room] slot and index of a vertex that tools hold
+  std::uint32_t touched;      ///< uint32[slot_room] slot of a vertex that tools touch
+  std::uint32_t tool_counts;  ///< uint32[2] of these lists
+  std::uint32_t arrivals;     ///< uint32[phase_count + 1]
   std::uint32_t size;
 
   PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool is_damped)

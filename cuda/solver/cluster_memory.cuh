@@ -97,13 +97,19 @@ __device__ inline void wait_for(std::uint32_t barrier, std::uint32_t parity) {
   } while (is_complete == 0);
 }
 
-/// Writes into another block and completes 16 bytes of a barrier there.
-__device__ inline void send(std::uint32_t there, const float4& v, std::uint32_t barrier_there) {
+/// Writes into another block and completes 16 bytes of a barrier there, if asked to: without a
+/// branch, so that threads of a warp that send different corners stay together.
+__device__ inline void send_if(bool condition, std::uint32_t there, const float4& v,
+                               std::uint32_t barrier_there) {
   asm volatile(
-      "st.async.shared::cluster.mbarrier::complete_tx::bytes.v4.b32 [%0], {%1, %2, %3, %4}, "
-      "[%5];" ::"r"(there),
+      "{\n"
+      ".reg .pred p;\n"
+      "setp.ne.u32 p, %6, 0;\n"
+      "@p st.async.shared::cluster.mbarrier::complete_tx::bytes.v4.b32 [%0], {%1, %2, %3, %4}, "
+      "[%5];\n"
+      "}" ::"r"(there),
       "r"(__float_as_uint(v.x)), "r"(__float_as_uint(v.y)), "r"(__float_as_uint(v.z)),
-      "r"(__float_as_uint(v.w)), "r"(barrier_there)
+      "r"(__float_as_uint(v.w)), "r"(barrier_there), "r"(static_cast<std::uint32_t>(condition))
       : "memory");
 }
 

@@ -183,13 +183,11 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
         const Index size = std::min(program.thread_count, count - first);
         const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
         const std::size_t start = program.words.size();
-        program.rounds.push_back({static_cast<std::uint32_t>(start),
-                                  static_cast<std::uint32_t>(program.multiplier_count),
-                                  static_cast<std::uint16_t>(size),
-                                  static_cast<std::uint16_t>(border),
-                                  static_cast<std::uint16_t>(phase),
-                                  static_cast<std::uint8_t>(stage.kind),
-                                  static_cast<std::uint8_t>(words)});
+        program.rounds.push_back(
+            {static_cast<std::uint32_t>(start),
+             static_cast<std::uint32_t>(program.multiplier_count), static_cast<std::uint16_t>(size),
+             static_cast<std::uint16_t>(border), static_cast<std::uint16_t>(phase),
+             static_cast<std::uint8_t>(stage.kind), static_cast<std::uint8_t>(words)});
         program.multiplier_count += static_cast<std::size_t>(size * multipliers_of(stage.kind));
         program.words.resize(start + static_cast<std::size_t>(size * words + border));
         program.most_words = std::max(program.most_words, size * words + border);
@@ -224,11 +222,10 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
     }
     const std::size_t rounds = program.rounds.size() - first_round;
     program.most_rounds = std::max(program.most_rounds, static_cast<Index>(rounds));
-    program.blocks.push_back({static_cast<std::uint32_t>(first_place),
-                              static_cast<std::uint32_t>(block.home_count),
-                              static_cast<std::uint32_t>(block.places.size()),
-                              static_cast<std::uint32_t>(first_round),
-                              static_cast<std::uint32_t>(rounds)});
+    program.blocks.push_back(
+        {static_cast<std::uint32_t>(first_place), static_cast<std::uint32_t>(block.home_count),
+         static_cast<std::uint32_t>(block.places.size()), static_cast<std::uint32_t>(first_round),
+         static_cast<std::uint32_t>(rounds)});
   }
   return program;
 }

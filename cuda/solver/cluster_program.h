@@ -29,10 +29,10 @@ struct ClusterProgram {
   std::vector<Word128> words;
   std::size_t multiplier_count = 0;
   Index phase_count = 0;
-  Index most_slots = 0;         ///< of a block
-  Index most_rounds = 0;        ///< of a block
-  Index most_words = 0;         ///< of a round, with targets
-  Index thread_count = 0;       ///< that project, of a block
+  Index most_slots = 0;    ///< of a block
+  Index most_rounds = 0;   ///< of a block
+  Index most_words = 0;    ///< of a round, with targets
+  Index thread_count = 0;  ///< that project, of a block
 };
 
 /// Where the words of constraints went.
@@ -40,7 +40,8 @@ class ClusterRecords {
  public:
   /// Makes a program of stages.
   /// @param block_count  1 to kMostClusterBlocks
-  /// @return  nothing if a cluster cannot execute the stages: serial or joint ones, too many phases,
+  /// @return  nothing if a cluster cannot execute the stages: serial or joint ones, too many
+  /// phases,
   ///          or more vertices than a block has slots
   [[nodiscard]] std::optional<ClusterProgram> make_program(std::span<const Stage> stages,
                                                            const StageRecords& records,

@@ -8,9 +8,9 @@ namespace {
 
 /// Where a vertex was last seen, while phases are gone through.
 struct Passage {
-  Index block = kInvalidIndex;       // of its last constraint
-  std::size_t visit = 0;             // of its last constraint
-  Index home = kInvalidIndex;        // block of its first
+  Index block = kInvalidIndex;  // of its last constraint
+  std::size_t visit = 0;        // of its last constraint
+  Index home = kInvalidIndex;   // block of its first
 };
 
 }  // namespace

@@ -78,7 +78,7 @@ class ClusterSchedule {
     bool is_border = false;  // comes from or goes to another block
   };
   std::vector<ScheduledBlock> blocks_;
-  std::vector<Visit> visits_;              // four a constraint, phase by phase
+  std::vector<Visit> visits_;             // four a constraint, phase by phase
   std::vector<std::size_t> first_visit_;  // [phase]
 };
 

@@ -34,8 +34,8 @@ class ClusterSweeps final : public Sweeps {
 
   [[nodiscard]] const char* name() const noexcept override { return "cluster"; }
 
-  bool take_over(const SolverData& data, std::span<const Stage> stages,
-                 const StageRecords& records, cudaStream_t stream) override {
+  bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
+                 cudaStream_t stream) override {
     const auto place_count = static_cast<Index>(data.particles.size());
     const Index phase_size =
         count_constraints(stages) / std::max(static_cast<Index>(stages.size()), 1);

@@ -14,8 +14,14 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&advance,          &find_contacts,   &project,       &project_attachments,
-          &project_contacts, &prepare_cluster, &sweep_cluster, &collect_forces,
+  return {&advance,
+          &find_contacts,
+          &project,
+          &project_attachments,
+          &project_contacts,
+          &prepare_cluster,
+          &sweep_cluster,
+          &collect_forces,
           &report};
 }
 

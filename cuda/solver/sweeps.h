@@ -53,7 +53,8 @@ class Sweeps {
   /// Lists what to write into its own arrays, if it has any, so that they follow the records.
   /// @param changes  of records
   /// @param words    appended to; changes of DeviceArray::cluster
-  virtual void follow(std::span<const WordChange> /*changes*/, std::vector<WordChange>& /*words*/) {}
+  virtual void follow(std::span<const WordChange> /*changes*/, std::vector<WordChange>& /*words*/) {
+  }
 
   /// Where DeviceArray::cluster starts, if there is one.
   [[nodiscard]] virtual std::uint32_t* words() const noexcept { return nullptr; }

@@ -113,9 +113,8 @@ void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput*
 /// @param is_first  of the sweeps of a substep
 __device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index substep,
                                 bool is_first, Index h, const Particle& p) {
-  const AttachmentInput* const attachments =
-      table<AttachmentInput>(input, input->attachments) +
-      of_pusher(substep, input->attachment_count);
+  const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
+                                             of_pusher(substep, input->attachment_count);
   const Index* const order = table<Index>(input, input->held_order);
   const HeldInput vertex = load_constant(table<HeldInput>(input, input->held) + h);
   Vec3<float> x = position_of(p);
@@ -166,8 +165,7 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
     const std::size_t slot = of_pusher(pusher, place_count) + static_cast<std::size_t>(place);
     const ContactPlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
-    ContactConstraint::project(x, p.w, plane.normal, plane.offset,
-                               tools.contact_multipliers[slot]);
+    ContactConstraint::project(x, p.w, plane.normal, plane.offset, tools.contact_multipliers[slot]);
     p = {x.x, x.y, x.z, p.w};
   }
   return p;

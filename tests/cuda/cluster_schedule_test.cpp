@@ -29,7 +29,8 @@ std::vector<std::vector<SweepConstraint>> make_phases(Index place_count, int pha
       for (int k = 0; k < corners; ++k) {
         const auto offset = static_cast<Index>(random_unit(seed, ++draw, p) * 40);
         const Index place = (base + offset) % place_count;
-        fits = fits && !used[place] && std::ranges::find(constraint.places, place) == constraint.places.end();
+        fits = fits && !used[place] &&
+               std::ranges::find(constraint.places, place) == constraint.places.end();
         constraint.places[k] = place;
       }
       if (fits) {
