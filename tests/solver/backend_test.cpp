@@ -75,7 +75,7 @@ class Program {
 
   void begin(Solver& solver) const {
     solver.add_tool({&capsule_, 1}, pose_);
-    solver.add_tool({}, ToolPose::Identity());
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity());  // pushes, too, once it holds nothing
     solver.watch(std::array<Index, 3>{5, 1, 40});
   }
 
@@ -190,6 +190,7 @@ class Program {
   // With all that is around it, while a tool holds it.
   void remove_vertex(Solver& solver, int round) const {
     grasp_some(solver, round);
+    solver.step(kTimeStep);
     const Index gone = some_vertex(solver, round);
     TopologyEdit edit;
     for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
