@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Stages of a device, projected by one thread of the host, against the order of their records: a
+/// stage whose constraints shared a vertex would show.
+
+#include <cstring>
+#include <vector>
+
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/strain_limit.h"
+#include "pbdsurg/constraints/volume.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "solver/load_store.h"
+#include "solver/stage_plan.h"
+
+namespace pbdsurg::cuda::testing {
+
+/// Constraints as a device holds them, with what they remember.
+struct HostStages {
+  explicit HostStages(const SolverData& data)
+      : mode(data.options.mode), is_damped(data.has_damping), plan(data, records) {
+    forget();
+  }
+
+  /// Before a substep.
+  void forget() {
+    distances.assign(records.distances.size(), {});
+    volumes.assign(records.volumes.size(), {});
+    joints.assign(7 * records.joints.size(), {});
+    neo_hookeans.assign(records.neo_hookeans.size(), {});
+  }
+
+  /// As the device writes words.
+  void write(const std::vector<WordChange>& words) {
+    const auto start = [&](DeviceArray array) -> void* {
+      switch (array) {
+        case DeviceArray::distances:
+          return records.distances.data();
+        case DeviceArray::volumes:
+          return records.volumes.data();
+        case DeviceArray::joints:
+          return records.joints.data();
+        case DeviceArray::neo_hookeans:
+          return records.neo_hookeans.data();
+        case DeviceArray::strain_limits:
+          return records.strain_limits.data();
+        default:
+          return records.tubes.data();
+      }
+    };
+    for (const WordChange& change : words) {
+      std::memcpy(static_cast<char*>(start(change.array)) + sizeof change.value * change.word,
+                  &change.value, sizeof change.value);
+    }
+  }
+
+  void project(const Stage& stage, std::vector<Particle>& particles,
+               const std::vector<Particle>& previous, const Substep<float>& substep) {
+    Index first = stage.first;
+    for (Index level = 0; level < std::max<Index>(1, stage.level_count); ++level) {
+      const Index end = stage.level_count == 0 ? stage.first + stage.count
+                                               : records.level_ends[stage.first_level + level];
+      for (Index i = end; i-- > first;) {
+        project(stage.kind, i, particles, previous, substep);
+      }
+      first = end;
+    }
+  }
+
+  ProjectionMode mode;
+  bool is_damped;
+  StageRecords records;
+  StagePlan plan;
+
+ private:
+  template <int kCount>
+  struct Multipliers {
+    float values[kCount] = {};
+  };
+
+  template <class Constraint, std::size_t kVertices>
+  void project(const Index (&places)[kVertices],
+               const float (&parameters)[Constraint::kParameterCount],
+               float (&multipliers)[Constraint::kMultiplierCount],
+               std::vector<Particle>& particles, const std::vector<Particle>& previous,
+               const Substep<float>& substep) {
+    if (places[0] < 0) {
+      return;
+    }
+    Vec3<float> x[kVertices];
+    float w[kVertices];
+    Damped<float, static_cast<int>(kVertices)> damping;
+    for (std::size_t k = 0; k < kVertices; ++k) {
+      x[k] = load(particles[places[k]]);
+      w[k] = particles[places[k]].w;
+      damping.start[k] = load(previous[places[k]]);
+    }
+    constexpr auto kCompliance = ProjectionMode::compliance;
+    if (mode == ProjectionMode::fraction) {
+      if constexpr (!std::is_same_v<Constraint, NeoHookeanConstraint>) {
+        Constraint::template project<ProjectionMode::fraction>(x, w, parameters, substep,
+                                                               multipliers);
+      }
+    } else if (is_damped) {
+      Constraint::template project<kCompliance>(x, w, parameters, substep, multipliers, damping);
+    } else {
+      Constraint::template project<kCompliance>(x, w, parameters, substep, multipliers);
+    }
+    for (std::size_t k = 0; k < kVertices; ++k) {
+      store(particles[places[k]], x[k]);
+    }
+  }
+
+  void project(PhaseKind kind, Index i, std::vector<Particle>& particles,
+               const std::vector<Particle>& previous, const Substep<float>& substep) {
+    switch (kind) {
+      case PhaseKind::distance: {
+        const DistanceRecord& record = records.distances[i];
+        const float parameters[] = {record.rest, record.stiffness, records.distance_damping[i]};
+        project<DistanceConstraint>(record.places, parameters, distances[i].values, particles,
+                                    previous, substep);
+        break;
+      }
+      case PhaseKind::volume: {
+        const VolumeRecord& record = records.volumes[i];
+        const float parameters[] = {record.rest, record.stiffness, record.damping};
+        project<VolumeConstraint>(record.places, parameters, volumes[i].values, particles, previous,
+                                  substep);
+        break;
+      }
+      case PhaseKind::joint:
+        project_joint(i, particles, previous, substep);
+        break;
+      case PhaseKind::neo_hookean: {
+        const NeoHookeanRecord& record = records.neo_hookeans[i];
+        project<NeoHookeanConstraint>(record.places, record.parameters, neo_hookeans[i].values,
+                                      particles, previous, substep);
+        break;
+      }
+      case PhaseKind::strain_limit: {
+        const StrainLimitRecord& record = records.strain_limits[i];
+        const float parameters[] = {record.limit};
+        float none[1] = {};
+        project<StrainLimitConstraint>(record.places, parameters, none, particles, previous,
+                                       substep);
+        break;
+      }
+      default:
+        break;
+    }
+  }
+
+  void project_joint(Index i, std::vector<Particle>& particles,
+                     const std::vector<Particle>& previous, const Substep<float>& substep) {
+    const JointRecord& record = records.joints[i];
+    if (record.places[0] < 0) {
+      return;
+    }
+    for (std::size_t e = 0; e < 6; ++e) {
+      if (record.edge_rest[e] >= 0) {
+        const Index ends[2] = {record.places[kTetEdges[e][0]], record.places[kTetEdges[e][1]]};
+        const float parameters[] = {record.edge_rest[e], record.edge_stiffness[e], record.damping};
+        project<DistanceConstraint>(ends, parameters, joints[7 * i + e].values, particles, previous,
+                                    substep);
+      }
+    }
+    const float parameters[] = {record.rest, record.stiffness, record.damping};
+    project<VolumeConstraint>(record.places, parameters, joints[7 * i + 6].values, particles,
+                              previous, substep);
+  }
+
+  std::vector<Multipliers<1>> distances, volumes, joints;
+  std::vector<Multipliers<9>> neo_hookeans;
+};
+
+/// What plans can be made of.
+struct PlanVariant {
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;  // s
+};
+
+inline SolverOptions options_of(const PlanVariant& variant) {
+  SolverOptions options{.mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = 2,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  return options;
+}
+
+inline std::vector<PlanVariant> plan_variants() {
+  return {{},
+          {.damping = 0.01F},
+          {.composition = PlanComposition::joint},
+          {.composition = PlanComposition::joint, .damping = 0.01F},
+          {.composition = PlanComposition::joint, .max_colors = 9, .damping = 0.01F},
+          {.max_colors = 5},
+          {.mode = ProjectionMode::fraction},
+          {.mode = ProjectionMode::fraction, .composition = PlanComposition::joint},
+          {.mode = ProjectionMode::fraction, .max_colors = 9}};
+}
+
+}  // namespace pbdsurg::cuda::testing

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step on a device, part by part: the first that has other bits than the host is named.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host_stages.h"
+#include "solver/constraint_buffers.h"
+#include "solver/contact_stage.h"
+#include "solver/pinned_buffer.h"
+#include "solver/serial_phases.h"
+#include "solver/state_buffers.h"
+#include "solver/state_report.h"
+#include "solver/step_kernels.h"
+#include "solver/stream.h"
+#include "solver/sweeps.h"
+#include "solver/tool_buffers.h"
+#include "support/catch.h"
+#include "support/eventful_program.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+using testing::HostStages;
+using testing::PlanVariant;
+
+constexpr float kTimeStep = 2e-3F;  // s
+
+/// What a CUDA backend has, without the backend.
+struct Device {
+  explicit Device(SolverData& data, const StageRecords& records) : state(data, stream.get()) {
+    constraints.upload(records, true, stream.get());
+    state.upload(data, stream.get());
+    tools.take_over(data);
+    tools.upload(data, kTimeStep, stream.get());
+  }
+
+  std::vector<Particle> particles() {
+    stream.wait();
+    std::vector<Particle> result(static_cast<std::size_t>(state.arrays().count));
+    copy(result.data(), state.arrays().particles, result.size());
+    return result;
+  }
+
+  template <class T>
+  void copy(T* to, const T* from, std::size_t count) {
+    PBDSURG_CUDA_CHECK(cudaMemcpy(to, from, count * sizeof(T), cudaMemcpyDeviceToHost));
+  }
+
+  Stream stream;
+  StateBuffers state;
+  ConstraintBuffers constraints;
+  ToolBuffers tools;
+};
+
+// Where the bits of two states differ first: for a message that says how much.
+std::string difference(const std::vector<Particle>& device, const std::vector<Particle>& host) {
+  for (std::size_t place = 0; place < host.size(); ++place) {
+    const Particle& a = device[place];
+    const Particle& b = host[place];
+    if (std::memcmp(&a, &b, sizeof a) != 0) {
+      return "place " + std::to_string(place) + ": device " + std::to_string(a.x) + " " +
+             std::to_string(a.y) + " " + std::to_string(a.z) + ", host " + std::to_string(b.x) +
+             " " + std::to_string(b.y) + " " + std::to_string(b.z) + ", apart by " +
+             std::to_string(1e9F * (load(a) - load(b)).x) + " " +
+             std::to_string(1e9F * (load(a) - load(b)).y) + " " +
+             std::to_string(1e9F * (load(a) - load(b)).z) + " nm";
+    }
+  }
+  return {};
+}
+
+std::string name_of(const Stage& stage) {
+  constexpr std::array kNames{"distance", "volume", "joint",      "neo_hookean",
+                              "strain_limit", "vertex", "attachment", "contact"};
+  return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
+         std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
+         std::to_string(stage.level_count);
+}
+
+// Two pushers, one of them too deep for the capacity, and two holders of the same vertices.
+void add_tools(Solver& solver) {
+  const std::array capsules{Capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F},
+                            Capsule{{0, 0, 0}, {0, 0.004F, 0.002F}, 3e-3F}};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.013F, 0.006F);
+  solver.add_tool(capsules, pose);
+  pose.translation() = Eigen::Vector3f(0.01F, 0.004F, 0.012F);
+  solver.add_tool(std::span(capsules).first(1), pose);
+  pose.linear() = Eigen::AngleAxisf(0.3F, Eigen::Vector3f::UnitX()).toRotationMatrix();
+  solver.move_tool(1, pose);
+  const Index holder = solver.add_tool({}, ToolPose::Identity());
+  const Index other = solver.add_tool(std::span(capsules).first(1), pose);
+  solver.grasp(holder, std::array<Index, 3>{99, 98, 97}, 1e-4F);
+  solver.grasp(other, std::array<Index, 2>{98, 90}, 0);
+  pose.translation() += Eigen::Vector3f(0, 1e-3F, 5e-4F);
+  solver.move_tool(other, pose);
+}
+
+}  // namespace
+
+TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device]") {
+  const PlanVariant variant = GENERATE(from_range(testing::plan_variants()));
+  INFO("mode " << static_cast<int>(variant.mode) << ", composition "
+               << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
+               << " colors, damping " << variant.damping);
+  SolverOptions options = testing::options_of(variant);
+  options.backend = BackendKind::serial;
+  options.contact_capacity = 7;
+  Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
+  std::vector<Eigen::Vector3f> moving = solver.positions();
+  for (std::size_t v = 0; v < moving.size(); ++v) {
+    moving[v] *= v % 3 == 0 ? 5 : -3;  // m/s
+  }
+  solver.write_velocities(moving);
+  add_tools(solver);
+  SolverData& data = solver_data(solver);
+  HostStages stages(data);
+  Device device(data, stages.records);
+  const StepKernels& kernels = strict_kernels;
+  const DeviceState& state = device.state.arrays();
+  StepInput* const input = device.tools.input();
+  const Launch launch{device.stream.get(), false};
+
+  // prediction
+  const float h = kTimeStep / 2;
+  const Substep<float> substep{1 / h, 1 / (h * h)};
+  data.previous = data.particles;
+  for (std::size_t place = 0; place < data.particles.size(); ++place) {
+    Particle& p = data.particles[place];
+    if (p.w > 0) {
+      const Velocity& v = data.velocities[place];
+      store(p, load(p) + h * (1.0F * Vec3<float>{v.x, v.y, v.z} + h * load(data.gravity)));
+    }
+  }
+  kernels.advance(state, input, false, true, launch);
+  REQUIRE(difference(device.particles(), data.particles).empty());
+
+  // contacts
+  StepReport report;
+  begin_tools(data);
+  place_tools(data, 0.5F);
+  find_contacts(data, report);
+  REQUIRE(report.contacts > 7);
+  REQUIRE(report.dropped_contacts > 0);
+  kernels.find_contacts(state, device.tools.arrays(), input, 0, launch);
+  device.stream.wait();
+  const ToolArrays& tools = device.tools.arrays();
+  for (Index pusher = 0; pusher < 2; ++pusher) {  // the first tools
+    const std::vector<Contact>& expected = data.tools[pusher].contacts;
+    Index count = 0;
+    device.copy(&count, tools.contact_counts + pusher, 1);
+    REQUIRE(count == static_cast<Index>(expected.size()));
+    std::vector<Index> places(expected.size());
+    device.copy(places.data(), tools.contact_places + pusher * tools.contact_room, places.size());
+    for (std::size_t c = 0; c < places.size(); ++c) {
+      REQUIRE(places[c] == expected[c].place);
+      ContactPlane plane;
+      device.copy(&plane, tools.planes + pusher * state.count + places[c], 1);
+      REQUIRE(plane.normal.x == expected[c].normal.x());
+      REQUIRE(plane.normal.y == expected[c].normal.y());
+      REQUIRE(plane.normal.z == expected[c].normal.z());
+      REQUIRE(plane.offset == expected[c].offset);
+    }
+  }
+
+  // sweeps
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    const Projection projection{variant.mode, data.has_damping, iteration > 0, iteration == 0};
+    for (const Stage& stage : stages.plan.stages()) {
+      INFO("sweep " << iteration << ", " << name_of(stage));
+      stages.project(stage, data.particles, data.previous, substep);
+      kernels.project(stage, projection, state, device.constraints.arrays(), input, launch);
+      REQUIRE(difference(device.particles(), data.particles).empty());
+    }
+    for (const PhaseKind kind : {PhaseKind::attachment, PhaseKind::contact}) {
+      INFO("sweep " << iteration << ", kind " << static_cast<int>(kind));
+      for (const Phase& phase : data.plan.phases) {
+        if (phase.kind == kind) {
+          project_serially(data, phase, substep);
+        }
+      }
+      if (kind == PhaseKind::attachment) {
+        kernels.project_attachments(state, tools, input, 0, iteration == 0, launch);
+      } else {
+        kernels.project_contacts(state, tools, input, launch);
+      }
+      REQUIRE(difference(device.particles(), data.particles).empty());
+    }
+  }
+
+  // velocities, forces and the report
+  const float scale = substep.inverse_dt_squared / 2;
+  collect_tool_forces(data, scale);
+  report_vertices(data, report);
+  report_constraints(data, report);
+  report_tubes(data, report);
+  kernels.collect_forces(state, tools, input, launch);
+  kernels.advance(state, input, true, false, launch);
+  PinnedBuffer<StepSums> sums;
+  PinnedBuffer<Vec3<float>> forces;
+  kernels.report(state, device.constraints.arrays(), input,
+                 {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
+  device.stream.wait();
+  for (std::size_t t = 0; t < data.tools.size(); ++t) {
+    INFO("force on tool " << t);
+    CHECK(forces.get()[t].x == data.tools[t].force.x());
+    CHECK(forces.get()[t].y == data.tools[t].force.y());
+    CHECK(forces.get()[t].z == data.tools[t].force.z());
+  }
+  CHECK(sums.get()->contacts == report.contacts);
+  CHECK(sums.get()->dropped_contacts == report.dropped_contacts);
+  CHECK(sums.get()->inverted_tets == report.inverted_tets);
+  CHECK(sums.get()->non_finite_vertices == 0);
+  CHECK(std::bit_cast<float>(sums.get()->distance_residual) == report.distance_residual);
+  CHECK(std::bit_cast<float>(sums.get()->volume_residual) == report.volume_residual);
+  std::vector<Velocity> velocities(data.velocities.size());
+  device.copy(velocities.data(), state.velocities, velocities.size());
+  for (std::size_t place = 0; place < velocities.size(); ++place) {
+    const Vec3<float> v =
+        substep.inverse_dt * (load(data.particles[place]) - load(data.previous[place]));
+    REQUIRE(velocities[place].x == v.x);
+    REQUIRE(velocities[place].y == v.y);
+    REQUIRE(velocities[place].z == v.z);
+  }
+}
+
+}  // namespace pbdsurg::cuda

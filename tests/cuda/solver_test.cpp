@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/catch.h"
+#include "support/eventful_program.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::equal;
+using testing::EventfulProgram;
+using testing::make_eventful_scene;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+struct Variant {
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;  // s
+  int iterations = 2;
+  Index contact_capacity = 4096;
+};
+
+SolverOptions options_of(const Variant& variant) {
+  SolverOptions options{.mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = variant.iterations,
+                        .damping = 2,
+                        .contact_capacity = variant.contact_capacity,
+                        .math = MathMode::strict,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  return options;
+}
+
+Scene make_block(std::array<Index, 3> cells = {6, 5, 5}) {
+  Scene scene;
+  scene.add_body("block", testing::make_box(cells, testing::kEventfulEdge, 0.1));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
+  return scene;
+}
+
+}  // namespace
+
+// Would catch a device that does not hear of a change, or anything in a step that is done otherwise
+// than by the serial backend.
+TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[device]") {
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.damping = 0.01F, .iterations = 1},
+               Variant{.composition = PlanComposition::joint, .contact_capacity = 3},
+               Variant{.composition = PlanComposition::joint, .max_colors = 9, .damping = 0.01F},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 0},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::joint},
+               Variant{.composition = PlanComposition::nested, .max_colors = 5});
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  const Scene scene = make_eventful_scene(variant.mode, variant.damping);
+  SolverOptions options = options_of(variant);
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  options.device_strategy = strategy;
+  Solver device(scene, options);
+  REQUIRE(device.plan().name == serial.plan().name);
+
+  const EventfulProgram program(scene, 1);
+  program.begin(serial);
+  program.begin(device);
+  Index contacts = 0;
+  Index dropped = 0;
+  for (int round = 0; round < 100; ++round) {
+    INFO(device.backend_name() << ": " << serial.plan().name << ", round " << round);
+    program.act(serial, round);
+    program.act(device, round);
+    if (round % 4 == 0) {  // with changes that the device has not heard of
+      REQUIRE(device.state_hash() == serial.state_hash());
+    }
+    const StepReport expected = serial.step(kTimeStep);
+    device.start_step(kTimeStep);
+    const StepReport report = device.finish_step();
+    CHECK(report.contacts == expected.contacts);
+    CHECK(report.distance_residual == expected.distance_residual);
+    REQUIRE(equal(report, expected));
+    REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
+    for (Index tool = 0; tool < 2; ++tool) {
+      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+    }
+    if (round % 7 == 0) {
+      REQUIRE(device.state_hash() == serial.state_hash());
+    }
+    contacts += expected.contacts;
+    dropped += expected.dropped_contacts;
+  }
+  CHECK(device.state_hash() == serial.state_hash());
+  CHECK((contacts > 0) == (variant.contact_capacity > 0));
+  CHECK((dropped > 0) == (variant.contact_capacity < 4096));
+}
+
+// Grasps by several tools, tools that come later, and a step length that changes.
+TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[device]") {
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  const Scene scene = make_block();
+  SolverOptions options{.substeps = 3, .iterations = 2, .math = MathMode::strict};
+  options.composition = PlanComposition::separate;
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  options.device_strategy = strategy;
+  Solver device(scene, options);
+  for (int i = 0; i < 30; ++i) {
+    INFO("step " << i);
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0.02F, 0.022F - 2e-4F * static_cast<float>(i), 0.01F);
+    for (Solver* solver : {&serial, &device}) {
+      if (i == 3 || i == 6) {
+        solver->add_tool({}, ToolPose::Identity());
+      }
+      if (i == 9) {
+        const Capsule capsule{{0, 0, 0}, {0.004F, 0, 0}, 3e-3F};
+        solver->add_tool({&capsule, 1}, pose);
+        solver->grasp(0, std::array<Index, 4>{150, 151, 152, 153}, 1e-5F);
+      }
+      if (i == 12) {
+        solver->grasp(1, std::array<Index, 3>{152, 153, 160});
+        solver->move_tool(1, ToolPose(Eigen::Translation3f(0, 1e-3F, 0)));
+      }
+      if (i == 20) {
+        solver->release(0);
+        solver->grasp(2, std::array<Index, 1>{200});
+      }
+      if (i > 9) {
+        solver->move_tool(2, pose);
+      }
+    }
+    const float dt = i % 2 == 0 ? 1e-3F : 2e-3F;
+    REQUIRE(equal(device.step(dt), serial.step(dt)));
+    for (Index tool = 0; tool < (i < 3 ? 0 : i < 6 ? 1 : i < 9 ? 2 : 3); ++tool) {
+      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+    }
+    REQUIRE(device.state_hash() == serial.state_hash());
+  }
+}
+
+TEST_CASE("cuda solver: domains of a nested plan have the serial bits", "[device]") {
+  const bool springs = GENERATE(true, false);
+  const TetMesh mesh = testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
+  Scene scene;
+  Material material = elastic_material(mesh, 1000, 20e3);
+  material.max_stretch = 1.2F;
+  scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 2e-3; });
+  SolverOptions options{.substeps = 2, .math = MathMode::strict};
+  options.composition = PlanComposition::nested;
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  Solver device(scene, options);
+  std::vector<Eigen::Vector3f> stretched = serial.positions();
+  for (Eigen::Vector3f& x : stretched) {
+    x.x() *= 1.1F;
+  }
+  serial.write_positions(stretched);
+  device.write_positions(stretched);
+  for (int i = 0; i < 3; ++i) {
+    REQUIRE(equal(device.step(5e-3F), serial.step(5e-3F)));
+    REQUIRE(device.state_hash() == serial.state_hash());
+  }
+}
+
+TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "[device]") {
+  const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
+  const Scene scene = make_eventful_scene(mode, 0);
+  SolverOptions options{.mode = mode,
+                        .damping = 5,
+                        .backend = BackendKind::cuda,
+                        .math = MathMode::strict,
+                        .composition = composition};
+  Solver strict(scene, options);
+  options.math = MathMode::fast;
+  Solver fast(scene, options);
+  Solver again(scene, options);
+  options.device_strategy = DeviceStrategy::stream;
+  Solver stream(scene, options);
+  for (int i = 0; i < 5; ++i) {
+    for (Solver* solver : {&strict, &fast, &again, &stream}) {
+      solver->step(kTimeStep);
+    }
+  }
+  CHECK(again.state_hash() == fast.state_hash());
+  CHECK(stream.state_hash() == fast.state_hash());
+  const std::vector<Eigen::Vector3f> expected = strict.positions();
+  const std::vector<Eigen::Vector3f> actual = fast.positions();
+  float apart = 0;
+  for (std::size_t v = 0; v < expected.size(); ++v) {
+    apart = std::max(apart, (actual[v] - expected[v]).norm());
+  }
+  CHECK(apart < 1e-4F * static_cast<float>(testing::kEventfulEdge));
+}
+
+TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes on", "[device]") {
+  const Scene scene = make_block();
+  SolverOptions options{.backend = BackendKind::cuda, .math = MathMode::strict};
+  options.composition = PlanComposition::separate;
+  Solver device(scene, options);
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(scene.vertex_count()),
+                                          Eigen::Vector3f::Zero());
+  velocities[77] = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+  for (Solver* solver : {&device, &serial}) {
+    solver->write_velocities(velocities);
+  }
+  const StepReport report = device.step(10);
+  CHECK(equal(report, serial.step(10)));
+  CHECK(report.non_finite_vertices > 0);
+  CHECK(std::isinf(report.distance_residual));
+}
+
+TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
+  SolverOptions options;
+  Solver chosen(make_block(), options);
+  CHECK_THAT(chosen.backend_name(), ContainsSubstring("cuda") && ContainsSubstring("fast"));
+  options.backend = BackendKind::serial;
+  const Solver serial(make_block(), options);
+  CHECK(chosen.memory_bytes() > serial.memory_bytes());
+
+  options.backend = BackendKind::cuda;
+  options.method = SolverMethod::vertex_block;
+  CHECK_THROWS_AS(Solver(make_block(), options), BackendUnavailable);
+  options.backend = BackendKind::automatic;
+  CHECK_THAT(Solver(make_block(), options).backend_name(), !ContainsSubstring("cuda"));
+}
+
+// Would catch a copy of all to the device for a change of a few.
+TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", "[device]") {
+  Solver solver(make_block({20, 20, 20}),
+                {.backend = BackendKind::cuda, .composition = PlanComposition::separate});
+  solver.step(kTimeStep);
+  const std::size_t before = solver.memory_bytes();
+  for (Index t = 0; t < 20; ++t) {
+    apply_edit(solver, {.remove_tets = {1000 * t}});
+    solver.step(kTimeStep);
+  }
+  CHECK(solver.memory_bytes() - before < 100'000);
+  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+}
+
+}  // namespace pbdsurg

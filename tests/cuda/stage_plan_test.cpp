@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stages are made, and follow edits, on the host: what is here needs no device.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <vector>
+
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "host_stages.h"
+#include "solver/fake_device.h"
+#include "solver/serial_phases.h"
+#include "support/catch.h"
+#include "support/eventful_program.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::kFakeDeviceHook;
+using testing::HostStages;
+using testing::PlanVariant;
+
+constexpr Substep<float> kSubstep{1e3F, 1e6F};
+
+void stretch(Solver& solver) {
+  std::vector<Eigen::Vector3f> positions = solver.positions();
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    positions[v] *= v % 3 == 0 ? 1.1F : 0.97F;
+  }
+  solver.write_positions(positions);
+}
+
+template <class Constraint>
+void forget(ConstraintSlots<Constraint>& slots) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    std::ranges::fill(slots.multipliers(group), MultiplierBlock<Constraint>{});
+  }
+}
+
+bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
+}
+
+// Two sweeps from the state of the data, by the stages and by the serial backend.
+bool have_serial_bits(HostStages& stages, SolverData& data) {
+  forget(data.distances);
+  forget(data.volumes);
+  forget(data.neo_hookeans);
+  stages.forget();
+  const std::vector<Particle> start = data.particles;
+  data.previous = start;
+  std::vector<Particle> particles = start;
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (const Phase& phase : data.plan.phases) {
+      if (phase.kind != PhaseKind::attachment && phase.kind != PhaseKind::contact) {
+        project_serially(data, phase, kSubstep);
+      }
+    }
+    for (const Stage& stage : stages.plan.stages()) {
+      stages.project(stage, particles, start, kSubstep);
+    }
+  }
+  const bool have = same_bits(particles, data.particles) && !same_bits(particles, start);
+  data.particles = start;
+  return have;
+}
+
+// In a stage, or in a level of it, no vertex is two constraints'.
+template <class Record>
+void check_independent(std::span<const Record> records) {
+  std::vector<Index> places;
+  for (const Record& record : records) {
+    places.insert(places.end(), std::begin(record.places), std::end(record.places));
+  }
+  std::ranges::sort(places);
+  CHECK(std::ranges::adjacent_find(places) == places.end());
+}
+
+}  // namespace
+
+TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, too",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);  // logs edits
+  const PlanVariant variant = GENERATE(from_range(testing::plan_variants()));
+  INFO("mode " << static_cast<int>(variant.mode) << ", composition "
+               << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
+               << " colors, damping " << variant.damping);
+  SolverOptions options = testing::options_of(variant);
+  options.backend = BackendKind::cuda;
+  Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
+  SolverData& data = solver_data(solver);
+  stretch(solver);
+  HostStages stages(data);
+  REQUIRE(have_serial_bits(stages, data));
+
+  int rebuilt = 0;
+  for (Index round = 0; round < 30; ++round) {
+    INFO("round " << round);
+    data.changes.clear();
+    TopologyEdit edit;
+    for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += 97) {
+      if (!solver.is_tet_alive(t)) {
+        continue;
+      }
+      const Index edge = solver.tet_edges(t)[round % 6];
+      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+      if (round % 3 != 0) {
+        edit.remove_tets.push_back(t);
+      } else if (!is_of_tube) {
+        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
+        if (data.distances.is_alive(edge)) {
+          edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
+        }
+      }
+    }
+    apply_edit(solver, edit);
+    std::vector<WordChange> words;
+    if (stages.plan.follow(data, data.changes, words)) {
+      CHECK(words.size() < 60 * (data.changes.constraints.size() + data.changes.tets.size()));
+      stages.write(words);
+    } else {
+      stages = HostStages(data);
+      ++rebuilt;
+    }
+    REQUIRE(have_serial_bits(stages, data));
+  }
+  CHECK((rebuilt > 0) == (variant.max_colors > 0));
+  Index alive = 0;
+  for (const TubeRecord& tube : stages.records.tubes) {
+    alive += tube.places[0] >= 0;
+  }
+  Index expected = 0;
+  for (Index t = solver.body(1).first_tet; t < solver.body(2).first_tet; ++t) {
+    expected += solver.is_tet_alive(t);
+  }
+  CHECK(alive == expected);
+}
+
+// Would catch domains that are launched one after another, as a CPU takes them.
+TEST_CASE("cuda stages: domains of one level are one stage, a serial phase is cut into levels",
+          "[unit]") {
+  const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
+  Scene scene;
+  scene.add_body("block", mesh);
+  SolverOptions options{.backend = BackendKind::serial, .composition = PlanComposition::nested};
+  options.coloring.max_colors = GENERATE(0, 12);
+  options.coloring.repair = options.coloring.max_colors == 0;
+  Solver solver(scene, options);
+  SolverData& data = solver_data(solver);
+  stretch(solver);
+  HostStages stages(data);
+  std::map<std::pair<Index, PhaseKind>, Index> most;  // phases of a level and kind in a domain
+  std::map<std::tuple<Index, PhaseKind, Index>, Index> phases;
+  for (const Phase& phase : data.plan.phases) {
+    Index& count = phases[{phase.level, phase.kind, phase.domain}];
+    most[{phase.level, phase.kind}] = std::max(most[{phase.level, phase.kind}], ++count);
+  }
+  std::size_t expected = 0;
+  for (const auto& [key, count] : most) {
+    expected += static_cast<std::size_t>(count);
+  }
+  CHECK(stages.plan.stages().size() <= expected + most.size());
+  CHECK(stages.plan.stages().size() < data.plan.phases.size() / 2);
+  for (const Stage& stage : stages.plan.stages()) {
+    Index first = stage.first;
+    for (Index level = 0; level < std::max<Index>(1, stage.level_count); ++level) {
+      const Index end = stage.level_count == 0
+                            ? stage.first + stage.count
+                            : stages.records.level_ends[stage.first_level + level];
+      const auto part = [&](const auto& records) {
+        return std::span(records).subspan(static_cast<std::size_t>(first),
+                                          static_cast<std::size_t>(end - first));
+      };
+      if (stage.kind == PhaseKind::distance) {
+        check_independent(part(stages.records.distances));
+      } else {
+        check_independent(part(stages.records.volumes));
+      }
+      first = end;
+    }
+  }
+  CHECK(have_serial_bits(stages, data));
+}
+
+}  // namespace pbdsurg::cuda

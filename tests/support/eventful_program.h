@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A program that does to a solver all that can be done, for comparing backends.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/meshes.h"
+
+namespace pbdsurg::testing {
+
+inline constexpr double kEventfulEdge = 4e-3;      // m
+inline constexpr float kEventfulTimeStep = 2e-3F;  // s
+
+/// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
+/// between them and limits of stretch.
+inline Scene make_eventful_scene(ProjectionMode mode, float damping) {
+  Scene scene;
+  const TetMesh block = make_box({4, 4, 3}, kEventfulEdge, 0.1);
+  const TetMesh tube = make_box({6, 1, 1}, kEventfulEdge, 0.1, 2);
+  Material soft = elastic_material(block, 1000, 20e3);
+  soft.max_stretch = 1.05F;
+  soft.damping = damping;
+  Material walls = elastic_material(tube, 1000, 20e3);
+  walls.has_volume_constraints = false;
+  Material solid{.model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = 1.05F};
+  scene.add_body("block", block, soft);
+  scene.add_body("tube", tube, walls);
+  scene.add_body("solid", make_box({3, 3, 2}, kEventfulEdge, 0.1, 3),
+                 mode == ProjectionMode::compliance ? solid : soft);
+  for (Index v = 0; v < 12; ++v) {
+    scene.add_link({v, scene.body(1).first_vertex + v, 0, {0.5F, 1e-3F}});
+    scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEventfulEdge; });
+  return scene;
+}
+
+/// What a program does, on two solvers alike: writes, edits, grasps, moves. Choices follow from the
+/// seed and the state.
+class EventfulProgram {
+ public:
+  EventfulProgram(const Scene& scene, std::uint64_t seed) : seed_(seed) {
+    for (const Eigen::Vector3d& x : scene.positions()) {
+      rest_.push_back(x.cast<float>());
+      speeds_.push_back(0.01F * x.cast<float>().normalized());
+    }
+    pose_.translation() = Eigen::Vector3f(0, 0.018F, 0.006F);
+  }
+
+  /// Before the first round.
+  void begin(Solver& solver) const {
+    solver.add_tool({&capsule_, 1}, pose_);
+    solver.add_tool({&capsule_, 1}, ToolPose::Identity());  // pushes, too, once it holds nothing
+    solver.watch(std::array<Index, 3>{5, 1, 40});
+  }
+
+  /// Before each step.
+  void act(Solver& solver, int round) const {
+    constexpr int kActions = 12;
+    ToolPose pose = pose_;
+    pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
+    solver.move_tool(0, pose);
+    switch (random(round, 0) % kActions) {
+      case 0:
+        break;
+      case 1:
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        break;
+      case 2:
+        resize(solver, round);
+        break;
+      case 3:
+        grasp_some(solver, round);
+        break;
+      case 4:
+        solver.write_velocities(speeds_);
+        break;
+      case 5: {
+        std::vector<Eigen::Vector3f> positions = rest_;
+        for (Eigen::Vector3f& x : positions) {
+          x *= 1.02F;
+        }
+        solver.write_positions(positions);
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 3)});
+        break;
+      }
+      case 6:
+        apply_edit(solver, {.remove_links = some_link(solver, round)});
+        break;
+      case 7: {
+        const Snapshot snapshot = solver.snapshot();
+        solver.step(kEventfulTimeStep);
+        solver.restore(snapshot);
+        break;
+      }
+      case 8:
+        remove_vertex(solver, round);
+        break;
+      case 9:
+        solver.release(1);
+        break;
+      case 10:
+        resize(solver, round);
+        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        pose.translation().z() += 5e-3F;
+        solver.add_tool({&capsule_, 1}, pose);
+        break;
+      default:
+        solver.watch(std::array{some_vertex(solver, round), Index{7}});
+        break;
+    }
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t random(int round, std::uint64_t what) const {
+    return random_bits(seed_, static_cast<std::uint64_t>(round), what) >> 8;
+  }
+
+  [[nodiscard]] std::vector<Index> some_tets(const Solver& solver, int round, int count) const {
+    std::vector<Index> tets;
+    for (int i = 0; i < count; ++i) {
+      const auto tet = static_cast<Index>(random(round, 10 + i) % solver.tets().size());
+      if (solver.is_tet_alive(tet) && std::ranges::find(tets, tet) == tets.end()) {
+        tets.push_back(tet);
+      }
+    }
+    return tets;
+  }
+
+  [[nodiscard]] std::vector<Index> some_link(const Solver& solver, int round) const {
+    const auto link = static_cast<Index>(random(round, 20) % solver.links().size());
+    return solver.is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
+  }
+
+  [[nodiscard]] Index some_vertex(const Solver& solver, int round) const {
+    Index v = static_cast<Index>(random(round, 30) % rest_.size());
+    while (!solver.has_tissue(v)) {
+      v = (v + 1) % static_cast<Index>(rest_.size());
+    }
+    return v;
+  }
+
+  // Of what has a rest length or a rest volume.
+  void resize(Solver& solver, int round) const {
+    TopologyEdit edit;
+    for (const Index t : some_tets(solver, round, 6)) {
+      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+      if (!is_of_tube) {
+        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
+      }
+      const Index edge = solver.tet_edges(t)[0];
+      const bool is_new = std::ranges::none_of(
+          edit.rest_lengths, [&](const RestLengthChange& change) { return change.edge == edge; });
+      if (t < solver.body(2).first_tet && is_new) {
+        edit.rest_lengths.push_back({edge, 0.95F * solver.rest_length(edge)});
+      }
+    }
+    apply_edit(solver, edit);
+  }
+
+  void grasp_some(Solver& solver, int round) const {
+    solver.release(1);
+    solver.grasp(1, std::array{some_vertex(solver, round)}, 1e-4F);
+  }
+
+  // With all that is around it, while a tool holds it.
+  void remove_vertex(Solver& solver, int round) const {
+    grasp_some(solver, round);
+    solver.step(kEventfulTimeStep);
+    const Index gone = some_vertex(solver, round);
+    TopologyEdit edit;
+    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+      if (solver.is_tet_alive(t) &&
+          std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end()) {
+        edit.remove_tets.push_back(t);
+      }
+    }
+    apply_edit(solver, edit);
+  }
+
+  std::uint64_t seed_;
+  std::vector<Eigen::Vector3f> rest_, speeds_;
+  Capsule capsule_{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose_ = ToolPose::Identity();
+};
+
+inline bool equal(const StepReport& a, const StepReport& b) {
+  return a.inverted_tets == b.inverted_tets && a.non_finite_vertices == b.non_finite_vertices &&
+         a.first_non_finite == b.first_non_finite && a.contacts == b.contacts &&
+         a.dropped_contacts == b.dropped_contacts && a.distance_residual == b.distance_residual &&
+         a.volume_residual == b.volume_residual;
+}
+
+}  // namespace pbdsurg::testing
