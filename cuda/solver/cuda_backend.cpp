@@ -205,20 +205,20 @@ class CudaBackend final : public Backend {
   }
 
   void enqueue(const SolverData& data) {
-    const DeviceStep step{
-        data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
-        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
-         tools_.has_pushers(), tools_.has_attachments()},
-        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-        data.options.substeps};
+    const DeviceStep step{data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
+                          {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+                           plan_.stages(), tools_.has_pushers(), tools_.has_attachments()},
+                          {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+                          data.options.substeps};
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false});
       return;
     }
     if (!is_recorded_ || !(step == recorded_)) {
       is_recorded_ = false;
-      graph_.record(stream_.get(),
-                    [&] { enqueue_step(step, *sweeps_, {stream_.get(), overlaps_}); });
+      graph_.record(stream_.get(), [&] {
+        enqueue_step(step, *sweeps_, {stream_.get(), overlaps_});
+      });
       recorded_ = step;
       is_recorded_ = true;
     }
@@ -256,8 +256,8 @@ class CudaBackend final : public Backend {
   PinnedBuffer<Vec3<float>> forces_;   // [tool]
   PinnedBuffer<Vec3<float>> watched_;  // [watched]
   StepGraph graph_;
-  DeviceStep recorded_;       // in the graph, if it is recorded
-  bool is_planned_ = false;   // stages and records follow the data
+  DeviceStep recorded_;      // in the graph, if it is recorded
+  bool is_planned_ = false;  // stages and records follow the data
   bool is_recorded_ = false;
 };
 

@@ -18,10 +18,10 @@ namespace pbdsurg::cuda {
 
 /// State, in the order of places: see SolverData.
 struct DeviceState {
-  Particle* particles;            ///< [count]
-  Particle* previous;             ///< [count] at the start of the substep
-  Velocity* velocities;           ///< [count] before and after a step
-  const Index* vertex_of_place;   ///< [count] of the scene
+  Particle* particles;           ///< [count]
+  Particle* previous;            ///< [count] at the start of the substep
+  Velocity* velocities;          ///< [count] before and after a step
+  const Index* vertex_of_place;  ///< [count] of the scene
   Index count;
 
   bool operator==(const DeviceState&) const = default;
@@ -49,11 +49,11 @@ struct ConstraintArrays {
 /// What tools touch and hold. A pusher is a tool that has capsules and holds nothing.
 struct ToolArrays {
   // of the current substep
-  std::uint32_t* touched;       ///< [pusher][word_count] a bit a place
-  ContactPlane* planes;         ///< [pusher][place] where touched
-  float* contact_multipliers;   ///< [pusher][place] kg m, where touched
-  Index* contact_places;        ///< [pusher][contact_room] ascending
-  Index* contact_counts;        ///< [pusher]
+  std::uint32_t* touched;               ///< [pusher][word_count] a bit a place
+  ContactPlane* planes;                 ///< [pusher][place] where touched
+  float* contact_multipliers;           ///< [pusher][place] kg m, where touched
+  Index* contact_places;                ///< [pusher][contact_room] ascending
+  Index* contact_counts;                ///< [pusher]
   Vec3<float>* attachment_multipliers;  ///< [attachment] kg m
   Index word_count;                     ///< 32 places each
   Index contact_room;                   ///< the contact capacity, or all places if they are fewer
@@ -113,13 +113,13 @@ struct alignas(16) StepInput {
   float force_per_multiplier;  ///< 1/s^2
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
-  std::uint32_t tools;         ///< ToolInput[tool]
-  std::uint32_t forces;        ///< Vec3<float>[tool] N, summed up in the step
-  std::uint32_t pushers;       ///< PusherInput[substep][pusher]
-  std::uint32_t capsules;      ///< PlacedCapsule[substep][capsule]
-  std::uint32_t attachments;   ///< AttachmentInput[substep][attachment]
-  std::uint32_t held;          ///< HeldInput[held]
-  std::uint32_t held_order;    ///< Index[attachment]
+  std::uint32_t tools;        ///< ToolInput[tool]
+  std::uint32_t forces;       ///< Vec3<float>[tool] N, summed up in the step
+  std::uint32_t pushers;      ///< PusherInput[substep][pusher]
+  std::uint32_t capsules;     ///< PlacedCapsule[substep][capsule]
+  std::uint32_t attachments;  ///< AttachmentInput[substep][attachment]
+  std::uint32_t held;         ///< HeldInput[held]
+  std::uint32_t held_order;   ///< Index[attachment]
   StepSums sums;
 };
 

@@ -22,8 +22,8 @@ struct Surroundings {
   Particle* particles;
   const Particle* previous;
   const StepInput* input;
-  float* multipliers;         ///< [Constraint::kMultiplierCount][multiplier_stride]
-  Index multiplier_stride;    ///< how many records of this kind there are
+  float* multipliers;       ///< [Constraint::kMultiplierCount][multiplier_stride]
+  Index multiplier_stride;  ///< how many records of this kind there are
   bool takes_multipliers;
   bool leaves_multipliers;
 };
@@ -320,8 +320,8 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
   switch (stage.kind) {
     case PhaseKind::distance:
       launch_stage(DistanceSource{constraints.distances, constraints.distance_damping}, stage, ends,
-                   projection,
-                   around(constraints.distance_multipliers, constraints.distance_count), how);
+                   projection, around(constraints.distance_multipliers, constraints.distance_count),
+                   how);
       break;
     case PhaseKind::volume:
       launch_stage(VolumeSource{constraints.volumes}, stage, ends, projection,

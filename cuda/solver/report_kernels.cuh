@@ -195,9 +195,9 @@ __global__ void __launch_bounds__(kReportThreads)
 void report(const DeviceState& state, const ConstraintArrays& constraints, StepInput* input,
             const StepOutput& output, const Launch& how) {
   Index most = state.count;
-  for (const Index count : {constraints.distance_count, constraints.volume_count,
-                            constraints.joint_count, constraints.neo_hookean_count,
-                            constraints.tube_count}) {
+  for (const Index count :
+       {constraints.distance_count, constraints.volume_count, constraints.joint_count,
+        constraints.neo_hookean_count, constraints.tube_count}) {
     most = most < count ? count : most;
   }
   const int blocks = blocks_for(most, kReportThreads);

@@ -182,9 +182,8 @@ class StagePlan::Builder {
     if (serial) {
       sort_by_level(kind, ids, first);
     } else {  // near constraints near each other: they share cache lines
-      std::ranges::sort(ids, {}, [&](Index id) {
-        return std::pair(std::ranges::min(places_of(kind, id)), id);
-      });
+      std::ranges::sort(
+          ids, {}, [&](Index id) { return std::pair(std::ranges::min(places_of(kind, id)), id); });
     }
     for (const Index id : ids) {
       add_record(kind, id, serial);
@@ -332,8 +331,7 @@ bool StagePlan::follow_distance(const SolverData& data, Index id, std::vector<Wo
   if (location.record == kSerial || next.record == kSerial) {
     return false;
   }
-  const bool moves =
-      !is_alive || next.record != location.record || next.place != location.place;
+  const bool moves = !is_alive || next.record != location.record || next.place != location.place;
   if (location.record != kInvalidIndex && moves) {
     if (location.array == DeviceArray::joints) {
       write_edge(location.record, location.place, kNotOwned, 0, words);

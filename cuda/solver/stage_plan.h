@@ -58,10 +58,10 @@ class StagePlan {
   bool follow_volume(const SolverData& data, Index id, std::vector<WordChange>& words);
 
   std::vector<Stage> stages_;
-  Locations distances_;     // [edge and link]
-  Locations volumes_;       // [tet]
-  Locations neo_hookeans_;  // [tet]
-  Locations strain_limits_;  // [edge]
+  Locations distances_;       // [edge and link]
+  Locations volumes_;         // [tet]
+  Locations neo_hookeans_;    // [tet]
+  Locations strain_limits_;   // [edge]
   std::vector<Index> tubes_;  // [tet] record or kInvalidIndex
 };
 

@@ -105,8 +105,7 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   header.keep = 1 / (1 + data.options.damping * h);
   header.kick = h * load(data.gravity);
   header.substep = {1 / h, 1 / (h * h)};
-  header.force_per_multiplier =
-      header.substep.inverse_dt_squared / static_cast<float>(substeps);
+  header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());
   header.pusher_count = pusher_count_;
@@ -135,8 +134,8 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   }
   std::ranges::copy(held_, table<HeldInput>(input, input->held));
   std::ranges::copy(held_order_, table<Index>(input, input->held_order));
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(device_input_.reserve(words), input, size,
-                                     cudaMemcpyHostToDevice, stream));
+  PBDSURG_CUDA_CHECK(
+      cudaMemcpyAsync(device_input_.reserve(words), input, size, cudaMemcpyHostToDevice, stream));
 }
 
 std::size_t ToolBuffers::memory_bytes() const noexcept {

@@ -111,9 +111,8 @@ void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput*
 __global__ void __launch_bounds__(kToolThreads)
     pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
   wait_for_previous();
-  const AttachmentInput* const attachments =
-      table<AttachmentInput>(input, input->attachments) +
-      of_pusher(substep, input->attachment_count);
+  const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
+                                             of_pusher(substep, input->attachment_count);
   const HeldInput* const held = table<HeldInput>(input, input->held);
   const Index* const order = table<Index>(input, input->held_order);
   for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
@@ -165,8 +164,7 @@ __global__ void __launch_bounds__(kToolThreads)
     const std::size_t slot = of_pusher(pusher, state.count) + static_cast<std::size_t>(place);
     const ContactPlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
-    ContactConstraint::project(x, p.w, plane.normal, plane.offset,
-                               tools.contact_multipliers[slot]);
+    ContactConstraint::project(x, p.w, plane.normal, plane.offset, tools.contact_multipliers[slot]);
     p = {x.x, x.y, x.z, p.w};
   }
   if (is_touched) {

@@ -85,9 +85,8 @@ struct HostStages {
   template <class Constraint, std::size_t kVertices>
   void project(const Index (&places)[kVertices],
                const float (&parameters)[Constraint::kParameterCount],
-               float (&multipliers)[Constraint::kMultiplierCount],
-               std::vector<Particle>& particles, const std::vector<Particle>& previous,
-               const Substep<float>& substep) {
+               float (&multipliers)[Constraint::kMultiplierCount], std::vector<Particle>& particles,
+               const std::vector<Particle>& previous, const Substep<float>& substep) {
     if (places[0] < 0) {
       return;
     }
@@ -186,10 +185,8 @@ struct PlanVariant {
 };
 
 inline SolverOptions options_of(const PlanVariant& variant) {
-  SolverOptions options{.mode = variant.mode,
-                        .substeps = 2,
-                        .iterations = 2,
-                        .composition = variant.composition};
+  SolverOptions options{
+      .mode = variant.mode, .substeps = 2, .iterations = 2, .composition = variant.composition};
   options.coloring.max_colors = variant.max_colors;
   options.coloring.repair = variant.max_colors == 0;
   return options;

@@ -74,7 +74,7 @@ std::string difference(const std::vector<Particle>& device, const std::vector<Pa
 }
 
 std::string name_of(const Stage& stage) {
-  constexpr std::array kNames{"distance", "volume", "joint",      "neo_hookean",
+  constexpr std::array kNames{"distance",     "volume", "joint",      "neo_hookean",
                               "strain_limit", "vertex", "attachment", "contact"};
   return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
          std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
