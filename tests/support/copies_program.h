@@ -24,6 +24,8 @@ namespace pbdsurg::testing {
 /// follow from round and copy alone.
 class CopiesProgram {
  public:
+  static constexpr int kThirdTool = 14;  // the round in which it comes
+
   explicit CopiesProgram(const Scene& scene) {
     for (const Eigen::Vector3d& x : scene.positions()) {
       rest_.push_back(x.cast<float>());
@@ -62,7 +64,7 @@ class CopiesProgram {
       }
     }
     apply_edit(solver, edit);
-    if (round == 12) {
+    if (round == kThirdTool) {
       solver.add_tool({&capsule_, 1}, pose(round, 3));
       solver.watch(std::array<Index, 2>{7, 30});
     }
@@ -226,7 +228,7 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
         text << describe(solver.positions(i), singles[i]->positions());
         return true;
       }
-      for (Index tool = 0; tool < (round < 12 ? 2 : 3); ++tool) {
+      for (Index tool = 0; tool < (round < CopiesProgram::kThirdTool ? 2 : 3); ++tool) {
         const Eigen::Vector3f force = solver.tool_force(tool, i);
         result.forces += force.isZero() ? 0 : 1;
         if (force != singles[i]->tool_force(tool)) {
