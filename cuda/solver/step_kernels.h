@@ -19,6 +19,7 @@ struct Launch {
   /// Whether a kernel may be brought to the device while the one before it is at work. Kernels then
   /// wait by themselves for what they need. What comes before must be a kernel, too.
   bool overlaps;
+  Index copies = 1;  ///< of the scene, each with as many blocks: the second index of a block
 };
 
 /// How a stage is projected.
@@ -54,8 +55,8 @@ struct StepKernels {
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
-  /// @return  whether the current device can run such a cluster
-  bool (*prepare_cluster)(const ClusterKind&, const ClusterArrays&);
+  /// @return  how many such clusters the current device runs at a time
+  Index (*prepare_cluster)(const ClusterKind&, const ClusterArrays&);
 
   /// All sweeps of a substep, with what tools do in them.
   void (*sweep_cluster)(const ClusterKind&, const ClusterArrays&, const DeviceState&,
