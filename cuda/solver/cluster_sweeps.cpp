@@ -56,19 +56,16 @@ class ClusterSweeps final : public Sweeps {
       ClusterRecords candidate;
       const auto program = candidate.make_program(
           stages, records, static_cast<Index>(data.place_of_vertex.size()), size, kind_.is_damped);
-      if (!program) {
-        return false;
-      }
-      const Index at_a_time = prepare(*program);
+      const Index at_a_time = program ? prepare(*program) : 0;
       if (at_a_time == 0) {
-        continue;  // too many vertices for the shared memory of so few blocks
+        continue;  // such as too many vertices for the shared memory of so few blocks
       }
       const Index waves = (data.copy_count() - 1) / at_a_time + 1;
       const Index time = waves * phase_time(phase_size, size);
       if (time < best_time) {
         best_time = time;
         records_ = std::move(candidate);
-        best = std::move(*program);
+        best = program;
       }
       if (waves == 1) {
         break;  // no other is faster
