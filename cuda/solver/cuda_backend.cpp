@@ -110,7 +110,7 @@ class CudaBackend final : public Backend {
         position = {watched->x, watched->y, watched->z};
         ++watched;
       }
-      report_copy(to_report(sums_.get()[i]), i, report);
+      report_copy(i, to_report(sums_.get()[i]), copy, report);
     }
     return report;
   }

@@ -531,6 +531,12 @@ StepReport Solver::finish_step() {
   return data_->report;
 }
 
+StepReport Solver::last_report(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->finish_running_step();
+  return state.last_report;
+}
+
 const SolverOptions& Solver::options() const noexcept {
   return data_->options;
 }

@@ -117,6 +117,8 @@ TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[de
 
   CHECK(report.first_non_finite_copy == 2);
   CHECK(report.first_non_finite != kInvalidIndex);
+  CHECK(solver.last_report(1).non_finite_vertices == 0);
+  CHECK(solver.last_report(3).first_non_finite == solver.last_report(2).first_non_finite);
 }
 
 // Would catch a copy of records, which take several times the memory of the state.

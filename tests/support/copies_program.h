@@ -219,6 +219,10 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
     result.contacts += expected.contacts;
     for (Index i = 0; i < copies; ++i) {
       text << "round " << round << ", copy " << i << ": ";
+      if (!equal(solver.last_report(i), singles[i]->last_report())) {
+        text << "reports differ; " << describe(solver.positions(i), singles[i]->positions());
+        return true;
+      }
       if (!std::ranges::equal(solver.watched_positions(i), singles[i]->watched_positions())) {
         text << "watched positions differ; "
              << describe(solver.positions(i), singles[i]->positions());

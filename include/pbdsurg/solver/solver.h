@@ -160,6 +160,9 @@ class Solver {
   /// @throws InvalidArgument  if none was
   StepReport finish_step();
 
+  /// Of one copy, of the last step.
+  [[nodiscard]] StepReport last_report(Index copy = 0) const;
+
   /// As given, but with the composition that was taken where that was automatic.
   [[nodiscard]] const SolverOptions& options() const noexcept;
   [[nodiscard]] const StepPlan& plan() const noexcept;
