@@ -127,7 +127,11 @@ class ClusterSweeps final : public Sweeps {
     sizes.phase_count = static_cast<std::uint32_t>(program.phase_count);
     sizes.slot_room = static_cast<std::uint32_t>(program.most_slots);
     sizes.round_room = static_cast<std::uint32_t>(program.most_rounds);
-    sizes.stage_bytes = static_cast<std::uint32_t>(program.most_words * sizeof(Word128));
+    // whole warps load, some of them more than there is: that must not reach into the next stage
+    constexpr Index kLoadedTogether = 32;
+    const Index stage_words =
+        std::max(program.most_words + kLoadedTogether, program.thread_count);
+    sizes.stage_bytes = static_cast<std::uint32_t>(stage_words * sizeof(Word128));
     return sizes;
   }
 

@@ -170,6 +170,12 @@ std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
   return backend == nullptr ? make_serial_backend() : std::move(backend);
 }
 
+// Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few launches.
+PlanComposition device_composition(const Scene& scene) {
+  constexpr std::size_t kLarge = 320'000;  // tetrahedra; measured on an H200
+  return scene.tets().size() <= kLarge ? PlanComposition::separate : PlanComposition::joint;
+}
+
 // All but a backend.
 // @param automatic  what an automatic composition is
 std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& options,
@@ -218,7 +224,7 @@ std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptio
   const CudaHook* const hook = cuda_hook();
   std::string why_not = "this program is not linked with pbdsurg::cuda";
   if (hook != nullptr && hook->available(why_not)) {
-    data = make_data(scene, options, PlanComposition::separate);
+    data = make_data(scene, options, device_composition(scene));
     try {
       return hook->make(*data);
     } catch (const BackendUnavailable&) {  // for this scene

@@ -126,7 +126,10 @@ TEST_CASE("cuda copies: each takes the memory of its state", "[device]") {
   const auto bytes = [](Index copies) {
     Scene scene;
     scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1));
-    Solver solver(scene, {.iterations = 1, .copies = copies, .backend = BackendKind::cuda});
+    Solver solver(scene, {.iterations = 1,
+                          .copies = copies,
+                          .backend = BackendKind::cuda,
+                          .device_strategy = DeviceStrategy::graph});
     solver.step(kTimeStep);
     return solver.memory_bytes();
   };

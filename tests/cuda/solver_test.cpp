@@ -309,11 +309,17 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   const Solver serial(make_block(), options);
   CHECK(chosen.memory_bytes() > serial.memory_bytes());
 
-  options.backend = BackendKind::cuda;
-  options.method = SolverMethod::vertex_block;
+}
+
+TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
+  SolverOptions options{.backend = BackendKind::cuda,
+                        .device_strategy = DeviceStrategy::cluster,
+                        .composition = PlanComposition::joint};
   CHECK_THROWS_AS(Solver(make_block(), options), BackendUnavailable);
-  options.backend = BackendKind::automatic;
-  CHECK_THAT(Solver(make_block(), options).backend_name(), !ContainsSubstring("cuda"));
+  options.device_strategy = DeviceStrategy::automatic;
+  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("graph"));
+  options.composition = PlanComposition::automatic;
+  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("cluster"));
 }
 
 // Would catch a copy of all to the device for a change of a few.
