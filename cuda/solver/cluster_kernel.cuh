@@ -236,13 +236,12 @@ __device__ inline void fetch_rounds(const ClusterArrays& cluster, const ClusterM
 /// Lists the vertices at home here that tools hold or touch.
 template <int kThreads>
 __device__ void list_tool_vertices(const ClusterArrays& cluster, const ToolArrays& tools,
-                                   const StepInput* input, const ClusterSweep& sweep,
-                                   const Index* places, std::uint32_t home_count,
-                                   std::uint32_t block, std::uint32_t* counts, uint2* held,
-                                   std::uint32_t* touched) {
+                                   StepInput* input, const ClusterSweep& sweep, const Index* places,
+                                   std::uint32_t home_count, std::uint32_t block,
+                                   std::uint32_t* counts, uint2* held, std::uint32_t* touched) {
   // Their order does not matter: each is one thread's, in all sweeps.
   if (sweep.has_attachments) {
-    const HeldInput* const inputs = table<HeldInput>(const_cast<StepInput*>(input), input->held);
+    const HeldInput* const inputs = table<HeldInput>(input, input->held);
     for (Index i = static_cast<Index>(threadIdx.x); i < input->held_count; i += kThreads) {
       const std::uint32_t home = __ldg(cluster.homes + inputs[i].place);
       if (home >> 16 == block) {

@@ -72,7 +72,7 @@ struct ClusterArrays {
   const std::uint32_t* arrivals;
   const std::uint32_t* homes;
   const Word128* words;
-  float* multipliers;             ///< [copy][multiplier_count]
+  float* multipliers;  ///< [copy][multiplier_count]
   std::size_t multiplier_count;
   std::uint32_t block_count;
   std::uint32_t phase_count;

@@ -5,8 +5,6 @@
 #include <bit>
 #include <cstddef>
 
-#include "solver/cluster_schedule.h"
-
 namespace pbdsurg::cuda {
 namespace {
 
@@ -124,6 +122,16 @@ RecordShape shape_of(DeviceArray array) {
   }
 }
 
+void append_vertices(const ScheduledBlock& block, std::uint32_t b, ClusterProgram& program) {
+  for (Index slot = 0; slot < block.home_count; ++slot) {
+    program.homes[block.places[slot]] = b << 16 | static_cast<std::uint32_t>(slot);
+  }
+  program.places.insert(program.places.end(), block.places.begin(), block.places.end());
+  for (const Index arrivals : block.arrivals) {
+    program.arrivals.push_back(static_cast<std::uint32_t>(arrivals) * sizeof(Word128));
+  }
+}
+
 }  // namespace
 
 std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage> stages,
@@ -155,79 +163,79 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
     return std::nullopt;
   }
   program.thread_count = most <= kFewClusterThreads ? kFewClusterThreads : kManyClusterThreads;
-  locations_[static_cast<int>(DeviceArray::distances)].resize(records.distances.size());
-  locations_[static_cast<int>(DeviceArray::volumes)].resize(records.volumes.size());
-  locations_[static_cast<int>(DeviceArray::neo_hookeans)].resize(records.neo_hookeans.size());
-  locations_[static_cast<int>(DeviceArray::strain_limits)].resize(records.strain_limits.size());
-
+  for (const Stage& stage : stages) {
+    auto& locations = locations_[static_cast<int>(array_of(stage.kind))];
+    locations.resize(
+        std::max(locations.size(), static_cast<std::size_t>(stage.first + stage.count)));
+  }
   program.homes.resize(static_cast<std::size_t>(place_count));
   for (std::size_t b = 0; b < schedule.blocks().size(); ++b) {
-    const ScheduledBlock& block = schedule.blocks()[b];
-    const std::size_t first_round = program.rounds.size();
     const std::size_t first_place = program.places.size();
-    for (Index slot = 0; slot < block.home_count; ++slot) {
-      program.homes[block.places[slot]] =
-          static_cast<std::uint32_t>(b) << 16 | static_cast<std::uint32_t>(slot);
-    }
-    program.places.insert(program.places.end(), block.places.begin(), block.places.end());
-    for (const Index arrivals : block.arrivals) {
-      program.arrivals.push_back(static_cast<std::uint32_t>(arrivals) * sizeof(Word128));
-    }
+    const std::size_t first_round = program.rounds.size();
+    append_vertices(schedule.blocks()[b], static_cast<std::uint32_t>(b), program);
     for (Index phase = 0; phase < program.phase_count; ++phase) {
-      const Stage& stage = stages[phase];
-      const auto& constraints = block.constraints[phase];
-      const auto count = static_cast<Index>(constraints.size());
-      const Index words = words_of(stage.kind, is_damped);
-      // one round at least: all blocks of a cluster go through all phases
-      for (Index first = 0; first == 0 || first < count; first += program.thread_count) {
-        const Index size = std::min(program.thread_count, count - first);
-        const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
-        const std::size_t start = program.words.size();
-        program.rounds.push_back(
-            {static_cast<std::uint32_t>(start),
-             static_cast<std::uint32_t>(program.multiplier_count), static_cast<std::uint16_t>(size),
-             static_cast<std::uint16_t>(border), static_cast<std::uint16_t>(phase),
-             static_cast<std::uint8_t>(stage.kind), static_cast<std::uint8_t>(words)});
-        program.multiplier_count += static_cast<std::size_t>(size * multipliers_of(stage.kind));
-        program.words.resize(start + static_cast<std::size_t>(size * words + border));
-        program.most_words = std::max(program.most_words, size * words + border);
-        for (Index i = 0; i < size; ++i) {
-          const Index constraint = constraints[first + i];
-          const Index record = stage.first + constraint;
-          const Numbers numbers = numbers_of(stage.kind, record, records, is_damped);
-          const std::size_t here = start + static_cast<std::size_t>(i);
-          locations_[static_cast<int>(array_of(stage.kind))][record] = {
-              static_cast<std::uint32_t>(here), static_cast<std::uint32_t>(size)};
-          Word128& head = program.words[here];
-          for (Index corner = 0; corner < numbers.corner_count; ++corner) {
-            const VertexTarget& target = schedule.target(phase, constraint, corner);
-            auto half = static_cast<std::uint32_t>(schedule.slot(phase, constraint, corner));
-            if (target.block != b) {
-              half |= kLeaves;
-              number(program.words[start + static_cast<std::size_t>(size * words + i)], corner) =
-                  pack_target(target.block, target.phase, target.slot);
-            }
-            number(head, corner / 2) |= half << (16 * (corner % 2));
-          }
-          if (numbers.corner_count == 2) {
-            head.y = std::bit_cast<std::uint32_t>(numbers.damping);
-          }
-          for (Index p = 0; p < static_cast<Index>(numbers.parameters.size()); ++p) {
-            const Index at = p + 2;  // after the slots
-            number(program.words[here + static_cast<std::size_t>(at / kNumbers * size)],
-                   at % kNumbers) = std::bit_cast<std::uint32_t>(numbers.parameters[p]);
-          }
-        }
-      }
+      append_phase(schedule, static_cast<Index>(b), phase, stages[phase], records, program);
     }
-    const std::size_t rounds = program.rounds.size() - first_round;
-    program.most_rounds = std::max(program.most_rounds, static_cast<Index>(rounds));
-    program.blocks.push_back(
-        {static_cast<std::uint32_t>(first_place), static_cast<std::uint32_t>(block.home_count),
-         static_cast<std::uint32_t>(block.places.size()), static_cast<std::uint32_t>(first_round),
-         static_cast<std::uint32_t>(rounds)});
+    const std::size_t round_count = program.rounds.size() - first_round;
+    program.most_rounds = std::max(program.most_rounds, static_cast<Index>(round_count));
+    program.blocks.push_back({static_cast<std::uint32_t>(first_place),
+                              static_cast<std::uint32_t>(schedule.blocks()[b].home_count),
+                              static_cast<std::uint32_t>(schedule.blocks()[b].places.size()),
+                              static_cast<std::uint32_t>(first_round),
+                              static_cast<std::uint32_t>(round_count)});
   }
   return program;
+}
+
+void ClusterRecords::append_phase(const ClusterSchedule& schedule, Index b, Index phase,
+                                  const Stage& stage, const StageRecords& records,
+                                  ClusterProgram& program) {
+  const ScheduledBlock& block = schedule.blocks()[b];
+  const auto& constraints = block.constraints[phase];
+  const auto count = static_cast<Index>(constraints.size());
+  const Index words = words_of(stage.kind, is_damped_);
+  // one round at least: each block waits for what comes to it in each phase
+  for (Index first = 0; first == 0 || first < count; first += program.thread_count) {
+    const Index size = std::min(program.thread_count, count - first);
+    const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
+    const std::size_t start = program.words.size();
+    const std::size_t targets = start + static_cast<std::size_t>(size * words);
+    program.rounds.push_back(
+        {static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(program.multiplier_count),
+         static_cast<std::uint16_t>(size), static_cast<std::uint16_t>(border),
+         static_cast<std::uint16_t>(phase), static_cast<std::uint8_t>(stage.kind),
+         static_cast<std::uint8_t>(words)});
+    program.multiplier_count += static_cast<std::size_t>(size * multipliers_of(stage.kind));
+    program.words.resize(targets + static_cast<std::size_t>(border));
+    program.most_words = std::max(program.most_words, size * words + border);
+    for (Index i = 0; i < size; ++i) {
+      const Index constraint = constraints[first + i];
+      const Index record = stage.first + constraint;
+      const Numbers numbers = numbers_of(stage.kind, record, records, is_damped_);
+      const std::size_t here = start + static_cast<std::size_t>(i);
+      locations_[static_cast<int>(array_of(stage.kind))][record] = {
+          static_cast<std::uint32_t>(here), static_cast<std::uint32_t>(size)};
+      Word128& head = program.words[here];
+      for (Index corner = 0; corner < numbers.corner_count; ++corner) {
+        const VertexTarget& target = schedule.target(phase, constraint, corner);
+        auto half = static_cast<std::uint32_t>(schedule.slot(phase, constraint, corner));
+        if (target.block != b) {
+          half |= kLeaves;
+          number(program.words[targets + static_cast<std::size_t>(i)], corner) =
+              pack_target(target.block, target.phase, target.slot);
+        }
+        number(head, corner / 2) |= half << (16 * (corner % 2));
+      }
+      if (numbers.corner_count == 2) {
+        head.y = std::bit_cast<std::uint32_t>(numbers.damping);
+      }
+      for (Index p = 0; p < static_cast<Index>(numbers.parameters.size()); ++p) {
+        const Index at = p + 2;  // after the slots
+        number(program.words[here + static_cast<std::size_t>(at / kNumbers * size)],
+               at % kNumbers) = std::bit_cast<std::uint32_t>(numbers.parameters[p]);
+      }
+    }
+  }
 }
 
 Index ClusterRecords::words_per_record(DeviceArray array) const noexcept {

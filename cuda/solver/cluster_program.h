@@ -14,6 +14,7 @@
 #include "pbdsurg/core/types.h"
 
 #include "solver/cluster_layout.h"
+#include "solver/cluster_schedule.h"
 #include "solver/stage_plan.h"
 #include "solver/stages.h"
 
@@ -58,6 +59,8 @@ class ClusterRecords {
     std::uint32_t word;    ///< Word128
     std::uint32_t stride;  ///< between its words, Word128
   };
+  void append_phase(const ClusterSchedule& schedule, Index block, Index phase, const Stage& stage,
+                    const StageRecords& records, ClusterProgram& program);
   [[nodiscard]] Index words_per_record(DeviceArray array) const noexcept;
 
   std::array<std::vector<Location>, kDeviceArrayCount> locations_;  ///< [array][record]

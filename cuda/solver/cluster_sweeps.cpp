@@ -129,8 +129,7 @@ class ClusterSweeps final : public Sweeps {
     sizes.round_room = static_cast<std::uint32_t>(program.most_rounds);
     // whole warps load, some of them more than there is: that must not reach into the next stage
     constexpr Index kLoadedTogether = 32;
-    const Index stage_words =
-        std::max(program.most_words + kLoadedTogether, program.thread_count);
+    const Index stage_words = std::max(program.most_words + kLoadedTogether, program.thread_count);
     sizes.stage_bytes = static_cast<std::uint32_t>(stage_words * sizeof(Word128));
     return sizes;
   }

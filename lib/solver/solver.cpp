@@ -170,7 +170,8 @@ std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
   return backend == nullptr ? make_serial_backend() : std::move(backend);
 }
 
-// Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few launches.
+// Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
+// launches.
 PlanComposition device_composition(const Scene& scene) {
   constexpr std::size_t kLarge = 320'000;  // tetrahedra; measured on an H200
   return scene.tets().size() <= kLarge ? PlanComposition::separate : PlanComposition::joint;

@@ -308,7 +308,6 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   options.backend = BackendKind::serial;
   const Solver serial(make_block(), options);
   CHECK(chosen.memory_bytes() > serial.memory_bytes());
-
 }
 
 TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
