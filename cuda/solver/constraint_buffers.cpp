@@ -5,15 +5,17 @@
 
 namespace pbdsurg::cuda {
 
-void ConstraintBuffers::upload(const StageRecords& records, bool remembers, cudaStream_t stream) {
+void ConstraintBuffers::upload(const StageRecords& records, bool remembers, Index copy_count,
+                               cudaStream_t stream) {
   constexpr std::size_t kPerJoint = 7;  // six edges and the volume
   const std::size_t distances = records.distances.size();
   const std::size_t volumes = records.volumes.size();
   const std::size_t joints = kPerJoint * records.joints.size();
   const std::size_t neo_hookeans =
       NeoHookeanConstraint::kMultiplierCount * records.neo_hookeans.size();
+  const std::size_t multiplier_count = remembers ? distances + volumes + joints + neo_hookeans : 0;
   float* const multipliers =
-      multipliers_.reserve(remembers ? distances + volumes + joints + neo_hookeans : 0);
+      multipliers_.reserve(static_cast<std::size_t>(copy_count) * multiplier_count);
   const auto part = [&](std::size_t first) { return remembers ? multipliers + first : nullptr; };
   arrays_ = {distances_.upload(records.distances, stream),
              distance_damping_.upload(records.distance_damping, stream),
@@ -31,7 +33,8 @@ void ConstraintBuffers::upload(const StageRecords& records, bool remembers, cuda
              static_cast<Index>(records.volumes.size()),
              static_cast<Index>(records.joints.size()),
              static_cast<Index>(records.neo_hookeans.size()),
-             static_cast<Index>(records.tubes.size())};
+             static_cast<Index>(records.tubes.size()),
+             multiplier_count};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the caller's records may go
 }
 

@@ -13,6 +13,7 @@
 #include "solver/device_step.h"
 #include "solver/stage_plan.h"
 #include "solver/state_buffers.h"
+#include "solver/state_report.h"
 #include "solver/step_graph.h"
 #include "solver/stream.h"
 #include "solver/sweeps.h"
@@ -21,6 +22,8 @@
 
 namespace pbdsurg::cuda {
 namespace {
+
+constexpr Index kMostCopies = 65535;  // as many blocks as a launch may have in its second direction
 
 int current_device() {
   int device = 0;
@@ -93,27 +96,34 @@ class CudaBackend final : public Backend {
   StepReport finish_step(SolverData& data) override {
     const CurrentDevice current(device_);
     stream_.wait();
-    end_tools(data);
-    for (std::size_t t = 0; t < data.tools.size(); ++t) {
-      const Vec3<float>& force = forces_.get()[t];
-      data.tools[t].force = {force.x, force.y, force.z};
+    StepReport report;
+    const Vec3<float>* force = forces_.get();
+    const Vec3<float>* watched = watched_.get();
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& copy = data.copy(i);
+      end_tools(copy);
+      for (ToolState& tool : copy.tools) {
+        tool.force = {force->x, force->y, force->z};
+        ++force;
+      }
+      for (Eigen::Vector3f& position : copy.watched_positions) {
+        position = {watched->x, watched->y, watched->z};
+        ++watched;
+      }
+      report_copy(to_report(sums_.get()[i]), i, report);
     }
-    for (std::size_t i = 0; i < data.watched_positions.size(); ++i) {
-      const Vec3<float>& x = watched_.get()[i];
-      data.watched_positions[i] = {x.x, x.y, x.z};
-    }
-    return to_report(*sums_.get());
+    return report;
   }
 
-  void fetch_state(SolverData& data) override {
+  void fetch_state(SolverData& data, Index copy) override {
     const CurrentDevice current(device_);
-    state_.fetch(data, stream_.get());
+    state_.fetch(data, copy, stream_.get());
   }
 
-  void read_positions(const SolverData& /*data*/, std::span<const Index> places,
+  void read_positions(const SolverData& /*data*/, Index copy, std::span<const Index> places,
                       std::span<Eigen::Vector3f> out) override {
     const CurrentDevice current(device_);
-    state_.read(places, out, stream_.get());
+    state_.read(copy, places, out, stream_.get());
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
@@ -129,15 +139,20 @@ class CudaBackend final : public Backend {
     is_planned_ = is_recorded_ = false;
     StageRecords records;
     plan_ = StagePlan(data, records);
-    constraints_.upload(records, remembers, stream_.get());
+    constraints_.upload(records, remembers, data.copy_count(), stream_.get());
     choose_sweeps(data, records);
     is_planned_ = true;
   }
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
     const DeviceStrategy wanted = data.options.device_strategy;
+    const bool is_alone = data.copy_count() == 1;
+    if (wanted == DeviceStrategy::cluster && !is_alone) {
+      throw BackendUnavailable("a cluster sweeps one copy of a scene; there are " +
+                               std::to_string(data.copy_count()));
+    }
     if (wanted == DeviceStrategy::cluster ||
-        (wanted == DeviceStrategy::automatic && is_for_cluster(plan_.stages()))) {
+        (wanted == DeviceStrategy::automatic && is_alone && is_for_cluster(plan_.stages()))) {
       sweeps_ = make_cluster_sweeps(data);
       if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cluster;
@@ -166,20 +181,23 @@ class CudaBackend final : public Backend {
       sweeps_->follow(words_, own_words);
       words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
-    if (changes.state) {
-      state_.upload(data, stream_.get());
+    for (Index copy = 0; copy < data.copy_count(); ++copy) {
+      if (changes.state[copy]) {
+        state_.upload(data, copy, stream_.get());
+      }
     }
     add_vertex_changes(data, changes.vertices);
-    write_changes();
+    write_changes(data);
     if (changes.tools) {
       tools_.take_over(data);
     }
     if (changes.watched) {
       watched_places_.upload(data.watched_places, stream_.get());
     }
-    sums_.reserve(1);
-    forces_.reserve(data.tools.size());
-    watched_.reserve(data.watched_places.size());
+    const auto copies = static_cast<std::size_t>(data.copy_count());
+    sums_.reserve(copies);
+    forces_.reserve(copies * data.tools.size());
+    watched_.reserve(copies * data.watched_places.size());
   }
 
   void add_vertex_changes(const SolverData& data, std::span<const Index> places) {
@@ -193,11 +211,15 @@ class CudaBackend final : public Backend {
     }
   }
 
-  void write_changes() {
+  void write_changes(const SolverData& data) {
     if (words_.empty()) {
       return;
     }
     ArrayStarts arrays{};
+    arrays.copy_count = data.copy_count();
+    for (const DeviceArray array : {DeviceArray::particles, DeviceArray::velocities}) {
+      arrays.strides[static_cast<int>(array)] = 4 * data.particles.size();
+    }
     for (int a = 0; a < kDeviceArrayCount; ++a) {
       arrays.starts[a] = constraints_.start(static_cast<DeviceArray>(a));
     }
@@ -218,13 +240,13 @@ class CudaBackend final : public Backend {
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                           data.options.substeps};
     if (strategy_ == DeviceStrategy::stream) {
-      enqueue_step(step, *sweeps_, {stream_.get(), false});
+      enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;
     }
     if (!is_recorded_ || !(step == recorded_)) {
       is_recorded_ = false;
       graph_.record(stream_.get(), [&] {
-        enqueue_step(step, *sweeps_, {stream_.get(), overlaps_});
+        enqueue_step(step, *sweeps_, {stream_.get(), overlaps_, data.copy_count()});
       });
       recorded_ = step;
       is_recorded_ = true;
@@ -259,9 +281,9 @@ class CudaBackend final : public Backend {
   std::vector<WordChange> words_;
   DeviceBuffer<WordChange> words_on_device_;
   DeviceBuffer<Index> watched_places_;
-  PinnedBuffer<StepSums> sums_;
-  PinnedBuffer<Vec3<float>> forces_;   // [tool]
-  PinnedBuffer<Vec3<float>> watched_;  // [watched]
+  PinnedBuffer<StepSums> sums_;        // [copy]
+  PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]
+  PinnedBuffer<Vec3<float>> watched_;  // [copy][watched]
   StepGraph graph_;
   DeviceStep recorded_;      // in the graph, if it is recorded
   bool is_planned_ = false;  // stages and records follow the data
@@ -273,6 +295,10 @@ class CudaBackend final : public Backend {
 std::unique_ptr<Backend> make_backend(const SolverData& data) {
   try {
     check_device_code();
+    if (data.copy_count() > kMostCopies) {
+      throw BackendUnavailable("the CUDA backend takes " + std::to_string(kMostCopies) +
+                               " copies at most; there are " + std::to_string(data.copy_count()));
+    }
     return std::make_unique<CudaBackend>(data);
   } catch (const DeviceError& error) {
     throw BackendUnavailable(std::string("the CUDA backend cannot take this scene: ") +

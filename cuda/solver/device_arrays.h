@@ -4,6 +4,7 @@
 /// @file
 /// What kernels of a step read and write, as plain pointers to device memory.
 
+#include <cstddef>
 #include <cstdint>
 
 #include "pbdsurg/constraints/projection.h"
@@ -16,18 +17,20 @@
 
 namespace pbdsurg::cuda {
 
-/// State, in the order of places: see SolverData.
+/// State, in the order of places: see SolverData. Here and below, arrays are those of all copies;
+/// kernels take the part of theirs.
 struct DeviceState {
-  Particle* particles;           ///< [count]
-  Particle* previous;            ///< [count] at the start of the substep
-  Velocity* velocities;          ///< [count] before and after a step
+  Particle* particles;           ///< [copy][count]
+  Particle* previous;            ///< [copy][count] at the start of the substep
+  Velocity* velocities;          ///< [copy][count] before and after a step
   const Index* vertex_of_place;  ///< [count] of the scene
   Index count;
 
   bool operator==(const DeviceState&) const = default;
 };
 
-/// Constraints in the order of the stages, and multipliers that sweeps hand to the next.
+/// Constraints in the order of the stages, and multipliers that sweeps hand to the next: these are
+/// those of the first copy, and so on every multiplier_count.
 struct ConstraintArrays {
   const DistanceRecord* distances;
   const float* distance_damping;  ///< [distance] s
@@ -42,21 +45,24 @@ struct ConstraintArrays {
   const TubeRecord* tubes;
   const Index* level_ends;  ///< of serial stages
   Index distance_count, volume_count, joint_count, neo_hookean_count, tube_count;
+  std::size_t multiplier_count;  ///< of a copy, all kinds together
 
   bool operator==(const ConstraintArrays&) const = default;
 };
 
-/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing.
+/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing. There is room
+/// for the copy that has most.
 struct ToolArrays {
   // of the current substep
-  std::uint32_t* touched;               ///< [pusher][word_count] a bit a place
-  ContactPlane* planes;                 ///< [pusher][place] where touched
-  float* contact_multipliers;           ///< [pusher][place] kg m, where touched
-  Index* contact_places;                ///< [pusher][contact_room] ascending
-  Index* contact_counts;                ///< [pusher]
-  Vec3<float>* attachment_multipliers;  ///< [attachment] kg m
+  std::uint32_t* touched;               ///< [copy][pusher][word_count] a bit a place
+  ContactPlane* planes;                 ///< [copy][pusher][place] where touched
+  float* contact_multipliers;           ///< [copy][pusher][place] kg m, where touched
+  Index* contact_places;                ///< [copy][pusher][contact_room] ascending
+  Index* contact_counts;                ///< [copy][pusher]
+  Vec3<float>* attachment_multipliers;  ///< [copy][attachment] kg m
   Index word_count;                     ///< 32 places each
   Index contact_room;                   ///< the contact capacity, or all places if they are fewer
+  Index pusher_room, attachment_room;
 
   bool operator==(const ToolArrays&) const = default;
 };
@@ -102,9 +108,10 @@ struct alignas(16) HeldInput {
   Index unused;
 };
 
-/// What the host tells about a step, in one piece of memory: this, then the tables it points to, in
-/// bytes from its start. Everything in it may differ from step to step without a kernel being
-/// launched another way.
+/// What the host tells about a step, in one piece of memory: one of these for each copy, then the
+/// tables that they point to, each in bytes from its own start. Everything in it may differ from
+/// step to step without a kernel being launched another way. What has nothing to do with tools is
+/// alike in all copies.
 struct alignas(16) StepInput {
   float h;                     ///< s, of a substep
   float keep;                  ///< share of the velocity that drag leaves
@@ -131,9 +138,9 @@ PBDSURG_HOST_DEVICE T* table(StepInput* input, std::uint32_t offset) {
 
 /// What a step tells the host: in its memory, written by the device.
 struct StepOutput {
-  StepSums* sums;
-  Vec3<float>* forces;          ///< [tool] N
-  Vec3<float>* watched;         ///< [watched] m
+  StepSums* sums;               ///< [copy]
+  Vec3<float>* forces;          ///< [copy][tool] N
+  Vec3<float>* watched;         ///< [copy][watched] m
   const Index* watched_places;  ///< [watched] on the device
 
   bool operator==(const StepOutput&) const = default;

@@ -10,7 +10,8 @@ void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) 
   for (Index substep = 0; substep < step.substeps; ++substep) {
     const bool is_first = substep == 0;
     // the first follows what is no kernel
-    kernels.advance(state, input, !is_first, true, {launch.stream, launch.overlaps && !is_first});
+    kernels.advance(state, input, !is_first, true,
+                    {launch.stream, launch.overlaps && !is_first, launch.copies});
     if (has_pushers) {
       kernels.find_contacts(state, tools, input, substep, launch);
     }

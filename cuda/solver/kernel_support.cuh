@@ -35,6 +35,20 @@ __device__ inline Index thread_count() {
   return static_cast<Index>(gridDim.x * blockDim.x);
 }
 
+/// The copy of the scene that this block works on.
+__device__ inline std::size_t copy_index() {
+  return blockIdx.y;
+}
+
+/// What a copy has of arrays of all.
+__device__ inline DeviceState of_copy(DeviceState state) {
+  const std::size_t first = copy_index() * static_cast<std::size_t>(state.count);
+  state.particles += first;
+  state.previous += first;
+  state.velocities += first;
+  return state;
+}
+
 /// Reads what no kernel of the step writes, in 16-byte words.
 template <class Record>
 __device__ Record load_constant(const Record* record) {
@@ -68,8 +82,9 @@ __device__ inline bool is_finite(const Vec3<float>& v) {
   return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
 }
 
-/// Whether this block is the last of its grid to get here. What all blocks wrote before is then
-/// there for it to read, past caches. All threads of a block call it.
+/// Whether this block is the last of its copy to get here. What all of these blocks wrote before is
+/// then there for it to read, past caches. All threads of a block call it.
+/// @param blocks_done  of the copy
 __device__ inline bool is_last_block(std::uint32_t* blocks_done) {
   __shared__ bool is_last;
   __threadfence();
@@ -82,12 +97,19 @@ __device__ inline bool is_last_block(std::uint32_t* blocks_done) {
   return is_last;
 }
 
+/// So many blocks that copies together have about as many, but `least` at least for each.
+inline int share_blocks(int blocks, int least, const Launch& how) {
+  const int share = blocks / static_cast<int>(how.copies);
+  return share < least ? least : share;
+}
+
 /// At least one: a launch of none is an error.
 inline int blocks_for(Index count, int threads) {
   return count <= threads ? 1 : (count - 1) / threads + 1;
 }
 
-/// @param name  for the message if it fails
+/// @param name    for the message if it fails
+/// @param blocks  for each copy
 template <class... Parameters, class... Arguments>
 void launch(const Launch& how, const char* name, int blocks, int threads,
             void (*kernel)(Parameters...), Arguments&&... arguments) {
@@ -95,7 +117,7 @@ void launch(const Launch& how, const char* name, int blocks, int threads,
   overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   overlap.val.programmaticStreamSerializationAllowed = 1;
   cudaLaunchConfig_t config{};
-  config.gridDim = dim3(static_cast<unsigned>(blocks));
+  config.gridDim = dim3(static_cast<unsigned>(blocks), static_cast<unsigned>(how.copies));
   config.blockDim = dim3(static_cast<unsigned>(threads));
   config.stream = how.stream;
   config.attrs = &overlap;

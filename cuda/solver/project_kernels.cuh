@@ -24,9 +24,19 @@ struct Surroundings {
   const StepInput* input;
   float* multipliers;       ///< [Constraint::kMultiplierCount][multiplier_stride]
   Index multiplier_stride;  ///< how many records of this kind there are
+  Index place_count;
+  std::size_t multiplier_count;  ///< of a copy
   bool takes_multipliers;
   bool leaves_multipliers;
 };
+
+__device__ inline Surroundings of_copy(Surroundings around) {
+  const std::size_t first = copy_index() * static_cast<std::size_t>(around.place_count);
+  around.particles += first;
+  around.previous += first;
+  around.multipliers += copy_index() * around.multiplier_count;
+  return around;
+}
 
 struct DistanceSource {
   using Constraint = DistanceConstraint;
@@ -160,7 +170,7 @@ __global__ void __launch_bounds__(kStageThreads)
   }
   wait_for_previous();
   if (is_used && record.places[0] >= 0) {
-    project<Source, kMode, kDamped>(source, record, i, around);
+    project<Source, kMode, kDamped>(source, record, i, of_copy(around));
   }
 }
 
@@ -170,6 +180,7 @@ __global__ void __launch_bounds__(kSerialThreads)
     project_levels(Source source, Index first, const Index* level_ends, Index level_count,
                    Surroundings around) {
   wait_for_previous();
+  around = of_copy(around);
   for (Index level = 0; level < level_count; ++level) {
     const Index end = __ldg(level_ends + level);
     for (Index i = first + static_cast<Index>(threadIdx.x); i < end; i += kSerialThreads) {
@@ -223,6 +234,7 @@ __global__ void __launch_bounds__(kStageThreads)
   if (!is_used || record.places[0] < 0) {
     return;
   }
+  around = of_copy(around);
   Corners<4> corners;
   corners.load(around.particles, record.places);
   const Substep<float> substep = around.input->substep;
@@ -313,6 +325,8 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
                         input,
                         multipliers,
                         stride,
+                        state.count,
+                        constraints.multiplier_count,
                         projection.takes_multipliers,
                         projection.leaves_multipliers};
   };

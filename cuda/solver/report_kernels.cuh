@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kReportThreads = 256;
 constexpr int kMostReportBlocks = 264;  // two on each multiprocessor of the largest devices
+constexpr int kLeastReportBlocks = 8;   // for each of many copies, of those that it needs
 
 /// What one thread has seen.
 struct Seen {
@@ -167,6 +168,8 @@ __device__ inline void add(const Seen& seen, StepSums& sums) {
 __global__ void __launch_bounds__(kReportThreads)
     see(DeviceState state, ConstraintArrays constraints, StepInput* input, StepOutput output) {
   wait_for_previous();
+  state = of_copy(state);
+  input += copy_index();
   Seen seen;
   see_vertices(state, seen);
   see_distances(state.particles, constraints, seen);
@@ -175,18 +178,21 @@ __global__ void __launch_bounds__(kReportThreads)
   see_neo_hookeans(state.particles, constraints, seen);
   see_tubes(state.particles, constraints, seen);
   add(seen, input->sums);
+  Vec3<float>* const watched =
+      output.watched + copy_index() * static_cast<std::size_t>(input->watched_count);
   for (Index i = thread_index(); i < input->watched_count; i += thread_count()) {
-    output.watched[i] =
-        position_of(load_particle(state.particles + __ldg(output.watched_places + i)));
+    watched[i] = position_of(load_particle(state.particles + __ldg(output.watched_places + i)));
   }
   if (is_last_block(&input->sums.blocks_done)) {
     const Vec3<float>* const forces = table<Vec3<float>>(input, input->forces);
+    Vec3<float>* const out =
+        output.forces + copy_index() * static_cast<std::size_t>(input->tool_count);
     for (Index t = static_cast<Index>(threadIdx.x); t < input->tool_count; t += kReportThreads) {
-      output.forces[t] = forces[t];
+      out[t] = forces[t];
     }
     constexpr Index kWords = sizeof(StepSums) / sizeof(std::uint32_t);
     if (threadIdx.x < kWords) {
-      reinterpret_cast<std::uint32_t*>(output.sums)[threadIdx.x] =
+      reinterpret_cast<std::uint32_t*>(output.sums + copy_index())[threadIdx.x] =
           __ldcg(reinterpret_cast<const std::uint32_t*>(&input->sums) + threadIdx.x);
     }
   }
@@ -200,9 +206,10 @@ void report(const DeviceState& state, const ConstraintArrays& constraints, StepI
         constraints.neo_hookean_count, constraints.tube_count}) {
     most = most < count ? count : most;
   }
-  const int blocks = blocks_for(most, kReportThreads);
-  launch(how, "launching the report", blocks < kMostReportBlocks ? blocks : kMostReportBlocks,
-         kReportThreads, see, state, constraints, input, output);
+  const int needed = blocks_for(most, kReportThreads);
+  const int share = share_blocks(kMostReportBlocks, kLeastReportBlocks, how);
+  launch(how, "launching the report", needed < share ? needed : share, kReportThreads, see, state,
+         constraints, input, output);
 }
 
 }  // namespace

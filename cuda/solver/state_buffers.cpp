@@ -13,37 +13,46 @@ StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream) {
   for (std::size_t v = 0; v < count; ++v) {
     vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
   }
-  arrays_ = {particles_.reserve(count), previous_.reserve(count), velocities_.reserve(count),
+  const std::size_t all = static_cast<std::size_t>(data.copy_count()) * count;
+  arrays_ = {particles_.reserve(all), previous_.reserve(all), velocities_.reserve(all),
              vertex_of_place_.upload(vertex_of_place, stream), static_cast<Index>(count)};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
 }
 
-void StateBuffers::upload(const SolverData& data, cudaStream_t stream) {
-  particles_.upload(data.particles, stream);
-  velocities_.upload(data.velocities, stream);
+void StateBuffers::upload(const SolverData& data, Index copy, cudaStream_t stream) {
+  const CopyState& state = data.copy(copy);
+  const std::size_t count = state.particles.size();
+  if (count == 0) {
+    return;
+  }
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.particles + start(copy), state.particles.data(),
+                                     count * sizeof(Particle), cudaMemcpyHostToDevice, stream));
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.velocities + start(copy), state.velocities.data(),
+                                     count * sizeof(Velocity), cudaMemcpyHostToDevice, stream));
 }
 
-void StateBuffers::fetch(SolverData& data, cudaStream_t stream) {
-  const std::size_t count = data.particles.size();
+void StateBuffers::fetch(SolverData& data, Index copy, cudaStream_t stream) {
+  CopyState& state = data.copy(copy);
+  const std::size_t count = state.particles.size();
   if (count == 0) {
     return;
   }
   Particle* const fetched = fetched_particles_.reserve(count);
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(fetched, arrays_.particles, count * sizeof(Particle),
-                                     cudaMemcpyDeviceToHost, stream));
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(data.velocities.data(), arrays_.velocities,
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(fetched, arrays_.particles + start(copy),
+                                     count * sizeof(Particle), cudaMemcpyDeviceToHost, stream));
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.velocities.data(), arrays_.velocities + start(copy),
                                      count * sizeof(Velocity), cudaMemcpyDeviceToHost, stream));
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t place = 0; place < count; ++place) {
     const Particle& p = fetched[place];
-    data.particles[place] = {p.x, p.y, p.z, data.particles[place].w};
+    state.particles[place] = {p.x, p.y, p.z, state.particles[place].w};
   }
 }
 
-void StateBuffers::read(std::span<const Index> places, std::span<Eigen::Vector3f> out,
+void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
                         cudaStream_t stream) {
   Vec3<float>* const read = read_positions_.reserve(places.size());
-  gather_positions(arrays_.particles, read_places_.upload(places, stream), read,
+  gather_positions(arrays_.particles + start(copy), read_places_.upload(places, stream), read,
                    static_cast<Index>(places.size()), stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t i = 0; i < out.size(); ++i) {

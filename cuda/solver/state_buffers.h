@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// State on a device: in the order of places, as on the host.
+/// State of all copies on a device: in the order of places, as on the host.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -21,19 +21,25 @@ class StateBuffers {
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
-  /// Copies particles and velocities to the device.
-  void upload(const SolverData& data, cudaStream_t stream);
+  /// Copies particles and velocities of a copy to the device.
+  void upload(const SolverData& data, Index copy, cudaStream_t stream);
 
-  /// Copies positions and velocities to the host, whose inverse masses stay. Waits.
-  void fetch(SolverData& data, cudaStream_t stream);
+  /// Copies positions and velocities of a copy to the host, whose inverse masses stay. Waits.
+  void fetch(SolverData& data, Index copy, cudaStream_t stream);
 
-  /// Reads positions at some places. Waits.
+  /// Reads positions of a copy at some places. Waits.
   /// @param out  [places.size()] m
-  void read(std::span<const Index> places, std::span<Eigen::Vector3f> out, cudaStream_t stream);
+  void read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
+            cudaStream_t stream);
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  /// Where a copy's part of an array starts.
+  [[nodiscard]] std::size_t start(Index copy) const noexcept {
+    return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.count);
+  }
+
   DeviceBuffer<Particle> particles_, previous_;
   DeviceBuffer<Velocity> velocities_;
   DeviceBuffer<Index> vertex_of_place_, read_places_;

@@ -19,6 +19,7 @@ struct Launch {
   /// Whether a kernel may be brought to the device while the one before it is at work. Kernels then
   /// wait by themselves for what they need. What comes before must be a kernel, too.
   bool overlaps;
+  Index copies = 1;  ///< of the scene, each with as many blocks: the second index of a block
 };
 
 /// How a stage is projected.

@@ -5,85 +5,113 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <string>
 #include <tuple>
+
+#include "pbdsurg/cuda/device.h"
 
 #include "solver/contact_stage.h"
 #include "solver/load_store.h"
 
 namespace pbdsurg::cuda {
 
-void ToolBuffers::take_over(const SolverData& data) {
+ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const CopyState& copy) {
   struct Hold {
     Index place, color, attachment;
   };
+  CopyTools tools;
   std::vector<Hold> holds;
-  pusher_count_ = capsule_count_ = 0;
-  for (const ToolState& tool : data.tools) {
+  for (const ToolState& tool : copy.tools) {
     if (is_pusher(tool)) {
-      ++pusher_count_;
-      capsule_count_ += static_cast<Index>(tool.capsules.size());
+      ++tools.pusher_count;
+      tools.capsule_count += static_cast<Index>(tool.capsules.size());
     }
     for (const Attachment& attachment : tool.attachments) {
       holds.push_back({data.place_of_vertex[attachment.vertex], attachment.color,
                        static_cast<Index>(holds.size())});
     }
   }
-  attachment_count_ = static_cast<Index>(holds.size());
+  tools.attachment_count = static_cast<Index>(holds.size());
   std::ranges::sort(holds, {}, [](const Hold& hold) { return std::tie(hold.place, hold.color); });
-  held_.clear();
-  held_order_.clear();
   for (const Hold& hold : holds) {
-    if (held_.empty() || held_.back().place != hold.place) {
-      held_.push_back({hold.place, static_cast<Index>(held_order_.size()), 0, 0});
+    if (tools.held.empty() || tools.held.back().place != hold.place) {
+      tools.held.push_back({hold.place, static_cast<Index>(tools.held_order.size()), 0, 0});
     }
-    ++held_.back().count;
-    held_order_.push_back(hold.attachment);
+    ++tools.held.back().count;
+    tools.held_order.push_back(hold.attachment);
+  }
+  return tools;
+}
+
+void ToolBuffers::take_over(const SolverData& data) {
+  const auto copy_count = static_cast<std::size_t>(data.copy_count());
+  copies_.resize(copy_count);
+  has_pushers_ = has_attachments_ = false;
+  for (Index copy = 0; copy < data.copy_count(); ++copy) {
+    const CopyTools& tools = copies_[copy] = find_tools(data, data.copy(copy));
+    has_pushers_ = has_pushers_ || tools.pusher_count > 0;
+    has_attachments_ = has_attachments_ || tools.attachment_count > 0;
+    // a recorded step stays as it is while there is room
+    arrays_.pusher_room = std::max(arrays_.pusher_room, tools.pusher_count);
+    arrays_.attachment_room = std::max(arrays_.attachment_room, tools.attachment_count);
   }
 
   const std::size_t places = data.particles.size();
   const std::size_t words = (places + 31) / 32;
   const std::size_t room =
       std::min(places, static_cast<std::size_t>(data.options.contact_capacity));
-  const auto pushers = static_cast<std::size_t>(pusher_count_);
+  const std::size_t pushers = copy_count * static_cast<std::size_t>(arrays_.pusher_room);
   arrays_ = {touched_.reserve(pushers * words),
              planes_.reserve(pushers * places),
              contact_multipliers_.reserve(pushers * places),
              contact_places_.reserve(pushers * room),
              contact_counts_.reserve(pushers),
-             attachment_multipliers_.reserve(static_cast<std::size_t>(attachment_count_)),
+             attachment_multipliers_.reserve(copy_count *
+                                             static_cast<std::size_t>(arrays_.attachment_room)),
              static_cast<Index>(words),
-             static_cast<Index>(room)};
+             static_cast<Index>(room),
+             arrays_.pusher_room,
+             arrays_.attachment_room};
 }
 
-std::size_t ToolBuffers::lay_out(const SolverData& data, StepInput& input) const {
+// Sets the counts and tables of a copy, in bytes from its input.
+// @param end  bytes from the start of all inputs to where there is room
+// @return     bytes to where there is room then
+std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::size_t end,
+                                 StepInput& input) const {
+  const CopyTools& tools = copies_[copy];
   const auto substeps = static_cast<std::size_t>(data.options.substeps);
-  const auto attachments = static_cast<std::size_t>(attachment_count_);
-  std::size_t size = sizeof(StepInput);
+  const auto attachments = static_cast<std::size_t>(tools.attachment_count);
   const auto place = [&](std::size_t bytes) {
-    const std::size_t offset = size;
-    size += (bytes + sizeof(Word) - 1) / sizeof(Word) * sizeof(Word);
+    const std::size_t offset = end - copy * sizeof(StepInput);
+    end += (bytes + sizeof(Word) - 1) / sizeof(Word) * sizeof(Word);
     return static_cast<std::uint32_t>(offset);
   };
+  input.pusher_count = tools.pusher_count;
+  input.capsule_count = tools.capsule_count;
+  input.attachment_count = tools.attachment_count;
+  input.held_count = static_cast<Index>(tools.held.size());
   input.tools = place(data.tools.size() * sizeof(ToolInput));
   input.forces = place(data.tools.size() * sizeof(Vec3<float>));
-  input.pushers = place(substeps * static_cast<std::size_t>(pusher_count_) * sizeof(PusherInput));
+  input.pushers =
+      place(substeps * static_cast<std::size_t>(tools.pusher_count) * sizeof(PusherInput));
   input.capsules =
-      place(substeps * static_cast<std::size_t>(capsule_count_) * sizeof(PlacedCapsule));
+      place(substeps * static_cast<std::size_t>(tools.capsule_count) * sizeof(PlacedCapsule));
   input.attachments = place(substeps * attachments * sizeof(AttachmentInput));
-  input.held = place(held_.size() * sizeof(HeldInput));
+  input.held = place(tools.held.size() * sizeof(HeldInput));
   input.held_order = place(attachments * sizeof(Index));
-  return size;
+  return end;
 }
 
-// Where tools are in a substep is in the data.
-void ToolBuffers::write_substep(const SolverData& data, Index substep, StepInput* input) const {
-  PusherInput* pusher = table<PusherInput>(input, input->pushers) + substep * pusher_count_;
+// Where tools are in a substep is in the copy.
+void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput* input) {
+  PusherInput* pusher = table<PusherInput>(input, input->pushers) + substep * input->pusher_count;
   PlacedCapsule* const capsules =
-      table<PlacedCapsule>(input, input->capsules) + substep * capsule_count_;
+      table<PlacedCapsule>(input, input->capsules) + substep * input->capsule_count;
   AttachmentInput* attachment =
-      table<AttachmentInput>(input, input->attachments) + substep * attachment_count_;
+      table<AttachmentInput>(input, input->attachments) + substep * input->attachment_count;
   Index capsule = 0;
-  for (const ToolState& tool : data.tools) {
+  for (const ToolState& tool : copy.tools) {
     if (is_pusher(tool)) {
       *pusher++ = {contact_box(tool.placed_capsules), capsule,
                    static_cast<Index>(tool.capsules.size())};
@@ -97,6 +125,26 @@ void ToolBuffers::write_substep(const SolverData& data, Index substep, StepInput
   }
 }
 
+void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int substeps,
+                              StepInput* input) {
+  Index pusher = 0;
+  Index attachment = 0;
+  for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+    const ToolState& tool = copy.tools[t];
+    const auto held = static_cast<Index>(tool.attachments.size());
+    table<ToolInput>(input, input->tools)[t] = {is_pusher(tool) ? pusher++ : kInvalidIndex,
+                                                attachment, held, 0};
+    table<Vec3<float>>(input, input->forces)[t] = {};
+    attachment += held;
+  }
+  for (int substep = 0; substep < substeps && !copy.tools.empty(); ++substep) {
+    place_tools(copy, static_cast<float>(substep + 1) / static_cast<float>(substeps));
+    write_substep(copy, substep, input);
+  }
+  std::ranges::copy(tools.held, table<HeldInput>(input, input->held));
+  std::ranges::copy(tools.held_order, table<Index>(input, input->held_order));
+}
+
 void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   const int substeps = data.options.substeps;
   const float h = dt / static_cast<float>(substeps);
@@ -108,34 +156,26 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());
-  header.pusher_count = pusher_count_;
-  header.capsule_count = capsule_count_;
-  header.attachment_count = attachment_count_;
-  header.held_count = static_cast<Index>(held_.size());
   header.watched_count = static_cast<Index>(data.watched_places.size());
   header.sums.first_non_finite = std::numeric_limits<Index>::max();
-  const std::size_t size = lay_out(data, header);
-  const std::size_t words = size / sizeof(Word);
+  std::size_t size = copies_.size() * sizeof(StepInput);
+  for (std::size_t copy = 0; copy < copies_.size(); ++copy) {
+    size = lay_out(data, copy, size, header);
+  }
+  if (size > std::numeric_limits<std::uint32_t>::max()) {
+    throw DeviceError("the tools of " + std::to_string(copies_.size()) + " copies take " +
+                      std::to_string(size) + " bytes a step; a device takes 4 GiB");
+  }
 
-  StepInput* const input = new (host_input_.reserve(words)) StepInput(header);
-  Index pusher = 0;
-  Index attachment = 0;
-  for (std::size_t t = 0; t < data.tools.size(); ++t) {
-    const ToolState& tool = data.tools[t];
-    const auto held = static_cast<Index>(tool.attachments.size());
-    table<ToolInput>(input, input->tools)[t] = {is_pusher(tool) ? pusher++ : kInvalidIndex,
-                                                attachment, held, 0};
-    table<Vec3<float>>(input, input->forces)[t] = {};
-    attachment += held;
+  StepInput* const inputs = reinterpret_cast<StepInput*>(host_input_.reserve(size / sizeof(Word)));
+  size = copies_.size() * sizeof(StepInput);
+  for (std::size_t copy = 0; copy < copies_.size(); ++copy) {
+    size = lay_out(data, copy, size, header);
+    write_tools(data.copy(static_cast<Index>(copy)), copies_[copy], substeps,
+                new (inputs + copy) StepInput(header));
   }
-  for (int substep = 0; substep < substeps && !data.tools.empty(); ++substep) {
-    place_tools(data, static_cast<float>(substep + 1) / static_cast<float>(substeps));
-    write_substep(data, substep, input);
-  }
-  std::ranges::copy(held_, table<HeldInput>(input, input->held));
-  std::ranges::copy(held_order_, table<Index>(input, input->held_order));
-  PBDSURG_CUDA_CHECK(
-      cudaMemcpyAsync(device_input_.reserve(words), input, size, cudaMemcpyHostToDevice, stream));
+  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(device_input_.reserve(size / sizeof(Word)), inputs, size,
+                                     cudaMemcpyHostToDevice, stream));
 }
 
 std::size_t ToolBuffers::memory_bytes() const noexcept {

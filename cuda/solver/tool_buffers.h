@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Tools on a device: what the host tells of them in a step, and what they touch.
+/// Tools of all copies on a device: what the host tells of them in a step, and what they touch.
 
 #include <cstddef>
 #include <vector>
@@ -31,8 +31,9 @@ class ToolBuffers {
   [[nodiscard]] StepInput* input() const noexcept {
     return reinterpret_cast<StepInput*>(device_input_.get());
   }
-  [[nodiscard]] bool has_pushers() const noexcept { return pusher_count_ > 0; }
-  [[nodiscard]] bool has_attachments() const noexcept { return attachment_count_ > 0; }
+  /// Whether any copy has some.
+  [[nodiscard]] bool has_pushers() const noexcept { return has_pushers_; }
+  [[nodiscard]] bool has_attachments() const noexcept { return has_attachments_; }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -41,15 +42,25 @@ class ToolBuffers {
     std::byte bytes[16];
   };
 
-  std::size_t lay_out(const SolverData& data, StepInput& input) const;
-  void write_substep(const SolverData& data, Index substep, StepInput* input) const;
+  /// The tools of one copy.
+  struct CopyTools {
+    std::vector<HeldInput> held;
+    std::vector<Index> held_order;
+    Index pusher_count = 0;
+    Index capsule_count = 0;  // of pushers
+    Index attachment_count = 0;
+  };
 
-  // what tools hold
-  std::vector<HeldInput> held_;
-  std::vector<Index> held_order_;
-  Index pusher_count_ = 0;
-  Index capsule_count_ = 0;  // of pushers
-  Index attachment_count_ = 0;
+  static CopyTools find_tools(const SolverData& data, const CopyState& copy);
+  std::size_t lay_out(const SolverData& data, std::size_t copy, std::size_t end,
+                      StepInput& input) const;
+  static void write_tools(CopyState& copy, const CopyTools& tools, int substeps, StepInput* input);
+  static void write_substep(const CopyState& copy, Index substep, StepInput* input);
+
+  std::vector<CopyTools> copies_;
+
+  bool has_pushers_ = false;
+  bool has_attachments_ = false;
 
   PinnedBuffer<Word> host_input_;
   DeviceBuffer<Word> device_input_;

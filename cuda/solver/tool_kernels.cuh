@@ -16,10 +16,21 @@ namespace {
 
 constexpr int kToolThreads = 256;
 constexpr int kHeldBlocks = 16;  // whatever the number of vertices held, which may change
-constexpr int kForceBlocks = 8;  // tools at a time, likewise
+constexpr int kForceBlocks = 8;  // tools at a time, likewise; of all copies together, if they can
 
 __device__ inline std::size_t of_pusher(Index pusher, Index stride) {
   return static_cast<std::size_t>(pusher) * static_cast<std::size_t>(stride);
+}
+
+__device__ inline ToolArrays of_copy(ToolArrays tools, Index place_count) {
+  const std::size_t pushers = copy_index() * static_cast<std::size_t>(tools.pusher_room);
+  tools.touched += pushers * static_cast<std::size_t>(tools.word_count);
+  tools.planes += pushers * static_cast<std::size_t>(place_count);
+  tools.contact_multipliers += pushers * static_cast<std::size_t>(place_count);
+  tools.contact_places += pushers * static_cast<std::size_t>(tools.contact_room);
+  tools.contact_counts += pushers;
+  tools.attachment_multipliers += copy_index() * static_cast<std::size_t>(tools.attachment_room);
+  return tools;
 }
 
 /// Of the contacts found, keeps the first up to the capacity, and lists them. One block.
@@ -69,6 +80,9 @@ __device__ void keep_contacts(const ToolArrays& tools, StepInput* input) {
 __global__ void __launch_bounds__(kToolThreads)
     find(DeviceState state, ToolArrays tools, StepInput* input, Index substep) {
   wait_for_previous();
+  state = of_copy(state);
+  tools = of_copy(tools, state.count);
+  input += copy_index();
   const Index place = thread_index();
   const bool is_vertex = place < state.count;
   const Particle p = is_vertex ? load_particle(state.particles + place) : Particle{0, 0, 0, 0};
@@ -136,6 +150,9 @@ __device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index
 __global__ void __launch_bounds__(kToolThreads)
     pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
   wait_for_previous();
+  state = of_copy(state);
+  tools = of_copy(tools, state.count);
+  input += copy_index();
   for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
     Particle* const p = state.particles + table<HeldInput>(input, input->held)[h].place;
     const Particle moved = pull(tools, input, substep, is_first, h, load_particle(p));
@@ -145,8 +162,8 @@ __global__ void __launch_bounds__(kToolThreads)
 
 void project_attachments(const DeviceState& state, const ToolArrays& tools, StepInput* input,
                          Index substep, bool is_first, const Launch& how) {
-  launch(how, "launching the phases of grasps", kHeldBlocks, kToolThreads, pull_held, state, tools,
-         input, substep, is_first);
+  launch(how, "launching the phases of grasps", share_blocks(kHeldBlocks, 1, how), kToolThreads,
+         pull_held, state, tools, input, substep, is_first);
 }
 
 __device__ inline bool touches(const ToolArrays& tools, Index pusher, Index place) {
@@ -174,6 +191,9 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
 __global__ void __launch_bounds__(kToolThreads)
     push_touched(DeviceState state, ToolArrays tools, const StepInput* input) {
   wait_for_previous();
+  state = of_copy(state);
+  tools = of_copy(tools, state.count);
+  input += copy_index();
   const Index place = thread_index();
   if (place >= state.count) {
     return;
@@ -200,6 +220,8 @@ void project_contacts(const DeviceState& state, const ToolArrays& tools, const S
 __global__ void __launch_bounds__(kToolThreads)
     collect(ToolArrays tools, StepInput* input, Index place_count) {
   wait_for_previous();
+  tools = of_copy(tools, place_count);
+  input += copy_index();
   __shared__ float parts[3][kToolThreads];
   const float scale = input->force_per_multiplier;
   float* const forces = table<float>(input, input->forces);
@@ -246,8 +268,8 @@ __global__ void __launch_bounds__(kToolThreads)
 
 void collect_forces(const DeviceState& state, const ToolArrays& tools, StepInput* input,
                     const Launch& how) {
-  launch(how, "launching the sum of forces", kForceBlocks, kToolThreads, collect, tools, input,
-         state.count);
+  launch(how, "launching the sum of forces", share_blocks(kForceBlocks, 1, how), kToolThreads,
+         collect, tools, input, state.count);
 }
 
 }  // namespace

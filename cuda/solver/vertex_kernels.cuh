@@ -17,6 +17,7 @@ template <bool kEnds, bool kBegins>
 __global__ void __launch_bounds__(kVertexThreads)
     advance_vertices(DeviceState state, const StepInput* input) {
   wait_for_previous();
+  state = of_copy(state);
   const Index i = thread_index();
   if (i >= state.count) {
     return;

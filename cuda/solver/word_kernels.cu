@@ -18,7 +18,10 @@ __global__ void write(ArrayStarts arrays, const WordChange* changes, Index count
   const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < count) {
     const WordChange change = changes[i];
-    arrays.starts[static_cast<std::uint32_t>(change.array)][change.word] = change.value;
+    const auto array = static_cast<std::uint32_t>(change.array);
+    if (blockIdx.y == 0 || arrays.strides[array] > 0) {
+      arrays.starts[array][blockIdx.y * arrays.strides[array] + change.word] = change.value;
+    }
   }
 }
 
@@ -41,7 +44,8 @@ void check_device_code() {
 void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
                  cudaStream_t stream) {
   if (count > 0) {
-    write<<<blocks_for(count), kThreads, 0, stream>>>(arrays, changes, count);
+    const dim3 blocks(blocks_for(count), static_cast<unsigned>(arrays.copy_count));
+    write<<<blocks, kThreads, 0, stream>>>(arrays, changes, count);
     check(cudaGetLastError(), "launching the kernel that writes changes");
   }
 }

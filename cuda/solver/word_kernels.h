@@ -16,12 +16,15 @@ namespace pbdsurg::cuda {
 /// Where the arrays that change start.
 struct ArrayStarts {
   std::uint32_t* starts[kDeviceArrayCount];
+  /// Words from one copy's part of an array to the next; zero for arrays that copies share.
+  std::size_t strides[kDeviceArrayCount];
+  Index copy_count;
 };
 
 /// @throws DeviceError  if this library has no code for the current device
 void check_device_code();
 
-/// Writes words; those listed twice must be alike.
+/// Writes words, for all copies; those listed twice must be alike.
 /// @param changes  [count] on the device
 void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
                  cudaStream_t stream);

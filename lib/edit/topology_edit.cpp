@@ -131,19 +131,15 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
     data.log_constraint(PhaseKind::neo_hookean, t);
   }
   for (const Index v : data.tets[t]) {
-    Particle& particle = data.particle(v);
     if (--data.vertex_tets[v] == 0) {
       data.vertex_masses[v] = 0;
-      particle.w = 0;
-      data.velocity(v) = {};
-      data.log_vertex(v);
+      data.set_inverse_mass(v, 0);
       result.vertices.push_back(v);
       continue;
     }
     data.vertex_masses[v] -= data.tet_masses[t] / 4;
-    if (particle.w > 0) {
-      particle.w = static_cast<float>(1 / data.vertex_masses[v]);
-      data.log_vertex(v);
+    if (data.particle(v).w > 0) {
+      data.set_inverse_mass(v, static_cast<float>(1 / data.vertex_masses[v]));
     }
   }
 }
@@ -160,11 +156,19 @@ void release_vertices(SolverData& data, EditResult& result) {
       }
     }
   }
-  for (ToolState& tool : data.tools) {
-    const auto released = std::erase_if(tool.attachments, [&](const Attachment& attachment) {
-      return data.vertex_tets[attachment.vertex] == 0 && data.vertex_masses[attachment.vertex] == 0;
-    });
-    data.changes.tools = data.changes.tools || released > 0;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    CopyState& copy = data.copy(i);
+    std::size_t released = 0;
+    for (ToolState& tool : copy.tools) {
+      released += std::erase_if(tool.attachments, [&](const Attachment& attachment) {
+        return data.vertex_tets[attachment.vertex] == 0 &&
+               data.vertex_masses[attachment.vertex] == 0;
+      });
+    }
+    if (released > 0) {
+      copy.color_attachments();
+      data.changes.tools = true;
+    }
   }
 }
 

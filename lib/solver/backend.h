@@ -20,7 +20,8 @@ struct SolverOptions;
 /// One coarse call a step: nothing virtual happens per constraint.
 ///
 /// A backend either works on the arrays of SolverData, or keeps the state elsewhere, on a device.
-/// For one that does, the solver sees to this:
+/// The former steps the copy whose state is at hand, see step_copies(); the latter all copies at
+/// once. For the latter, the solver sees to this:
 /// - SolverData::changes says what happened since its last step, or since it was made from the
 /// data.
 ///   start_step() takes that over; the solver clears it when start_step() has returned.
@@ -41,26 +42,31 @@ class Backend {
   virtual void start_step(SolverData& data, float dt) = 0;
 
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
-  /// after each start_step(). One that keeps the state also writes SolverData::watched_positions.
+  /// after each start_step(). One that keeps the state also writes `watched_positions` of all
+  /// copies, and reports of all.
   virtual StepReport finish_step(SolverData& data) = 0;
 
   /// Whether the state lies outside of SolverData. Always the same answer.
   [[nodiscard]] virtual bool keeps_state() const noexcept { return false; }
 
-  /// Brings positions, velocities and `falling` as the last step left them into SolverData. Inverse
-  /// masses there stay: an edit may have changed them since.
-  virtual void fetch_state(SolverData& data);
+  /// Brings positions, velocities and `falling` of a copy as the last step left them into
+  /// SolverData. Inverse masses there stay: an edit may have changed them since.
+  virtual void fetch_state(SolverData& data, Index copy);
 
-  /// Reads some positions as the last step left them; called only while those of SolverData are out
-  /// of date.
+  /// Reads some positions of a copy as the last step left them; called only while those of
+  /// SolverData are out of date.
   /// @param places  [n] see SolverData
   /// @param out     [n] m
-  virtual void read_positions(const SolverData& data, std::span<const Index> places,
+  virtual void read_positions(const SolverData& data, Index copy, std::span<const Index> places,
                               std::span<Eigen::Vector3f> out);
 
   /// Bytes that it holds on a device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
 };
+
+/// Steps all copies one after another, with a backend that works on the arrays of SolverData.
+/// @return  see Solver::step()
+StepReport step_copies(SolverData& data, Backend& backend, float dt);
 
 /// One thread, every operation in IEEE single precision and in the order of the plan: the
 /// definition of correct.

@@ -4,6 +4,7 @@
 /// @file
 /// What happened to a solver's data between two steps.
 
+#include <algorithm>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
@@ -21,8 +22,8 @@ struct Changes {
     Index id;  ///< of the constraint, stable; of a block of VertexBlocks
   };
 
-  /// Positions, velocities and `falling` were rewritten as a whole.
-  bool state = true;
+  /// [copy] whether positions, velocities and `falling` were rewritten as a whole.
+  std::vector<bool> state{true};
   /// Tools were added, or what they hold changed; poses and targets change without this.
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
@@ -34,10 +35,12 @@ struct Changes {
   std::vector<Index> tets;  ///< removed, whether they had constraints or not
 
   [[nodiscard]] bool any() const noexcept {
-    return state || tools || watched || !vertices.empty() || !constraints.empty() || !tets.empty();
+    return tools || watched || !vertices.empty() || !constraints.empty() || !tets.empty() ||
+           std::find(state.begin(), state.end(), true) != state.end();
   }
   void clear() noexcept {
-    state = tools = watched = false;
+    std::fill(state.begin(), state.end(), false);
+    tools = watched = false;
     vertices.clear();
     constraints.clear();
     tets.clear();

@@ -58,14 +58,14 @@ ContactBox contact_box(const std::vector<Capsule>& placed_capsules) {
   return box;
 }
 
-void begin_tools(SolverData& data) {
-  for (ToolState& tool : data.tools) {
+void begin_tools(CopyState& copy) {
+  for (ToolState& tool : copy.tools) {
     tool.force.setZero();
   }
 }
 
-void place_tools(SolverData& data, float fraction) {
-  for (ToolState& tool : data.tools) {
+void place_tools(CopyState& copy, float fraction) {
+  for (ToolState& tool : copy.tools) {
     const ToolPose pose = interpolate(tool.pose, tool.target, fraction);
     for (Attachment& attachment : tool.attachments) {
       attachment.target = pose * attachment.anchor;
@@ -92,13 +92,13 @@ void find_contacts(SolverData& data, StepReport& report) {
   }
 }
 
-void collect_tool_forces(SolverData& data, float force_per_multiplier) {
+void collect_tool_forces(CopyState& copy, float force_per_multiplier) {
   const auto add = [](ToolState& tool, const Eigen::Vector3f& force) {
     if (force.allFinite()) {  // a vertex that is lost has none
       tool.force -= force;
     }
   };
-  for (ToolState& tool : data.tools) {
+  for (ToolState& tool : copy.tools) {
     for (const Contact& contact : tool.contacts) {
       add(tool, (force_per_multiplier * contact.multiplier) * contact.normal);
     }
@@ -108,8 +108,8 @@ void collect_tool_forces(SolverData& data, float force_per_multiplier) {
   }
 }
 
-void end_tools(SolverData& data) {
-  for (ToolState& tool : data.tools) {
+void end_tools(CopyState& copy) {
+  for (ToolState& tool : copy.tools) {
     tool.pose = tool.target;
   }
 }

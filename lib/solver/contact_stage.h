@@ -12,11 +12,11 @@
 namespace pbdsurg {
 
 /// Clears the forces of the last step.
-void begin_tools(SolverData& data);
+void begin_tools(CopyState& copy);
 
 /// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
 /// the step, and clears multipliers.
-void place_tools(SolverData& data, float fraction);
+void place_tools(CopyState& copy, float fraction);
 
 /// What holds all that touches a tool.
 [[nodiscard]] ContactBox contact_box(const std::vector<Capsule>& placed_capsules);
@@ -27,9 +27,9 @@ void find_contacts(SolverData& data, StepReport& report);
 
 /// Adds the substep's share of the multipliers to the tools' forces, those that are finite.
 /// @param force_per_multiplier  1/s^2
-void collect_tool_forces(SolverData& data, float force_per_multiplier);
+void collect_tool_forces(CopyState& copy, float force_per_multiplier);
 
 /// Makes the targets of this step the poses of the next.
-void end_tools(SolverData& data);
+void end_tools(CopyState& copy);
 
 }  // namespace pbdsurg

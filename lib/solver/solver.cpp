@@ -57,6 +57,9 @@ void check_options(const SolverOptions& options) {
     throw InvalidArgument("threads is " + std::to_string(options.threads) +
                           "; it must be >= 1, or 0 for one a processor");
   }
+  if (options.copies < 1) {
+    throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
+  }
   check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
@@ -198,6 +201,11 @@ std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& o
   data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
                                  [](const Body& body) { return body.material.damping > 0; });
   data.vertex_method = make_vertex_method(scene, data);
+  if (options.method == SolverMethod::vertex_block) {
+    data.falling.assign(vertex_count, 1.0F);
+  }
+  data.others.assign(static_cast<std::size_t>(options.copies) - 1, data);
+  data.changes.state.assign(static_cast<std::size_t>(options.copies), true);
   data.plan.name = plan_name(data.options);
   data.rebuild_plan();
   return made;
@@ -226,13 +234,20 @@ std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptio
   return nullptr;
 }
 
-template <class Data>
-auto& checked_tool(Data& data, Index tool) {
-  if (tool < 0 || tool >= static_cast<Index>(data.tools.size())) {
-    throw InvalidArgument("there is no tool " + std::to_string(tool) + "; the solver has " +
-                          std::to_string(data.tools.size()));
+CopyState& checked_copy(SolverData& data, Index copy) {
+  if (copy < 0 || copy >= data.copy_count()) {
+    throw InvalidArgument("there is no copy " + std::to_string(copy) + "; the solver has " +
+                          std::to_string(data.copy_count()));
   }
-  return data.tools[tool];
+  return data.copy(copy);
+}
+
+ToolState& checked_tool(CopyState& copy, Index tool) {
+  if (tool < 0 || tool >= static_cast<Index>(copy.tools.size())) {
+    throw InvalidArgument("there is no tool " + std::to_string(tool) + "; the solver has " +
+                          std::to_string(copy.tools.size()));
+  }
+  return copy.tools[tool];
 }
 
 void check_pose(const ToolPose& pose) {
@@ -281,46 +296,83 @@ SolverOptions SolverOptions::paper() {
   return options;
 }
 
+void CopyState::color_attachments() {
+  attachment_colors = 0;
+  std::unordered_map<Index, Index> holders;
+  for (ToolState& tool : tools) {
+    for (Attachment& attachment : tool.attachments) {
+      attachment.color = holders[attachment.vertex]++;
+      attachment_colors = std::max(attachment_colors, attachment.color + 1);
+    }
+  }
+}
+
+void SolverData::start_step(float dt) {
+  if (!backend->keeps_state()) {
+    report = step_copies(*this, *backend, dt);
+    for (Index i = 0; i < copy_count(); ++i) {
+      backend->read_positions(*this, i, watched_places, copy(i).watched_positions);
+    }
+  } else {
+    backend->start_step(*this, dt);
+    for (Index i = 0; i < copy_count(); ++i) {
+      copy(i).is_state_current = false;
+    }
+  }
+  step_in_flight = Step::running;
+  changes.clear();
+}
+
 void SolverData::finish_running_step() {
   if (step_in_flight != Step::running) {
     return;
   }
-  step_in_flight = Step::none;  // also if the backend fails
-  report = backend->finish_step(*this);
+  if (backend->keeps_state()) {
+    step_in_flight = Step::none;  // also if the backend fails
+    report = backend->finish_step(*this);
+  }
   step_in_flight = Step::finished;
-  if (!backend->keeps_state()) {
-    backend->read_positions(*this, watched_places, watched_positions);
-  }
 }
 
-void SolverData::fetch_state() {
+void SolverData::fetch_state(Index index) {
   finish_running_step();
-  if (is_state_current) {
+  CopyState& state = copy(index);
+  if (state.is_state_current) {
     return;
   }
-  backend->fetch_state(*this);
+  backend->fetch_state(*this, index);
   for (const Index place : changes.vertices) {  // of which the backend has not heard yet
-    if (particles[place].w == 0) {
-      velocities[place] = {};
+    if (state.particles[place].w == 0) {
+      state.velocities[place] = {};
     }
   }
-  is_state_current = true;
+  state.is_state_current = true;
 }
 
-void SolverData::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) {
+void SolverData::read_positions(Index index, std::span<const Index> vertices,
+                                std::span<Eigen::Vector3f> out) {
   finish_running_step();
-  if (!is_state_current) {
-    read_places.clear();
-    for (const Index v : vertices) {
-      read_places.push_back(place_of_vertex[v]);
+  read_places.clear();
+  for (const Index v : vertices) {
+    read_places.push_back(place_of_vertex[v]);
+  }
+  if (copy(index).is_state_current) {
+    backend->Backend::read_positions(*this, index, read_places, out);
+  } else {
+    backend->read_positions(*this, index, read_places, out);
+  }
+}
+
+void SolverData::set_inverse_mass(Index vertex, float w) {
+  const Index place = place_of_vertex[vertex];
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    state.particles[place].w = w;
+    if (w == 0) {
+      state.velocities[place] = {};
     }
-    backend->read_positions(*this, read_places, out);
-    return;
   }
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const Particle& p = particle(vertices[i]);
-    out[i] = {p.x, p.y, p.z};
-  }
+  log_vertex(vertex);
 }
 
 void SolverData::log_constraint(PhaseKind kind, Index id) {
@@ -398,20 +450,21 @@ void SolverData::rebuild_plan() {
   if (by_vertices) {  // tools act within it
     return;
   }
-  // an attachment's colour is the number of tools before it that hold the same vertex
-  std::unordered_map<Index, Index> holders;
-  Index attachment_colors = 0;
-  for (ToolState& tool : tools) {
-    for (Attachment& attachment : tool.attachments) {
-      attachment.color = holders[attachment.vertex]++;
-      attachment_colors = std::max(attachment_colors, attachment.color + 1);
-    }
+  // what a copy does not need does nothing there
+  Index colors = 0;
+  for (Index i = 0; i < copy_count(); ++i) {
+    colors = std::max(colors, copy(i).attachment_colors);
   }
-  for (Index color = 0; color < attachment_colors; ++color) {
+  for (Index color = 0; color < colors; ++color) {
     plan.phases.push_back({PhaseKind::attachment, color});
   }
   for (std::size_t tool = 0; tool < tools.size(); ++tool) {
-    if (!tools[tool].capsules.empty() && tools[tool].attachments.empty()) {
+    bool pushes = false;
+    for (Index i = 0; i < copy_count() && !pushes; ++i) {
+      const ToolState& state = copy(i).tools[tool];
+      pushes = !state.capsules.empty() && state.attachments.empty();
+    }
+    if (pushes) {
       plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
     }
   }
@@ -466,10 +519,7 @@ void Solver::start_step(float dt) {
          << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }
-  data_->backend->start_step(*data_, dt);
-  data_->step_in_flight = SolverData::Step::running;
-  data_->is_state_current = !data_->backend->keeps_state();
-  data_->changes.clear();
+  data_->start_step(dt);
 }
 
 StepReport Solver::finish_step() {
@@ -496,10 +546,16 @@ std::size_t Solver::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... arrays) {
     return (... + (arrays.capacity() * sizeof(arrays[0])));
   };
-  return bytes_of(data.place_of_vertex, data.particles, data.previous, data.velocities, data.tets,
-                  data.edges, data.links, data.tet_edges, data.edge_tets, data.vertex_tets,
-                  data.vertex_links.offsets, data.vertex_links.entries, data.tet_masses,
-                  data.vertex_masses, data.constraint_phases) +
+  std::size_t state_bytes = 0;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    const CopyState& copy = data.copy(i);
+    state_bytes += bytes_of(copy.particles, copy.velocities, copy.falling);
+  }
+  return state_bytes +
+         bytes_of(data.place_of_vertex, data.previous, data.tets, data.edges, data.links,
+                  data.tet_edges, data.edge_tets, data.vertex_tets, data.vertex_links.offsets,
+                  data.vertex_links.entries, data.tet_masses, data.vertex_masses,
+                  data.constraint_phases) +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
          data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes() +
@@ -510,27 +566,30 @@ Index Solver::vertex_count() const noexcept {
   return static_cast<Index>(data_->particles.size());
 }
 
-std::vector<Eigen::Vector3f> Solver::positions() const {
+std::vector<Eigen::Vector3f> Solver::positions(Index copy) const {
   std::vector<Eigen::Vector3f> out(data_->particles.size());
-  read_positions(out);
+  read_positions(out, copy);
   return out;
 }
 
-void Solver::read_positions(std::span<Eigen::Vector3f> out) const {
-  check_size("the buffer for positions", out.size(), data_->particles.size());
-  data_->fetch_state();
+void Solver::read_positions(std::span<Eigen::Vector3f> out, Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  check_size("the buffer for positions", out.size(), state.particles.size());
+  data_->fetch_state(copy);
   for (std::size_t v = 0; v < out.size(); ++v) {
-    const Particle& p = data_->particle(static_cast<Index>(v));
+    const Particle& p = state.particles[data_->place_of_vertex[v]];
     out[v] = {p.x, p.y, p.z};
   }
 }
 
-void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) const {
+void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out,
+                            Index copy) const {
+  checked_copy(*data_, copy);
   check_size("the buffer for positions", out.size(), vertices.size());
   for (const Index v : vertices) {
     check_id("vertex", v, data_->particles.size());
   }
-  data_->read_positions(vertices, out);
+  data_->read_positions(copy, vertices, out);
 }
 
 void Solver::watch(std::span<const Index> vertices) {
@@ -543,67 +602,75 @@ void Solver::watch(std::span<const Index> vertices) {
   for (const Index v : vertices) {
     data_->watched_places.push_back(data_->place_of_vertex[v]);
   }
-  data_->watched_positions.resize(vertices.size());
-  data_->read_positions(vertices, data_->watched_positions);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    std::vector<Eigen::Vector3f>& watched = data_->copy(copy).watched_positions;
+    watched.resize(vertices.size());
+    data_->read_positions(copy, vertices, watched);
+  }
 }
 
-std::span<const Eigen::Vector3f> Solver::watched_positions() const {
+std::span<const Eigen::Vector3f> Solver::watched_positions(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
   data_->finish_running_step();
-  return data_->watched_positions;
+  return state.watched_positions;
 }
 
-void Solver::write_positions(std::span<const Eigen::Vector3f> positions) {
-  check_size("the array of positions", positions.size(), data_->particles.size());
+void Solver::write_positions(std::span<const Eigen::Vector3f> positions, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the array of positions", positions.size(), state.particles.size());
   check_finite("position", positions);
   data_->finish_running_step();
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    Particle& p = data_->particle(static_cast<Index>(v));
+    const Index place = data_->place_of_vertex[v];
+    Particle& p = state.particles[place];
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
-    data_->velocity(static_cast<Index>(v)) = {};
+    state.velocities[place] = {};
   }
-  std::fill(data_->vertex_method.falling.begin(), data_->vertex_method.falling.end(), 1.0F);
-  data_->is_state_current = true;  // whatever the backend has
-  data_->changes.state = true;
+  std::fill(state.falling.begin(), state.falling.end(), 1.0F);
+  state.is_state_current = true;  // whatever the backend has
+  data_->changes.state[copy] = true;
 }
 
-std::vector<Eigen::Vector3f> Solver::velocities() const {
-  data_->fetch_state();
+std::vector<Eigen::Vector3f> Solver::velocities(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
   std::vector<Eigen::Vector3f> out;
-  out.reserve(data_->velocities.size());
-  for (Index v = 0; v < vertex_count(); ++v) {
-    const Velocity& velocity = data_->velocity(v);
+  out.reserve(state.velocities.size());
+  for (const Index place : data_->place_of_vertex) {
+    const Velocity& velocity = state.velocities[place];
     out.emplace_back(velocity.x, velocity.y, velocity.z);
   }
   return out;
 }
 
-void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities) {
-  check_size("the array of velocities", velocities.size(), data_->particles.size());
+void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the array of velocities", velocities.size(), state.velocities.size());
   check_finite("velocity", velocities);
-  data_->fetch_state();  // positions stay
+  data_->fetch_state(copy);  // positions stay
   for (std::size_t v = 0; v < velocities.size(); ++v) {
-    data_->velocity(static_cast<Index>(v)) = {velocities[v].x(), velocities[v].y(),
-                                              velocities[v].z()};
+    state.velocities[data_->place_of_vertex[v]] = {velocities[v].x(), velocities[v].y(),
+                                                   velocities[v].z()};
   }
-  data_->changes.state = true;
+  data_->changes.state[copy] = true;
 }
 
-Snapshot Solver::snapshot() const {
-  data_->fetch_state();
-  Snapshot snapshot{
-      positions(), velocities(), {}, data_->topology_version, data_->vertex_method.falling};
-  for (const ToolState& tool : data_->tools) {
+Snapshot Solver::snapshot(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
+  Snapshot snapshot{positions(copy), velocities(copy), {}, data_->topology_version, state.falling};
+  for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
   }
   return snapshot;
 }
 
-void Solver::restore(const Snapshot& snapshot) {
-  check_size("the snapshot's positions", snapshot.positions.size(), data_->particles.size());
-  check_size("the snapshot's velocities", snapshot.velocities.size(), data_->particles.size());
-  check_size("the snapshot's tool poses", snapshot.tool_poses.size(), data_->tools.size());
-  check_size("the snapshot's shares of gravity", snapshot.falling.size(),
-             data_->vertex_method.falling.size());
+void Solver::restore(const Snapshot& snapshot, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the snapshot's positions", snapshot.positions.size(), state.particles.size());
+  check_size("the snapshot's velocities", snapshot.velocities.size(), state.particles.size());
+  check_size("the snapshot's tool poses", snapshot.tool_poses.size(), state.tools.size());
+  check_size("the snapshot's shares of gravity", snapshot.falling.size(), state.falling.size());
   if (snapshot.topology_version != data_->topology_version) {
     throw InvalidArgument("the snapshot is of topology version " +
                           std::to_string(snapshot.topology_version) + ", the solver is at " +
@@ -620,29 +687,31 @@ void Solver::restore(const Snapshot& snapshot) {
                             "; it must be in [0, 1]");
     }
   }
-  write_positions(snapshot.positions);
-  data_->vertex_method.falling = snapshot.falling;
-  write_velocities(snapshot.velocities);
-  for (std::size_t t = 0; t < data_->tools.size(); ++t) {
-    ToolState& tool = data_->tools[t];
+  write_positions(snapshot.positions, copy);
+  state.falling = snapshot.falling;
+  write_velocities(snapshot.velocities, copy);
+  for (std::size_t t = 0; t < state.tools.size(); ++t) {
+    ToolState& tool = state.tools[t];
     tool.pose = tool.target = snapshot.tool_poses[t];
     tool.attachments.clear();
     tool.contacts.clear();
     tool.force.setZero();
   }
+  state.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
-std::uint64_t Solver::state_hash() const {
-  data_->fetch_state();
-  std::uint64_t hash = data_->particles.size();
+std::uint64_t Solver::state_hash(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
+  std::uint64_t hash = state.particles.size();
   const auto mix = [&hash](float value) {
     hash = detail::mix_bits(hash, std::bit_cast<std::uint32_t>(value));
   };
-  for (std::size_t v = 0; v < data_->particles.size(); ++v) {
-    const Particle& p = data_->particle(static_cast<Index>(v));
-    const Velocity& velocity = data_->velocity(static_cast<Index>(v));
+  for (const Index place : data_->place_of_vertex) {
+    const Particle& p = state.particles[place];
+    const Velocity& velocity = state.velocities[place];
     for (const float value : {p.x, p.y, p.z, velocity.x, velocity.y, velocity.z}) {
       mix(value);
     }
@@ -664,25 +733,30 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   ToolState tool;
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
-  tool.placed_capsules.reserve(tool.capsules.size());  // no step allocates
-  tool.contacts.reserve(
-      std::min(data_->particles.size(), static_cast<std::size_t>(data_->options.contact_capacity)));
   data_->finish_running_step();
-  data_->tools.push_back(std::move(tool));
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    ToolState& added = data_->copy(copy).tools.emplace_back(tool);
+    added.placed_capsules.reserve(tool.capsules.size());  // no step allocates
+    if (!data_->backend->keeps_state()) {
+      added.contacts.reserve(std::min(data_->particles.size(),
+                                      static_cast<std::size_t>(data_->options.contact_capacity)));
+    }
+  }
   data_->changes.tools = true;
   data_->rebuild_plan();
   return static_cast<Index>(data_->tools.size()) - 1;
 }
 
-void Solver::move_tool(Index tool, const ToolPose& pose) {
-  ToolState& state = checked_tool(*data_, tool);
+void Solver::move_tool(Index tool, const ToolPose& pose, Index copy) {
+  ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   check_pose(pose);
   data_->finish_running_step();
   state.target = pose;
 }
 
-void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance) {
-  ToolState& state = checked_tool(*data_, tool);
+void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance, Index copy) {
+  CopyState& owner = checked_copy(*data_, copy);
+  ToolState& state = checked_tool(owner, tool);
   if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
     throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
                           " m/N; it must be in [0, 1e12]");
@@ -703,27 +777,30 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
     held[v] = true;
   }
   std::vector<Eigen::Vector3f> positions(vertices.size());
-  data_->read_positions(vertices, positions);
+  data_->read_positions(copy, vertices, positions);
   const ToolPose to_tool = state.pose.inverse();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Eigen::Vector3f& x = positions[i];
     state.attachments.push_back(
         {vertices[i], to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
   }
+  owner.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
-void Solver::release(Index tool) {
-  ToolState& state = checked_tool(*data_, tool);
+void Solver::release(Index tool, Index copy) {
+  CopyState& owner = checked_copy(*data_, copy);
+  ToolState& state = checked_tool(owner, tool);
   data_->finish_running_step();
   state.attachments.clear();
+  owner.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();
 }
 
-Eigen::Vector3f Solver::tool_force(Index tool) const {
-  const ToolState& state = checked_tool(*data_, tool);
+Eigen::Vector3f Solver::tool_force(Index tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
   return state.force;
 }

@@ -55,22 +55,36 @@ struct ToolState {
   Eigen::Vector3f force{0, 0, 0};        ///< N, on the tool
 };
 
+/// What each copy of a scene has of its own.
+struct CopyState {
+  // State lies in the order of places, in which near vertices are near, so that threads that work
+  // on different parts of a body share few cache lines. Constraints name places.
+  std::vector<Particle> particles;   // [place] inverse masses are alike in all copies
+  std::vector<Velocity> velocities;  // [place]
+  std::vector<float> falling;        // [place] of the vertex-block method, as in Snapshot
+  std::vector<ToolState> tools;
+  Index attachment_colors = 0;
+  bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
+  std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
+
+  /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
+  /// same vertex. Cost: O(held vertices).
+  void color_attachments();
+};
+
 class Backend;
 
-class SolverData {
+/// All that copies share, and the state of copy 0; while a backend that works on these arrays steps
+/// another copy, that one's.
+class SolverData : public CopyState {
  public:
   SolverOptions options;
   Eigen::Vector3f gravity;
   std::vector<Body> bodies;
 
-  // state
-  // State lies in the order of places, in which near vertices are near, so that threads that work
-  // on different parts of a body share few cache lines. Constraints name places.
   std::vector<Index> place_of_vertex;  // [vertex_count]
-  std::vector<Particle> particles;     // [place]
-  std::vector<Particle> previous;      // [place] at the start of the substep
-  std::vector<Velocity> velocities;    // [place]
-  std::vector<ToolState> tools;
+  std::vector<Particle> previous;      // [place] at the start of the substep, of the copy at work
+  std::vector<CopyState> others;       // [copies - 1] copy 1 and on
 
   // live topology: ids are stable, dead ones stay in the id arrays
   std::vector<Tet> tets;                        // [tet_count]
@@ -106,20 +120,20 @@ class SolverData {
   // between steps
   enum class Step { none, running, finished };  // finished: its report was not asked for yet
   Step step_in_flight = Step::none;
-  StepReport report;             // of a finished step
-  Changes changes;               // since the last step began
-  bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
+  StepReport report;  // of a finished step
+  Changes changes;    // since the last step began
   std::vector<Index> watched_places;
-  std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
-  std::vector<Index> read_places;                  // buffer of read_positions()
+  std::vector<Index> read_places;  // buffer of read_positions()
+
+  [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
+  [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }
+  [[nodiscard]] const CopyState& copy(Index index) const {
+    return index == 0 ? *this : others[index - 1];
+  }
 
   [[nodiscard]] Particle& particle(Index vertex) { return particles[place_of_vertex[vertex]]; }
   [[nodiscard]] const Particle& particle(Index vertex) const {
     return particles[place_of_vertex[vertex]];
-  }
-  [[nodiscard]] Velocity& velocity(Index vertex) { return velocities[place_of_vertex[vertex]]; }
-  [[nodiscard]] const Velocity& velocity(Index vertex) const {
-    return velocities[place_of_vertex[vertex]];
   }
 
   /// @param vertices  of the scene
@@ -147,17 +161,24 @@ class SolverData {
   /// Where a joint plan projects an edge that has an owner.
   [[nodiscard]] Index joint_group_of(Index edge) const noexcept;
 
+  /// @param dt  s, as Solver::step() takes it
+  void start_step(float dt);
+
   /// Waits for the step that is running, if one is. All that reads or changes what a step does
   /// calls this first.
   void finish_running_step();
 
-  /// Makes positions, velocities and `falling` those of now.
-  void fetch_state();
+  /// Makes positions, velocities and `falling` of a copy those of now.
+  void fetch_state(Index copy);
 
-  /// Reads some positions, without fetching all.
+  /// Reads some positions of a copy, without fetching all.
   /// @param vertices  [n] scene vertices
   /// @param out       [n] m
-  void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
+  void read_positions(Index copy, std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
+
+  /// In all copies; a vertex that cannot move stops.
+  /// @param w  1/kg
+  void set_inverse_mass(Index vertex, float w);
 
   // Entries of the log, for backends that need it.
   void log_constraint(PhaseKind kind, Index id);
@@ -168,8 +189,8 @@ class SolverData {
   /// Cost: proportional to the tetrahedra around its edges.
   void remove_volume(Index tet);
 
-  /// Phases follow what tools hold and what is left, so this is called after each grasp, release or
-  /// removal. Cost: O(phases + held vertices).
+  /// Phases follow what tools of any copy hold and what is left, so this is called after each
+  /// grasp, release or removal. Cost: O(phases + tools of all copies).
   void rebuild_plan();
 };
 

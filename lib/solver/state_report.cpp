@@ -97,4 +97,17 @@ void report_tubes(const SolverData& data, StepReport& report) {
   }
 }
 
+void report_copy(const StepReport& of_copy, Index copy, StepReport& report) {
+  if (report.first_non_finite == kInvalidIndex && of_copy.first_non_finite != kInvalidIndex) {
+    report.first_non_finite = of_copy.first_non_finite;
+    report.first_non_finite_copy = copy;
+  }
+  report.inverted_tets += of_copy.inverted_tets;
+  report.non_finite_vertices += of_copy.non_finite_vertices;
+  report.contacts += of_copy.contacts;
+  report.dropped_contacts += of_copy.dropped_contacts;
+  report.distance_residual = std::max(report.distance_residual, of_copy.distance_residual);
+  report.volume_residual = std::max(report.volume_residual, of_copy.volume_residual);
+}
+
 }  // namespace pbdsurg

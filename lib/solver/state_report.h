@@ -20,4 +20,7 @@ void report_constraints(const SolverData& data, StepReport& report);
 /// Inverted tetrahedra of tubes, which have no volume constraints.
 void report_tubes(const SolverData& data, StepReport& report);
 
+/// Adds what a copy reports to what those before it do.
+void report_copy(const StepReport& of_copy, Index copy, StepReport& report);
+
 }  // namespace pbdsurg

@@ -81,8 +81,7 @@ class ThreadedBackend final : public Backend {
     const Prediction prediction{h, 1 / (1 + data.options.damping * h), h * load(data.gravity)};
     const VertexRange vertices = vertices_of(data, thread);
     const bool moves_vertices = data.options.method == SolverMethod::vertex_block;
-    const FallingRange falling{vertices, data.vertex_method.flights.data(),
-                               data.vertex_method.falling.data()};
+    const FallingRange falling{vertices, data.vertex_method.flights.data(), data.falling.data()};
     const Part blocks = part_of(static_cast<std::size_t>(data.vertex_method.blocks.block_count()),
                                 thread, team_.size());
     if (thread == 0) {

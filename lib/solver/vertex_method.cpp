@@ -268,7 +268,6 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
   method.blocks =
       VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
   method.flights = data.particles;
-  method.falling.assign(data.particles.size(), 1.0F);
   method.first_holds.assign(data.particles.size(), kInvalidIndex);
   method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
   return method;
@@ -279,8 +278,12 @@ void reserve_holds(SolverData& data) {
     return;
   }
   std::size_t most = 0;
-  for (const ToolState& tool : data.tools) {
-    most += tool.attachments.size() + tool.contacts.capacity();
+  for (Index copy = 0; copy < data.copy_count(); ++copy) {
+    std::size_t sum = 0;
+    for (const ToolState& tool : data.copy(copy).tools) {
+      sum += tool.attachments.size() + tool.contacts.capacity();
+    }
+    most = std::max(most, sum);
   }
   data.vertex_method.holds.reserve(most);
 }
@@ -304,7 +307,7 @@ void begin_vertices(SolverData& data, const Substep<float>& substep) {
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
     Particle& p = data.particles[v];
     method.flights[v] = p;
-    store(p, start_of(load(p), p.w, method.falling[v], fall));
+    store(p, start_of(load(p), p.w, data.falling[v], fall));
   }
 }
 
@@ -404,9 +407,8 @@ void end_vertices(SolverData& data, const Substep<float>& substep) {
   const Vec3<float> gravity = gravity_per_square(data);
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
     const Velocity& velocity = data.velocities[v];
-    data.vertex_method.falling[v] =
-        falling_of(load(data.particles[v]), load(data.previous[v]),
-                   {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
+    data.falling[v] = falling_of(load(data.particles[v]), load(data.previous[v]),
+                                 {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
   }
 }
 

@@ -27,11 +27,10 @@ struct VertexHold {
   bool is_contact;
 };
 
-/// What the method keeps between phases; empty for other methods.
+/// What the method keeps between phases, for the copy at work; empty for other methods.
 struct VertexMethod {
   VertexBlocks blocks;
   std::vector<Particle> flights;   ///< [vertex_count] m, where a vertex would be without its rows
-  std::vector<float> falling;      ///< [vertex_count] as in Snapshot
   std::vector<Index> first_holds;  ///< [vertex_count] or kInvalidIndex
   std::vector<VertexHold> holds;   ///< of the current substep
   std::vector<LaneBits> held;      ///< [block_count] lanes of vertices with holds

@@ -32,8 +32,8 @@ constexpr float kTimeStep = 2e-3F;  // s
 /// What a CUDA backend has, without the backend.
 struct Device {
   explicit Device(SolverData& data, const StageRecords& records) : state(data, stream.get()) {
-    constraints.upload(records, true, stream.get());
-    state.upload(data, stream.get());
+    constraints.upload(records, true, 1, stream.get());
+    state.upload(data, 0, stream.get());
     tools.take_over(data);
     tools.upload(data, kTimeStep, stream.get());
   }

@@ -105,6 +105,7 @@ class FakeDevice final : public Backend {
         neo_hookeans_(data.neo_hookeans, data.tets.size()),
         strain_limits_(data.strain_limits, data.edges.size()),
         blocks_(data.vertex_method.blocks) {
+    own_.others = data.others;
     own_.options = data.options;
     own_.gravity = data.gravity;
     own_.bodies = data.bodies;
@@ -152,9 +153,11 @@ class FakeDevice final : public Backend {
 
   void start_step(SolverData& data, float dt) override {
     take_over(data);
-    for (std::size_t t = 0; t < own_.tools.size(); ++t) {
-      own_.tools[t].pose = data.tools[t].pose;
-      own_.tools[t].target = data.tools[t].target;
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      for (std::size_t t = 0; t < own_.tools.size(); ++t) {
+        own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
+        own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
+      }
     }
     dt_ = dt;
     spoil(data);
@@ -165,28 +168,33 @@ class FakeDevice final : public Backend {
     if (data.changes.any()) {
       throw Error("somebody changed what a running step reads");
     }
-    serial_->start_step(own_, dt_);
-    for (std::size_t t = 0; t < own_.tools.size(); ++t) {
-      data.tools[t].pose = data.tools[t].target;
-      data.tools[t].force = own_.tools[t].force;
+    const StepReport report = step_copies(own_, *serial_, dt_);
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& copy = data.copy(i);
+      for (std::size_t t = 0; t < copy.tools.size(); ++t) {
+        copy.tools[t].pose = copy.tools[t].target;
+        copy.tools[t].force = own_.copy(i).tools[t].force;
+      }
+      Backend::read_positions(own_, i, watched_, copy.watched_positions);
     }
-    read(watched_, data.watched_positions);
-    return serial_->finish_step(own_);
+    return report;
   }
 
-  void fetch_state(SolverData& data) override {
+  void fetch_state(SolverData& data, Index index) override {
     ++fetch_count;
-    for (std::size_t place = 0; place < own_.particles.size(); ++place) {
-      const Particle& p = own_.particles[place];
-      data.particles[place] = {p.x, p.y, p.z, data.particles[place].w};
+    const CopyState& own = own_.copy(index);
+    CopyState& copy = data.copy(index);
+    for (std::size_t place = 0; place < own.particles.size(); ++place) {
+      const Particle& p = own.particles[place];
+      copy.particles[place] = {p.x, p.y, p.z, copy.particles[place].w};
     }
-    data.velocities = own_.velocities;
-    data.vertex_method.falling = own_.vertex_method.falling;
+    copy.velocities = own.velocities;
+    copy.falling = own.falling;
   }
 
-  void read_positions(const SolverData& /*data*/, std::span<const Index> places,
+  void read_positions(const SolverData& /*data*/, Index copy, std::span<const Index> places,
                       std::span<Eigen::Vector3f> out) override {
-    read(places, out);
+    Backend::read_positions(own_, copy, places, out);
   }
 
   int fetch_count = 0;
@@ -194,15 +202,24 @@ class FakeDevice final : public Backend {
  private:
   void take_over(const SolverData& data) {
     const Changes& changes = data.changes;
-    if (changes.state) {
-      own_.particles = own_.previous = data.particles;
-      own_.velocities = data.velocities;
-      own_.vertex_method.falling = data.vertex_method.falling;
-    }
-    for (const Index place : changes.vertices) {
-      own_.particles[place].w = data.particles[place].w;
-      if (own_.particles[place].w == 0) {
-        own_.velocities[place] = {};
+    own_.previous.resize(data.previous.size());
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& own = own_.copy(i);
+      const CopyState& copy = data.copy(i);
+      if (changes.state[i]) {
+        own.particles = copy.particles;
+        own.velocities = copy.velocities;
+        own.falling = copy.falling;
+      }
+      for (const Index place : changes.vertices) {
+        own.particles[place].w = data.particles[place].w;
+        if (own.particles[place].w == 0) {
+          own.velocities[place] = {};
+        }
+      }
+      if (changes.tools) {
+        own.tools = copy.tools;
+        own.attachment_colors = copy.attachment_colors;
       }
     }
     for (const Index tet : changes.tets) {
@@ -233,9 +250,6 @@ class FakeDevice final : public Backend {
     neo_hookeans_.refresh(data.neo_hookeans, own_.neo_hookeans);
     strain_limits_.refresh(data.strain_limits, own_.strain_limits);
     take_over_blocks(data.vertex_method.blocks, blocks);
-    if (changes.tools) {
-      own_.tools = data.tools;
-    }
     if (changes.watched) {
       watched_ = data.watched_places;
     }
@@ -269,23 +283,21 @@ class FakeDevice final : public Backend {
 
   static void spoil(SolverData& data) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    for (auto* particles : {&data.particles, &data.previous}) {
-      for (Particle& p : *particles) {
+    const auto spoil_particles = [](std::vector<Particle>& particles) {
+      for (Particle& p : particles) {
         p = {kNan, kNan, kNan, p.w};
       }
-    }
-    std::ranges::fill(data.velocities, Velocity{kNan, kNan, kNan, kNan});
-    std::ranges::fill(data.vertex_method.falling, kNan);
-    std::ranges::fill(data.watched_positions, Eigen::Vector3f::Constant(kNan));
-    for (ToolState& tool : data.tools) {
-      tool.force.setConstant(kNan);
-    }
-  }
-
-  void read(std::span<const Index> places, std::span<Eigen::Vector3f> out) const {
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Particle& p = own_.particles[places[i]];
-      out[i] = {p.x, p.y, p.z};
+    };
+    spoil_particles(data.previous);
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& copy = data.copy(i);
+      spoil_particles(copy.particles);
+      std::ranges::fill(copy.velocities, Velocity{kNan, kNan, kNan, kNan});
+      std::ranges::fill(copy.falling, kNan);
+      std::ranges::fill(copy.watched_positions, Eigen::Vector3f::Constant(kNan));
+      for (ToolState& tool : copy.tools) {
+        tool.force.setConstant(kNan);
+      }
     }
   }
 

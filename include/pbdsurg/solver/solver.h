@@ -85,6 +85,8 @@ struct SolverOptions {
   /// none.
   float over_relaxation = 1;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
+  /// Of the scene, >= 1, stepped together: see Solver.
+  Index copies = 1;
   BackendKind backend = BackendKind::automatic;
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
   DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
@@ -100,8 +102,8 @@ struct SolverOptions {
   [[nodiscard]] static SolverOptions paper();
 };
 
-/// The moving part of a solver's state. Restores only into the solver that made it, and only while
-/// that solver's topology is what it was.
+/// The moving part of a copy's state. Restores only into the solver that made it, into any of its
+/// copies, and only while that solver's topology is what it was.
 struct Snapshot {
   std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
@@ -118,6 +120,17 @@ class SolverData;
 ///
 /// One solver is used by one thread at a time. Results depend on the calls and their order alone:
 /// the same program gives the same bits in every run.
+///
+/// A solver may step many copies of its scene at once, for throughput: a CUDA device has room for
+/// hundreds. Copies share what a scene is: topology, edits, materials, plan, and which tools there
+/// are. Each has its own state: positions, velocities, poses and forces of tools, and what they
+/// hold. Vertices, edges, tetrahedra and tools have the same ids in all. Each copy moves as the one
+/// of a solver without others would, given the same calls; in strict mode, with the same bits, and
+/// on one backend in fast mode, too.
+///
+/// Functions on the state take a copy, the first by default.
+/// @throws InvalidArgument  from all of them, naming the copy that there is not, and how many there
+///                          are
 class Solver {
  public:
   /// Copies the scene, colours its constraints and builds the step plan.
@@ -132,7 +145,7 @@ class Solver {
   Solver& operator=(Solver&&) noexcept;
 
   /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
-  /// Heat, edits, rendering and readback are outside it.
+  /// Heat, edits, rendering and readback are outside it. All copies advance.
   /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
   /// @throws InvalidArgument  for any other dt; never for physics
   StepReport step(float dt);
@@ -161,55 +174,56 @@ class Solver {
   [[nodiscard]] Index vertex_count() const noexcept;
 
   /// [vertex_count] m
-  [[nodiscard]] std::vector<Eigen::Vector3f> positions() const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> positions(Index copy = 0) const;
 
   /// Reads every vertex into a buffer that the caller owns.
   /// @param out  [vertex_count] m
-  void read_positions(std::span<Eigen::Vector3f> out) const;
+  void read_positions(std::span<Eigen::Vector3f> out, Index copy = 0) const;
 
   /// Reads some vertices, for example the neighbourhood of a tool.
   /// @param vertices  [n] scene vertices
   /// @param out       [n] m
   /// @throws InvalidArgument  naming the vertex out of range, or if the sizes differ
-  void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out) const;
+  void read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out,
+                      Index copy = 0) const;
 
   /// Chooses vertices whose positions each step brings along with its report, for example the
   /// neighbourhood of a tool: from a CUDA device, the cheapest way to read some every step.
-  /// @param vertices  [n] scene vertices, in place of those watched before
+  /// @param vertices  [n] scene vertices of all copies, in place of those watched before
   /// @throws InvalidArgument  naming the vertex out of range; then the list is what it was
   void watch(std::span<const Index> vertices);
 
   /// [n] m, of the vertices watched, as of the last step, or of watch() if that came later. Valid
   /// until the next call of watch(); each step changes its contents.
-  [[nodiscard]] std::span<const Eigen::Vector3f> watched_positions() const;
+  [[nodiscard]] std::span<const Eigen::Vector3f> watched_positions(Index copy = 0) const;
 
   /// Moves every vertex, fixed ones included, and stops it.
   /// @param positions  [vertex_count] m
   /// @throws InvalidArgument  naming the first that is not finite, or if the size differs
-  void write_positions(std::span<const Eigen::Vector3f> positions);
+  void write_positions(std::span<const Eigen::Vector3f> positions, Index copy = 0);
 
   /// [vertex_count] m/s
-  [[nodiscard]] std::vector<Eigen::Vector3f> velocities() const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> velocities(Index copy = 0) const;
 
   /// Sets every vertex's velocity; that of a vertex that cannot move has no effect.
   /// @param velocities  [vertex_count] m/s
   /// @throws InvalidArgument  as write_positions()
-  void write_velocities(std::span<const Eigen::Vector3f> velocities);
+  void write_velocities(std::span<const Eigen::Vector3f> velocities, Index copy = 0);
 
-  [[nodiscard]] Snapshot snapshot() const;
+  [[nodiscard]] Snapshot snapshot(Index copy = 0) const;
 
   /// Goes back to a snapshot; what tools hold is released.
   /// @throws InvalidArgument  if the snapshot is of another size or topology, or not finite; then
   ///                          nothing has changed
-  void restore(const Snapshot& snapshot);
+  void restore(const Snapshot& snapshot, Index copy = 0);
 
   /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
-  [[nodiscard]] std::uint64_t state_hash() const;
+  [[nodiscard]] std::uint64_t state_hash(Index copy = 0) const;
 
   // --- tools ---------------------------------------------------------------------------------
 
-  /// Adds an instrument that pushes vertices out of its capsules, without friction. Only vertices
-  /// are tested: a capsule thinner than an edge can pass through a face.
+  /// Adds an instrument to all copies. It pushes vertices out of its capsules, without friction.
+  /// Only vertices are tested: a capsule thinner than an edge can pass through a face.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
   /// @return          its index
   /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
@@ -219,7 +233,7 @@ class Solver {
 
   /// Moves a tool: it travels there evenly over the substeps of the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
-  void move_tool(Index tool, const ToolPose& pose);
+  void move_tool(Index tool, const ToolPose& pose, Index copy = 0);
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.
@@ -230,17 +244,17 @@ class Solver {
   ///                    rigidly
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
   ///                          tissue, or that this tool holds already; then nothing is grasped
-  void grasp(Index tool, std::span<const Index> vertices, float compliance = 0);
+  void grasp(Index tool, std::span<const Index> vertices, float compliance = 0, Index copy = 0);
 
   /// Lets go of everything the tool holds.
-  void release(Index tool);
+  void release(Index tool, Index copy = 0);
 
   /// Force of the tissue on a tool, N: the sum of the multipliers of its contacts and of what it
   /// holds, averaged over the last step. Unfiltered and unclamped; vertices that are not finite add
   /// nothing.
-  [[nodiscard]] Eigen::Vector3f tool_force(Index tool) const;
+  [[nodiscard]] Eigen::Vector3f tool_force(Index tool, Index copy = 0) const;
 
-  // --- topology: see edit/topology_edit.h for changes ------------------------------------------
+  // --- topology, of all copies: see edit/topology_edit.h for changes ---------------------------
 
   [[nodiscard]] std::span<const Body> bodies() const noexcept;
 

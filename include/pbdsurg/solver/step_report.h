@@ -8,13 +8,14 @@
 
 namespace pbdsurg {
 
-/// State after one step.
+/// State after one step. Of many copies, counts are sums and residuals the largest.
 struct StepReport {
   Index inverted_tets = 0;                 ///< live tetrahedra of negative volume
   Index non_finite_vertices = 0;           ///< vertices with a NaN or infinite coordinate
-  Index first_non_finite = kInvalidIndex;  ///< scene vertex, the smallest such id
-  Index contacts = 0;                      ///< vertex-tool contacts in the last substep
-  Index dropped_contacts = 0;              ///< beyond the contact capacity, over all substeps
+  Index first_non_finite = kInvalidIndex;  ///< scene vertex, the smallest such id of the copy below
+  Index first_non_finite_copy = kInvalidIndex;  ///< the first copy that has such a vertex
+  Index contacts = 0;                           ///< vertex-tool contacts in the last substep
+  Index dropped_contacts = 0;                   ///< beyond the contact capacity, over all substeps
   float distance_residual = 0;  ///< largest |C| / rest length over live edges and links; infinite
                                 ///< when one is not a number
   float volume_residual = 0;    ///< likewise over live tetrahedra, |C| / rest volume

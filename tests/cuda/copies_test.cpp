@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/solver/solver.h"
+
+#include "support/catch.h"
+#include "support/copies_program.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::make_eventful_scene;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+struct Variant {
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;  // s
+  int iterations = 2;
+  Index contact_capacity = 20;
+};
+
+SolverOptions options_of(const Variant& variant, DeviceStrategy strategy) {
+  SolverOptions options{.mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = variant.iterations,
+                        .damping = 2,
+                        .contact_capacity = variant.contact_capacity,
+                        .backend = BackendKind::cuda,
+                        .math = MathMode::strict,
+                        .device_strategy = strategy,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  return options;
+}
+
+}  // namespace
+
+// Would catch a kernel that works on another copy's part of an array.
+TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "[device]") {
+  const Variant variant = GENERATE(
+      Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
+      Variant{.composition = PlanComposition::joint, .max_colors = 9, .iterations = 1},
+      Variant{.max_colors = 5, .damping = 0.01F, .contact_capacity = 3},
+      Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+      Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 4096});
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  const SolverOptions options = options_of(variant, strategy);
+  SolverOptions alone = options;
+  alone.backend = BackendKind::serial;
+
+  const testing::CopiesComparison result = testing::compare_copies(
+      make_eventful_scene(variant.mode, variant.damping), options, alone, 5, 40);
+
+  INFO(result.difference);
+  CHECK(result.difference.empty());
+  CHECK(result.contacts > 0);
+  CHECK(result.forces > 40);
+}
+
+// More copies than a device has multiprocessors, and blocks that are fewer for each.
+TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[device]") {
+  const auto copies = GENERATE(3, 140);
+  SolverOptions options = options_of({}, DeviceStrategy::graph);
+  options.math = MathMode::fast;
+  SolverOptions alone = options;
+  alone.device_strategy = DeviceStrategy::stream;
+
+  const testing::CopiesComparison result =
+      testing::compare_copies(make_eventful_scene(ProjectionMode::compliance, 0), options, alone,
+                              copies, copies == 3 ? 30 : 8);
+
+  INFO(result.difference);
+  CHECK(result.difference.empty());
+}
+
+TEST_CASE("cuda copies: reading some vertices of a copy", "[device]") {
+  Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
+                {.copies = 3, .backend = BackendKind::cuda});
+  for (Index copy = 0; copy < 3; ++copy) {
+    std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()));
+    for (Eigen::Vector3f& v : velocities) {
+      v = Eigen::Vector3f::Constant(0.1F * static_cast<float>(copy));
+    }
+    solver.write_velocities(velocities, copy);
+  }
+  solver.step(kTimeStep);
+  const std::array<Index, 3> vertices{17, 4, 40};
+  for (Index copy = 0; copy < 3; ++copy) {
+    INFO("copy " << copy);
+    std::array<Eigen::Vector3f, 3> some;
+    solver.read_positions(vertices, some, copy);
+    const std::vector<Eigen::Vector3f> all = solver.positions(copy);
+    CHECK(some == std::array{all[17], all[4], all[40]});
+  }
+  CHECK(solver.positions(0) != solver.positions(2));
+}
+
+TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[device]") {
+  Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
+                {.copies = 4, .backend = BackendKind::cuda, .math = MathMode::strict});
+  std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
+                                          Eigen::Vector3f::Zero());
+  velocities[77].x() = std::numeric_limits<float>::max();
+  solver.write_velocities(velocities, 2);
+  solver.write_velocities(velocities, 3);
+
+  const StepReport report = solver.step(1e6F);
+
+  CHECK(report.first_non_finite_copy == 2);
+  CHECK(report.first_non_finite != kInvalidIndex);
+}
+
+// Would catch a copy of records, which take several times the memory of the state.
+TEST_CASE("cuda copies: each takes the memory of its state", "[device]") {
+  const auto bytes = [](Index copies) {
+    Scene scene;
+    scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1));
+    Solver solver(scene, {.iterations = 1, .copies = copies, .backend = BackendKind::cuda});
+    solver.step(kTimeStep);
+    return solver.memory_bytes();
+  };
+  constexpr std::size_t kVertices = 21 * 21 * 21;
+  constexpr std::size_t kHost = 32;     // bytes a vertex: position and velocity
+  constexpr std::size_t kDevice = 48;   // likewise, and the position at the start of a substep
+  constexpr std::size_t kInput = 1000;  // at most, of a step without tools
+  const std::size_t grown = bytes(17) - bytes(1);
+  CHECK(grown >= 16 * kVertices * (kHost + kDevice));
+  CHECK(grown < 16 * (kVertices * (kHost + kDevice) + kInput));
+}
+
+}  // namespace pbdsurg

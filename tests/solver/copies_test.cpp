@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "solver/fake_device.h"
+#include "support/catch.h"
+#include "support/copies_program.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::HookGuard;
+using testing::kFakeDeviceHook;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+struct Variant {
+  SolverMethod method = SolverMethod::projection;
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;  // s
+};
+
+Scene make_block() {
+  Scene scene;
+  scene.add_body("block", testing::make_box({3, 3, 3}, testing::kEventfulEdge, 0.1));
+  return scene;
+}
+
+}  // namespace
+
+// Would catch anything that one copy leaves behind for the next, and what copies share that they
+// should not.
+TEST_CASE("copies: each moves as it would alone", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  SolverOptions options{.method = variant.method,
+                        .mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = 2,
+                        .contact_capacity = 20,
+                        .backend = backend,
+                        .threads = 2,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  SolverOptions alone = options;
+  if (backend == BackendKind::cuda) {
+    alone.backend = BackendKind::serial;
+  }
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+
+  const testing::CopiesComparison result = testing::compare_copies(scene, options, alone, 4, 40);
+
+  INFO(result.difference);
+  CHECK(result.difference.empty());
+  CHECK(result.contacts > 0);
+  CHECK(result.forces > 40);
+}
+
+TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
+  CHECK_THROWS_WITH(Solver(make_block(), {.copies = 0}), ContainsSubstring("copies is 0"));
+  Solver solver(make_block(), {.copies = 3, .backend = BackendKind::serial});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const std::array<Index, 1> vertex{5};
+  std::vector<Eigen::Vector3f> all = solver.positions();
+  std::array<Eigen::Vector3f, 1> one{};
+  const Snapshot snapshot = solver.snapshot(2);
+  for (const Index copy : {-1, 3}) {
+    const auto refuses = [&](auto call) {
+      CHECK_THROWS_AS(call(), InvalidArgument);
+      CHECK_THROWS_WITH(call(), ContainsSubstring("there is no copy " + std::to_string(copy) +
+                                                  "; the solver has 3"));
+    };
+    refuses([&] { static_cast<void>(solver.positions(copy)); });
+    refuses([&] { solver.read_positions(all, copy); });
+    refuses([&] { solver.read_positions(vertex, one, copy); });
+    refuses([&] { solver.write_positions(all, copy); });
+    refuses([&] { static_cast<void>(solver.velocities(copy)); });
+    refuses([&] { solver.write_velocities(all, copy); });
+    refuses([&] { static_cast<void>(solver.snapshot(copy)); });
+    refuses([&] { solver.restore(snapshot, copy); });
+    refuses([&] { static_cast<void>(solver.state_hash(copy)); });
+    refuses([&] { solver.move_tool(tool, ToolPose::Identity(), copy); });
+    refuses([&] { solver.grasp(tool, vertex, 0, copy); });
+    refuses([&] { solver.release(tool, copy); });
+    refuses([&] { static_cast<void>(solver.tool_force(tool, copy)); });
+    refuses([&] { static_cast<void>(solver.watched_positions(copy)); });
+  }
+  CHECK(solver.state_hash() == solver.state_hash(2));
+}
+
+TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  Solver solver(testing::make_eventful_scene(ProjectionMode::compliance, 0),
+                {.method = method, .copies = 3, .backend = BackendKind::serial});
+  const std::vector<Eigen::Vector3f> moving(static_cast<std::size_t>(solver.vertex_count()),
+                                            Eigen::Vector3f(0.1F, 0.2F, 0));
+  solver.write_velocities(moving, 1);
+  solver.step(kTimeStep);
+  CHECK(solver.state_hash(0) == solver.state_hash(2));
+  CHECK(solver.state_hash(0) != solver.state_hash(1));
+
+  solver.restore(solver.snapshot(1), 2);
+
+  CHECK(solver.state_hash(2) == solver.state_hash(1));
+  solver.step(kTimeStep);
+  CHECK(solver.state_hash(2) == solver.state_hash(1));
+  CHECK(solver.state_hash(0) != solver.state_hash(1));
+}
+
+TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  Solver solver(make_block(), {.copies = 4, .backend = backend, .threads = 1});
+  const StepReport calm = solver.step(kTimeStep);
+  CHECK(calm.first_non_finite == kInvalidIndex);
+  CHECK(calm.first_non_finite_copy == kInvalidIndex);
+  std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
+                                          Eigen::Vector3f::Zero());
+  velocities[3].x() = std::numeric_limits<float>::max();
+  solver.write_velocities(velocities, 3);
+  velocities[3].x() = 0;
+  velocities[9].x() = std::numeric_limits<float>::max();
+  solver.write_velocities(velocities, 2);
+
+  const StepReport report = solver.step(1e6F);
+
+  CHECK(report.first_non_finite_copy == 2);
+  CHECK(report.first_non_finite == 9);
+  CHECK(report.non_finite_vertices >= 2);
+}
+
+// Would catch a copy of what copies share: a scene has some ten times the bytes of its state.
+TEST_CASE("copies: each takes the memory of its state", "[unit]") {
+  const auto bytes = [](Index copies) {
+    return Solver(make_block(), {.copies = copies, .backend = BackendKind::serial}).memory_bytes();
+  };
+  constexpr std::size_t kState = 64 * (sizeof(Particle) + sizeof(Velocity));  // of 64 vertices
+  CHECK(bytes(2) == bytes(1) + kState);
+  CHECK(bytes(9) == bytes(1) + 8 * kState);
+}
+
+}  // namespace pbdsurg
