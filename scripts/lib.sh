@@ -94,22 +94,29 @@ run_benchmarks() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 convergence)
+table_programs=(table1 table2 table3 convergence)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 
-# run_tables BIN_DIR OUT_DIR [NAME]: each of them whose needs were there to build it.
+# run_table BIN_DIR OUT_DIR NAME [arguments...]: one of them, if its needs were there to build it.
+run_table() {
+  local bin=$1 out=$2 name=$3
+  shift 3
+  if [[ ! -x $bin/$name ]]; then
+    say "no $name: it needs CLI11 and nlohmann-json"
+    return
+  fi
+  say "$name"
+  "$bin/$name" --out "$out" "$@"
+}
+
+# run_tables BIN_DIR OUT_DIR [NAME]: all, or one.
 run_tables() {
   local bin=$1 out=$2 only=${3:-} name
   local -a failed=()
   for name in "${table_programs[@]}"; do
     [[ -z $only || $name == "$only" ]] || continue
-    if [[ ! -x $bin/$name ]]; then
-      say "no $name: it needs CLI11 and nlohmann-json"
-      continue
-    fi
-    say "$name"
-    "$bin/$name" --out "$out" || failed+=("$name")
+    run_table "$bin" "$out" "$name" || failed+=("$name")
   done
   ((${#failed[@]} == 0)) || fail "${failed[*]} failed"
 }

@@ -45,4 +45,25 @@ double median_time(int repetitions, Run&& run) {
   return median(std::move(times));
 }
 
+/// Times of one backend's steps.
+struct StepStatistics {
+  double median_ms;
+  double p99_ms;
+};
+
+/// @param times  ms, at least one
+inline StepStatistics statistics(const std::vector<double>& times) {
+  return {median(times), quantile(times, 0.99)};
+}
+
+/// Of backends that take turns, so that a round sees the same machine, however busy.
+/// @param times, base  ms, round by round
+inline double median_ratio(const std::vector<double>& times, const std::vector<double>& base) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    ratios.push_back(times[i] / base[i]);
+  }
+  return median(std::move(ratios));
+}
+
 }  // namespace pbdsurg::bench

@@ -3,6 +3,7 @@
 
 #include "colorings.h"
 #include "gpu_coloring.h"
+#include "support/gpu_times.h"
 #include "support/timing.h"
 
 namespace pbdsurg::bench {
@@ -25,7 +26,8 @@ Row measure_coloring(const Sample& sample, const std::string& name,
 
 std::vector<Row> measure(const Sample& sample, const Repetitions& repetitions) {
   const std::vector<ColoringOptions> colorings = table1_colorings();
-  const std::vector<PlanTimes> step_ms = time_steps(sample, colorings, repetitions.step);
+  const std::vector<PlanTimes> step_ms =
+      time_steps(sample, colorings, repetitions.step, !why_no_gpu());
   std::vector<Row> distance, volume, joint;
   for (std::size_t i = 0; i < colorings.size(); ++i) {
     distance.push_back(measure_coloring(sample, "distance", sample.edge_constraints(), colorings[i],

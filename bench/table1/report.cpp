@@ -106,7 +106,7 @@ constexpr const char* kLegend = R"(# Table 1
 - top, middle, last: shares of the constraints in the largest tenth, the middle and the smallest tenth of the colours
 - deviation: standard deviation of the colours' sizes over their mean
 - colouring: on one CPU thread; or in the memory of a device, without copies
-- step: 30 sweeps of 0.2 ms from a stretch of 10 %, both types coloured in this way; with joint constraints, each tetrahedron projects the edges that it owns, then its volume
+- step: 30 sweeps of 0.2 ms from a stretch of 10 %, both types coloured in this way; with joint constraints, each tetrahedron projects the edges that it owns, then its volume; on the gpu the state stays there, by the strategy that the backend takes of itself and by one launch a phase, as the paper's
 - conflicts / 2.2: palettes of 1 + conflicts / 2.2 colours, as in Vivace; on a mesh whose edges take 31 colours, this gave the paper's shares
 - paper: it does not say which type it counts; its shares fit distance constraints alone
 )";

@@ -8,19 +8,25 @@
 namespace pbdsurg::bench {
 
 std::vector<PlanTimes> time_steps(const Sample& sample, std::span<const ColoringOptions> colorings,
-                                  int repetitions) {
+                                  int repetitions, bool has_gpu) {
   const Scene scene = make_organ_scene(sample.mesh);
   std::vector<PlanTimes> times(colorings.size());
-  std::vector<std::pair<RepeatedStep, double*>> steps;  // and where its time goes
+  std::vector<std::pair<RepeatedStep, std::optional<double>*>> steps;  // and where its time goes
   for (std::size_t i = 0; i < colorings.size(); ++i) {
     SolverOptions options = SolverOptions::paper();
     options.coloring = colorings[i];
     for (std::size_t b = 0; b < kStepBackends.size(); ++b) {
       options.backend = kStepBackends[b].kind;
+      options.device_strategy = kStepBackends[b].strategy;
+      const bool is_gpu = options.backend == BackendKind::cuda;
+      if (is_gpu && !has_gpu) {
+        continue;
+      }
+      const StepConditions conditions{.steps_before = is_gpu ? 1 : 0};
       options.composition = PlanComposition::separate;
-      steps.emplace_back(RepeatedStep(scene, options), &times[i].separate[b]);
+      steps.emplace_back(RepeatedStep(scene, options, conditions), &times[i].separate[b]);
       options.composition = PlanComposition::joint;
-      steps.emplace_back(RepeatedStep(scene, options), &times[i].joint[b]);
+      steps.emplace_back(RepeatedStep(scene, options, conditions), &times[i].joint[b]);
     }
   }
   for (int i = 0; i < repetitions; ++i) {

@@ -5,6 +5,7 @@
 /// How long steps take whose constraints are coloured in different ways.
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,13 +18,18 @@ namespace pbdsurg::bench {
 /// A backend and its column.
 struct StepBackend {
   BackendKind kind;
+  DeviceStrategy strategy;  ///< of a device
   const char* key;
   const char* title;
 };
-inline constexpr std::array<StepBackend, 1> kStepBackends{
-    {{BackendKind::serial, "serial_ms", "step (serial), ms"}}};
+inline constexpr std::array<StepBackend, 3> kStepBackends{
+    {{BackendKind::serial, DeviceStrategy::automatic, "serial_ms", "step (serial), ms"},
+     {BackendKind::cuda, DeviceStrategy::automatic, "gpu_ms", "step (gpu), ms"},
+     {BackendKind::cuda, DeviceStrategy::stream, "gpu_stream_ms",
+      "step (gpu, one launch a phase), ms"}}};
 
-using StepTimes = std::array<double, kStepBackends.size()>;  ///< ms
+/// ms; none without a device
+using StepTimes = std::array<std::optional<double>, kStepBackends.size()>;
 
 /// Of both compositions of a plan.
 struct PlanTimes {
@@ -32,12 +38,15 @@ struct PlanTimes {
 };
 
 /// Median time of one step for each colouring, plan and backend: the paper's mode (30 sweeps) at
-/// 0.2 ms, one rim fixed, from a start that is stretched by 10 %. All take turns, so that a busy
-/// machine slows all alike.
+/// 0.2 ms, one rim fixed, from a start that is stretched by 10 %; on a device the second step from
+/// there, as the first takes the start there. All take turns, so that a busy machine slows all
+/// alike.
+/// @param has_gpu  see why_no_gpu()
 /// @return  [colorings.size()]
-/// @throws Error  if a step leaves a vertex that is not finite
+/// @throws Error  if a step leaves a vertex that is not finite, or ends otherwise when it is
+///                repeated
 [[nodiscard]] std::vector<PlanTimes> time_steps(const Sample& sample,
                                                 std::span<const ColoringOptions> colorings,
-                                                int repetitions);
+                                                int repetitions, bool has_gpu);
 
 }  // namespace pbdsurg::bench

@@ -12,6 +12,7 @@
 #include "gpu_coloring.h"
 #include "measure.h"
 #include "report.h"
+#include "support/gpu_times.h"
 #include "support/program.h"
 
 namespace pbdsurg::bench {
@@ -35,6 +36,9 @@ void draw_pictures(const std::list<Sample>& samples, const std::filesystem::path
 
 void run(const Arguments& arguments) {
   std::vector<std::string> notes{"CUDA: " + describe_gpu()};
+  if (const auto why = why_no_gpu()) {
+    notes.push_back("no steps on a gpu: " + *why);
+  }
   const std::list<Sample> samples =
       arguments.quick ? make_samples({1}, {Table2Kind::hollow}, notes)
                       : make_samples({2}, {Table2Kind::hollow, Table2Kind::surface_filled}, notes);

@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "support/gpu_columns.h"
+
 namespace pbdsurg::bench {
 namespace {
 
@@ -18,35 +20,28 @@ constexpr std::array<PaperRow, 5> kPaper{{{40, "16.38-17.41", "14.31-14.42"},
                                           {40, "54.81-55.65", "16.36-16.47"},
                                           {39, "111.51-116.38", "21.65-22.16"}}};
 
-// What is not measured is null.
-void add_times(Json& json, const std::string& name, const std::optional<StepStatistics>& times) {
-  json[name + "_ms"] = times ? rounded(times->median_ms, 1e3) : Json();
-  json[name + "_p99_ms"] = times ? rounded(times->p99_ms, 1e3) : Json();
-}
-
 Json to_json(const Row& row) {
   const Scene& scene = row.subject->scene;
   const std::optional<int> paper_row = row.subject->row;
   Json json{{"row", paper_row ? Json(*paper_row) : Json()},
             {"kind", row.subject->kind},
-            {"plan", row.plan},
+            {"plan", row.cpu.plan},
             {"vertices", scene.vertex_count()},
-            {"links", row.links},
+            {"links", row.cpu.links},
             {"tets", scene.tets().size()},
-            {"colors", row.colors}};
-  add_times(json, "serial", row.serial);
-  add_times(json, "cpu_1thread", row.one_thread);
-  add_times(json, "cpu", row.all_threads);
-  json["threads"] = row.threads;
-  json["backend"] = row.backend;
-  add_times(json, "gpu", {});
-  add_times(json, "gpu_stream", {});
-  add_times(json, "plain_loop", row.plain_loop);
-  json["serial_over_cpu_1thread"] = rounded(row.serial_over_one_thread, 1e3);
-  json["serial_over_cpu"] = rounded(row.serial_over_all_threads, 1e3);
-  json["plain_loop_over_cpu"] = rounded(row.plain_loop_over_all_threads, 1e3);
-  json["steps"] = row.steps;
-  json["cpu_steps_per_second"] = rounded(1e3 / row.all_threads.median_ms, 1e1);
+            {"colors", row.cpu.colors}};
+  add_times(json, "serial", row.cpu.serial);
+  add_times(json, "cpu_1thread", row.cpu.one_thread);
+  add_times(json, "cpu", row.cpu.all_threads);
+  json["threads"] = row.cpu.threads;
+  json["backend"] = row.cpu.backend;
+  add_gpu_columns(json, row.gpu, row.cpu);
+  add_times(json, "plain_loop", row.cpu.plain_loop);
+  json["serial_over_cpu_1thread"] = rounded(row.cpu.serial_over_one_thread, 1e3);
+  json["serial_over_cpu"] = rounded(row.cpu.serial_over_all_threads, 1e3);
+  json["plain_loop_over_cpu"] = rounded(row.cpu.plain_loop_over_all_threads, 1e3);
+  json["steps"] = row.cpu.steps;
+  json["cpu_steps_per_second"] = rounded(1e3 / row.cpu.all_threads.median_ms, 1e1);
   const PaperRow* paper = paper_row ? &kPaper.at(*paper_row - 1) : nullptr;
   json["paper_colors"] = paper != nullptr ? Json(paper->colors) : Json();
   json["paper_cpu_ms"] = paper != nullptr ? Json(paper->cpu_ms) : Json();
@@ -77,15 +72,32 @@ const std::vector<Column>& columns() {
   return all;
 }
 
+// One line a subject, beside the CPU's fastest plan, which comes last; none without a device.
+std::string gpu_table(const Json& rows) {
+  std::vector<Column> shown{{"tets", "tets", 0}};
+  shown.insert(shown.end(), gpu_columns().begin(), gpu_columns().end());
+  std::string lines;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json& row = rows[i];
+    const bool is_last = i + 1 == rows.size() || rows[i + 1]["kind"] != row["kind"] ||
+                         rows[i + 1]["row"] != row["row"];
+    if (is_last && !row["gpu_ms"].is_null()) {
+      const std::string number = row["row"].is_null() ? "" : " " + text_of(row["row"]);
+      lines += markdown_line(text_of(row["kind"]) + number, row, shown);
+    }
+  }
+  return lines.empty() ? "" : "\n## gpu\n\n" + markdown_header("mesh", shown) + lines;
+}
+
 constexpr const char* kLegend = R"(# Table 2
 
 - one step: 30 sweeps of 0.2 ms from a stretch of 10 %, fractions 0.4 and 1, one rim fixed; medians, and the time that 99 of 100 steps keep
 - the first plan of a row is the paper's (random disc, distances, then volumes), the second the fastest of greedy + repair on all threads, separate, joint or nested, balanced or not
 - colours: phases in one sweep, of both types; the paper gives one number a row and counts edges alone (see table 1)
 - plain loop: all links shuffled, then all tetrahedra, one thread, the same compiler flags: what a backend must beat to be worth its name
-- ratios: medians over rounds in which all backends take turns
+- ratios: of the CPU's backends among each other, medians over rounds in which all take turns; against the gpu, of medians
 - each step's end state is hashed: runs of one backend agree, fast steps on one thread and on all, and strict ones with the serial backend's
-- scene: liver and gallbladder of the sizes of the paper's table 3, joined by a membrane; the paper shows 57.4 whole frames a second (GTX 980 Ti)
+- scene: liver and gallbladder of the largest sizes of the paper's table 3, joined by a membrane; lattice: a liver of a million tetrahedra
 )";
 
 }  // namespace
@@ -99,7 +111,7 @@ Json to_json(const std::vector<Row>& rows) {
 }
 
 std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
-  std::string text = kLegend;
+  std::string text = std::string(kLegend) + kGpuLegend;
   for (const std::string& note : notes) {
     text += "- " + note + "\n";
   }
@@ -111,7 +123,7 @@ std::string to_markdown(const Json& rows, const std::vector<std::string>& notes)
     }
     text += markdown_line(row["row"].is_null() ? "-" : text_of(row["row"]), row, columns());
   }
-  return text;
+  return text + gpu_table(rows);
 }
 
 }  // namespace pbdsurg::bench

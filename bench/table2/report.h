@@ -4,17 +4,27 @@
 /// @file
 /// Table 2 beside the paper's figures.
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "measure.h"
+#include "support/cpu_times.h"
+#include "support/gpu_times.h"
+#include "support/subject.h"
 #include "support/table_files.h"
 
 namespace pbdsurg::bench {
 
+/// One subject under one plan of the CPU's backends.
+struct Row {
+  const Subject* subject;
+  CpuTimes cpu;
+  std::optional<GpuTimes> gpu;  ///< under the plan that is fastest there
+};
+
 [[nodiscard]] Json to_json(const std::vector<Row>& rows);
 
-/// A table for each kind, after one line for each note.
+/// Tables for each kind, after one line for each note.
 [[nodiscard]] std::string to_markdown(const Json& rows, const std::vector<std::string>& notes);
 
 }  // namespace pbdsurg::bench

@@ -269,6 +269,10 @@ template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
 __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
+  state = of_copy(state);
+  tools = of_copy(tools, state.count);
+  input += copy_index();
+  cluster.multipliers += copy_index() * cluster.multiplier_count;
   extern __shared__ float4 shared[];
   constexpr int kAll = kThreads + kWarp;
   const ClusterLayout layout(cluster, kDamped);
@@ -442,7 +446,7 @@ ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
                                                  : choose_cluster_kernel<kManyClusterThreads>(kind);
 }
 
-/// A launch of one cluster.
+/// A launch of one cluster a copy.
 struct ClusterLaunch {
   cudaLaunchAttribute attributes[2]{};
   cudaLaunchConfig_t config{};
@@ -452,7 +456,7 @@ struct ClusterLaunch {
     attributes[0].val.clusterDim = {cluster.block_count, 1, 1};
     attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
     attributes[1].val.programmaticStreamSerializationAllowed = 1;
-    config.gridDim = dim3(cluster.block_count);
+    config.gridDim = dim3(cluster.block_count, static_cast<unsigned>(how.copies));
     config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
     config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped).size;
     config.stream = how.stream;
@@ -461,20 +465,27 @@ struct ClusterLaunch {
   }
 };
 
-bool prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
+Index prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
   const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
   const ClusterLaunch launch(kind, cluster, {});
   const auto fails = [](cudaError_t status) {
     static_cast<void>(cudaGetLastError());  // it was a question
     return status != cudaSuccess;
   };
-  if (fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1)) ||
-      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                 static_cast<int>(launch.config.dynamicSmemBytes)))) {
-    return false;
-  }
+  int room = 0;
+  int device = 0;
+  check(cudaGetDevice(&device), "asking for the current device");
+  check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
+        "asking for the shared memory of a block");
   int clusters = 0;
-  return !fails(cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config)) && clusters > 0;
+  // the room is the same for all solvers: a kernel's attributes are
+  if (static_cast<int>(launch.config.dynamicSmemBytes) > room ||
+      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1)) ||
+      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room)) ||
+      fails(cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config))) {
+    return 0;
+  }
+  return clusters;
 }
 
 void sweep_cluster(const ClusterKind& kind, const ClusterArrays& cluster, const DeviceState& state,

@@ -4,6 +4,7 @@
 /// @file
 /// A program of a cluster as its kernel reads it, and how a block's shared memory is divided.
 
+#include <cstddef>
 #include <cstdint>
 
 #include "pbdsurg/core/host_device.h"
@@ -71,7 +72,8 @@ struct ClusterArrays {
   const std::uint32_t* arrivals;
   const std::uint32_t* homes;
   const Word128* words;
-  float* multipliers;
+  float* multipliers;  ///< [copy][multiplier_count]
+  std::size_t multiplier_count;
   std::uint32_t block_count;
   std::uint32_t phase_count;
   std::uint32_t slot_room;   ///< of a block

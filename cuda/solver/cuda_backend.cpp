@@ -108,7 +108,7 @@ class CudaBackend final : public Backend {
         position = {watched->x, watched->y, watched->z};
         ++watched;
       }
-      report_copy(to_report(sums_.get()[i]), i, report);
+      report_copy(i, to_report(sums_.get()[i]), copy, report);
     }
     return report;
   }
@@ -146,19 +146,14 @@ class CudaBackend final : public Backend {
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
     const DeviceStrategy wanted = data.options.device_strategy;
-    const bool is_alone = data.copy_count() == 1;
-    if (wanted == DeviceStrategy::cluster && !is_alone) {
-      throw BackendUnavailable("a cluster sweeps one copy of a scene; there are " +
-                               std::to_string(data.copy_count()));
-    }
     const bool projects = data.options.method == SolverMethod::projection;
     if (wanted == DeviceStrategy::cluster && !projects) {
       throw BackendUnavailable(
           "a cluster sweeps constraints; the vertex-block method takes the strategies stream and "
           "graph");
     }
-    if (wanted == DeviceStrategy::cluster || (wanted == DeviceStrategy::automatic && is_alone &&
-                                              projects && is_for_cluster(plan_.stages()))) {
+    if (wanted == DeviceStrategy::cluster ||
+        (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages()))) {
       sweeps_ = make_cluster_sweeps(data);
       if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cluster;

@@ -75,8 +75,8 @@ struct StepKernels {
                          const ToolArrays&, StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
-  /// @return  whether the current device can run such a cluster
-  bool (*prepare_cluster)(const ClusterKind&, const ClusterArrays&);
+  /// @return  how many such clusters the current device runs at a time
+  Index (*prepare_cluster)(const ClusterKind&, const ClusterArrays&);
 
   /// All sweeps of a substep, with what tools do in them.
   void (*sweep_cluster)(const ClusterKind&, const ClusterArrays&, const DeviceState&,

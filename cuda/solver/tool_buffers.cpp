@@ -2,6 +2,7 @@
 #include "solver/tool_buffers.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <new>
@@ -169,15 +170,17 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
                       std::to_string(size) + " bytes a step; a device takes 4 GiB");
   }
 
-  StepInput* const inputs = reinterpret_cast<StepInput*>(host_input_.reserve(size / sizeof(Word)));
+  // grasps come and go without a step being recorded anew
+  const std::size_t room = std::bit_ceil(size / sizeof(Word));
+  StepInput* const inputs = reinterpret_cast<StepInput*>(host_input_.reserve(room));
   size = copies_.size() * sizeof(StepInput);
   for (std::size_t copy = 0; copy < copies_.size(); ++copy) {
     size = lay_out(data, copy, size, header);
     write_tools(data.copy(static_cast<Index>(copy)), copies_[copy], substeps,
                 new (inputs + copy) StepInput(header));
   }
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(device_input_.reserve(size / sizeof(Word)), inputs, size,
-                                     cudaMemcpyHostToDevice, stream));
+  PBDSURG_CUDA_CHECK(
+      cudaMemcpyAsync(device_input_.reserve(room), inputs, size, cudaMemcpyHostToDevice, stream));
 }
 
 std::size_t ToolBuffers::memory_bytes() const noexcept {

@@ -46,7 +46,7 @@ StepReport step_copies(SolverData& data, Backend& backend, float dt) {
   for (Index copy = 0; copy < data.copy_count(); ++copy) {
     const AtHand at_hand(data, copy);
     backend.start_step(data, dt);
-    report_copy(backend.finish_step(data), copy, report);
+    report_copy(copy, backend.finish_step(data), data, report);
   }
   return report;
 }

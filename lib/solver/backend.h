@@ -42,8 +42,8 @@ class Backend {
   virtual void start_step(SolverData& data, float dt) = 0;
 
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
-  /// after each start_step(). One that keeps the state also writes `watched_positions` of all
-  /// copies, and reports of all.
+  /// after each start_step(). One that keeps the state also writes `watched_positions` and
+  /// `last_report` of all copies.
   virtual StepReport finish_step(SolverData& data) = 0;
 
   /// Whether the state lies outside of SolverData. Always the same answer.

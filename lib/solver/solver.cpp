@@ -170,6 +170,14 @@ std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
   return backend == nullptr ? make_serial_backend() : std::move(backend);
 }
 
+// Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
+// launches. The vertex-block method knows no joint plan.
+PlanComposition device_composition(const Scene& scene, const SolverOptions& options) {
+  constexpr std::size_t kLarge = 320'000;  // tetrahedra; measured on an H200
+  const bool is_joint = options.method == SolverMethod::projection && scene.tets().size() > kLarge;
+  return is_joint ? PlanComposition::joint : PlanComposition::separate;
+}
+
 // All but a backend.
 // @param automatic  what an automatic composition is
 std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& options,
@@ -218,7 +226,7 @@ std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptio
   const CudaHook* const hook = cuda_hook();
   std::string why_not = "this program is not linked with pbdsurg::cuda";
   if (hook != nullptr && hook->available(why_not)) {
-    data = make_data(scene, options, PlanComposition::separate);
+    data = make_data(scene, options, device_composition(scene, options));
     try {
       return hook->make(*data);
     } catch (const BackendUnavailable&) {  // for this scene
@@ -529,6 +537,12 @@ StepReport Solver::finish_step() {
   data_->finish_running_step();
   data_->step_in_flight = SolverData::Step::none;
   return data_->report;
+}
+
+StepReport Solver::last_report(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->finish_running_step();
+  return state.last_report;
 }
 
 const SolverOptions& Solver::options() const noexcept {

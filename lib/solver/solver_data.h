@@ -66,6 +66,7 @@ struct CopyState {
   Index attachment_colors = 0;
   bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
+  StepReport last_report;
 
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).

@@ -97,10 +97,14 @@ void report_tubes(const SolverData& data, StepReport& report) {
   }
 }
 
-void report_copy(const StepReport& of_copy, Index copy, StepReport& report) {
-  if (report.first_non_finite == kInvalidIndex && of_copy.first_non_finite != kInvalidIndex) {
-    report.first_non_finite = of_copy.first_non_finite;
-    report.first_non_finite_copy = copy;
+void report_copy(Index index, const StepReport& of_copy, CopyState& copy, StepReport& report) {
+  copy.last_report = of_copy;
+  if (of_copy.first_non_finite != kInvalidIndex) {
+    copy.last_report.first_non_finite_copy = index;
+    if (report.first_non_finite == kInvalidIndex) {
+      report.first_non_finite = of_copy.first_non_finite;
+      report.first_non_finite_copy = index;
+    }
   }
   report.inverted_tets += of_copy.inverted_tets;
   report.non_finite_vertices += of_copy.non_finite_vertices;

@@ -20,7 +20,7 @@ void report_constraints(const SolverData& data, StepReport& report);
 /// Inverted tetrahedra of tubes, which have no volume constraints.
 void report_tubes(const SolverData& data, StepReport& report);
 
-/// Adds what a copy reports to what those before it do.
-void report_copy(const StepReport& of_copy, Index copy, StepReport& report);
+/// Keeps what a copy reports, and adds it to what those before it do.
+void report_copy(Index index, const StepReport& of_copy, CopyState& copy, StepReport& report);
 
 }  // namespace pbdsurg

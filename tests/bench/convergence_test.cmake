@@ -1,27 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs convergence on a small bar and reads what it leaves behind.
-cmake_minimum_required(VERSION 3.24)  # for IN_LIST
-file(REMOVE_RECURSE "${FOLDER}")
-file(MAKE_DIRECTORY "${FOLDER}")
-
-# expect(what value wanted)
-function(expect what value wanted)
-  if(NOT value STREQUAL wanted)
-    message(SEND_ERROR "${what}: ${value}; ${wanted} is due")
-  endif()
-endfunction()
-
-file(WRITE "${FOLDER}/tables.json" "{\"table1\": [1]}")
-execute_process(COMMAND "${PROGRAM}" --quick --no-pictures --threads 2 --out "${FOLDER}"
-  RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE error)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "convergence ended with ${result}: ${error}")
-endif()
-file(READ "${FOLDER}/tables.json" json)
-string(JSON other GET "${json}" table1 0)
-expect("another table" "${other}" 1)
-file(READ "${FOLDER}/convergence.md" markdown)
-expect("Markdown on stdout" "${out}" "${markdown}")
+include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
+run_table(convergence 0 --quick --no-pictures --threads 2)
 
 string(JSON rows LENGTH "${json}" convergence)
 math(EXPR last "${rows} - 1")

@@ -1,36 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs table1 on the smallest mesh and reads what it leaves behind: JSON, CSV and Markdown must say
 # the same. (An invalid colouring fails the run itself.)
-cmake_minimum_required(VERSION 3.24)  # for IN_LIST
-file(REMOVE_RECURSE "${FOLDER}")
-file(MAKE_DIRECTORY "${FOLDER}")
-
-# run(status): table1 into FOLDER.
-function(run status)
-  execute_process(COMMAND "${PROGRAM}" --quick --no-pictures --out "${FOLDER}"
-    RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE error)
-  if(NOT result EQUAL status)
-    message(FATAL_ERROR "table1 ended with ${result}, not ${status}: ${error}")
-  endif()
-  set(out "${out}" PARENT_SCOPE)
-  set(error "${error}" PARENT_SCOPE)
-endfunction()
-
-# expect(what value wanted)
-function(expect what value wanted)
-  if(NOT value STREQUAL wanted)
-    message(SEND_ERROR "${what}: ${value}; ${wanted} is due")
-  endif()
-endfunction()
-
-# Other tables share the file: theirs stay, this one is replaced.
-file(WRITE "${FOLDER}/tables.json" "{\"table1\": [1], \"edits\": [2]}")
-run(0)
-file(READ "${FOLDER}/tables.json" json)
-string(JSON edits GET "${json}" edits 0)
-expect("another table" "${edits}" 2)
-file(READ "${FOLDER}/table1.md" markdown)
-expect("Markdown on stdout" "${out}" "${markdown}")
+include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
+set(arguments --quick --no-pictures)
+run_table(table1 0 ${arguments})
 
 # Numbers as text, because CMake cannot count with fractions: trailing zeros say nothing.
 function(normalize variable)
@@ -40,7 +13,8 @@ function(normalize variable)
 endfunction()
 
 # The lines of the JSON text, one "key": value each, put together as lines of CSV and Markdown.
-set(columns colors clique_bound top10 mid80 last10 rsd color_ms color_cuda_ms serial_ms paper_ms)
+set(columns colors clique_bound top10 mid80 last10 rsd color_ms color_cuda_ms serial_ms
+  gpu_ms gpu_stream_ms paper_ms)
 file(STRINGS "${FOLDER}/tables.json" lines REGEX "^      \"")
 set(csv_rows "")
 set(markdown_rows "")
@@ -121,7 +95,7 @@ endforeach()
 
 # What is no JSON object is left as it is.
 file(WRITE "${FOLDER}/tables.json" "[1]")
-run(2)
+run_table(table1 2 ${arguments})
 if(NOT error MATCHES "tables.json: is no JSON object")
   message(SEND_ERROR "the refusal says '${error}'")
 endif()

@@ -1,36 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs table2 on the smallest mesh and reads what it leaves behind. (A step that ends otherwise than
 # it must fails the run itself.)
-cmake_minimum_required(VERSION 3.24)  # for IN_LIST
-file(REMOVE_RECURSE "${FOLDER}")
-file(MAKE_DIRECTORY "${FOLDER}")
-
-# expect(what value wanted)
-function(expect what value wanted)
-  if(NOT value STREQUAL wanted)
-    message(SEND_ERROR "${what}: ${value}; ${wanted} is due")
-  endif()
-endfunction()
-
-# Other tables share the file: theirs stay, this one is replaced.
-file(WRITE "${FOLDER}/tables.json" "{\"table1\": [1], \"table2\": [2]}")
-execute_process(COMMAND "${PROGRAM}" --quick --threads 3 --out "${FOLDER}"
-  RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE error)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "table2 ended with ${result}: ${error}")
-endif()
-file(READ "${FOLDER}/tables.json" json)
-string(JSON other GET "${json}" table1 0)
-expect("another table" "${other}" 1)
-file(READ "${FOLDER}/table2.md" markdown)
-expect("Markdown on stdout" "${out}" "${markdown}")
+include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
+run_table(table2 0 --quick --threads 3)
 
 set(keys row kind plan vertices links tets colors)
-foreach(backend serial cpu_1thread cpu gpu gpu_stream plain_loop)
+foreach(backend serial cpu_1thread cpu plain_loop)
   list(APPEND times ${backend}_ms ${backend}_p99_ms)
 endforeach()
 set(positive colors steps ${times} serial_over_cpu_1thread serial_over_cpu plain_loop_over_cpu)
-list(FILTER positive EXCLUDE REGEX gpu)
 list(APPEND keys threads ${times} ${positive} paper_cpu_ms)
 
 string(JSON count LENGTH "${json}" table2)
@@ -57,6 +35,7 @@ foreach(i 0 1)
       message(SEND_ERROR "${backend}: p99 ${${backend}_p99_ms} is below the median ${${backend}_ms}")
     endif()
   endforeach()
+  expect_gpu_columns(table2 ${i})
   list(APPEND plans "${plan}")
 endforeach()
 list(GET plans 0 plan)

@@ -73,7 +73,9 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
 // More copies than a device has multiprocessors, and blocks that are fewer for each.
 TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[device]") {
   const auto copies = GENERATE(3, 140);
-  SolverOptions options = options_of({}, DeviceStrategy::graph);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  INFO("method " << static_cast<int>(method));
+  SolverOptions options = options_of({.method = method}, DeviceStrategy::graph);
   options.math = MathMode::fast;
   SolverOptions alone = options;
   alone.device_strategy = DeviceStrategy::stream;
@@ -121,6 +123,8 @@ TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[de
 
   CHECK(report.first_non_finite_copy == 2);
   CHECK(report.first_non_finite != kInvalidIndex);
+  CHECK(solver.last_report(1).non_finite_vertices == 0);
+  CHECK(solver.last_report(3).first_non_finite == solver.last_report(2).first_non_finite);
 }
 
 // Would catch a copy of records, which take several times the memory of the state.
@@ -128,7 +132,10 @@ TEST_CASE("cuda copies: each takes the memory of its state", "[device]") {
   const auto bytes = [](Index copies) {
     Scene scene;
     scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1));
-    Solver solver(scene, {.iterations = 1, .copies = copies, .backend = BackendKind::cuda});
+    Solver solver(scene, {.iterations = 1,
+                          .copies = copies,
+                          .backend = BackendKind::cuda,
+                          .device_strategy = DeviceStrategy::graph});
     solver.step(kTimeStep);
     return solver.memory_bytes();
   };

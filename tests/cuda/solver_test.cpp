@@ -392,6 +392,17 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));
 }
 
+TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
+  SolverOptions options{.backend = BackendKind::cuda,
+                        .device_strategy = DeviceStrategy::cluster,
+                        .composition = PlanComposition::joint};
+  CHECK_THROWS_AS(Solver(make_block(), options), BackendUnavailable);
+  options.device_strategy = DeviceStrategy::automatic;
+  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("graph"));
+  options.composition = PlanComposition::automatic;
+  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("cluster"));
+}
+
 // Would catch a copy of all to the device for a change of a few.
 TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", "[device]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);

@@ -100,6 +100,7 @@ TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
     refuses([&] { solver.release(tool, copy); });
     refuses([&] { static_cast<void>(solver.tool_force(tool, copy)); });
     refuses([&] { static_cast<void>(solver.watched_positions(copy)); });
+    refuses([&] { static_cast<void>(solver.last_report(copy)); });
   }
   CHECK(solver.state_hash() == solver.state_hash(2));
 }
@@ -143,6 +144,10 @@ TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]")
   CHECK(report.first_non_finite_copy == 2);
   CHECK(report.first_non_finite == 9);
   CHECK(report.non_finite_vertices >= 2);
+  CHECK(solver.last_report(1).non_finite_vertices == 0);
+  CHECK(solver.last_report(1).first_non_finite_copy == kInvalidIndex);
+  CHECK(solver.last_report(3).first_non_finite == 3);
+  CHECK(solver.last_report(3).first_non_finite_copy == 3);
 }
 
 // Would catch a copy of what copies share: a scene has some ten times the bytes of its state.

@@ -175,6 +175,7 @@ class FakeDevice final : public Backend {
         copy.tools[t].pose = copy.tools[t].target;
         copy.tools[t].force = own_.copy(i).tools[t].force;
       }
+      copy.last_report = own_.copy(i).last_report;
       Backend::read_positions(own_, i, watched_, copy.watched_positions);
     }
     return report;

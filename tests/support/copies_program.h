@@ -53,13 +53,14 @@ class CopiesProgram {
     if (solver.is_link_alive(link)) {
       edit.remove_links.push_back(link);
     }
-    if (round % 3 == 0) {  // a vertex with all that is around it, which a tool may hold
-      const Index gone = vertex(solver, round, 120);
-      for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-        const bool is_near = std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end();
-        if (is_near && solver.is_tet_alive(t) &&
-            std::ranges::find(edit.remove_tets, t) == edit.remove_tets.end()) {
-          edit.remove_tets.push_back(t);
+    if (removes_held(round)) {
+      for (const Index gone : {vertex(solver, round, kHeld), vertex(solver, round, kHeld + 1)}) {
+        for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+          const bool is_near = std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end();
+          if (is_near && solver.is_tet_alive(t) &&
+              std::ranges::find(edit.remove_tets, t) == edit.remove_tets.end()) {
+            edit.remove_tets.push_back(t);
+          }
         }
       }
     }
@@ -104,9 +105,17 @@ class CopiesProgram {
         grasp(solver, round, 1, copy);
         break;
     }
+    if (removes_held(round) && which % 2 == 1) {  // not the first copy
+      grasp(solver, round, 1, copy);
+    }
   }
 
  private:
+  static constexpr std::uint64_t kHeld = 130;  // choices of vertices to grasp: this and the next
+
+  /// Rounds whose edit follows the copies' deeds, and takes away what some of them hold.
+  static bool removes_held(int round) { return round % 12 == 3; }
+
   [[nodiscard]] static std::uint64_t random(int round, std::uint64_t what) {
     return random_bits(7, static_cast<std::uint64_t>(round), what) >> 8;
   }
@@ -137,7 +146,7 @@ class CopiesProgram {
 
   void grasp(Solver& solver, int round, Index tool, Index copy) const {
     solver.release(tool, copy);
-    std::vector<Index> held{vertex(solver, round, 130), vertex(solver, round, 131)};
+    std::vector<Index> held{vertex(solver, round, kHeld), vertex(solver, round, kHeld + 1)};
     if (held[0] == held[1]) {
       held.pop_back();
     }
@@ -219,6 +228,10 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
     result.contacts += expected.contacts;
     for (Index i = 0; i < copies; ++i) {
       text << "round " << round << ", copy " << i << ": ";
+      if (!equal(solver.last_report(i), singles[i]->last_report())) {
+        text << "reports differ; " << describe(solver.positions(i), singles[i]->positions());
+        return true;
+      }
       if (!std::ranges::equal(solver.watched_positions(i), singles[i]->watched_positions())) {
         text << "watched positions differ; "
              << describe(solver.positions(i), singles[i]->positions());

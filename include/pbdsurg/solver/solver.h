@@ -55,8 +55,7 @@ enum class DeviceStrategy : std::uint8_t {
   automatic,  ///< the fastest that the device and the scene allow
   stream,     ///< one launch a phase
   graph,      ///< the whole step recorded once, launched as one
-  /// All sweeps of a substep in one kernel, on one cluster of thread blocks: projections of one
-  /// copy.
+  /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
 };
 
@@ -161,6 +160,9 @@ class Solver {
   /// Waits for the step that was begun.
   /// @throws InvalidArgument  if none was
   StepReport finish_step();
+
+  /// Of one copy, of the last step.
+  [[nodiscard]] StepReport last_report(Index copy = 0) const;
 
   /// As given, but with the composition that was taken where that was automatic.
   [[nodiscard]] const SolverOptions& options() const noexcept;

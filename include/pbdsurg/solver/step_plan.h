@@ -14,8 +14,11 @@ namespace pbdsurg {
 
 /// Who projects the distance constraints of edges.
 enum class PlanComposition : std::uint8_t {
-  automatic,  ///< the fastest for the backend: nested on a CPU, separate on a CUDA device
-  separate,   ///< distances, colour by colour, then volumes
+  /// The fastest for the backend: nested on a CPU; on a CUDA device separate, or joint for more
+  /// than
+  /// 320,000 tetrahedra.
+  automatic,
+  separate,  ///< distances, colour by colour, then volumes
   /// Each edge is owned by one of its tetrahedra (assign_edges_to_tets()), which projects the edges
   /// it owns, then its volume: one phase a colour of tetrahedra. Distances without such an owner
   /// (links, edges of bodies without volume constraints) come before, colour by colour.

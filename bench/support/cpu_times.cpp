@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "measure.h"
+#include "support/cpu_times.h"
 
 #include <algorithm>
 #include <utility>
@@ -24,38 +24,6 @@ SolverOptions on_threads(SolverOptions plan, int threads, MathMode math = MathMo
   return plan;
 }
 
-// Fewer phases, even phases or fewer meetings of threads: what pays depends on the machine.
-SolverOptions find_fastest_plan(const Scene& scene, int threads, int rounds) {
-  std::vector<std::pair<SolverOptions, RepeatedStep>> candidates;
-  for (const PlanComposition composition :
-       {PlanComposition::separate, PlanComposition::joint, PlanComposition::nested}) {
-    for (const bool balance : {false, true}) {
-      SolverOptions plan = SolverOptions::paper();
-      plan.coloring = {.repair = true, .balance = balance};
-      plan.composition = composition;
-      candidates.emplace_back(plan, RepeatedStep(scene, on_threads(plan, threads)));
-    }
-  }
-  for (int round = 0; round < rounds; ++round) {
-    for (auto& [plan, step] : candidates) {
-      step.run();
-    }
-  }
-  return std::min_element(candidates.begin(), candidates.end(),
-                          [](const auto& a, const auto& b) {
-                            return median(a.second.times()) < median(b.second.times());
-                          })
-      ->first;
-}
-
-void expect_same_end(const RepeatedStep& actual, const std::string& what,
-                     const RepeatedStep& expected, const std::string& expected_what) {
-  if (actual.end_hash() != expected.end_hash()) {
-    throw Error("a step of plan " + actual.solver().plan().name + " ends otherwise " + what +
-                " than " + expected_what);
-  }
-}
-
 void check_ends(const Scene& scene, const SolverOptions& plan, const RepeatedStep& serial,
                 const RepeatedStep& one_thread, const RepeatedStep& all_threads, int threads) {
   const std::string on_all = "on " + std::to_string(threads) + " threads";
@@ -69,22 +37,34 @@ void check_ends(const Scene& scene, const SolverOptions& plan, const RepeatedSte
   }
 }
 
-StepStatistics statistics(const std::vector<double>& times) {
-  return {median(times), quantile(times, 0.99)};
-}
+}  // namespace
 
-// Backends take turns, so a round sees the same machine, however busy.
-double median_ratio(const std::vector<double>& times, const std::vector<double>& base) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    ratios.push_back(times[i] / base[i]);
+// Fewer phases, even phases or fewer meetings of threads: what pays depends on the machine.
+SolverOptions find_fastest_cpu_plan(const Scene& scene, int threads, const CpuEffort& effort) {
+  std::vector<std::pair<SolverOptions, RepeatedStep>> candidates;
+  for (const PlanComposition composition :
+       {PlanComposition::separate, PlanComposition::joint, PlanComposition::nested}) {
+    for (const bool balance : {false, true}) {
+      SolverOptions plan = SolverOptions::paper();
+      plan.coloring = {.repair = true, .balance = balance};
+      plan.composition = composition;
+      candidates.emplace_back(plan, RepeatedStep(scene, on_threads(plan, threads)));
+    }
   }
-  return median(std::move(ratios));
+  for (int round = 0; round < effort.pilot_rounds; ++round) {
+    for (auto& [plan, step] : candidates) {
+      step.run();
+    }
+  }
+  return std::min_element(candidates.begin(), candidates.end(),
+                          [](const auto& a, const auto& b) {
+                            return median(a.second.times()) < median(b.second.times());
+                          })
+      ->first;
 }
 
-Row measure_plan(const Subject& subject, const SolverOptions& plan, int threads,
-                 const Effort& effort) {
-  const Scene& scene = subject.scene;
+CpuTimes measure_on_cpu(const Scene& scene, const SolverOptions& plan, int threads,
+                        const CpuEffort& effort) {
   RepeatedStep serial(scene, on_serial(plan));
   RepeatedStep one_thread(scene, on_threads(plan, 1));
   RepeatedStep all_threads(scene, on_threads(plan, threads));
@@ -107,8 +87,7 @@ Row measure_plan(const Subject& subject, const SolverOptions& plan, int threads,
   check_ends(scene, plan, serial, one_thread, all_threads, threads);
 
   const Solver& solver = all_threads.solver();
-  return {&subject,
-          solver.plan().name,
+  return {solver.plan().name,
           solver.backend_name(),
           static_cast<Index>(solver.edges().size() + solver.links().size()),
           static_cast<Index>(solver.plan().phases.size()),
@@ -121,14 +100,6 @@ Row measure_plan(const Subject& subject, const SolverOptions& plan, int threads,
           median_ratio(serial.times(), one_thread.times()),
           median_ratio(serial.times(), all_threads.times()),
           median_ratio(plain_loop_times, all_threads.times())};
-}
-
-}  // namespace
-
-std::vector<Row> measure(const Subject& subject, int threads, const Effort& effort) {
-  const SolverOptions fastest = find_fastest_plan(subject.scene, threads, effort.pilot_rounds);
-  return {measure_plan(subject, SolverOptions::paper(), threads, effort),
-          measure_plan(subject, fastest, threads, effort)};
 }
 
 }  // namespace pbdsurg::bench

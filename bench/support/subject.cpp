@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "subject.h"
+#include "support/subject.h"
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/membrane.h"
@@ -10,9 +10,7 @@
 namespace pbdsurg::bench {
 namespace {
 
-// Vertices that give the tetrahedra of the paper's largest scene, table 3: 19729 and 22611.
-constexpr Index kLiverVertices = 4320;
-constexpr Index kGallbladderVertices = 6600;
+constexpr Index kMillionVertices = 183'000;  // give a million tetrahedra
 
 TetMesh make_organ(Organ organ, Index vertex_count) {
   OrganRecipe recipe = organ_recipe(organ);
@@ -20,13 +18,13 @@ TetMesh make_organ(Organ organ, Index vertex_count) {
   return tetrahedralize(recipe.shape, recipe.options).mesh;
 }
 
-// Liver and gallbladder as in the demo: the liver's upper part is fixed, a membrane of links joins
-// them.
-Scene make_paper_scene() {
+}  // namespace
+
+Scene make_liver_and_gallbladder(const SceneSize& size) {
   constexpr double kMembraneReach = 4.5e-3;  // m
   constexpr double kFixedShare = 0.4;        // of the liver's height
-  const TetMesh gallbladder = make_organ(Organ::gallbladder, kGallbladderVertices);
-  const TetMesh liver = make_organ(Organ::liver, kLiverVertices);
+  const TetMesh gallbladder = make_organ(Organ::gallbladder, size.gallbladder_vertices);
+  const TetMesh liver = make_organ(Organ::liver, size.liver_vertices);
   Scene scene;
   scene.set_gravity({0, 0, -9.81F});
   const Index first = scene.add_body("gallbladder", gallbladder);
@@ -43,9 +41,7 @@ Scene make_paper_scene() {
   return scene;
 }
 
-}  // namespace
-
-std::vector<Subject> make_subjects(bool quick, std::vector<std::string>& notes) {
+std::vector<Subject> make_table2_subjects(bool quick, std::vector<std::string>& notes) {
   const auto samples =
       quick
           ? make_samples({1}, {Table2Kind::hollow}, notes)
@@ -55,7 +51,9 @@ std::vector<Subject> make_subjects(bool quick, std::vector<std::string>& notes) 
     subjects.push_back({sample.row, name_of(sample.kind), make_organ_scene(sample.mesh)});
   }
   if (!quick) {
-    subjects.push_back({std::nullopt, "scene", make_paper_scene()});
+    subjects.push_back({std::nullopt, "scene", make_liver_and_gallbladder(kLargestScene)});
+    subjects.push_back(
+        {std::nullopt, "lattice", make_organ_scene(make_organ(Organ::liver, kMillionVertices))});
   }
   return subjects;
 }

@@ -2,35 +2,27 @@
 #pragma once
 
 /// @file
-/// The figures of table 2.
+/// How long a step takes on the CPU.
 
 #include <string>
-#include <vector>
 
 #include "pbdsurg/solver/solver.h"
 
-#include "subject.h"
+#include "support/timing.h"
 
 namespace pbdsurg::bench {
 
 /// How much is measured.
-struct Effort {
+struct CpuEffort {
   int least_rounds;     ///< each of which runs every backend once
   double most_seconds;  ///< no further round begins after these, once there are enough
   int pilot_rounds;     ///< of the search for the fastest plan
 };
 
-/// Times of one backend's steps.
-struct StepStatistics {
-  double median_ms;
-  double p99_ms;
-};
-
-/// One subject under one plan.
-struct Row {
-  const Subject* subject;
+/// One scene under one plan.
+struct CpuTimes {
   std::string plan;
-  std::string backend;  ///< of the threaded columns
+  std::string backend;  ///< of the columns with threads
   Index links;
   Index colors;  ///< phases in one sweep
   int steps;     ///< timed with each backend
@@ -42,10 +34,14 @@ struct Row {
   double plain_loop_over_all_threads;
 };
 
-/// A row for the paper's plan, and one for the plan that is fastest on all threads.
+/// Of greedy + repair, separate, joint or nested, balanced or not, on all threads.
+[[nodiscard]] SolverOptions find_fastest_cpu_plan(const Scene& scene, int threads,
+                                                  const CpuEffort& effort);
+
 /// @throws Error  if a backend's steps end otherwise when they are repeated, or otherwise than they
 ///                must: fast steps on one thread as on all, strict ones as the serial backend's; or
 ///                with vertices that are not finite
-[[nodiscard]] std::vector<Row> measure(const Subject& subject, int threads, const Effort& effort);
+[[nodiscard]] CpuTimes measure_on_cpu(const Scene& scene, const SolverOptions& plan, int threads,
+                                      const CpuEffort& effort);
 
 }  // namespace pbdsurg::bench

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What tables 2 and 3 step.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/solver/scene.h"
+
+namespace pbdsurg::bench {
+
+/// A scene at rest and where it stands in table 2.
+struct Subject {
+  std::optional<int> row;  ///< of the paper's table
+  std::string kind;        ///< "hollow", "surface_filled", "scene" or "lattice"
+  Scene scene;
+};
+
+/// Those of table 2, kind by kind: its rows, the largest scene of table 3, a liver of a million
+/// tetrahedra; or, to see it work, the smallest row alone.
+/// @param notes  gets a line for each kind that cannot be made here
+[[nodiscard]] std::vector<Subject> make_table2_subjects(bool quick,
+                                                        std::vector<std::string>& notes);
+
+/// Vertices of liver and gallbladder.
+struct SceneSize {
+  Index liver_vertices;
+  Index gallbladder_vertices;
+};
+
+/// It has about the tetrahedra of the paper's largest scene, table 3: 19729 and 22611.
+inline constexpr SceneSize kLargestScene{4320, 6600};
+
+/// Liver and gallbladder as in the demo: the liver's upper part is fixed, a membrane of links joins
+/// them.
+[[nodiscard]] Scene make_liver_and_gallbladder(const SceneSize& size);
+
+}  // namespace pbdsurg::bench

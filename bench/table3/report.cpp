@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report.h"
+
+#include "support/gpu_columns.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+Json to_json(const Row& row) {
+  Json json{{"method", row.line->method},
+            {"paper_liver_tets", row.line->liver_tets},
+            {"paper_gallbladder_tets", row.line->gallbladder_tets},
+            {"paper_fps", row.line->frames_per_second},
+            {"liver_tets", row.liver_tets},
+            {"gallbladder_tets", row.gallbladder_tets},
+            {"membrane_links", row.membrane_links},
+            {"plan", row.cpu.plan},
+            {"colors", row.cpu.colors}};
+  add_times(json, "serial", row.cpu.serial);
+  add_times(json, "cpu_1thread", row.cpu.one_thread);
+  add_times(json, "cpu", row.cpu.all_threads);
+  json["threads"] = row.cpu.threads;
+  json["backend"] = row.cpu.backend;
+  json["steps"] = row.cpu.steps;
+  json["serial_steps_per_second"] = rounded(1e3 / row.cpu.serial.median_ms, 1e1);
+  json["cpu_steps_per_second"] = rounded(1e3 / row.cpu.all_threads.median_ms, 1e1);
+  add_gpu_columns(json, row.gpu, row.cpu);
+  return json;
+}
+
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all{{"liver_tets", "liver, tets", 0},
+                                       {"gallbladder_tets", "gallbladder, tets", 0},
+                                       {"membrane_links", "membrane, links", 0},
+                                       {"serial_ms", "serial, ms", 2},
+                                       {"cpu_ms", "all threads, ms", 2},
+                                       {"gpu_ms", "gpu, ms", 3},
+                                       {"serial_steps_per_second", "serial, steps/s", 0},
+                                       {"cpu_steps_per_second", "all threads, steps/s", 0},
+                                       {"gpu_steps_per_second", "gpu, steps/s", 0},
+                                       {"paper_fps", "printed, whole frames/s", 2}};
+  return all;
+}
+
+constexpr const char* kLegend = R"(# Table 3
+
+- liver and gallbladder joined by a membrane; one whole step of the solver: 30 sweeps of 0.2 ms from a stretch of 10 %, fractions 0.4 and 1, the liver's upper part fixed; medians
+- the CPU's plan is the fastest of greedy + repair on all threads, separate, joint or nested, balanced or not
+- each step's end state is hashed: runs of one backend agree, fast steps on one thread and on all, and strict ones with the serial backend's
+- printed: frames a second with all that is beside the step (Pan et al.: GTX 980 Ti; Kim et al., as cited there); the first line's gallbladder is as small as one with a wall can be
+)";
+
+std::string label_of(const Json& row) {
+  return text_of(row["method"]) + ": " + text_of(row["paper_liver_tets"]) + " + " +
+         text_of(row["paper_gallbladder_tets"]);
+}
+
+}  // namespace
+
+Json to_json(const std::vector<Row>& rows) {
+  Json json = Json::array();
+  for (const Row& row : rows) {
+    json.push_back(to_json(row));
+  }
+  return json;
+}
+
+std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
+  std::string text = std::string(kLegend) + kGpuLegend;
+  for (const std::string& note : notes) {
+    text += "- " + note + "\n";
+  }
+  text += "\n" + markdown_header("printed", columns());
+  std::string gpu;
+  for (const Json& row : rows) {
+    text += markdown_line(label_of(row), row, columns());
+    if (!row["gpu_ms"].is_null()) {
+      gpu += markdown_line(label_of(row), row, gpu_columns());
+    }
+  }
+  return gpu.empty() ? text
+                     : text + "\n## gpu\n\n" + markdown_header("printed", gpu_columns()) + gpu;
+}
+
+}  // namespace pbdsurg::bench

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Table 3 of Pan et al. 2020: liver and gallbladder in one scene, whole steps of the solver.
+#include <cstdio>
+#include <filesystem>
+#include <span>
+
+#include "report.h"
+#include "support/effort.h"
+#include "support/program.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+struct Arguments {
+  std::filesystem::path out = "out/tables";
+  int threads = 0;
+  int cpu_rounds = kCpuRounds;
+  bool quick = false;
+};
+
+Row measure(const Table3Line& line, int threads, const Effort& effort, bool has_gpu) {
+  const Scene scene = make_liver_and_gallbladder(line.size);
+  std::optional<GpuTimes> gpu;
+  if (has_gpu) {
+    gpu = measure_on_gpu(scene, effort.gpu);
+  }
+  const SolverOptions plan = find_fastest_cpu_plan(scene, threads, effort.cpu);
+  return {&line,
+          scene.body(scene.find_body("liver")).tet_count,
+          scene.body(scene.find_body("gallbladder")).tet_count,
+          static_cast<Index>(scene.links().size()),
+          measure_on_cpu(scene, plan, threads, effort.cpu),
+          gpu};
+}
+
+void run(const Arguments& arguments) {
+  const int threads = thread_count(arguments.threads);
+  std::vector<std::string> notes{"all threads: " + std::to_string(threads)};
+  const std::optional<std::string> why_no_device = why_no_gpu();
+  if (why_no_device) {
+    notes.push_back("no gpu columns: " + *why_no_device);
+  }
+  const Effort effort = arguments.quick ? kQuickEffort : full_effort(arguments.cpu_rounds);
+  std::vector<Row> rows;
+  for (const Table3Line& line : std::span(kTable3).first(arguments.quick ? 1 : kTable3.size())) {
+    rows.push_back(measure(line, threads, effort, !why_no_device));
+    std::fprintf(stderr, "%d + %d tetrahedra: %.2f ms on %d threads\n", rows.back().liver_tets,
+                 rows.back().gallbladder_tets, rows.back().cpu.all_threads.median_ms, threads);
+  }
+  notes.push_back("backend of all threads: " + rows.at(0).cpu.backend);
+  if (rows.at(0).gpu) {
+    notes.push_back("backend of the gpu columns, in the first row: " + rows.at(0).gpu->backend);
+  }
+  const Json json = to_json(rows);
+  const std::string markdown = to_markdown(json, notes);
+  std::fputs(markdown.c_str(), stdout);
+  write_text(arguments.out / "table3.md", markdown);
+  write_text(arguments.out / "table3.csv", to_csv(json));
+  merge_into_json(arguments.out / "tables.json", "table3", json);
+}
+
+}  // namespace
+}  // namespace pbdsurg::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Table 3: how long a step of liver and gallbladder takes.", "table3");
+  pbdsurg::bench::Arguments arguments;
+  pbdsurg::bench::add_threads_option(app, arguments.threads);
+  pbdsurg::bench::add_cpu_rounds_option(app, arguments.cpu_rounds);
+  app.add_flag("--quick", arguments.quick, "the smallest scene, few steps: to see it work");
+  return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
+                                     [&] { pbdsurg::bench::run(arguments); });
+}
