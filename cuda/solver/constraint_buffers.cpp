@@ -56,6 +56,12 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
     case DeviceArray::particles:
     case DeviceArray::velocities:
     case DeviceArray::cluster:
+    case DeviceArray::vertex_blocks:
+    case DeviceArray::pull_rows:
+    case DeviceArray::spring_rows:
+    case DeviceArray::volume_rows:
+    case DeviceArray::damped_spring_rows:
+    case DeviceArray::damped_volume_rows:
       break;
   }
   return nullptr;

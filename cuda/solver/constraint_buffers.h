@@ -21,7 +21,7 @@ class ConstraintBuffers {
 
   [[nodiscard]] const ConstraintArrays& arrays() const noexcept { return arrays_; }
 
-  /// Where an array that edits change starts; null for those of the state.
+  /// Where an array that edits change starts; null for others.
   [[nodiscard]] std::uint32_t* start(DeviceArray array) const noexcept;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;

@@ -18,6 +18,7 @@
 #include "solver/stream.h"
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
+#include "solver/vertex_buffers.h"
 #include "solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
@@ -64,9 +65,6 @@ class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()), overlaps_(can_overlap(device_)), state_(data, stream_.get()) {
-    if (data.options.method == SolverMethod::vertex_block) {
-      throw BackendUnavailable("the CUDA backend has no vertex-block method");
-    }
     make_plan(data);
     name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
             (data.options.math == MathMode::strict ? "strict" : "fast");
@@ -129,25 +127,33 @@ class CudaBackend final : public Backend {
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
            words_on_device_.memory_bytes() + watched_places_.memory_bytes() +
-           sweeps_->memory_bytes();
+           vertices_.memory_bytes() + sweeps_->memory_bytes();
   }
 
  private:
   void make_plan(const SolverData& data) {
-    const bool remembers =
-        data.options.mode == ProjectionMode::compliance && data.options.iterations > 1;
+    const bool remembers = data.options.mode == ProjectionMode::compliance &&
+                           data.options.method == SolverMethod::projection &&
+                           data.options.iterations > 1;
     is_planned_ = is_recorded_ = false;
     StageRecords records;
     plan_ = StagePlan(data, records);
     constraints_.upload(records, remembers, data.copy_count(), stream_.get());
+    vertices_.upload(data, stream_.get());
     choose_sweeps(data, records);
     is_planned_ = true;
   }
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
     const DeviceStrategy wanted = data.options.device_strategy;
+    const bool projects = data.options.method == SolverMethod::projection;
+    if (wanted == DeviceStrategy::cluster && !projects) {
+      throw BackendUnavailable(
+          "a cluster sweeps constraints; the vertex-block method takes the strategies stream and "
+          "graph");
+    }
     if (wanted == DeviceStrategy::cluster ||
-        (wanted == DeviceStrategy::automatic && is_for_cluster(plan_.stages()))) {
+        (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages()))) {
       sweeps_ = make_cluster_sweeps(data);
       if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cluster;
@@ -212,11 +218,14 @@ class CudaBackend final : public Backend {
     }
     ArrayStarts arrays{};
     arrays.copy_count = data.copy_count();
+    for (int a = 0; a < kDeviceArrayCount; ++a) {
+      const auto array = static_cast<DeviceArray>(a);
+      std::uint32_t* const start = constraints_.start(array);
+      arrays.starts[a] = start != nullptr ? start : vertices_.start(array);
+      arrays.strides[a] = vertices_.stride(array);
+    }
     for (const DeviceArray array : {DeviceArray::particles, DeviceArray::velocities}) {
       arrays.strides[static_cast<int>(array)] = 4 * data.particles.size();
-    }
-    for (int a = 0; a < kDeviceArrayCount; ++a) {
-      arrays.starts[a] = constraints_.start(static_cast<DeviceArray>(a));
     }
     const auto start = [&](DeviceArray array) -> std::uint32_t*& {
       return arrays.starts[static_cast<int>(array)];
@@ -229,11 +238,12 @@ class CudaBackend final : public Backend {
   }
 
   void enqueue(const SolverData& data) {
-    const DeviceStep step{data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
-                          {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
-                           plan_.stages(), tools_.has_pushers(), tools_.has_attachments()},
-                          {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                          data.options.substeps};
+    const DeviceStep step{
+        data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
+        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
+         tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
+        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+        data.options.substeps};
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;
@@ -272,6 +282,7 @@ class CudaBackend final : public Backend {
   StagePlan plan_;
   StateBuffers state_;
   ConstraintBuffers constraints_;
+  VertexBuffers vertices_;
   ToolBuffers tools_;
   std::vector<WordChange> words_;
   DeviceBuffer<WordChange> words_on_device_;

@@ -14,6 +14,7 @@
 #include "solver/contact_geometry.h"
 #include "solver/particle.h"
 #include "solver/records.h"
+#include "solver/vertex_rows.h"
 
 namespace pbdsurg::cuda {
 
@@ -24,10 +25,33 @@ struct DeviceState {
   Particle* previous;            ///< [copy][count] at the start of the substep
   Velocity* velocities;          ///< [copy][count] before and after a step
   const Index* vertex_of_place;  ///< [count] of the scene
+  // of the vertex-block method, else null
+  float* falling;     ///< [copy][count] as in Snapshot
+  Particle* flights;  ///< [copy][count] m, where a vertex would be without its rows
   Index count;
 
   bool operator==(const DeviceState&) const = default;
 };
+
+/// The rows of the vertex-block method, as on the host. Damping changes rows in each substep, each
+/// copy's otherwise; without it, copies share them.
+struct VertexArrays {
+  const VertexBlock* blocks;        ///< [block_count]
+  const PullRow* pulls;             ///< [pull_count]
+  SpringRow* springs;               ///< [copy, if damped][spring_count]
+  VolumeRow* volumes;               ///< [copy, if damped][volume_count]
+  const DampedRow* damped_springs;  ///< [spring_count] if damped
+  const DampedRow* damped_volumes;  ///< [volume_count] if damped
+  /// [copy][block][lane] what tools do at a vertex in the current substep: the index of its
+  /// HeldInput, kOnlyTouched or kInvalidIndex.
+  Index* holds;
+  Index block_count, spring_count, volume_count;
+  bool is_damped;
+
+  bool operator==(const VertexArrays&) const = default;
+};
+
+inline constexpr Index kOnlyTouched = -2;
 
 /// Constraints in the order of the stages, and multipliers that sweeps hand to the next: these are
 /// those of the first copy, and so on every multiplier_count.
@@ -118,6 +142,9 @@ struct alignas(16) StepInput {
   Vec3<float> kick;            ///< m/s, of the external force
   Substep<float> substep;      ///< lengths
   float force_per_multiplier;  ///< 1/s^2
+  // of the vertex-block method: see way_of_fall() and gravity_per_square()
+  Vec3<float> fall;                ///< m
+  Vec3<float> gravity_per_square;  ///< s^2/m
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
   std::uint32_t tools;        ///< ToolInput[tool]

@@ -46,6 +46,10 @@ __device__ inline DeviceState of_copy(DeviceState state) {
   state.particles += first;
   state.previous += first;
   state.velocities += first;
+  if (state.falling != nullptr) {
+    state.falling += first;
+    state.flights += first;
+  }
   return state;
 }
 

@@ -8,9 +8,8 @@ class LaunchedSweeps final : public Sweeps {
  public:
   explicit LaunchedSweeps(const SolverData& data)
       : kernels_(data.options.math == MathMode::strict ? strict_kernels : fast_kernels),
-        mode_(data.options.mode),
         is_damped_(data.has_damping),
-        iterations_(data.options.iterations) {}
+        options_(data.options) {}
 
   [[nodiscard]] const char* name() const noexcept override { return "a launch a phase"; }
 
@@ -20,11 +19,22 @@ class LaunchedSweeps final : public Sweeps {
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
-    for (int iteration = 0; iteration < iterations_; ++iteration) {
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       const bool is_first = iteration == 0;
-      const Projection projection{mode_, is_damped_, !is_first, iteration + 1 < iterations_};
+      const Projection projection{options_.mode, is_damped_, !is_first,
+                                  iteration + 1 < options_.iterations};
+      const VertexSweep sweep{substep, relaxation_of(options_, iteration), arrays.has_tools()};
       for (const Stage& stage : arrays.stages) {
-        kernels_.project(stage, projection, arrays.state, arrays.constraints, arrays.input, launch);
+        if (stage.kind == PhaseKind::vertex) {
+          kernels_.solve_vertices(stage, sweep, arrays.state, arrays.vertices, arrays.tools,
+                                  arrays.input, launch);
+        } else {
+          kernels_.project(stage, projection, arrays.state, arrays.constraints, arrays.input,
+                           launch);
+        }
+      }
+      if (options_.method == SolverMethod::vertex_block) {
+        continue;  // tools act on vertices as these move
       }
       if (arrays.has_attachments) {
         kernels_.project_attachments(arrays.state, arrays.tools, arrays.input, substep, is_first,
@@ -38,9 +48,8 @@ class LaunchedSweeps final : public Sweeps {
 
  private:
   const StepKernels& kernels_;
-  ProjectionMode mode_;
   bool is_damped_;
-  int iterations_;
+  SolverOptions options_;
 };
 
 }  // namespace

@@ -364,7 +364,7 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
     case PhaseKind::vertex:
     case PhaseKind::attachment:
     case PhaseKind::contact:
-      break;  // no stage is of these kinds
+      break;  // see solve_vertices() and tools; no stage is of the other kinds
   }
 }
 

@@ -9,6 +9,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "solver/vertex_changes.h"
+
 namespace pbdsurg::cuda {
 namespace {
 
@@ -314,6 +316,19 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records)
     builder.add(std::get<PhaseKind>(key), groups_of_stage, std::get<2>(key) == kSerialOrdinal);
   }
   builder.add_tubes();
+  if (data.options.method == SolverMethod::vertex_block) {
+    std::erase_if(stages_,
+                  [](const Stage& stage) { return stage.kind != PhaseKind::strain_limit; });
+    std::vector<Stage> colors;
+    const VertexBlocks& blocks = data.vertex_method.blocks;
+    for (Index color = 0; color < blocks.color_count(); ++color) {
+      const auto [first, count] = blocks.blocks(color);
+      if (count > 0) {
+        colors.push_back({PhaseKind::vertex, first, count});
+      }
+    }
+    stages_.insert(stages_.begin(), colors.begin(), colors.end());
+  }
 }
 
 StagePlan::Location StagePlan::joint_location(const SolverData& data, Index edge) const {
@@ -402,6 +417,8 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
       case PhaseKind::strain_limit:
         return follow_simple(strain_limits_, data.strain_limits, change.id);
       case PhaseKind::vertex:
+        follow_vertex(data.vertex_method.blocks, change.id, words);
+        break;
       case PhaseKind::attachment:
       case PhaseKind::contact:
         break;

@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// From the phases of a plan to the stages of a device.
+/// From the phases of a plan to the stages of a device. Stages of the vertex-block method are its
+/// colours, then strain limits; there are records of all constraints, for the report.
 
 #include <span>
 #include <vector>

@@ -27,8 +27,14 @@ enum class DeviceArray : std::uint32_t {
   particles,
   velocities,
   cluster,  ///< what sweeps on a cluster made of constraints
+  vertex_blocks,
+  pull_rows,
+  spring_rows,
+  volume_rows,
+  damped_spring_rows,
+  damped_volume_rows,
 };
-inline constexpr int kDeviceArrayCount = 9;
+inline constexpr int kDeviceArrayCount = 15;
 
 /// One 4-byte word that changes.
 struct WordChange {
@@ -37,7 +43,8 @@ struct WordChange {
   std::uint32_t value;
 };
 
-/// What one launch projects: records [first, first + count) of its kind.
+/// What one launch projects: records [first, first + count) of its kind; or blocks of vertices that
+/// it moves.
 struct Stage {
   PhaseKind kind;
   Index first;

@@ -14,8 +14,11 @@ StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream) {
     vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
   }
   const std::size_t all = static_cast<std::size_t>(data.copy_count()) * count;
-  arrays_ = {particles_.reserve(all), previous_.reserve(all), velocities_.reserve(all),
-             vertex_of_place_.upload(vertex_of_place, stream), static_cast<Index>(count)};
+  const std::size_t falling = data.falling.empty() ? 0 : all;
+  arrays_ = {particles_.reserve(all),   previous_.reserve(all),
+             velocities_.reserve(all),  vertex_of_place_.upload(vertex_of_place, stream),
+             falling_.reserve(falling), flights_.reserve(falling),
+             static_cast<Index>(count)};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
 }
 
@@ -29,6 +32,10 @@ void StateBuffers::upload(const SolverData& data, Index copy, cudaStream_t strea
                                      count * sizeof(Particle), cudaMemcpyHostToDevice, stream));
   PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.velocities + start(copy), state.velocities.data(),
                                      count * sizeof(Velocity), cudaMemcpyHostToDevice, stream));
+  if (arrays_.falling != nullptr) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.falling + start(copy), state.falling.data(),
+                                       count * sizeof(float), cudaMemcpyHostToDevice, stream));
+  }
 }
 
 void StateBuffers::fetch(SolverData& data, Index copy, cudaStream_t stream) {
@@ -42,6 +49,10 @@ void StateBuffers::fetch(SolverData& data, Index copy, cudaStream_t stream) {
                                      count * sizeof(Particle), cudaMemcpyDeviceToHost, stream));
   PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.velocities.data(), arrays_.velocities + start(copy),
                                      count * sizeof(Velocity), cudaMemcpyDeviceToHost, stream));
+  if (arrays_.falling != nullptr) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.falling.data(), arrays_.falling + start(copy),
+                                       count * sizeof(float), cudaMemcpyDeviceToHost, stream));
+  }
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t place = 0; place < count; ++place) {
     const Particle& p = fetched[place];
@@ -62,7 +73,8 @@ void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eig
 
 std::size_t StateBuffers::memory_bytes() const noexcept {
   return particles_.memory_bytes() + previous_.memory_bytes() + velocities_.memory_bytes() +
-         vertex_of_place_.memory_bytes() + read_places_.memory_bytes();
+         falling_.memory_bytes() + flights_.memory_bytes() + vertex_of_place_.memory_bytes() +
+         read_places_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -21,10 +21,11 @@ class StateBuffers {
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
-  /// Copies particles and velocities of a copy to the device.
+  /// Copies particles, velocities and `falling` of a copy to the device.
   void upload(const SolverData& data, Index copy, cudaStream_t stream);
 
-  /// Copies positions and velocities of a copy to the host, whose inverse masses stay. Waits.
+  /// Copies positions, velocities and `falling` of a copy to the host, whose inverse masses stay.
+  /// Waits.
   void fetch(SolverData& data, Index copy, cudaStream_t stream);
 
   /// Reads positions of a copy at some places. Waits.
@@ -40,8 +41,9 @@ class StateBuffers {
     return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.count);
   }
 
-  DeviceBuffer<Particle> particles_, previous_;
+  DeviceBuffer<Particle> particles_, previous_, flights_;
   DeviceBuffer<Velocity> velocities_;
+  DeviceBuffer<float> falling_;
   DeviceBuffer<Index> vertex_of_place_, read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
   PinnedBuffer<Particle> fetched_particles_;

@@ -8,21 +8,16 @@
 #include "solver/project_kernels.cuh"
 #include "solver/report_kernels.cuh"
 #include "solver/tool_kernels.cuh"
+#include "solver/vertex_block_kernels.cuh"
 #include "solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&advance,
-          &find_contacts,
-          &project,
-          &project_attachments,
-          &project_contacts,
-          &prepare_cluster,
-          &sweep_cluster,
-          &collect_forces,
-          &report};
+  return {&advance,          &find_contacts,   &project,          &project_attachments,
+          &project_contacts, &advance_falling, &prepare_vertices, &solve_vertices,
+          &prepare_cluster,  &sweep_cluster,   &collect_forces,   &report};
 }
 
 }  // namespace

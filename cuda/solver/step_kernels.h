@@ -30,6 +30,13 @@ struct Projection {
   bool leaves_multipliers;  ///< to the next sweep
 };
 
+/// One of the sweeps of the vertex-block method.
+struct VertexSweep {
+  Index substep;     ///< 0 to substeps - 1
+  float relaxation;  ///< see relaxation_of()
+  bool has_tools;    ///< whether any touch or hold something
+};
+
 /// Which of the kernels that sweep by a cluster.
 struct ClusterKind {
   ProjectionMode mode;
@@ -53,6 +60,19 @@ struct StepKernels {
   void (*project_attachments)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                               bool is_first, const Launch&);
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
+
+  /// As advance(), for the vertex-block method: also finds out how vertices fall, and where sweeps
+  /// start.
+  void (*advance_falling)(const DeviceState&, const StepInput*, bool ends, bool begins,
+                          const Launch&);
+
+  /// Before the sweeps of a substep: damping, and what tools touch and hold, if there are any.
+  void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
+                           bool has_tools, const Launch&);
+
+  /// Moves the vertices of one stage, with what tools do to them.
+  void (*solve_vertices)(const Stage&, const VertexSweep&, const DeviceState&, const VertexArrays&,
+                         const ToolArrays&, StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

@@ -29,12 +29,15 @@ struct SweepArrays {
   std::span<const Stage> stages;
   bool has_pushers = false;
   bool has_attachments = false;
+  VertexArrays vertices{};
+
+  [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
 
   bool operator==(const SweepArrays& other) const {
     return state == other.state && constraints == other.constraints && tools == other.tools &&
            input == other.input && stages.data() == other.stages.data() &&
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
-           has_attachments == other.has_attachments;
+           has_attachments == other.has_attachments && vertices == other.vertices;
   }
 };
 

@@ -155,6 +155,8 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   header.kick = h * load(data.gravity);
   header.substep = {1 / h, 1 / (h * h)};
   header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
+  header.fall = way_of_fall(data, header.substep);
+  header.gravity_per_square = gravity_per_square(data);
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());
   header.watched_count = static_cast<Index>(data.watched_places.size());

@@ -17,9 +17,9 @@ namespace pbdsurg {
 /// only kept for such backends; their length is proportional to what edits changed.
 struct Changes {
   struct Constraint {
-    /// distance (edges, then links), volume, neo_hookean, strain_limit; or vertex: a block
+    /// distance (edges, then links), volume, neo_hookean, strain_limit; or vertex
     PhaseKind kind;
-    Index id;  ///< of the constraint, stable; of a block of VertexBlocks
+    Index id;  ///< of the constraint, stable; or the place of a vertex whose rows changed
   };
 
   /// [copy] whether positions, velocities and `falling` were rewritten as a whole.
@@ -29,7 +29,7 @@ struct Changes {
   bool watched = true;  ///< the list of watched places is another
   /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
   std::vector<Index> vertices;
-  /// Constraints removed, moved to another group or with a new parameter; blocks with other rows.
+  /// Constraints removed, moved to another group or with a new parameter; vertices with other rows.
   /// Where a serial group lost or got one, the order of its others may have changed, too.
   std::vector<Constraint> constraints;
   std::vector<Index> tets;  ///< removed, whether they had constraints or not

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -23,17 +24,17 @@ using ParticleOffset = std::uint32_t;
 /// The most vertices that offsets reach.
 inline constexpr Index kMostParticles = Index{1} << 28;
 
-inline ParticleOffset offset_of(Index place) {
+PBDSURG_HOST_DEVICE inline ParticleOffset offset_of(Index place) {
   return static_cast<ParticleOffset>(place) * sizeof(Particle);
 }
-inline Index place_at(ParticleOffset offset) {
+PBDSURG_HOST_DEVICE inline Index place_at(ParticleOffset offset) {
   return static_cast<Index>(offset / sizeof(Particle));
 }
 
-inline Particle& at(Particle* particles, ParticleOffset offset) {
+PBDSURG_HOST_DEVICE inline Particle& at(Particle* particles, ParticleOffset offset) {
   return *reinterpret_cast<Particle*>(reinterpret_cast<char*>(particles) + offset);
 }
-inline const Particle& at(const Particle* particles, ParticleOffset offset) {
+PBDSURG_HOST_DEVICE inline const Particle& at(const Particle* particles, ParticleOffset offset) {
   return *reinterpret_cast<const Particle*>(reinterpret_cast<const char*>(particles) + offset);
 }
 

@@ -171,10 +171,11 @@ std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
 }
 
 // Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
-// launches.
-PlanComposition device_composition(const Scene& scene) {
+// launches. The vertex-block method knows no joint plan.
+PlanComposition device_composition(const Scene& scene, const SolverOptions& options) {
   constexpr std::size_t kLarge = 320'000;  // tetrahedra; measured on an H200
-  return scene.tets().size() <= kLarge ? PlanComposition::separate : PlanComposition::joint;
+  const bool is_joint = options.method == SolverMethod::projection && scene.tets().size() > kLarge;
+  return is_joint ? PlanComposition::joint : PlanComposition::separate;
 }
 
 // All but a backend.
@@ -225,7 +226,7 @@ std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptio
   const CudaHook* const hook = cuda_hook();
   std::string why_not = "this program is not linked with pbdsurg::cuda";
   if (hook != nullptr && hook->available(why_not)) {
-    data = make_data(scene, options, device_composition(scene));
+    data = make_data(scene, options, device_composition(scene, options));
     try {
       return hook->make(*data);
     } catch (const BackendUnavailable&) {  // for this scene

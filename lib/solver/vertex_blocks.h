@@ -68,6 +68,18 @@ class VertexBlocks {
             damped_volumes_.data()};
   }
 
+  /// All arrays, for those who keep a copy of them.
+  struct Arrays {
+    std::span<const VertexBlock> blocks;
+    std::span<const PullRow> pulls;
+    std::span<const SpringRow> springs;
+    std::span<const VolumeRow> volumes;
+    std::span<const DampedRow> damped_springs, damped_volumes;  ///< empty without damping
+  };
+  [[nodiscard]] Arrays arrays() const noexcept {
+    return {blocks_, pulls_, springs_, volumes_, damped_springs_, damped_volumes_};
+  }
+
   /// Where a vertex is; no block holds one that is not free.
   struct Place {
     Index block = kInvalidIndex;

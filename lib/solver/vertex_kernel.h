@@ -8,6 +8,7 @@
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
+#include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/select.h"
 #include "pbdsurg/core/vec3.h"
 
@@ -22,8 +23,9 @@ namespace pbdsurg {
 /// likewise
 /// @param x       m, where the vertices are
 template <class Access, class Scalar>
-inline void add_rows(const VertexRows& rows, const VertexBlock& block, const Access& access,
-                     const Vec3<Scalar>& x, VertexEnergy<Scalar>& energy) {
+PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
+                                    const Access& access, const Vec3<Scalar>& x,
+                                    VertexEnergy<Scalar>& energy) {
   const PullRow* const pulls = rows.pulls + block.pulls.first;
   for (Index i = 0; i < block.pulls.count; ++i) {
     energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors) - x);
@@ -45,8 +47,8 @@ inline void add_rows(const VertexRows& rows, const VertexBlock& block, const Acc
 /// @param access      also store(Scalar, float*); positions are those at the start of the substep
 /// @param inverse_dt  1/s
 template <class Access, class Scalar>
-inline void add_damping(const DampedRows& rows, const VertexBlock& block, const Access& access,
-                        Scalar inverse_dt) {
+PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock& block,
+                                       const Access& access, Scalar inverse_dt) {
   using std::sqrt;
   const auto set = [&](const DampedRow& from, Scalar start, float* stiffness, float* target) {
     const Scalar given = access.load(from.stiffness);
@@ -80,8 +82,8 @@ inline void add_damping(const DampedRows& rows, const VertexBlock& block, const 
 /// @param falling  as in Snapshot
 /// @param fall     m, what gravity adds to the way of a substep
 template <class Scalar>
-inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w, Scalar falling,
-                             const Vec3<Scalar>& fall) {
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w,
+                                                 Scalar falling, const Vec3<Scalar>& fall) {
   return flight - select(w > Scalar(0), Scalar(1) - falling, Scalar(0)) * fall;
 }
 
@@ -89,9 +91,10 @@ inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w, Scalar fallin
 /// @param velocity            m/s, before the substep
 /// @param gravity_per_square  s^2/m, gravity over its square
 template <class Scalar>
-inline Scalar falling_of(const Vec3<Scalar>& x, const Vec3<Scalar>& previous,
-                         const Vec3<Scalar>& velocity, const Vec3<Scalar>& gravity_per_square,
-                         Scalar inverse_dt) {
+PBDSURG_HOST_DEVICE inline Scalar falling_of(const Vec3<Scalar>& x, const Vec3<Scalar>& previous,
+                                             const Vec3<Scalar>& velocity,
+                                             const Vec3<Scalar>& gravity_per_square,
+                                             Scalar inverse_dt) {
   const Scalar share = inverse_dt * dot(inverse_dt * (x - previous) - velocity, gravity_per_square);
   // in this order, of what is no number it makes zero
   return select(share > Scalar(0), select(share < Scalar(1), share, Scalar(1)), Scalar(0));

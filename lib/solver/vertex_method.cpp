@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "pbdsurg/constraints/vertex_block.h"
@@ -14,6 +13,7 @@
 #include "solver/load_store.h"
 #include "solver/solver_data.h"
 #include "solver/vertex_kernel.h"
+#include "solver/vertex_moves.h"
 
 namespace pbdsurg {
 namespace {
@@ -64,112 +64,60 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   return tet;
 }
 
-// Whether a displacement is finite, and so is its square.
-bool is_finite(const Vec3<float>& d) {
-  return dot(d, d) < std::numeric_limits<float>::infinity();
-}
+// What tools do at one vertex, as move_held() takes it.
+class HeldVertex {
+ public:
+  HeldVertex(SolverData& data, Index first) : data_(data), first_(first) {}
 
-// As add_rows(), of one vertex, without the rows that lead to what is not finite. A neighbour may
-// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
-void add_finite_rows(const VertexRows& rows, const VertexBlock& block, const LaneAccess& access,
-                     const Vec3<float>& x, VertexEnergy<float>& energy) {
-  const PullRow* const pulls = rows.pulls + block.pulls.first;
-  for (Index i = 0; i < block.pulls.count; ++i) {
-    const Vec3<float> d = access.position(pulls[i].neighbors) - x;
-    const float weight = access.load(pulls[i].weights);
-    if (is_finite(d) && weight > 0) {
-      energy.add_pull(weight, d);
-    }
-  }
-  const SpringRow* const springs = rows.springs + block.springs.first;
-  for (Index i = 0; i < block.springs.count; ++i) {
-    const Vec3<float> d = access.position(springs[i].neighbors) - x;
-    if (is_finite(d)) {
-      energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest), d);
-    }
-  }
-  const VolumeRow* const volumes = rows.volumes + block.volumes.first;
-  for (Index i = 0; i < block.volumes.count; ++i) {
-    const Vec3<float> a = access.position(volumes[i].face[0]);
-    const Vec3<float> b = access.position(volumes[i].face[1]);
-    const Vec3<float> c = access.position(volumes[i].face[2]);
-    if (is_finite(a - x) && is_finite(b - x) && is_finite(c - x)) {
-      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x, a, b,
-                        c);
-    }
-  }
-}
-
-// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
-constexpr int kContactPasses = 8;
-
-// Moves a vertex that tools touch or hold. Grasps are springs, or where the vertex is: between the
-// targets if several tools hold it rigidly, which share the force. Contacts are planes that it may
-// not cross, if no grasp takes it there.
-// @return  m, where the vertex goes
-Vec3<float> move_held(SolverData& data, Index first, const Vec3<float>& x,
-                      VertexEnergy<float> energy, float dt_squared) {
-  const std::vector<VertexHold>& holds = data.vertex_method.holds;
-  const auto for_each_grasp = [&](auto visit) {
-    for (Index h = first; h != kInvalidIndex; h = holds[h].next) {
-      if (!holds[h].is_contact) {
-        Attachment& attachment = data.tools[holds[h].tool].attachments[holds[h].entry];
-        visit(attachment, 1 / attachment.compliance);
+  template <class Visit>
+  void for_each_grasp(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (!hold.is_contact) {
+        visit(Grasp{tool.attachments[hold.entry]});
       }
+    });
+  }
+
+  template <class Visit>
+  void for_each_contact(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (hold.is_contact) {
+        visit(Touch{tool.contacts[hold.entry]});
+      }
+    });
+  }
+
+ private:
+  struct Grasp {
+    Attachment& attachment;
+
+    [[nodiscard]] Vec3<float> target() const { return load(attachment.target); }
+    [[nodiscard]] float compliance() const { return attachment.compliance; }
+    void set_multiplier(const Vec3<float>& multiplier) const {
+      attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
     }
   };
-  int contact_count = 0;
-  const auto for_each_contact = [&](auto visit) {
-    for (Index h = first; h != kInvalidIndex; h = holds[h].next) {
-      if (holds[h].is_contact) {
-        visit(data.tools[holds[h].tool].contacts[holds[h].entry]);
-      }
-    }
+
+  struct Touch {
+    Contact& contact;
+
+    [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
+    [[nodiscard]] float offset() const { return contact.offset; }
+    [[nodiscard]] float multiplier() const { return contact.multiplier; }
+    void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
   };
-  for_each_contact([&](Contact& contact) {
-    contact.multiplier = 0;
-    ++contact_count;
-  });
 
-  int rigid_count = 0;
-  Vec3<float> target;
-  for_each_grasp([&](const Attachment& attachment, float stiffness) {
-    if (std::isfinite(stiffness)) {
-      energy.add_pull(stiffness, load(attachment.target) - x);
-    } else {
-      target = target + load(attachment.target);
-      ++rigid_count;
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    const std::vector<VertexHold>& holds = data_.vertex_method.holds;
+    for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
+      visit(holds[h], data_.tools[holds[h].tool]);
     }
-  });
-
-  Vec3<float> rigid_force;
-  if (rigid_count > 0) {
-    const float share = 1 / static_cast<float>(rigid_count);
-    target = share * target;
-    rigid_force = share * (energy * (target - x) - energy.force);
-  } else {
-    const VertexFactor<float> factor(energy);
-    Vec3<float> move = factor.solve(energy.force);
-    for (int pass = 0; pass < (contact_count > 1 ? kContactPasses : contact_count); ++pass) {
-      for_each_contact([&](Contact& contact) {
-        const Vec3<float> n = load(contact.normal);
-        const Vec3<float> given = factor.solve(n);
-        const float depth = contact.offset - dot(n, x + move);
-        const float force = std::max(0.0F, contact.multiplier + depth / dot(n, given));
-        move = move + (force - contact.multiplier) * given;
-        contact.multiplier = force;
-      });
-    }
-    for_each_contact([&](Contact& contact) { contact.multiplier *= dt_squared; });
-    target = x + move;
   }
-  for_each_grasp([&](Attachment& attachment, float stiffness) {
-    const Vec3<float> force =
-        std::isfinite(stiffness) ? stiffness * (load(attachment.target) - target) : rigid_force;
-    attachment.multiplier = {dt_squared * force.x, dt_squared * force.y, dt_squared * force.z};
-  });
-  return target;
-}
+
+  SolverData& data_;
+  Index first_;
+};
 
 }  // namespace
 
@@ -376,20 +324,10 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block_index, 
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return method.first_holds[v] == kInvalidIndex
                  ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
-                 : move_held(data, method.first_holds[v], x, energy, 1 / state.inverse_dt_squared);
+                 : move_held(HeldVertex(data, method.first_holds[v]), x, energy,
+                             1 / state.inverse_dt_squared);
     };
-    VertexEnergy<float> energy = start;
-    add_rows(rows, block, access, x, energy);
-    Vec3<float> moved = solve(energy);
-    // where a rigid grasp takes a vertex is finite, whatever its neighbours pull it with
-    if (!is_finite(moved - x) || !is_finite(energy.force)) {
-      energy = start;
-      add_finite_rows(rows, block, access, x, energy);
-      moved = solve(energy);
-    }
-    if (is_finite(moved - x)) {
-      store(p, moved);
-    }
+    store(p, move_vertex(rows, block, access, x, start, solve));
   }
 }
 
@@ -461,7 +399,7 @@ void refresh_vertices(SolverData& data) {
   if (is_used(data)) {
     VertexBlocks& blocks = data.vertex_method.blocks;
     for (const Index place : blocks.touched()) {
-      data.log_constraint(PhaseKind::vertex, blocks.place_of(place).block);
+      data.log_constraint(PhaseKind::vertex, place);
     }
     blocks.refresh();
   }

@@ -19,6 +19,7 @@ using testing::make_eventful_scene;
 constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 struct Variant {
+  SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
   PlanComposition composition = PlanComposition::separate;
   int max_colors = 0;
@@ -28,7 +29,8 @@ struct Variant {
 };
 
 SolverOptions options_of(const Variant& variant, DeviceStrategy strategy) {
-  SolverOptions options{.mode = variant.mode,
+  SolverOptions options{.method = variant.method,
+                        .mode = variant.mode,
                         .substeps = 2,
                         .iterations = variant.iterations,
                         .damping = 2,
@@ -46,12 +48,14 @@ SolverOptions options_of(const Variant& variant, DeviceStrategy strategy) {
 
 // Would catch a kernel that works on another copy's part of an array.
 TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "[device]") {
-  const Variant variant = GENERATE(
-      Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
-      Variant{.composition = PlanComposition::joint, .max_colors = 9, .iterations = 1},
-      Variant{.max_colors = 5, .damping = 0.01F, .contact_capacity = 3},
-      Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
-      Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 4096});
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
+               Variant{.composition = PlanComposition::joint, .max_colors = 9, .iterations = 1},
+               Variant{.max_colors = 5, .damping = 0.01F, .contact_capacity = 3},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 4096},
+               Variant{.method = SolverMethod::vertex_block, .contact_capacity = 3},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
   const SolverOptions options = options_of(variant, strategy);
   SolverOptions alone = options;
@@ -69,7 +73,9 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
 // More copies than a device has multiprocessors, and blocks that are fewer for each.
 TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[device]") {
   const auto copies = GENERATE(3, 140);
-  SolverOptions options = options_of({}, DeviceStrategy::graph);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  INFO("method " << static_cast<int>(method));
+  SolverOptions options = options_of({.method = method}, DeviceStrategy::graph);
   options.math = MathMode::fast;
   SolverOptions alone = options;
   alone.device_strategy = DeviceStrategy::stream;

@@ -18,6 +18,7 @@
 #include "solver/stream.h"
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
+#include "solver/vertex_buffers.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
 
@@ -33,15 +34,24 @@ constexpr float kTimeStep = 2e-3F;  // s
 struct Device {
   explicit Device(SolverData& data, const StageRecords& records) : state(data, stream.get()) {
     constraints.upload(records, true, 1, stream.get());
+    vertices.upload(data, stream.get());
     state.upload(data, 0, stream.get());
     tools.take_over(data);
     tools.upload(data, kTimeStep, stream.get());
   }
 
-  std::vector<Particle> particles() {
+  std::vector<Particle> particles() { return of_places(state.arrays().particles); }
+
+  template <class T>
+  std::vector<T> of_places(const T* array) {
+    return all(array, static_cast<std::size_t>(state.arrays().count));
+  }
+
+  template <class T>
+  std::vector<T> all(const T* array, std::size_t count) {
     stream.wait();
-    std::vector<Particle> result(static_cast<std::size_t>(state.arrays().count));
-    copy(result.data(), state.arrays().particles, result.size());
+    std::vector<T> result(count);
+    copy(result.data(), array, count);
     return result;
   }
 
@@ -53,6 +63,7 @@ struct Device {
   Stream stream;
   StateBuffers state;
   ConstraintBuffers constraints;
+  VertexBuffers vertices;
   ToolBuffers tools;
 };
 
@@ -225,6 +236,193 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
     REQUIRE(velocities[place].x == v.x);
     REQUIRE(velocities[place].y == v.y);
     REQUIRE(velocities[place].z == v.z);
+  }
+}
+
+namespace {
+
+// Of used lanes: the first number that differs.
+template <class Row, std::size_t kLanes>
+std::string row_difference(const char* what, const std::vector<Row>& device,
+                           std::span<const Row> host, RowRange range, Index lane_count,
+                           float (Row::*numbers)[kLanes]) {
+  for (Index i = range.first; i < range.first + range.count; ++i) {
+    for (Index lane = 0; lane < lane_count; ++lane) {
+      const float a = (device[i].*numbers)[lane];
+      const float b = (host[i].*numbers)[lane];
+      if (std::memcmp(&a, &b, sizeof a) != 0) {
+        return std::string(what) + " of row " + std::to_string(i) + ", lane " +
+               std::to_string(lane) + ": device " + std::to_string(a) + ", host " +
+               std::to_string(b);
+      }
+    }
+  }
+  return {};
+}
+
+std::string row_difference(Device& device, const VertexBlocks& blocks) {
+  const VertexBlocks::Arrays host = blocks.arrays();
+  const VertexArrays& there = device.vertices.arrays();
+  const std::vector<SpringRow> springs = device.all(there.springs, host.springs.size());
+  const std::vector<VolumeRow> volumes = device.all(there.volumes, host.volumes.size());
+  for (const VertexBlock& block : host.blocks) {
+    for (const std::string& text :
+         {row_difference("stiffness", springs, host.springs, block.springs, block.lane_count,
+                         &SpringRow::stiffness),
+          row_difference("rest", springs, host.springs, block.springs, block.lane_count,
+                         &SpringRow::rest),
+          row_difference("volume stiffness", volumes, host.volumes, block.volumes, block.lane_count,
+                         &VolumeRow::stiffness),
+          row_difference("target", volumes, host.volumes, block.volumes, block.lane_count,
+                         &VolumeRow::target)}) {
+      if (!text.empty()) {
+        return text;
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("cuda step: every part of a strict step of vertex blocks has the serial bits",
+          "[device]") {
+  const float damping = GENERATE(0.0F, 0.01F);
+  const bool has_tools = GENERATE(false, true);
+  INFO("damping " << damping << (has_tools ? ", with tools" : ", without tools"));
+  SolverOptions options{.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .iterations = 2,
+                        .over_relaxation = 1.5F,
+                        .contact_capacity = 7,
+                        .backend = BackendKind::serial,
+                        .composition = PlanComposition::separate};
+  Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
+                options);
+  std::vector<Eigen::Vector3f> moving = solver.positions();
+  for (std::size_t v = 0; v < moving.size(); ++v) {
+    moving[v] *= v % 3 == 0 ? 5 : -3;  // m/s
+  }
+  solver.write_velocities(moving);
+  if (has_tools) {
+    add_tools(solver);
+  }
+  SolverData& data = solver_data(solver);
+  for (std::size_t place = 0; place < data.falling.size(); ++place) {
+    data.falling[place] = 0.125F * static_cast<float>(place % 9);
+  }
+  HostStages stages(data);
+  Device device(data, stages.records);
+  const StepKernels& kernels = strict_kernels;
+  const DeviceState& state = device.state.arrays();
+  const VertexArrays& vertices = device.vertices.arrays();
+  const ToolArrays& tools = device.tools.arrays();
+  StepInput* const input = device.tools.input();
+  const Launch launch{device.stream.get(), false};
+  REQUIRE(device.of_places(state.falling) == data.falling);
+  REQUIRE(row_difference(device, data.vertex_method.blocks).empty());
+
+  // two substeps: prediction, contacts, holds, damping, sweeps, forces, and in between velocities
+  const float h = kTimeStep / 2;
+  const Substep<float> lengths{1 / h, 1 / (h * h)};
+  const auto end_substep = [&] {
+    end_vertices(data, lengths);
+    for (std::size_t place = 0; place < data.velocities.size(); ++place) {
+      const Vec3<float> v =
+          lengths.inverse_dt * (load(data.particles[place]) - load(data.previous[place]));
+      data.velocities[place] = {v.x, v.y, v.z};
+    }
+  };
+  StepReport report;
+  Index contacts = 0;
+  begin_tools(data);
+  for (Index substep = 0; substep < 2; ++substep) {
+    INFO("substep " << substep);
+    if (substep > 0) {
+      end_substep();
+    }
+    data.previous = data.particles;
+    for (std::size_t place = 0; place < data.particles.size(); ++place) {
+      Particle& p = data.particles[place];
+      if (p.w > 0) {
+        const Velocity& v = data.velocities[place];
+        store(p, load(p) + h * (1.0F * Vec3<float>{v.x, v.y, v.z} + h * load(data.gravity)));
+      }
+    }
+    begin_vertices(data, lengths);
+    kernels.advance_falling(state, input, substep > 0, true, launch);
+    CHECK(difference(device.of_places(state.previous), data.previous).empty());
+    CHECK(difference(device.of_places(state.flights), data.vertex_method.flights).empty());
+    REQUIRE(difference(device.particles(), data.particles).empty());
+
+    place_tools(data, substep == 0 ? 0.5F : 1.0F);
+    find_contacts(data, report);
+    hold_vertices(data);
+    prepare_vertices(data, lengths);
+    if (has_tools) {
+      contacts += report.contacts;
+      kernels.find_contacts(state, tools, input, substep, launch);
+    }
+    kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch);
+    REQUIRE(row_difference(device, data.vertex_method.blocks).empty());
+    if (has_tools) {
+      const VertexBlocks& blocks = data.vertex_method.blocks;
+      const std::vector<Index> holds =
+          device.all(vertices.holds, static_cast<std::size_t>(blocks.block_count() * kBlockLanes));
+      for (Index place = 0; place < state.count; ++place) {
+        const auto [block, lane] = blocks.place_of(place);
+        if (block != kInvalidIndex) {
+          INFO("what tools do at place " << place);
+          REQUIRE((holds[block * kBlockLanes + lane] == kInvalidIndex) ==
+                  (data.vertex_method.first_holds[place] == kInvalidIndex));
+        }
+      }
+    }
+
+    for (int iteration = 0; iteration < 2; ++iteration) {
+      const float relaxation = relaxation_of(options, iteration);
+      auto phase = data.plan.phases.begin();
+      for (const Stage& stage : stages.plan.stages()) {
+        INFO("sweep " << iteration << ", " << name_of(stage));
+        if (stage.kind == PhaseKind::vertex) {
+          REQUIRE(phase->kind == PhaseKind::vertex);
+          solve_vertices(data, vertex_state(data, lengths, relaxation), phase->color);
+          ++phase;
+          kernels.solve_vertices(stage, {substep, relaxation, has_tools}, state, vertices, tools,
+                                 input, launch);
+        } else {
+          stages.project(stage, data.particles, data.previous, lengths);
+          kernels.project(stage, {options.mode, data.has_damping, false, false}, state,
+                          device.constraints.arrays(), input, launch);
+        }
+        REQUIRE(difference(device.particles(), data.particles).empty());
+      }
+    }
+    if (has_tools) {
+      collect_tool_forces(data, lengths.inverse_dt_squared / 2);
+      kernels.collect_forces(state, tools, input, launch);
+    }
+  }
+  CHECK((contacts > 0) == has_tools);
+  end_substep();
+  kernels.advance_falling(state, input, true, false, launch);
+  REQUIRE(device.of_places(state.falling) == data.falling);
+  const std::vector<Velocity> velocities = device.of_places(state.velocities);
+  for (std::size_t place = 0; place < velocities.size(); ++place) {
+    REQUIRE(velocities[place].x == data.velocities[place].x);
+    REQUIRE(velocities[place].y == data.velocities[place].y);
+    REQUIRE(velocities[place].z == data.velocities[place].z);
+  }
+  PinnedBuffer<StepSums> sums;
+  PinnedBuffer<Vec3<float>> forces;
+  kernels.report(state, device.constraints.arrays(), input,
+                 {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
+  device.stream.wait();
+  for (std::size_t t = 0; t < data.tools.size(); ++t) {
+    INFO("force on tool " << t);
+    CHECK(forces.get()[t].x == data.tools[t].force.x());
+    CHECK(forces.get()[t].y == data.tools[t].force.y());
+    CHECK(forces.get()[t].z == data.tools[t].force.z());
   }
 }
 

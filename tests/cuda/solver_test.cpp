@@ -26,19 +26,23 @@ using testing::make_eventful_scene;
 constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 struct Variant {
+  SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
   PlanComposition composition = PlanComposition::separate;
   int max_colors = 0;
   float damping = 0;  // s
   int iterations = 2;
+  float over_relaxation = 1;
   Index contact_capacity = 4096;
 };
 
 SolverOptions options_of(const Variant& variant) {
-  SolverOptions options{.mode = variant.mode,
+  SolverOptions options{.method = variant.method,
+                        .mode = variant.mode,
                         .substeps = 2,
                         .iterations = variant.iterations,
                         .damping = 2,
+                        .over_relaxation = variant.over_relaxation,
                         .contact_capacity = variant.contact_capacity,
                         .math = MathMode::strict,
                         .composition = variant.composition};
@@ -47,9 +51,14 @@ SolverOptions options_of(const Variant& variant) {
   return options;
 }
 
-Scene make_block(std::array<Index, 3> cells = {6, 5, 5}) {
+// Of the stiffest springs, or where the vertex-block method has to follow them, of soft ones.
+Scene make_block(std::array<Index, 3> cells = {6, 5, 5},
+                 SolverMethod method = SolverMethod::projection) {
+  const TetMesh mesh = testing::make_box(cells, testing::kEventfulEdge, 0.1);
   Scene scene;
-  scene.add_body("block", testing::make_box(cells, testing::kEventfulEdge, 0.1));
+  scene.add_body(
+      "block", mesh,
+      method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : Material{});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
   return scene;
 }
@@ -66,12 +75,22 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
                Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 0},
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::joint},
-               Variant{.composition = PlanComposition::nested, .max_colors = 5});
+               Variant{.composition = PlanComposition::nested, .max_colors = 5},
+               Variant{.method = SolverMethod::vertex_block},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F, .iterations = 1},
+               Variant{.method = SolverMethod::vertex_block,
+                       .composition = PlanComposition::nested,
+                       .damping = 0.01F,
+                       .iterations = 3,
+                       .over_relaxation = 1.5F,
+                       .contact_capacity = 3},
+               Variant{.method = SolverMethod::vertex_block, .contact_capacity = 0});
   const auto strategy =
       GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
   if (strategy == DeviceStrategy::cluster &&
-      (variant.composition == PlanComposition::joint || variant.max_colors > 0)) {
-    return;  // no plans for a cluster
+      (variant.composition == PlanComposition::joint || variant.max_colors > 0 ||
+       variant.method == SolverMethod::vertex_block)) {
+    return;  // nothing for a cluster
   }
   const Scene scene = make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = options_of(variant);
@@ -101,6 +120,9 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
     CHECK(report.distance_residual == expected.distance_residual);
     REQUIRE(equal(report, expected));
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
+    if (round % 10 == 0) {
+      REQUIRE(device.snapshot().falling == serial.snapshot().falling);
+    }
     for (Index tool = 0; tool < 2; ++tool) {
       REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
     }
@@ -119,8 +141,13 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
 TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[device]") {
   const auto strategy =
       GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
-  const Scene scene = make_block();
-  SolverOptions options{.substeps = 3, .iterations = 2, .math = MathMode::strict};
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  if (strategy == DeviceStrategy::cluster && method == SolverMethod::vertex_block) {
+    return;
+  }
+  INFO("method " << static_cast<int>(method));
+  const Scene scene = make_block({6, 5, 5}, method);
+  SolverOptions options{.method = method, .substeps = 3, .iterations = 2, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   options.backend = BackendKind::serial;
   Solver serial(scene, options);
@@ -282,9 +309,54 @@ TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "
   CHECK(apart < 1e-4F * static_cast<float>(testing::kEventfulEdge));
 }
 
+TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, close to strict",
+          "[device]") {
+  const float damping = GENERATE(0.0F, 5e-3F);
+  Scene scene = make_block({6, 5, 5}, SolverMethod::vertex_block);
+  scene.add_body("solid", testing::make_box({4, 3, 3}, testing::kEventfulEdge, 0.1),
+                 {.model = ElasticModel::neo_hookean, .damping = damping});
+  scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
+  SolverOptions options{.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .iterations = 3,
+                        .damping = 5,
+                        .backend = BackendKind::cuda,
+                        .math = MathMode::strict};
+  Solver strict(scene, options);
+  options.math = MathMode::fast;
+  options.device_strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  Solver fast(scene, options);
+  Solver again(scene, options);
+  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.022F, 0.01F);
+  for (Solver* solver : {&strict, &fast, &again}) {
+    solver->add_tool({&capsule, 1}, pose);
+    solver->add_tool({}, ToolPose::Identity());
+    solver->grasp(1, std::array<Index, 2>{100, 101}, 1e-4F);
+  }
+  Index contacts = 0;
+  for (int i = 0; i < 5; ++i) {
+    for (Solver* solver : {&strict, &fast, &again}) {
+      contacts += solver->step(kTimeStep).contacts;
+    }
+  }
+  CHECK(contacts > 0);
+  CHECK(again.state_hash() == fast.state_hash());
+  const std::vector<Eigen::Vector3f> expected = strict.positions();
+  const std::vector<Eigen::Vector3f> actual = fast.positions();
+  float apart = 0;
+  for (std::size_t v = 0; v < expected.size(); ++v) {
+    apart = std::max(apart, (actual[v] - expected[v]).norm());
+  }
+  CHECK(apart < 1e-3F * static_cast<float>(testing::kEventfulEdge));
+}
+
 TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes on", "[device]") {
-  const Scene scene = make_block();
-  SolverOptions options{.backend = BackendKind::cuda, .math = MathMode::strict};
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  INFO("method " << static_cast<int>(method));
+  const Scene scene = make_block({6, 5, 5}, method);
+  SolverOptions options{.method = method, .backend = BackendKind::cuda, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   Solver device(scene, options);
   options.backend = BackendKind::serial;
@@ -308,6 +380,16 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   options.backend = BackendKind::serial;
   const Solver serial(make_block(), options);
   CHECK(chosen.memory_bytes() > serial.memory_bytes());
+
+  options.backend = BackendKind::cuda;
+  options.method = SolverMethod::vertex_block;
+  const Scene soft = make_block({6, 5, 5}, options.method);
+  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("graph"));
+  options.device_strategy = DeviceStrategy::cluster;
+  CHECK_THROWS_WITH(Solver(soft, options), ContainsSubstring("vertex-block"));
+  options.device_strategy = DeviceStrategy::automatic;
+  options.backend = BackendKind::automatic;
+  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));
 }
 
 TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
@@ -323,8 +405,10 @@ TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refus
 
 // Would catch a copy of all to the device for a change of a few.
 TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", "[device]") {
-  Solver solver(make_block({20, 20, 20}),
-                {.backend = BackendKind::cuda, .composition = PlanComposition::separate});
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  Solver solver(
+      make_block({20, 20, 20}, method),
+      {.method = method, .backend = BackendKind::cuda, .composition = PlanComposition::separate});
   solver.step(kTimeStep);
   const std::size_t before = solver.memory_bytes();
   for (Index t = 0; t < 20; ++t) {

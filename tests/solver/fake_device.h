@@ -242,7 +242,7 @@ class FakeDevice final : public Backend {
           strain_limits_.take_over(data.strain_limits, id);
           break;
         default:
-          blocks.insert(id);
+          blocks.insert(data.vertex_method.blocks.place_of(id).block);
           break;
       }
     }

@@ -55,7 +55,8 @@ enum class DeviceStrategy : std::uint8_t {
   automatic,  ///< the fastest that the device and the scene allow
   stream,     ///< one launch a phase
   graph,      ///< the whole step recorded once, launched as one
-  cluster,    ///< all sweeps of a substep in one kernel, on one cluster of thread blocks
+  /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
+  cluster,
 };
 
 /// What a backend's threads do while they wait for each other within a step. Between steps they

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The vertex-block method: a thread a vertex, two blocks of vertices side by side in a warp, so
+/// that lanes of a row lie side by side, too.
+
+#include <cstddef>
+
+#include "solver/kernel_support.cuh"
+#include "solver/tool_kernels.cuh"
+#include "solver/vertex_kernel.h"
+#include "solver/vertex_kernels.cuh"
+#include "solver/vertex_moves.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kBlockThreads = 64;  // a colour is small: see kStageThreads
+
+__device__ inline VertexArrays of_copy(VertexArrays vertices) {
+  const std::size_t copy = copy_index();
+  vertices.holds += copy * static_cast<std::size_t>(vertices.block_count * kBlockLanes);
+  if (vertices.is_damped) {
+    vertices.springs += copy * static_cast<std::size_t>(vertices.spring_count);
+    vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_count);
+  }
+  return vertices;
+}
+
+/// A block without its corners.
+__device__ inline VertexBlock load_ranges(const VertexBlock* block) {
+  constexpr std::size_t kFirst = offsetof(VertexBlock, lane_count);
+  static_assert(kFirst % sizeof(int4) == 0 && offsetof(VertexBlock, is_damped) == kFirst + 4 &&
+                offsetof(VertexBlock, pulls) == kFirst + 8 &&
+                offsetof(VertexBlock, springs) == kFirst + 16 &&
+                offsetof(VertexBlock, volumes) == kFirst + 24);
+  const int4* const words = reinterpret_cast<const int4*>(block) + kFirst / sizeof(int4);
+  const int4 head = __ldg(words);
+  const int4 tail = __ldg(words + 1);
+  VertexBlock result{};
+  result.lane_count = head.x;
+  result.is_damped = (head.y & 0xff) != 0;
+  result.pulls = {head.z, head.w};
+  result.springs = {tail.x, tail.y};
+  result.volumes = {tail.z, tail.w};
+  return result;
+}
+
+/// One lane of a block: see LaneAccess.
+/// @tparam kRowsChange  whether kernels of the step write the numbers that this loads
+template <bool kRowsChange>
+struct DeviceLane {
+  const Particle* particles;
+  Index lane;
+
+  [[nodiscard]] __device__ float load(const float* numbers) const {
+    if constexpr (kRowsChange) {
+      return __ldcg(numbers + lane);
+    } else {
+      return __ldg(numbers + lane);
+    }
+  }
+  __device__ void store(float number, float* numbers) const { numbers[lane] = number; }
+  [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
+    return position_of(load_particle(&at(particles, __ldg(corners + lane))));
+  }
+};
+
+/// As advance_vertices(), with what the host does in begin_vertices() and end_vertices(). The share
+/// of falling stays in a register, too; the velocity before a substep is needed at its end.
+template <bool kEnds, bool kBegins>
+__global__ void __launch_bounds__(kVertexThreads)
+    advance_falling_vertices(DeviceState state, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  const Index i = thread_index();
+  if (i >= state.count) {
+    return;
+  }
+  const Particle p = load_particle(state.particles + i);
+  const Vec3<float> x = position_of(p);
+  const float4 v = __ldcg(reinterpret_cast<const float4*>(state.velocities + i));
+  Vec3<float> velocity{v.x, v.y, v.z};
+  float falling = 0;
+  if constexpr (kEnds) {
+    const Vec3<float> previous = position_of(load_particle(state.previous + i));
+    const float inverse_dt = input->substep.inverse_dt;
+    falling = falling_of(x, previous, velocity, input->gravity_per_square, inverse_dt);
+    velocity = inverse_dt * (x - previous);
+    *reinterpret_cast<float4*>(state.velocities + i) =
+        make_float4(velocity.x, velocity.y, velocity.z, 0);
+  } else {
+    falling = __ldcg(state.falling + i);
+  }
+  if constexpr (kBegins) {
+    store_particle(state.previous + i, x, p.w);
+    const Vec3<float> flight = p.w > 0 ? x + input->h * (input->keep * velocity + input->kick) : x;
+    store_particle(state.flights + i, flight, p.w);
+    store_particle(state.particles + i, start_of(flight, p.w, falling, input->fall), p.w);
+  } else {
+    state.falling[i] = falling;
+  }
+}
+
+void advance_falling(const DeviceState& state, const StepInput* input, bool ends, bool begins,
+                     const Launch& how) {
+  auto* const kernel = !begins ? advance_falling_vertices<true, false>
+                       : ends  ? advance_falling_vertices<true, true>
+                               : advance_falling_vertices<false, true>;
+  launch(how, "launching a prediction", blocks_for(state.count, kVertexThreads), kVertexThreads,
+         kernel, state, input);
+}
+
+/// What tools do at a vertex: see VertexArrays::holds.
+__device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Index place) {
+  const HeldInput* const held = table<HeldInput>(input, input->held);
+  Index first = 0;
+  Index last = input->held_count;
+  while (first < last) {
+    const Index middle = (first + last) / 2;
+    if (held[middle].place < place) {
+      first = middle + 1;
+    } else {
+      last = middle;
+    }
+  }
+  if (first < input->held_count && held[first].place == place) {
+    return first;
+  }
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    if (touches(tools, pusher, place)) {
+      return kOnlyTouched;
+    }
+  }
+  return kInvalidIndex;
+}
+
+/// What sweeps of a substep read: what tools do where, and what damping makes of rows.
+__global__ void __launch_bounds__(kBlockThreads)
+    prepare_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
+                   bool has_tools) {
+  wait_for_previous();
+  state = of_copy(state);
+  vertices = of_copy(vertices);
+  input += copy_index();
+  if (has_tools) {
+    tools = of_copy(tools, state.count);
+    // no sweep visits those that hold what cannot move
+    for (Index a = thread_index(); a < input->attachment_count; a += thread_count()) {
+      tools.attachment_multipliers[a] = {};
+    }
+  }
+  const Index index = thread_index() / kBlockLanes;
+  const Index lane = thread_index() % kBlockLanes;
+  if (index >= vertices.block_count) {
+    return;
+  }
+  const VertexBlock* const block = vertices.blocks + index;
+  const VertexBlock ranges = load_ranges(block);
+  if (lane >= ranges.lane_count) {
+    return;
+  }
+  if (has_tools) {
+    vertices.holds[thread_index()] =
+        find_hold(tools, input, place_at(__ldg(block->corners + lane)));
+  }
+  if (ranges.is_damped) {
+    add_damping(DampedRows{vertices.blocks, vertices.springs, vertices.volumes,
+                           vertices.damped_springs, vertices.damped_volumes},
+                *block, DeviceLane<false>{state.previous, lane}, input->substep.inverse_dt);
+  }
+}
+
+void prepare_vertices(const DeviceState& state, const VertexArrays& vertices,
+                      const ToolArrays& tools, StepInput* input, bool has_tools,
+                      const Launch& how) {
+  launch(how, "launching what comes before sweeps of vertices",
+         blocks_for(vertices.block_count * kBlockLanes, kBlockThreads), kBlockThreads,
+         prepare_blocks, state, vertices, tools, input, has_tools);
+}
+
+/// Tools at one vertex, as move_held() takes them.
+struct HeldVertex {
+  const ToolArrays& tools;
+  StepInput* input;
+  Index substep, place, place_count;
+  Index hold;  ///< index of its HeldInput, or kOnlyTouched
+
+  struct Grasp {
+    AttachmentInput attachment;
+    Vec3<float>* stored;
+
+    [[nodiscard]] __device__ Vec3<float> target() const { return attachment.target; }
+    [[nodiscard]] __device__ float compliance() const { return attachment.compliance; }
+    __device__ void set_multiplier(const Vec3<float>& multiplier) const { *stored = multiplier; }
+  };
+
+  struct Touch {
+    ContactPlane plane;
+    float* stored;
+
+    [[nodiscard]] __device__ Vec3<float> normal() const { return plane.normal; }
+    [[nodiscard]] __device__ float offset() const { return plane.offset; }
+    [[nodiscard]] __device__ float multiplier() const { return *stored; }
+    __device__ void set_multiplier(float multiplier) const { *stored = multiplier; }
+  };
+
+  template <class Visit>
+  __device__ void for_each_grasp(const Visit& visit) const {
+    if (hold < 0) {
+      return;
+    }
+    const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
+                                               of_pusher(substep, input->attachment_count);
+    const Index* const order = table<Index>(input, input->held_order);
+    const HeldInput held = load_constant(table<HeldInput>(input, input->held) + hold);
+    for (Index i = held.first + held.count; i-- > held.first;) {
+      const Index a = order[i];
+      visit(Grasp{load_constant(attachments + a), tools.attachment_multipliers + a});
+    }
+  }
+
+  template <class Visit>
+  __device__ void for_each_contact(const Visit& visit) const {
+    for (Index pusher = input->pusher_count; pusher-- > 0;) {
+      if (touches(tools, pusher, place)) {
+        const std::size_t slot = of_pusher(pusher, place_count) + static_cast<std::size_t>(place);
+        visit(Touch{tools.planes[slot], tools.contact_multipliers + slot});
+      }
+    }
+  }
+};
+
+/// Blocks [first, first + count), of one colour.
+template <bool kDamped, bool kTools>
+__global__ void __launch_bounds__(kBlockThreads)
+    move_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
+                Index first, Index count, VertexSweep sweep) {
+  const Index index = first + thread_index() / kBlockLanes;
+  const Index lane = thread_index() % kBlockLanes;
+  VertexBlock block{};
+  ParticleOffset corner = 0;
+  if (index < first + count) {  // no kernel of this step writes them
+    block = load_ranges(vertices.blocks + index);
+    corner = __ldg(vertices.blocks[index].corners + lane);
+  }
+  wait_for_previous();
+  if (lane >= block.lane_count) {
+    return;
+  }
+  state = of_copy(state);
+  vertices = of_copy(vertices);
+  input += copy_index();
+  Particle* const particle = &at(state.particles, corner);
+  const Particle p = load_particle(particle);
+  if (!(p.w > 0)) {
+    return;  // without tissue
+  }
+  const Vec3<float> x = position_of(p);
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  VertexEnergy<float> start;
+  start.add_pull(inverse_dt_squared / p.w,
+                 position_of(load_particle(&at(state.flights, corner))) - x);
+  [[maybe_unused]] Index hold = kInvalidIndex;
+  if constexpr (kTools) {
+    tools = of_copy(tools, state.count);
+    hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
+  }
+  const auto solve = [&](const VertexEnergy<float>& energy) {
+    if constexpr (kTools) {
+      if (hold != kInvalidIndex) {
+        const HeldVertex held{tools, input, sweep.substep, place_at(corner), state.count, hold};
+        return move_held(held, x, energy, 1 / inverse_dt_squared);
+      }
+    }
+    return x + sweep.relaxation * VertexFactor<float>(energy).solve(energy.force);
+  };
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes};
+  const Vec3<float> moved =
+      move_vertex(rows, block, DeviceLane<kDamped>{state.particles, lane}, x, start, solve);
+  store_particle(particle, moved, p.w);
+}
+
+void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceState& state,
+                    const VertexArrays& vertices, const ToolArrays& tools, StepInput* input,
+                    const Launch& how) {
+  auto* const with_tools = vertices.is_damped ? move_blocks<true, true> : move_blocks<false, true>;
+  auto* const alone = vertices.is_damped ? move_blocks<true, false> : move_blocks<false, false>;
+  launch(how, "launching a colour of vertices",
+         blocks_for(stage.count * kBlockLanes, kBlockThreads), kBlockThreads,
+         sweep.has_tools ? with_tools : alone, state, vertices, tools, input, stage.first,
+         stage.count, sweep);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/vertex_buffers.h"
+
+#include <span>
+
+namespace pbdsurg::cuda {
+namespace {
+
+// One after another, for each copy.
+template <class Row>
+Row* upload_copies(DeviceBuffer<Row>& buffer, std::span<const Row> rows, Index copy_count,
+                   cudaStream_t stream) {
+  Row* const start = buffer.reserve(static_cast<std::size_t>(copy_count) * rows.size());
+  for (Index copy = 0; copy < copy_count && !rows.empty(); ++copy) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(start + static_cast<std::size_t>(copy) * rows.size(),
+                                       rows.data(), rows.size_bytes(), cudaMemcpyHostToDevice,
+                                       stream));
+  }
+  return start;
+}
+
+}  // namespace
+
+void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
+  const VertexBlocks& blocks = data.vertex_method.blocks;
+  const VertexBlocks::Arrays host = blocks.arrays();
+  const Index row_copies = blocks.has_damping() ? data.copy_count() : 1;
+  const std::size_t lanes = host.blocks.size() * static_cast<std::size_t>(kBlockLanes);
+  arrays_ = {blocks_.upload(host.blocks, stream),
+             pulls_.upload(host.pulls, stream),
+             upload_copies(springs_, host.springs, row_copies, stream),
+             upload_copies(volumes_, host.volumes, row_copies, stream),
+             damped_springs_.upload(host.damped_springs, stream),
+             damped_volumes_.upload(host.damped_volumes, stream),
+             holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
+             static_cast<Index>(host.blocks.size()),
+             static_cast<Index>(host.springs.size()),
+             static_cast<Index>(host.volumes.size()),
+             blocks.has_damping()};
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the rows may change
+}
+
+std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
+  const auto words = [](auto* rows) { return reinterpret_cast<std::uint32_t*>(rows); };
+  switch (array) {
+    case DeviceArray::vertex_blocks:
+      return words(blocks_.get());
+    case DeviceArray::pull_rows:
+      return words(pulls_.get());
+    case DeviceArray::spring_rows:
+      return words(springs_.get());
+    case DeviceArray::volume_rows:
+      return words(volumes_.get());
+    case DeviceArray::damped_spring_rows:
+      return words(damped_springs_.get());
+    case DeviceArray::damped_volume_rows:
+      return words(damped_volumes_.get());
+    default:
+      return nullptr;
+  }
+}
+
+std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
+  if (!arrays_.is_damped) {
+    return 0;
+  }
+  switch (array) {
+    case DeviceArray::spring_rows:
+      return static_cast<std::size_t>(arrays_.spring_count) * sizeof(SpringRow) /
+             sizeof(std::uint32_t);
+    case DeviceArray::volume_rows:
+      return static_cast<std::size_t>(arrays_.volume_count) * sizeof(VolumeRow) /
+             sizeof(std::uint32_t);
+    default:
+      return 0;
+  }
+}
+
+std::size_t VertexBuffers::memory_bytes() const noexcept {
+  return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
+         volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
+         holds_.memory_bytes();
+}
+
+}  // namespace pbdsurg::cuda

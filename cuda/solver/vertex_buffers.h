@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The rows of the vertex-block method on a device. Empty for other methods.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "device_buffer.cuh"
+#include "solver/device_arrays.h"
+#include "solver/solver_data.h"
+#include "solver/stages.h"
+
+namespace pbdsurg::cuda {
+
+class VertexBuffers {
+ public:
+  /// Copies all to the device. Waits.
+  void upload(const SolverData& data, cudaStream_t stream);
+
+  [[nodiscard]] const VertexArrays& arrays() const noexcept { return arrays_; }
+
+  /// Where an array that edits change starts; null for others.
+  [[nodiscard]] std::uint32_t* start(DeviceArray array) const noexcept;
+
+  /// Words from one copy's part of such an array to the next; zero where copies share it.
+  [[nodiscard]] std::size_t stride(DeviceArray array) const noexcept;
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  DeviceBuffer<VertexBlock> blocks_;
+  DeviceBuffer<PullRow> pulls_;
+  DeviceBuffer<SpringRow> springs_;
+  DeviceBuffer<VolumeRow> volumes_;
+  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_;
+  DeviceBuffer<Index> holds_;
+  VertexArrays arrays_{};
+};
+
+}  // namespace pbdsurg::cuda

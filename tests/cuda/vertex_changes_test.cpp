@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of the vertex-block method follow edits on the host: what is here needs no device.
+#include "solver/vertex_changes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "solver/fake_device.h"
+#include "solver/lane_access.h"
+#include "solver/stage_plan.h"
+#include "solver/vertex_kernel.h"
+#include "solver/vertex_moves.h"
+#include "support/catch.h"
+#include "support/eventful_program.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::kFakeDeviceHook;
+
+constexpr Substep<float> kSubstep{1e3F, 1e6F};
+
+/// Rows as a device holds them.
+struct HostRows {
+  explicit HostRows(const VertexBlocks& host) {
+    const VertexBlocks::Arrays arrays = host.arrays();
+    blocks.assign(arrays.blocks.begin(), arrays.blocks.end());
+    pulls.assign(arrays.pulls.begin(), arrays.pulls.end());
+    springs.assign(arrays.springs.begin(), arrays.springs.end());
+    volumes.assign(arrays.volumes.begin(), arrays.volumes.end());
+    damped_springs.assign(arrays.damped_springs.begin(), arrays.damped_springs.end());
+    damped_volumes.assign(arrays.damped_volumes.begin(), arrays.damped_volumes.end());
+  }
+
+  /// As the device writes words.
+  void write(std::span<const WordChange> words) {
+    for (const WordChange& change : words) {
+      const std::span<std::byte> bytes = bytes_of(change.array);
+      const std::size_t first = sizeof change.value * static_cast<std::size_t>(change.word);
+      REQUIRE(first + sizeof change.value <= bytes.size());
+      std::memcpy(bytes.data() + first, &change.value, sizeof change.value);
+    }
+  }
+
+  /// Moves all vertices of a stage, the last first, as if no tool were there.
+  void solve(const Stage& stage, std::vector<Particle>& particles,
+             const std::vector<Particle>& flights, float relaxation) {
+    const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data()};
+    for (Index b = stage.first + stage.count; b-- > stage.first;) {
+      for (Index lane = blocks[b].lane_count; lane-- > 0;) {
+        Particle& p = at(particles.data(), blocks[b].corners[lane]);
+        if (!(p.w > 0)) {
+          continue;
+        }
+        const Vec3<float> x = load(p);
+        VertexEnergy<float> start;
+        start.add_pull(kSubstep.inverse_dt_squared / p.w,
+                       load(at(flights.data(), blocks[b].corners[lane])) - x);
+        const auto alone = [&](const VertexEnergy<float>& energy) {
+          return x + relaxation * VertexFactor<float>(energy).solve(energy.force);
+        };
+        store(p, move_vertex(rows, blocks[b], LaneAccess{particles.data(), lane}, x, start, alone));
+      }
+    }
+  }
+
+  void prepare(const std::vector<Particle>& previous) {
+    const DampedRows rows{blocks.data(), springs.data(), volumes.data(), damped_springs.data(),
+                          damped_volumes.data()};
+    for (const VertexBlock& block : blocks) {
+      for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
+        add_damping(rows, block, LaneAccess{previous.data(), lane}, kSubstep.inverse_dt);
+      }
+    }
+  }
+
+  std::vector<VertexBlock> blocks;
+  std::vector<PullRow> pulls;
+  std::vector<SpringRow> springs;
+  std::vector<VolumeRow> volumes;
+  std::vector<DampedRow> damped_springs, damped_volumes;
+
+ private:
+  std::span<std::byte> bytes_of(DeviceArray array) {
+    const auto bytes = [](auto& rows) { return std::as_writable_bytes(std::span(rows)); };
+    switch (array) {
+      case DeviceArray::vertex_blocks:
+        return bytes(blocks);
+      case DeviceArray::pull_rows:
+        return bytes(pulls);
+      case DeviceArray::spring_rows:
+        return bytes(springs);
+      case DeviceArray::volume_rows:
+        return bytes(volumes);
+      case DeviceArray::damped_spring_rows:
+        return bytes(damped_springs);
+      case DeviceArray::damped_volume_rows:
+        return bytes(damped_volumes);
+      default:
+        return {};
+    }
+  }
+};
+
+bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
+}
+
+// One substep's sweeps of vertices from a state far from rest, by the stages and serially.
+bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
+  const std::vector<Particle> start = data.particles;
+  data.previous = start;
+  for (std::size_t v = 0; v < data.particles.size(); ++v) {
+    Particle& p = data.particles[v];
+    store(p, (v % 3 == 0 ? 1.1F : 0.97F) * load(p));
+  }
+  data.vertex_method.flights = data.particles;
+  const std::vector<Particle> flights = data.particles;
+  std::vector<Particle> particles = data.particles;
+  prepare_vertices(data, kSubstep);
+  rows.prepare(start);
+  for (const float relaxation : {1.6F, 1.0F}) {
+    const VertexState state = vertex_state(data, kSubstep, relaxation);
+    for (const Phase& phase : data.plan.phases) {
+      if (phase.kind == PhaseKind::vertex) {
+        solve_vertices(data, state, phase.color);
+      }
+    }
+    for (const Stage& stage : plan.stages()) {
+      if (stage.kind == PhaseKind::vertex) {
+        rows.solve(stage, particles, flights, relaxation);
+      }
+    }
+  }
+  const bool have = same_bits(particles, data.particles) && !same_bits(particles, flights);
+  data.particles = start;
+  return have;
+}
+
+}  // namespace
+
+// Would catch rows that an edit changes and nobody writes, and vertices of one stage that meet.
+TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after edits, too",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);  // logs edits
+  const float damping = GENERATE(0.0F, 0.01F);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
+  Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
+                {.method = SolverMethod::vertex_block,
+                 .backend = BackendKind::cuda,
+                 .composition = composition});
+  SolverData& data = solver_data(solver);
+  StageRecords records;
+  StagePlan plan(data, records);
+  REQUIRE(plan.stages().front().kind == PhaseKind::vertex);
+  REQUIRE(plan.stages().back().kind == PhaseKind::strain_limit);
+  HostRows rows(data.vertex_method.blocks);
+  REQUIRE(have_serial_bits(rows, plan, data));
+
+  for (Index round = 0; round < 24; ++round) {
+    INFO("damping " << damping << ", round " << round);
+    data.changes.clear();
+    TopologyEdit edit;
+    for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += 97) {
+      if (!solver.is_tet_alive(t)) {
+        continue;
+      }
+      const Index edge = solver.tet_edges(t)[round % 6];
+      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+      if (round % 3 != 0) {
+        edit.remove_tets.push_back(t);
+      } else if (!is_of_tube) {
+        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
+        if (data.distances.is_alive(edge)) {
+          edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
+        }
+      }
+    }
+    if (round < 12) {
+      edit.remove_links.push_back(2 * round);
+      if (!solver.is_link_alive(2 * round)) {
+        edit.remove_links.clear();
+      }
+    }
+    apply_edit(solver, edit);
+    std::vector<WordChange> words;
+    REQUIRE(plan.follow(data, data.changes, words));
+    std::erase_if(words, [](const WordChange& change) {
+      return change.array < DeviceArray::vertex_blocks;  // of constraints, for the report
+    });
+    CHECK(!words.empty());
+    rows.write(words);
+    REQUIRE(have_serial_bits(rows, plan, data));
+  }
+}
+
+// Would catch rows of whole blocks, or of all, that are written for one vertex.
+TEST_CASE("cuda vertex blocks: what is written for an edit does not grow with the body", "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto count_words = [](Index cells, bool springs) {
+    const TetMesh mesh = pbdsurg::testing::make_box({cells, cells, cells}, 4e-3, 0.1);
+    Scene scene;
+    scene.add_body("block", mesh,
+                   springs ? elastic_material(mesh, 1000, 20e3)
+                           : Material{.model = ElasticModel::neo_hookean});
+    Solver solver(scene, {.method = SolverMethod::vertex_block, .backend = BackendKind::cuda});
+    SolverData& data = solver_data(solver);
+    StageRecords records;
+    StagePlan plan(data, records);
+    data.changes.clear();
+    apply_edit(solver, {.remove_tets = {mesh.tet_count() / 2}});
+    std::vector<WordChange> words;
+    REQUIRE(plan.follow(data, data.changes, words));
+    return words.size();
+  };
+  for (const bool springs : {true, false}) {
+    INFO((springs ? "springs" : "Neo-Hookean"));
+    CHECK(count_words(12, springs) < 1200);  // four vertices
+    CHECK(count_words(12, springs) < 2 * count_words(4, springs));
+  }
+}
+
+}  // namespace pbdsurg::cuda
