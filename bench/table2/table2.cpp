@@ -43,6 +43,21 @@ std::vector<Row> measure(const Subject& subject, int threads, const Effort& effo
   return rows;
 }
 
+// After each mesh, so that a run that is broken off leaves what it has.
+std::string write_tables(const Arguments& arguments, const std::vector<Row>& rows,
+                         std::vector<std::string> notes) {
+  notes.push_back("backend of the columns with threads: " + rows.at(0).cpu.backend);
+  if (rows.at(0).gpu) {
+    notes.push_back("backend of the gpu columns, in the first row: " + rows.at(0).gpu->backend);
+  }
+  const Json json = to_json(rows);
+  const std::string markdown = to_markdown(json, notes);
+  write_text(arguments.out / "table2.md", markdown);
+  write_text(arguments.out / "table2.csv", to_csv(json));
+  merge_into_json(arguments.out / "tables.json", "table2", json);
+  return markdown;
+}
+
 void run(const Arguments& arguments) {
   const int threads = thread_count(arguments.threads);
   std::vector<std::string> notes{"all threads: " + std::to_string(threads)};
@@ -52,6 +67,7 @@ void run(const Arguments& arguments) {
   }
   const std::vector<Subject> subjects = make_table2_subjects(arguments.quick, notes);
   std::vector<Row> rows;
+  std::string markdown;
   for (const Subject& subject : subjects) {
     const Effort effort = arguments.quick             ? kQuickEffort
                           : subject.kind == "lattice" ? large_effort(arguments.cpu_rounds)
@@ -59,17 +75,9 @@ void run(const Arguments& arguments) {
     for (Row& row : measure(subject, threads, effort, !why_no_device)) {
       rows.push_back(std::move(row));
     }
+    markdown = write_tables(arguments, rows, notes);
   }
-  notes.push_back("backend of the columns with threads: " + rows.at(0).cpu.backend);
-  if (rows.at(0).gpu) {
-    notes.push_back("backend of the gpu columns, in the first row: " + rows.at(0).gpu->backend);
-  }
-  const Json json = to_json(rows);
-  const std::string markdown = to_markdown(json, notes);
   std::fputs(markdown.c_str(), stdout);
-  write_text(arguments.out / "table2.md", markdown);
-  write_text(arguments.out / "table2.csv", to_csv(json));
-  merge_into_json(arguments.out / "tables.json", "table2", json);
 }
 
 }  // namespace
