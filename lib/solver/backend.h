@@ -23,8 +23,7 @@ struct SolverOptions;
 /// The former steps the copy whose state is at hand, see step_copies(); the latter all copies at
 /// once. For the latter, the solver sees to this:
 /// - SolverData::changes says what happened since its last step, or since it was made from the
-/// data.
-///   start_step() takes that over; the solver clears it when start_step() has returned.
+///   data. start_step() takes that over; the solver clears it when start_step() has returned.
 /// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
 ///   fetch_state() or until the host rewrites them all. Inverse masses there are always valid.
 /// - Between start_step() and finish_step() none of its functions is called but name(),

@@ -164,8 +164,7 @@ std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
   if (backend == nullptr && options.backend == BackendKind::threaded) {
     throw BackendUnavailable(
         "the threaded backend has no kernels for this processor; it has them for x86-64 with "
-        "SSSE3, "
-        "AVX2 or AVX-512");
+        "SSSE3, AVX2 or AVX-512");
   }
   return backend == nullptr ? make_serial_backend() : std::move(backend);
 }
@@ -322,7 +321,14 @@ void SolverData::start_step(float dt) {
       backend->read_positions(*this, i, watched_places, copy(i).watched_positions);
     }
   } else {
-    backend->start_step(*this, dt);
+    try {
+      backend->start_step(*this, dt);
+    } catch (...) {  // part of it may be done: what the host has is the state
+      for (Index i = 0; i < copy_count(); ++i) {
+        changes.state[i] = changes.state[i] || copy(i).is_state_current;
+      }
+      throw;
+    }
     for (Index i = 0; i < copy_count(); ++i) {
       copy(i).is_state_current = false;
     }
@@ -611,15 +617,19 @@ void Solver::watch(std::span<const Index> vertices) {
     check_id("vertex", v, data_->particles.size());
   }
   data_->finish_running_step();
-  data_->changes.watched = true;
-  data_->watched_places.clear();
+  std::vector<Index> places;
   for (const Index v : vertices) {
-    data_->watched_places.push_back(data_->place_of_vertex[v]);
+    places.push_back(data_->place_of_vertex[v]);
   }
+  std::vector<std::vector<Eigen::Vector3f>> watched(static_cast<std::size_t>(data_->copy_count()),
+                                                    std::vector<Eigen::Vector3f>(vertices.size()));
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
-    std::vector<Eigen::Vector3f>& watched = data_->copy(copy).watched_positions;
-    watched.resize(vertices.size());
-    data_->read_positions(copy, vertices, watched);
+    data_->read_positions(copy, vertices, watched[copy]);
+  }
+  data_->changes.watched = true;  // nothing fails from here on
+  data_->watched_places = std::move(places);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->copy(copy).watched_positions = std::move(watched[copy]);
   }
 }
 
@@ -748,13 +758,19 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
   data_->finish_running_step();
+  const std::size_t contact_room =
+      data_->backend->keeps_state()
+          ? 0
+          : std::min(data_->particles.size(),
+                     static_cast<std::size_t>(data_->options.contact_capacity));
+  std::vector<ToolState> added(static_cast<std::size_t>(data_->copy_count()), tool);
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
-    ToolState& added = data_->copy(copy).tools.emplace_back(tool);
-    added.placed_capsules.reserve(tool.capsules.size());  // no step allocates
-    if (!data_->backend->keeps_state()) {
-      added.contacts.reserve(std::min(data_->particles.size(),
-                                      static_cast<std::size_t>(data_->options.contact_capacity)));
-    }
+    added[copy].placed_capsules.reserve(tool.capsules.size());  // no step allocates
+    added[copy].contacts.reserve(contact_room);
+    data_->copy(copy).tools.reserve(data_->copy(copy).tools.size() + 1);
+  }
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {  // nothing fails from here on
+    data_->copy(copy).tools.push_back(std::move(added[copy]));
   }
   data_->changes.tools = true;
   data_->rebuild_plan();

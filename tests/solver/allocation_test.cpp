@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counts and limits the allocations of the whole program; left out where a sanitizer, which has
 // allocators of its own, is on.
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <limits>
@@ -88,7 +89,9 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  Solver solver(scene, {.method = method, .backend = backend, .threads = 2});
+  const Index copies = GENERATE(1, 3);
+  Solver solver(scene, {.method = method, .copies = copies, .backend = backend, .threads = 2});
+  solver.watch(std::array<Index, 3>{5, 1, 40});
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
   pose.translation() = Eigen::Vector3f(0, 0.04F, 0.01F);

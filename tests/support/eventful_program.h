@@ -195,7 +195,8 @@ class EventfulProgram {
 
 inline bool equal(const StepReport& a, const StepReport& b) {
   return a.inverted_tets == b.inverted_tets && a.non_finite_vertices == b.non_finite_vertices &&
-         a.first_non_finite == b.first_non_finite && a.contacts == b.contacts &&
+         a.first_non_finite == b.first_non_finite &&
+         a.first_non_finite_copy == b.first_non_finite_copy && a.contacts == b.contacts &&
          a.dropped_contacts == b.dropped_contacts && a.distance_residual == b.distance_residual &&
          a.volume_residual == b.volume_residual;
 }

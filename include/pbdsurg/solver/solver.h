@@ -47,7 +47,9 @@ enum class MathMode : std::uint8_t {
   /// Fused multiply-adds and refined estimates of reciprocals where the backend has them: the same
   /// bits in every run on one instruction set, for any number of threads.
   fast,
-  strict,  ///< IEEE single precision, operation by operation: the serial backend's bits
+  /// IEEE single precision, operation by operation: the serial backend's bits for the same plan, so
+  /// name a composition to compare backends.
+  strict,
 };
 
 /// How the CUDA backend brings a step to its device.
@@ -148,7 +150,9 @@ class Solver {
   /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
   /// Heat, edits, rendering and readback are outside it. All copies advance.
   /// @param dt  s, positive and finite, and not so small that 1e12 / substep^2 overflows
-  /// @throws InvalidArgument  for any other dt; never for physics
+  /// @throws InvalidArgument  for any other dt, or if a step was begun; never for physics
+  /// @throws Error            if a device fails, as may all that steps, reads, writes or edits on
+  /// one
   StepReport step(float dt);
 
   /// Begins a step, on a CUDA device without waiting for it: the caller has its thread for other
