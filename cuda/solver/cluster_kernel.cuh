@@ -17,6 +17,7 @@
 #include "solver/cluster_memory.cuh"
 #include "solver/kernel_support.cuh"
 #include "solver/tool_kernels.cuh"
+#include "solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -178,10 +179,11 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
 #pragma unroll
     for (int k = 0; k < kVertices; ++k) {
       const std::uint32_t target = part(targets, k);
-      const std::uint32_t block = target >> 28;
+      const bool goes = leaves(work.head, k);
+      const std::uint32_t block = goes ? target >> 28 : 0;  // else it is what lies there
       const std::uint32_t phase = (target >> 16) & 0xfff;
       const std::uint32_t slot = target & 0xffff;
-      send_if(leaves(work.head, k), address_in(block, memory.slots + 16 * slot),
+      send_if(goes, address_in(block, memory.slots + 16 * slot),
               make_float4(x[k].x, x[k].y, x[k].z, w[k]),
               address_in(block, memory.arrived + 8 * phase));
     }
@@ -356,11 +358,13 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
         if (is_border) {
           wait_for(memory.arrived + 8 * round.phase(), parity);
         }
+        const bool is_active = thread < count;
+        const bool is_first = s == 0;
+        const bool is_last = s + 1 == sweep.sweep_count;
         const RoundWork work{
-            head, stage + 16 * thread, 16 * count,
-            thread<count, is_border, cluster.multipliers + round.first_multiplier() + thread, count,
-                   s> 0,
-            s + 1 < sweep.sweep_count};
+            head,      stage + 16 * thread, 16 * count,
+            is_active, is_border,           cluster.multipliers + round.first_multiplier() + thread,
+            count,     !is_first,           !is_last};
         const auto load_next = [&] {
           next_round.raw = load_shared(next);
           next_head = load_shared(next_stage + 16 * thread);
@@ -394,6 +398,9 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
       stage = next_stage;
     }
     wait_for(memory.arrived + 8 * cluster.phase_count, parity);  // all are at home
+    // Where nothing has to come, a barrier completes as soon as it is armed again, and whoever
+    // still waited for the time before would wait for ever.
+    meet(kProjectBarrier, kThreads);
     if (has_tools) {
       for (std::uint32_t i = thread; i < tool_counts[0]; i += kThreads) {
         const float4 p = shared[held[i].x];
@@ -420,7 +427,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
 
 template <ProjectionMode kMode, bool kDamped, bool kSolids, int kThreads>
 __global__ void sweep_by_cluster(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep) {
-  __trap();  // never launched: see make_cluster_sweeps()
+  __trap();  // never launched: see prepare_cluster()
 }
 
 #endif
@@ -465,26 +472,42 @@ struct ClusterLaunch {
 };
 
 Index prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
+#if PBDSURG_CUDA_TOOLKIT_HAS_CLUSTERS
+  constexpr std::uint32_t kPortableBlocks = 8;
   const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
   const ClusterLaunch launch(kind, cluster, {});
-  const auto fails = [](cudaError_t status) {
-    static_cast<void>(cudaGetLastError());  // it was a question
-    return status != cudaSuccess;
+  const auto attribute = [](cudaDeviceAttr which) {
+    int device = 0;
+    int value = 0;
+    check(cudaGetDevice(&device), "asking for the current device");
+    check(cudaDeviceGetAttribute(&value, which, device), "asking for an attribute of the device");
+    return value;
   };
-  int room = 0;
-  int device = 0;
-  check(cudaGetDevice(&device), "asking for the current device");
-  check(cudaDeviceGetAttribute(&room, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
-        "asking for the shared memory of a block");
-  int clusters = 0;
-  // the room is the same for all solvers: a kernel's attributes are
-  if (static_cast<int>(launch.config.dynamicSmemBytes) > room ||
-      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1)) ||
-      fails(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room)) ||
-      fails(cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config))) {
+  const int room = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  if (attribute(cudaDevAttrClusterLaunch) == 0 || code_architecture() < 90 ||
+      static_cast<int>(launch.config.dynamicSmemBytes) > room) {
     return 0;
   }
+  // the room is the same for all solvers: a kernel's attributes are, too
+  check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
+        "asking for all shared memory of a block");
+  if (cluster.block_count > kPortableBlocks) {
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1),
+          "asking for clusters of sixteen blocks");
+  }
+  int clusters = 0;
+  const cudaError_t status = cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config);
+  if (status == cudaErrorInvalidClusterSize || status == cudaErrorInvalidValue) {
+    static_cast<void>(cudaGetLastError());  // an answer
+    return 0;
+  }
+  check(status, "asking how many clusters the device runs at a time");
   return clusters;
+#else
+  static_cast<void>(kind);
+  static_cast<void>(cluster);
+  return 0;
+#endif
 }
 
 void sweep_cluster(const ClusterKind& kind, const ClusterArrays& cluster, const DeviceState& state,

@@ -3,8 +3,8 @@
 
 /// @file
 /// What a block of a cluster does with its own and others' shared memory: the few instructions that
-/// the language has no word for. Addresses are those of the shared state space. PTX ISA 8.0, for
-/// compute capability 9.0 on.
+/// the language has no word for. Addresses are those of the shared state space. PTX ISA 8.1, which
+/// is CUDA 12.1, for compute capability 9.0 on.
 
 #include <cstdint>
 
@@ -12,7 +12,9 @@
 
 namespace pbdsurg::cuda {
 
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+#define PBDSURG_CUDA_TOOLKIT_HAS_CLUSTERS \
+  (__CUDACC_VER_MAJOR__ > 12 || (__CUDACC_VER_MAJOR__ == 12 && __CUDACC_VER_MINOR__ >= 1))
+#if PBDSURG_CUDA_TOOLKIT_HAS_CLUSTERS && defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
 #define PBDSURG_CUDA_HAS_CLUSTERS 1
 #endif
 
@@ -80,8 +82,9 @@ __device__ inline void arm(std::uint32_t barrier, std::uint32_t bytes) {
                : "memory");
 }
 
-/// What comes lies in this block's shared memory, so no wider scope is needed; a wider one would
-/// empty the cache.
+/// Acquires for the block alone, as is usual for what copy engines bring: what comes lies in this
+/// block's shared memory before the barrier completes. An acquire for the cluster empties the cache
+/// each time, which costs a tenth of a step.
 __device__ inline void wait_for(std::uint32_t barrier, std::uint32_t parity) {
   std::uint32_t is_complete;
   do {

@@ -138,7 +138,7 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
                                                            const StageRecords& records,
                                                            Index place_count, Index block_count,
                                                            bool is_damped) {
-  if (static_cast<Index>(stages.size()) > kMostClusterPhases ||
+  if (stages.empty() || static_cast<Index>(stages.size()) > kMostClusterPhases ||
       std::ranges::any_of(stages, [](const Stage& stage) {
         return stage.level_count > 0 || stage.kind == PhaseKind::joint;
       })) {

@@ -41,7 +41,7 @@ class ClusterRecords {
  public:
   /// Makes a program of stages.
   /// @param block_count  1 to kMostClusterBlocks
-  /// @return  nothing if a cluster cannot execute the stages: serial or joint ones, too many
+  /// @return  nothing if a cluster cannot execute the stages: none, serial or joint ones, too many
   /// phases,
   ///          or more vertices than a block has slots
   [[nodiscard]] std::optional<ClusterProgram> make_program(std::span<const Stage> stages,

@@ -27,14 +27,6 @@ struct VertexTarget {
   std::uint16_t phase;  ///< that reads it there; phase_count for the end of the sweep
 };
 
-/// A constraint as its block sees it.
-template <std::size_t kVertexCount>
-struct ScheduledConstraint {
-  Index input;  ///< in the list that the schedule was made of
-  std::array<std::uint16_t, kVertexCount> slots;
-  std::array<VertexTarget, kVertexCount> targets;
-};
-
 /// One constraint to be scheduled.
 struct SweepConstraint {
   std::array<Index, 4> places;  ///< kInvalidIndex beyond those that it has

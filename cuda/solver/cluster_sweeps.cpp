@@ -39,8 +39,6 @@ class ClusterSweeps final : public Sweeps {
     sweep_count_ = data.options.iterations;
   }
 
-  [[nodiscard]] const char* name() const noexcept override { return "cluster"; }
-
   bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
                  cudaStream_t stream) override {
     const Index phase_size =

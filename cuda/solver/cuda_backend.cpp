@@ -51,20 +51,26 @@ const char* name_of(DeviceStrategy strategy) {
   return "graph";
 }
 
+const StepKernels& kernels_of(const SolverData& data) {
+  return data.options.math == MathMode::strict ? strict_kernels : fast_kernels;
+}
+
 // Whether a kernel may be brought to the device while the one before is at work.
-bool can_overlap(int device) {
-  constexpr int kSinceRuntime = 12030;  // graphs record it
-  int major = 0;
+bool can_overlap(const StepKernels& kernels) {
+  constexpr int kSince = 12030;  // graphs record it
   int runtime = 0;
-  PBDSURG_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
+  int driver = 0;
   PBDSURG_CUDA_CHECK(cudaRuntimeGetVersion(&runtime));
-  return major >= 9 && runtime >= kSinceRuntime;
+  PBDSURG_CUDA_CHECK(cudaDriverGetVersion(&driver));
+  return kernels.code_architecture() >= 90 && runtime >= kSince && driver >= kSince;
 }
 
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
-      : device_(current_device()), overlaps_(can_overlap(device_)), state_(data, stream_.get()) {
+      : device_(current_device()),
+        overlaps_(can_overlap(kernels_of(data))),
+        state_(data, stream_.get()) {
     make_plan(data);
     name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
             (data.options.math == MathMode::strict ? "strict" : "fast");
@@ -138,14 +144,17 @@ class CudaBackend final : public Backend {
     is_planned_ = is_recorded_ = false;
     StageRecords records;
     plan_ = StagePlan(data, records);
-    constraints_.upload(records, remembers, data.copy_count(), stream_.get());
-    vertices_.upload(data, stream_.get());
     choose_sweeps(data, records);
+    constraints_.upload(records, remembers && strategy_ != DeviceStrategy::cluster,
+                        data.copy_count(), stream_.get());
+    vertices_.upload(data, stream_.get());
     is_planned_ = true;
   }
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
-    const DeviceStrategy wanted = data.options.device_strategy;
+    // once chosen, it stays
+    const DeviceStrategy wanted =
+        strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool projects = data.options.method == SolverMethod::projection;
     if (wanted == DeviceStrategy::cluster && !projects) {
       throw BackendUnavailable(
@@ -233,13 +242,14 @@ class CudaBackend final : public Backend {
     start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
     start(DeviceArray::cluster) = sweeps_->words();
     start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
+    words_on_device_.reserve(std::bit_ceil(words_.size()));  // edits differ in size
     write_words(arrays, words_on_device_.upload(words_, stream_.get()),
                 static_cast<Index>(words_.size()), stream_.get());
   }
 
   void enqueue(const SolverData& data) {
     const DeviceStep step{
-        data.options.math == MathMode::strict ? &strict_kernels : &fast_kernels,
+        &kernels_of(data),
         {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
          tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
         {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
@@ -274,7 +284,7 @@ class CudaBackend final : public Backend {
   }
 
   int device_;
-  DeviceStrategy strategy_ = DeviceStrategy::graph;
+  DeviceStrategy strategy_ = DeviceStrategy::automatic;  // until it is chosen
   bool overlaps_;
   std::string name_;
   Stream stream_;

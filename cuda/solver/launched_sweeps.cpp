@@ -11,8 +11,6 @@ class LaunchedSweeps final : public Sweeps {
         is_damped_(data.has_damping),
         options_(data.options) {}
 
-  [[nodiscard]] const char* name() const noexcept override { return "a launch a phase"; }
-
   bool take_over(const SolverData& /*data*/, std::span<const Stage> /*stages*/,
                  const StageRecords& /*records*/, cudaStream_t /*stream*/) override {
     return true;

@@ -46,6 +46,9 @@ struct ClusterKind {
 };
 
 struct StepKernels {
+  /// What the code that the current device runs was compiled for, 90 of compute capability 9.0.
+  int (*code_architecture)();
+
   /// Ends a substep with velocities, begins one with a prediction, or both.
   void (*advance)(const DeviceState&, const StepInput*, bool ends, bool begins, const Launch&);
 

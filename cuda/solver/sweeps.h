@@ -45,9 +45,6 @@ class Sweeps {
  public:
   virtual ~Sweeps() = default;
 
-  /// For the backend's name.
-  [[nodiscard]] virtual const char* name() const noexcept = 0;
-
   /// Takes the stages over, the first time or when they changed. Waits.
   /// @return  whether it can sweep them
   virtual bool take_over(const SolverData& data, std::span<const Stage> stages,

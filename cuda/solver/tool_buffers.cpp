@@ -47,12 +47,12 @@ ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const Cop
 void ToolBuffers::take_over(const SolverData& data) {
   const auto copy_count = static_cast<std::size_t>(data.copy_count());
   copies_.resize(copy_count);
-  has_pushers_ = has_attachments_ = false;
   for (Index copy = 0; copy < data.copy_count(); ++copy) {
+    // A recorded step stays as it is while there is room, and also once the last tool lets go:
+    // kernels then find nothing to do.
     const CopyTools& tools = copies_[copy] = find_tools(data, data.copy(copy));
     has_pushers_ = has_pushers_ || tools.pusher_count > 0;
     has_attachments_ = has_attachments_ || tools.attachment_count > 0;
-    // a recorded step stays as it is while there is room
     arrays_.pusher_room = std::max(arrays_.pusher_room, tools.pusher_count);
     arrays_.attachment_room = std::max(arrays_.attachment_room, tools.attachment_count);
   }

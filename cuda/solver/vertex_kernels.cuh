@@ -43,6 +43,16 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
 }
 
+/// What the code that runs on the current device was compiled for, 90 of compute capability 9.0:
+/// less than the device's own where the driver made it of an older one.
+int code_architecture() {
+  cudaFuncAttributes attributes{};
+  check(cudaFuncGetAttributes(&attributes,
+                              reinterpret_cast<const void*>(&advance_vertices<true, true>)),
+        "asking what kernels were compiled for");
+  return attributes.ptxVersion;
+}
+
 void advance(const DeviceState& state, const StepInput* input, bool ends, bool begins,
              const Launch& how) {
   auto* const kernel = !begins ? advance_vertices<true, false>

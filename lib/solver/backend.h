@@ -36,7 +36,8 @@ class Backend {
   /// Who it is, for example "cuda, NVIDIA H200, graph, fast".
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 
-  /// Begins a step; may return before it is done.
+  /// Begins a step; may return before it is done. If it throws, what it keeps elsewhere may be part
+  /// of a step on.
   /// @param dt  s, positive and finite
   virtual void start_step(SolverData& data, float dt) = 0;
 

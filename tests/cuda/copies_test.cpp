@@ -56,7 +56,13 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
                Variant{.mode = ProjectionMode::fraction, .max_colors = 9, .contact_capacity = 4096},
                Variant{.method = SolverMethod::vertex_block, .contact_capacity = 3},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
-  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  const auto strategy =
+      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
+  if (strategy == DeviceStrategy::cluster &&
+      (variant.composition == PlanComposition::joint || variant.max_colors > 0 ||
+       variant.method == SolverMethod::vertex_block)) {
+    return;  // no plans for a cluster
+  }
   const SolverOptions options = options_of(variant, strategy);
   SolverOptions alone = options;
   alone.backend = BackendKind::serial;

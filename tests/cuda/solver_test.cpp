@@ -188,6 +188,35 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
   }
 }
 
+// Would catch threads that miss each other where a block waits for nothing: they would wait for
+// ever.
+TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
+  const Scene scene = make_block({4, 3, 3});
+  SolverOptions options{.substeps = 1, .iterations = 200, .math = MathMode::strict};
+  options.composition = PlanComposition::separate;
+  options.backend = BackendKind::serial;
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  options.device_strategy = DeviceStrategy::cluster;
+  Solver device(scene, options);
+  for (int i = 0; i < 100; ++i) {
+    serial.step(kTimeStep);
+    device.step(kTimeStep);
+  }
+  CHECK(device.state_hash() == serial.state_hash());
+}
+
+TEST_CASE("cuda solver: a scene of nothing, and one of vertices alone, step", "[device]") {
+  Solver empty(Scene{}, {.backend = BackendKind::cuda});
+  CHECK(equal(empty.step(kTimeStep), StepReport{}));
+  Scene scene;
+  const std::array<Eigen::Vector3d, 2> positions{Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()};
+  scene.add_particles("two", positions, 1e-3);
+  Solver falling(scene, {.backend = BackendKind::cuda});
+  falling.step(kTimeStep);
+  CHECK(falling.positions()[1].y() < 1);
+}
+
 // Large enough for clusters of sixteen blocks, and for several rounds a phase.
 TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", "[device]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
