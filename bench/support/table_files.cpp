@@ -82,6 +82,13 @@ void merge_into_json(const std::filesystem::path& path, const std::string& key, 
   write_text(path, tables.dump(2) + "\n");
 }
 
+void write_table(const std::filesystem::path& folder, const std::string& name, const Json& rows,
+                 const std::string& markdown) {
+  write_text(folder / (name + ".md"), markdown);
+  write_text(folder / (name + ".csv"), to_csv(rows));
+  merge_into_json(folder / "tables.json", name, rows);
+}
+
 void write_text(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path);
   file << text;

@@ -45,6 +45,11 @@ struct Column {
 /// @throws FileError  if the file is there and is no JSON object, or cannot be written
 void merge_into_json(const std::filesystem::path& path, const std::string& key, const Json& rows);
 
+/// Writes a table as NAME.md and NAME.csv, and puts it under its name into tables.json.
+/// @throws FileError  as those below and above
+void write_table(const std::filesystem::path& folder, const std::string& name, const Json& rows,
+                 const std::string& markdown);
+
 /// @throws FileError  if the file cannot be written
 void write_text(const std::filesystem::path& path, const std::string& text);
 

@@ -51,9 +51,7 @@ void run(const Arguments& arguments) {
   const Json json = to_json(rows);
   const std::string markdown = to_markdown(json, notes);
   std::fputs(markdown.c_str(), stdout);
-  write_text(arguments.out / "table1.md", markdown);
-  write_text(arguments.out / "table1.csv", to_csv(json));
-  merge_into_json(arguments.out / "tables.json", "table1", json);
+  write_table(arguments.out, "table1", json, markdown);
   if (!arguments.no_pictures) {
     draw_pictures(samples, arguments.out);
   }

@@ -52,9 +52,7 @@ std::string write_tables(const Arguments& arguments, const std::vector<Row>& row
   }
   const Json json = to_json(rows);
   const std::string markdown = to_markdown(json, notes);
-  write_text(arguments.out / "table2.md", markdown);
-  write_text(arguments.out / "table2.csv", to_csv(json));
-  merge_into_json(arguments.out / "tables.json", "table2", json);
+  write_table(arguments.out, "table2", json, markdown);
   return markdown;
 }
 

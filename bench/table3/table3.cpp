@@ -54,9 +54,7 @@ void run(const Arguments& arguments) {
   const Json json = to_json(rows);
   const std::string markdown = to_markdown(json, notes);
   std::fputs(markdown.c_str(), stdout);
-  write_text(arguments.out / "table3.md", markdown);
-  write_text(arguments.out / "table3.csv", to_csv(json));
-  merge_into_json(arguments.out / "tables.json", "table3", json);
+  write_table(arguments.out, "table3", json, markdown);
 }
 
 }  // namespace

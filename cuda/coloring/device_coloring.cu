@@ -15,6 +15,7 @@
 #include "pbdsurg/cuda/coloring.h"
 #include "pbdsurg/cuda/device.h"
 
+#include "buffer.cuh"
 #include "check.cuh"
 #include "coloring/balance_program.h"
 #include "coloring/claims.h"
@@ -29,28 +30,9 @@
 #include "coloring/luby_program.h"
 #include "coloring/random_disc_program.h"
 #include "coloring/repair_program.h"
-#include "device_buffer.cuh"
+#include "stream.cuh"
 
 namespace pbdsurg::cuda {
-
-namespace {
-
-// Makes a device the current one while it lives.
-class DeviceScope {
- public:
-  explicit DeviceScope(int device) {
-    PBDSURG_CUDA_CHECK(cudaGetDevice(&previous_));
-    PBDSURG_CUDA_CHECK(cudaSetDevice(device));
-  }
-  ~DeviceScope() { static_cast<void>(cudaSetDevice(previous_)); }
-  DeviceScope(const DeviceScope&) = delete;
-  DeviceScope& operator=(const DeviceScope&) = delete;
-
- private:
-  int previous_ = 0;
-};
-
-}  // namespace
 
 struct DeviceColoring::Data {
   static constexpr std::size_t kScalars = 8;
@@ -84,7 +66,8 @@ struct DeviceColoring::Data {
   DeviceBuffer<Index> vertex_state, palette_of, sizes, changes, begins, counts;
   DeviceBuffer<Unevenness> unevenness;
   DeviceBuffer<unsigned char> scratch;
-  cudaStream_t stream = nullptr;
+  Stream own_stream;
+  cudaStream_t stream = own_stream.get();
 
   int device = 0;
 
@@ -97,9 +80,7 @@ struct DeviceColoring::Data {
       throw BackendUnavailable("CUDA device " + std::to_string(device) +
                                " cannot launch cooperative grids, which colouring needs");
     }
-    PBDSURG_CUDA_CHECK(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
   }
-  ~Data() { static_cast<void>(cudaStreamDestroy(stream)); }
 
   template <class F>
   void with_access(F&& f) const {
@@ -487,7 +468,7 @@ void DeviceColoring::color(const ColoringOptions& options) {
                           " is sequential by nature: on CUDA, use natural or largest_valence");
   }
   Data& data = *data_;
-  const DeviceScope scope(data.device);
+  const CurrentDevice scope(data.device);
   data.has_colors = false;
   data.color_count = 0;
   if (data.count == 0) {
@@ -532,7 +513,7 @@ Coloring DeviceColoring::download() const {
   Coloring coloring;
   coloring.color_count = data_->color_count;
   if (data_->has_colors) {
-    const DeviceScope scope(data_->device);
+    const CurrentDevice scope(data_->device);
     coloring.color_of = data_->read(data_->color_of.get(), static_cast<std::size_t>(data_->count));
   }
   return coloring;

@@ -2,124 +2,82 @@
 #include "solver/cluster_program.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
+#include <cstring>
 
 namespace pbdsurg::cuda {
 namespace {
 
 constexpr Index kNumbers = sizeof(Word128) / sizeof(std::uint32_t);
 
-/// A constraint without its vertices, the same for all kinds.
-struct Numbers {
+/// How a kind of constraint lies in its records and in the words of a cluster.
+struct Shape {
+  DeviceArray array;
   Index corner_count;
-  std::vector<float> parameters;  // the first two go into word 0
-  float damping = 0;              // in word 0, of constraints of two
+  Index parameter_count;  // after the places of a record
+  Index record_size;      // numbers
+  Index multiplier_count;
+
+  // The first two parameters are in word 0. Damping is the last one of volumes, and left out where
+  // nothing is damped.
+  [[nodiscard]] Index packed_parameters(bool is_damped) const {
+    return array == DeviceArray::volumes && !is_damped ? parameter_count - 1 : parameter_count;
+  }
+  [[nodiscard]] Index words(bool is_damped) const {
+    return 1 + (std::max<Index>(packed_parameters(is_damped) - 2, 0) + kNumbers - 1) / kNumbers;
+  }
 };
 
-template <std::size_t kCount>
-void append_places(const Index (&places)[kCount], std::vector<SweepConstraint>& constraints) {
-  SweepConstraint constraint;
-  constraint.places.fill(kInvalidIndex);
-  std::copy(std::begin(places), std::end(places), constraint.places.begin());
-  constraints.push_back(constraint);
+template <class Record>
+constexpr Index kSizeOf = sizeof(Record) / sizeof(float);
+
+constexpr Shape kDistances{DeviceArray::distances, 2, 2, kSizeOf<DistanceRecord>, 1};
+constexpr Shape kVolumes{DeviceArray::volumes, 4, 3, kSizeOf<VolumeRecord>, 1};
+constexpr Shape kNeoHookeans{DeviceArray::neo_hookeans, 4, NeoHookeanConstraint::kParameterCount,
+                             kSizeOf<NeoHookeanRecord>, NeoHookeanConstraint::kMultiplierCount};
+constexpr Shape kStrainLimits{DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0};
+
+/// Calls visit(shape, records) for a kind.
+template <class Visit>
+auto visit_kind(PhaseKind kind, const StageRecords& records, Visit visit) {
+  switch (kind) {
+    case PhaseKind::distance:
+      return visit(kDistances, records.distances);
+    case PhaseKind::volume:
+      return visit(kVolumes, records.volumes);
+    case PhaseKind::neo_hookean:
+      return visit(kNeoHookeans, records.neo_hookeans);
+    default:
+      return visit(kStrainLimits, records.strain_limits);
+  }
+}
+
+/// Null for what no cluster projects.
+const Shape* shape_of(DeviceArray array) {
+  for (const Shape* const shape : {&kDistances, &kVolumes, &kNeoHookeans, &kStrainLimits}) {
+    if (shape->array == array) {
+      return shape;
+    }
+  }
+  return nullptr;
 }
 
 std::vector<SweepConstraint> places_of(const Stage& stage, const StageRecords& records) {
-  std::vector<SweepConstraint> constraints;
-  for (Index i = stage.first; i < stage.first + stage.count; ++i) {
-    switch (stage.kind) {
-      case PhaseKind::distance:
-        append_places(records.distances[i].places, constraints);
-        break;
-      case PhaseKind::volume:
-        append_places(records.volumes[i].places, constraints);
-        break;
-      case PhaseKind::neo_hookean:
-        append_places(records.neo_hookeans[i].places, constraints);
-        break;
-      default:
-        append_places(records.strain_limits[i].places, constraints);
-        break;
+  return visit_kind(stage.kind, records, [&](const Shape&, const auto& all) {
+    std::vector<SweepConstraint> constraints(static_cast<std::size_t>(stage.count));
+    for (Index i = 0; i < stage.count; ++i) {
+      constraints[i].places.fill(kInvalidIndex);
+      std::ranges::copy(all[stage.first + i].places, constraints[i].places.begin());
     }
-  }
-  return constraints;
-}
-
-Numbers numbers_of(PhaseKind kind, Index record, const StageRecords& records, bool is_damped) {
-  switch (kind) {
-    case PhaseKind::distance: {
-      const DistanceRecord& distance = records.distances[record];
-      return {2, {distance.rest, distance.stiffness}, records.distance_damping[record]};
-    }
-    case PhaseKind::volume: {
-      const VolumeRecord& volume = records.volumes[record];
-      Numbers numbers{4, {volume.rest, volume.stiffness}};
-      if (is_damped) {
-        numbers.parameters.push_back(volume.damping);
-      }
-      return numbers;
-    }
-    case PhaseKind::neo_hookean: {
-      const auto& parameters = records.neo_hookeans[record].parameters;
-      return {4, {std::begin(parameters), std::end(parameters)}};
-    }
-    default:
-      return {2, {records.strain_limits[record].limit, 0}};
-  }
-}
-
-DeviceArray array_of(PhaseKind kind) {
-  switch (kind) {
-    case PhaseKind::distance:
-      return DeviceArray::distances;
-    case PhaseKind::volume:
-      return DeviceArray::volumes;
-    case PhaseKind::neo_hookean:
-      return DeviceArray::neo_hookeans;
-    default:
-      return DeviceArray::strain_limits;
-  }
-}
-
-Index words_of(PhaseKind kind, bool is_damped) {
-  switch (kind) {
-    case PhaseKind::volume:
-      return is_damped ? 2 : 1;
-    case PhaseKind::neo_hookean:
-      return 1 + (NeoHookeanConstraint::kParameterCount - 2 + kNumbers - 1) / kNumbers;
-    default:
-      return 1;
-  }
-}
-
-Index multipliers_of(PhaseKind kind) {
-  return kind == PhaseKind::neo_hookean ? NeoHookeanConstraint::kMultiplierCount : 1;
+    return constraints;
+  });
 }
 
 std::uint32_t& number(Word128& word, Index i) {
   std::uint32_t* const numbers[] = {&word.x, &word.y, &word.z, &word.w};
   return *numbers[i];
-}
-
-/// How a kind's record lies, by words of 4 bytes.
-struct RecordShape {
-  Index size;
-  Index corner_count;
-  Index parameter_count;
-};
-
-RecordShape shape_of(DeviceArray array) {
-  switch (array) {
-    case DeviceArray::volumes:
-      return {sizeof(VolumeRecord) / sizeof(float), 4, 3};
-    case DeviceArray::neo_hookeans:
-      return {sizeof(NeoHookeanRecord) / sizeof(float), 4, NeoHookeanConstraint::kParameterCount};
-    case DeviceArray::strain_limits:
-      return {sizeof(StrainLimitRecord) / sizeof(float), 2, 1};
-    default:
-      return {sizeof(DistanceRecord) / sizeof(float), 2, 2};
-  }
 }
 
 void append_vertices(const ScheduledBlock& block, std::uint32_t b, ClusterProgram& program) {
@@ -164,9 +122,9 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
   }
   program.thread_count = most <= kFewClusterThreads ? kFewClusterThreads : kManyClusterThreads;
   for (const Stage& stage : stages) {
-    auto& locations = locations_[static_cast<int>(array_of(stage.kind))];
-    locations.resize(
-        std::max(locations.size(), static_cast<std::size_t>(stage.first + stage.count)));
+    visit_kind(stage.kind, records, [&](const Shape& shape, const auto& all) {
+      locations_[static_cast<int>(shape.array)].resize(all.size());
+    });
   }
   program.homes.resize(static_cast<std::size_t>(place_count));
   for (std::size_t b = 0; b < schedule.blocks().size(); ++b) {
@@ -190,87 +148,77 @@ std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage
 void ClusterRecords::append_phase(const ClusterSchedule& schedule, Index b, Index phase,
                                   const Stage& stage, const StageRecords& records,
                                   ClusterProgram& program) {
-  const ScheduledBlock& block = schedule.blocks()[b];
-  const auto& constraints = block.constraints[phase];
-  const auto count = static_cast<Index>(constraints.size());
-  const Index words = words_of(stage.kind, is_damped_);
-  // one round at least: each block waits for what comes to it in each phase
-  for (Index first = 0; first == 0 || first < count; first += program.thread_count) {
-    const Index size = std::min(program.thread_count, count - first);
-    const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
-    const std::size_t start = program.words.size();
-    const std::size_t targets = start + static_cast<std::size_t>(size * words);
-    program.rounds.push_back(
-        {static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(program.multiplier_count),
-         static_cast<std::uint16_t>(size), static_cast<std::uint16_t>(border),
-         static_cast<std::uint16_t>(phase), static_cast<std::uint8_t>(stage.kind),
-         static_cast<std::uint8_t>(words)});
-    program.multiplier_count += static_cast<std::size_t>(size * multipliers_of(stage.kind));
-    program.words.resize(targets + static_cast<std::size_t>(border));
-    program.most_words = std::max(program.most_words, size * words + border);
-    for (Index i = 0; i < size; ++i) {
-      const Index constraint = constraints[first + i];
-      const Index record = stage.first + constraint;
-      const Numbers numbers = numbers_of(stage.kind, record, records, is_damped_);
-      const std::size_t here = start + static_cast<std::size_t>(i);
-      locations_[static_cast<int>(array_of(stage.kind))][record] = {
-          static_cast<std::uint32_t>(here), static_cast<std::uint32_t>(size)};
-      Word128& head = program.words[here];
-      for (Index corner = 0; corner < numbers.corner_count; ++corner) {
-        const VertexTarget& target = schedule.target(phase, constraint, corner);
-        auto half = static_cast<std::uint32_t>(schedule.slot(phase, constraint, corner));
-        if (target.block != b) {
-          half |= kLeaves;
-          number(program.words[targets + static_cast<std::size_t>(i)], corner) =
-              pack_target(target.block, target.phase, target.slot);
+  visit_kind(stage.kind, records, [&](const Shape& shape, const auto& all) {
+    const ScheduledBlock& block = schedule.blocks()[b];
+    const auto& constraints = block.constraints[phase];
+    const auto count = static_cast<Index>(constraints.size());
+    const Index words = shape.words(is_damped_);
+    auto& locations = locations_[static_cast<int>(shape.array)];
+    // one round at least: each block waits for what comes to it in each phase
+    for (Index first = 0; first == 0 || first < count; first += program.thread_count) {
+      const Index size = std::min(program.thread_count, count - first);
+      const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
+      const std::size_t start = program.words.size();
+      const std::size_t targets = start + static_cast<std::size_t>(size * words);
+      program.rounds.push_back(
+          {static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(program.multiplier_count),
+           static_cast<std::uint16_t>(size), static_cast<std::uint16_t>(border),
+           static_cast<std::uint16_t>(phase), static_cast<std::uint8_t>(stage.kind),
+           static_cast<std::uint8_t>(words)});
+      program.multiplier_count += static_cast<std::size_t>(size * shape.multiplier_count);
+      program.words.resize(targets + static_cast<std::size_t>(border));
+      program.most_words = std::max(program.most_words, size * words + border);
+      for (Index i = 0; i < size; ++i) {
+        const Index constraint = constraints[first + i];
+        const Index record = stage.first + constraint;
+        const std::size_t here = start + static_cast<std::size_t>(i);
+        locations[record] = {static_cast<std::uint32_t>(here), static_cast<std::uint32_t>(size)};
+        Word128& head = program.words[here];
+        for (Index corner = 0; corner < shape.corner_count; ++corner) {
+          const VertexTarget& target = schedule.target(phase, constraint, corner);
+          auto half = static_cast<std::uint32_t>(schedule.slot(phase, constraint, corner));
+          if (target.block != b) {
+            half |= kLeaves;
+            number(program.words[targets + static_cast<std::size_t>(i)], corner) =
+                pack_target(target.block, target.phase, target.slot);
+          }
+          number(head, corner / 2) |= half << (16 * (corner % 2));
         }
-        number(head, corner / 2) |= half << (16 * (corner % 2));
-      }
-      if (numbers.corner_count == 2) {
-        head.y = std::bit_cast<std::uint32_t>(numbers.damping);
-      }
-      for (Index p = 0; p < static_cast<Index>(numbers.parameters.size()); ++p) {
-        const Index at = p + 2;  // after the slots
-        number(program.words[here + static_cast<std::size_t>(at / kNumbers * size)],
-               at % kNumbers) = std::bit_cast<std::uint32_t>(numbers.parameters[p]);
+        if (stage.kind == PhaseKind::distance) {
+          head.y = std::bit_cast<std::uint32_t>(records.distance_damping[record]);
+        }
+        std::array<std::uint32_t, sizeof all[0] / sizeof(std::uint32_t)> numbers;
+        std::memcpy(numbers.data(), &all[record], sizeof all[0]);
+        for (Index p = 0; p < shape.packed_parameters(is_damped_); ++p) {
+          const Index at = p + 2;  // after the slots
+          number(program.words[here + static_cast<std::size_t>(at / kNumbers * size)],
+                 at % kNumbers) = numbers[shape.corner_count + p];
+        }
       }
     }
-  }
-}
-
-Index ClusterRecords::words_per_record(DeviceArray array) const noexcept {
-  switch (array) {
-    case DeviceArray::volumes:
-      return words_of(PhaseKind::volume, is_damped_);
-    case DeviceArray::neo_hookeans:
-      return words_of(PhaseKind::neo_hookean, is_damped_);
-    default:
-      return 1;
-  }
+  });
 }
 
 void ClusterRecords::follow(std::span<const WordChange> changes,
                             std::vector<WordChange>& words) const {
   for (const WordChange& change : changes) {
-    const auto& locations = locations_[static_cast<int>(change.array)];
-    const RecordShape shape = shape_of(change.array);
-    const Index record = static_cast<Index>(change.word) / shape.size;
-    if (record >= static_cast<Index>(locations.size())) {
-      continue;  // of what no sweep projects
+    const Shape* const shape = shape_of(change.array);
+    if (shape == nullptr) {
+      continue;
     }
-    const Location& location = locations[record];
-    const auto write = [&](Index parameter, std::uint32_t value) {
-      const auto at = static_cast<std::uint32_t>(parameter + 2);
+    const Index record = static_cast<Index>(change.word) / shape->record_size;
+    const Index field = static_cast<Index>(change.word) % shape->record_size;
+    const Index parameter = field - shape->corner_count;
+    const Location& location = locations_[static_cast<int>(change.array)][record];
+    const auto write = [&](Index p, std::uint32_t value) {
+      const auto at = static_cast<std::uint32_t>(p + 2);
       words.push_back({DeviceArray::cluster,
                        kNumbers * (location.word + at / kNumbers * location.stride) + at % kNumbers,
                        value});
     };
-    const Index field = static_cast<Index>(change.word) % shape.size;
-    const Index parameter = field - shape.corner_count;
     if (field == 0 && static_cast<Index>(change.value) < 0) {
       write(0, kRemovedConstraint);
-    } else if (parameter >= 0 && parameter < shape.parameter_count &&
-               parameter + 2 < kNumbers * words_per_record(change.array)) {
+    } else if (parameter >= 0 && parameter < shape->packed_parameters(is_damped_)) {
       write(parameter, change.value);
     }
   }

@@ -42,8 +42,7 @@ class ClusterRecords {
   /// Makes a program of stages.
   /// @param block_count  1 to kMostClusterBlocks
   /// @return  nothing if a cluster cannot execute the stages: none, serial or joint ones, too many
-  /// phases,
-  ///          or more vertices than a block has slots
+  ///          phases, or more vertices than a block has slots
   [[nodiscard]] std::optional<ClusterProgram> make_program(std::span<const Stage> stages,
                                                            const StageRecords& records,
                                                            Index place_count, Index block_count,
@@ -61,7 +60,6 @@ class ClusterRecords {
   };
   void append_phase(const ClusterSchedule& schedule, Index block, Index phase, const Stage& stage,
                     const StageRecords& records, ClusterProgram& program);
-  [[nodiscard]] Index words_per_record(DeviceArray array) const noexcept;
 
   std::array<std::vector<Location>, kDeviceArrayCount> locations_;  ///< [array][record]
   bool is_damped_ = false;

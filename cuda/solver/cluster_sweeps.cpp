@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "device_buffer.cuh"
+#include "buffer.cuh"
 #include "solver/cluster_program.h"
 #include "solver/sweeps.h"
 
@@ -31,8 +31,7 @@ Index phase_time(Index phase_size, Index block_count) {
 
 class ClusterSweeps final : public Sweeps {
  public:
-  explicit ClusterSweeps(const SolverData& data)
-      : kernels_(data.options.math == MathMode::strict ? strict_kernels : fast_kernels) {
+  explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
     kind_.mode = data.options.mode;
     kind_.is_damped = data.has_damping && kind_.mode == ProjectionMode::compliance;
     kind_.has_solids = data.neo_hookeans.group_count() > 0;

@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-#include "device_buffer.cuh"
+#include "buffer.cuh"
 #include "solver/device_arrays.h"
 #include "solver/stage_plan.h"
 

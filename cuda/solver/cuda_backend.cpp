@@ -15,11 +15,11 @@
 #include "solver/state_buffers.h"
 #include "solver/state_report.h"
 #include "solver/step_graph.h"
-#include "solver/stream.h"
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
 #include "solver/vertex_buffers.h"
 #include "solver/word_kernels.h"
+#include "stream.cuh"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -51,10 +51,6 @@ const char* name_of(DeviceStrategy strategy) {
   return "graph";
 }
 
-const StepKernels& kernels_of(const SolverData& data) {
-  return data.options.math == MathMode::strict ? strict_kernels : fast_kernels;
-}
-
 // Whether a kernel may be brought to the device while the one before is at work.
 bool can_overlap(const StepKernels& kernels) {
   constexpr int kSince = 12030;  // graphs record it
@@ -69,7 +65,7 @@ class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()),
-        overlaps_(can_overlap(kernels_of(data))),
+        overlaps_(can_overlap(kernels_of(data.options))),
         state_(data, stream_.get()) {
     make_plan(data);
     name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
@@ -249,7 +245,7 @@ class CudaBackend final : public Backend {
 
   void enqueue(const SolverData& data) {
     const DeviceStep step{
-        &kernels_of(data),
+        &kernels_of(data.options),
         {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
          tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
         {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},

@@ -19,6 +19,9 @@ namespace {
 
 constexpr int kWarp = 32;
 
+/// As kTetEdges of mesh/topology.h, whose Eigen stays out of kernels.
+__device__ constexpr int kTetEdgeEnds[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
 /// First of all in every kernel that reads what others have written; no thread may leave before,
 /// or the kernel might end before the one that it follows.
 __device__ inline void wait_for_previous() {

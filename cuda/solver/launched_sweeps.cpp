@@ -7,9 +7,7 @@ namespace {
 class LaunchedSweeps final : public Sweeps {
  public:
   explicit LaunchedSweeps(const SolverData& data)
-      : kernels_(data.options.math == MathMode::strict ? strict_kernels : fast_kernels),
-        is_damped_(data.has_damping),
-        options_(data.options) {}
+      : kernels_(kernels_of(data.options)), is_damped_(data.has_damping), options_(data.options) {}
 
   bool take_over(const SolverData& /*data*/, std::span<const Stage> /*stages*/,
                  const StageRecords& /*records*/, cudaStream_t /*stream*/) override {

@@ -191,8 +191,6 @@ __global__ void __launch_bounds__(kSerialThreads)
   }
 }
 
-constexpr int kTetEdgeEnds[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-
 /// One edge of a tetrahedron, if it owns it. What it does not own is computed, too, and thrown
 /// away: threads of a warp own different edges.
 template <int kEdge, ProjectionMode kMode, bool kDamped>

@@ -92,7 +92,6 @@ __device__ inline void see_volumes(const Particle* particles, const ConstraintAr
 
 __device__ inline void see_joints(const Particle* particles, const ConstraintArrays& all,
                                   Seen& seen) {
-  constexpr int kEnds[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
   for (Index i = thread_index(); i < all.joint_count; i += thread_count()) {
     const JointRecord record = load_constant(all.joints + i);
     if (record.places[0] >= 0) {
@@ -101,7 +100,7 @@ __device__ inline void see_joints(const Particle* particles, const ConstraintArr
       see_volume(x, record.rest, seen);
 #pragma unroll
       for (int k = 0; k < 6; ++k) {
-        const Vec3<float> ends[2] = {x[kEnds[k][0]], x[kEnds[k][1]]};
+        const Vec3<float> ends[2] = {x[kTetEdgeEnds[k][0]], x[kTetEdgeEnds[k][1]]};
         see_distance(ends, record.edge_rest[k], seen);
       }
     }

@@ -8,9 +8,8 @@
 #include <cstddef>
 #include <span>
 
-#include "device_buffer.cuh"
+#include "buffer.cuh"
 #include "solver/device_arrays.h"
-#include "solver/pinned_buffer.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg::cuda {

@@ -41,6 +41,11 @@ struct SweepArrays {
   }
 };
 
+/// Those of the two compilations that options ask for.
+[[nodiscard]] inline const StepKernels& kernels_of(const SolverOptions& options) noexcept {
+  return options.math == MathMode::strict ? strict_kernels : fast_kernels;
+}
+
 class Sweeps {
  public:
   virtual ~Sweeps() = default;

@@ -7,9 +7,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "device_buffer.cuh"
+#include "buffer.cuh"
 #include "solver/device_arrays.h"
-#include "solver/pinned_buffer.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg::cuda {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device_buffer.cuh"
+#include "buffer.cuh"
 #include "solver/device_arrays.h"
 #include "solver/solver_data.h"
 #include "solver/stages.h"

@@ -2,22 +2,24 @@
 #pragma once
 
 /// @file
-/// Points and segments.
+/// Points and segments, on a CPU or a device.
 
-#include <Eigen/Core>
-#include <algorithm>
+#include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 
 /// The point of the segment from a to b that is nearest to x.
-inline Eigen::Vector3f closest_on_segment(const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-                                          const Eigen::Vector3f& x) {
-  const Eigen::Vector3f d = b - a;
-  const float length_squared = d.squaredNorm();
+PBDSURG_HOST_DEVICE inline Vec3<float> closest_on_segment(const Vec3<float>& a,
+                                                          const Vec3<float>& b,
+                                                          const Vec3<float>& x) {
+  const Vec3<float> d = b - a;
+  const float length_squared = dot(d, d);
   if (!(length_squared > 0)) {
     return a;
   }
-  return a + std::clamp((x - a).dot(d) / length_squared, 0.0F, 1.0F) * d;
+  const float share = dot(x - a, d) / length_squared;
+  return a + (share < 0 ? 0.0F : (share > 1 ? 1.0F : share)) * d;
 }
 
 }  // namespace pbdsurg

@@ -10,6 +10,8 @@
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/vec3.h"
 
+#include "core/segment.h"
+
 namespace pbdsurg {
 
 /// Vertices this share of a radius away get a contact too, so that the sweeps cannot push them in.
@@ -61,13 +63,7 @@ struct ContactSearch {
   /// @param x  m, the vertex
   PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule, const Vec3<float>& x) {
     using std::sqrt;
-    const Vec3<float> axis = capsule.end - capsule.start;
-    const float length_squared = dot(axis, axis);
-    Vec3<float> axis_point = capsule.start;
-    if (length_squared > 0) {
-      const float share = dot(x - capsule.start, axis) / length_squared;
-      axis_point = axis_point + (share < 0 ? 0.0F : (share > 1 ? 1.0F : share)) * axis;
-    }
+    const Vec3<float> axis_point = closest_on_segment(capsule.start, capsule.end, x);
     const Vec3<float> away = x - axis_point;
     const float distance = sqrt(dot(away, away));
     // a vertex on the axis has no side to be pushed to

@@ -11,6 +11,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "core/segment.h"
+#include "solver/load_store.h"
 
 namespace pbdsurg {
 namespace {
@@ -139,8 +140,10 @@ std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
     if (!solver.is_link_alive(static_cast<Index>(l))) {
       continue;
     }
-    const double distance =
-        (closest_on_segment(positions[link.first], positions[link.second], tip) - tip).norm();
+    const Vec3<float> away =
+        closest_on_segment(load(positions[link.first]), load(positions[link.second]), load(tip)) -
+        load(tip);
+    const double distance = std::sqrt(dot(away, away));
     if (distance < options_.contact_radius) {
       touched.push_back(
           {static_cast<Index>(l), options_.link_share * (1 - distance / options_.contact_radius)});

@@ -16,6 +16,7 @@
 
 #include "solver/load_store.h"
 #include "solver/stage_plan.h"
+#include "support/eventful_program.h"
 
 namespace pbdsurg::cuda::testing {
 
@@ -177,22 +178,7 @@ struct HostStages {
 };
 
 /// What plans can be made of.
-struct PlanVariant {
-  ProjectionMode mode = ProjectionMode::compliance;
-  PlanComposition composition = PlanComposition::separate;
-  int max_colors = 0;
-  float damping = 0;  // s
-};
-
-inline SolverOptions options_of(const PlanVariant& variant) {
-  SolverOptions options{
-      .mode = variant.mode, .substeps = 2, .iterations = 2, .composition = variant.composition};
-  options.coloring.max_colors = variant.max_colors;
-  options.coloring.repair = variant.max_colors == 0;
-  return options;
-}
-
-inline std::vector<PlanVariant> plan_variants() {
+inline std::vector<pbdsurg::testing::Variant> plan_variants() {
   return {{},
           {.damping = 0.01F},
           {.composition = PlanComposition::joint},

@@ -7,26 +7,26 @@
 #include <string>
 #include <vector>
 
+#include "buffer.cuh"
 #include "host_stages.h"
 #include "solver/constraint_buffers.h"
 #include "solver/contact_stage.h"
-#include "solver/pinned_buffer.h"
 #include "solver/serial_phases.h"
 #include "solver/state_buffers.h"
 #include "solver/state_report.h"
 #include "solver/step_kernels.h"
-#include "solver/stream.h"
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
 #include "solver/vertex_buffers.h"
+#include "stream.cuh"
 #include "support/catch.h"
 #include "support/eventful_program.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
+using pbdsurg::testing::Variant;
 using testing::HostStages;
-using testing::PlanVariant;
 
 constexpr float kTimeStep = 2e-3F;  // s
 
@@ -111,14 +111,23 @@ void add_tools(Solver& solver) {
   solver.move_tool(other, pose);
 }
 
+void check_forces(const Vec3<float>* forces, const std::vector<ToolState>& tools) {
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    INFO("force on tool " << t);
+    CHECK(forces[t].x == tools[t].force.x());
+    CHECK(forces[t].y == tools[t].force.y());
+    CHECK(forces[t].z == tools[t].force.z());
+  }
+}
+
 }  // namespace
 
 TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device]") {
-  const PlanVariant variant = GENERATE(from_range(testing::plan_variants()));
+  const Variant variant = GENERATE(from_range(testing::plan_variants()));
   INFO("mode " << static_cast<int>(variant.mode) << ", composition "
                << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
                << " colors, damping " << variant.damping);
-  SolverOptions options = testing::options_of(variant);
+  SolverOptions options = pbdsurg::testing::options_of(variant);
   options.backend = BackendKind::serial;
   options.contact_capacity = 7;
   Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
@@ -216,12 +225,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   kernels.report(state, device.constraints.arrays(), input,
                  {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
   device.stream.wait();
-  for (std::size_t t = 0; t < data.tools.size(); ++t) {
-    INFO("force on tool " << t);
-    CHECK(forces.get()[t].x == data.tools[t].force.x());
-    CHECK(forces.get()[t].y == data.tools[t].force.y());
-    CHECK(forces.get()[t].z == data.tools[t].force.z());
-  }
+  check_forces(forces.get(), data.tools);
   CHECK(sums.get()->contacts == report.contacts);
   CHECK(sums.get()->dropped_contacts == report.dropped_contacts);
   CHECK(sums.get()->inverted_tets == report.inverted_tets);
@@ -418,12 +422,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   kernels.report(state, device.constraints.arrays(), input,
                  {sums.reserve(1), forces.reserve(data.tools.size()), nullptr, nullptr}, launch);
   device.stream.wait();
-  for (std::size_t t = 0; t < data.tools.size(); ++t) {
-    INFO("force on tool " << t);
-    CHECK(forces.get()[t].x == data.tools[t].force.x());
-    CHECK(forces.get()[t].y == data.tools[t].force.y());
-    CHECK(forces.get()[t].z == data.tools[t].force.z());
-  }
+  check_forces(forces.get(), data.tools);
 }
 
 }  // namespace pbdsurg::cuda

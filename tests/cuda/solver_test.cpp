@@ -22,34 +22,10 @@ using testing::ContainsSubstring;
 using testing::equal;
 using testing::EventfulProgram;
 using testing::make_eventful_scene;
+using testing::options_of;
+using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-struct Variant {
-  SolverMethod method = SolverMethod::projection;
-  ProjectionMode mode = ProjectionMode::compliance;
-  PlanComposition composition = PlanComposition::separate;
-  int max_colors = 0;
-  float damping = 0;  // s
-  int iterations = 2;
-  float over_relaxation = 1;
-  Index contact_capacity = 4096;
-};
-
-SolverOptions options_of(const Variant& variant) {
-  SolverOptions options{.method = variant.method,
-                        .mode = variant.mode,
-                        .substeps = 2,
-                        .iterations = variant.iterations,
-                        .damping = 2,
-                        .over_relaxation = variant.over_relaxation,
-                        .contact_capacity = variant.contact_capacity,
-                        .math = MathMode::strict,
-                        .composition = variant.composition};
-  options.coloring.max_colors = variant.max_colors;
-  options.coloring.repair = variant.max_colors == 0;
-  return options;
-}
 
 // Of the stiffest springs, or where the vertex-block method has to follow them, of soft ones.
 Scene make_block(std::array<Index, 3> cells = {6, 5, 5},
@@ -61,6 +37,17 @@ Scene make_block(std::array<Index, 3> cells = {6, 5, 5},
       method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : Material{});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
   return scene;
+}
+
+// The largest distance of a vertex in one solver from where it is in the other, in edges.
+float edges_apart(const Solver& a, const Solver& b) {
+  const std::vector<Eigen::Vector3f> of_a = a.positions();
+  const std::vector<Eigen::Vector3f> of_b = b.positions();
+  float apart = 0;
+  for (std::size_t v = 0; v < of_a.size(); ++v) {
+    apart = std::max(apart, (of_a[v] - of_b[v]).norm());
+  }
+  return apart / static_cast<float>(testing::kEventfulEdge);
 }
 
 }  // namespace
@@ -329,13 +316,7 @@ TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "
     }
   }
   CHECK(again.state_hash() == fast.state_hash());
-  const std::vector<Eigen::Vector3f> expected = strict.positions();
-  const std::vector<Eigen::Vector3f> actual = fast.positions();
-  float apart = 0;
-  for (std::size_t v = 0; v < expected.size(); ++v) {
-    apart = std::max(apart, (actual[v] - expected[v]).norm());
-  }
-  CHECK(apart < 1e-4F * static_cast<float>(testing::kEventfulEdge));
+  CHECK(edges_apart(fast, strict) < 1e-4F);
 }
 
 TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, close to strict",
@@ -372,13 +353,7 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
   }
   CHECK(contacts > 0);
   CHECK(again.state_hash() == fast.state_hash());
-  const std::vector<Eigen::Vector3f> expected = strict.positions();
-  const std::vector<Eigen::Vector3f> actual = fast.positions();
-  float apart = 0;
-  for (std::size_t v = 0; v < expected.size(); ++v) {
-    apart = std::max(apart, (actual[v] - expected[v]).norm());
-  }
-  CHECK(apart < 1e-3F * static_cast<float>(testing::kEventfulEdge));
+  CHECK(edges_apart(fast, strict) < 1e-3F);
 }
 
 TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes on", "[device]") {

@@ -19,8 +19,8 @@ namespace {
 
 using pbdsurg::testing::HookGuard;
 using pbdsurg::testing::kFakeDeviceHook;
+using pbdsurg::testing::Variant;
 using testing::HostStages;
-using testing::PlanVariant;
 
 constexpr Substep<float> kSubstep{1e3F, 1e6F};
 
@@ -83,11 +83,11 @@ void check_independent(std::span<const Record> records) {
 TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, too",
           "[equivalence]") {
   const HookGuard guard(&kFakeDeviceHook);  // logs edits
-  const PlanVariant variant = GENERATE(from_range(testing::plan_variants()));
+  const Variant variant = GENERATE(from_range(testing::plan_variants()));
   INFO("mode " << static_cast<int>(variant.mode) << ", composition "
                << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
                << " colors, damping " << variant.damping);
-  SolverOptions options = testing::options_of(variant);
+  SolverOptions options = pbdsurg::testing::options_of(variant);
   options.backend = BackendKind::cuda;
   Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
   SolverData& data = solver_data(solver);
@@ -99,23 +99,7 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
   for (Index round = 0; round < 30; ++round) {
     INFO("round " << round);
     data.changes.clear();
-    TopologyEdit edit;
-    for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += 97) {
-      if (!solver.is_tet_alive(t)) {
-        continue;
-      }
-      const Index edge = solver.tet_edges(t)[round % 6];
-      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
-      if (round % 3 != 0) {
-        edit.remove_tets.push_back(t);
-      } else if (!is_of_tube) {
-        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
-        if (data.distances.is_alive(edge)) {
-          edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
-        }
-      }
-    }
-    apply_edit(solver, edit);
+    apply_edit(solver, pbdsurg::testing::eventful_edit(solver, round));
     std::vector<WordChange> words;
     if (stages.plan.follow(data, data.changes, words)) {
       CHECK(words.size() < 60 * (data.changes.constraints.size() + data.changes.tets.size()));

@@ -166,22 +166,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   for (Index round = 0; round < 24; ++round) {
     INFO("damping " << damping << ", round " << round);
     data.changes.clear();
-    TopologyEdit edit;
-    for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += 97) {
-      if (!solver.is_tet_alive(t)) {
-        continue;
-      }
-      const Index edge = solver.tet_edges(t)[round % 6];
-      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
-      if (round % 3 != 0) {
-        edit.remove_tets.push_back(t);
-      } else if (!is_of_tube) {
-        edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
-        if (data.distances.is_alive(edge)) {
-          edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
-        }
-      }
-    }
+    TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
     if (round < 12) {
       edit.remove_links.push_back(2 * round);
       if (!solver.is_link_alive(2 * round)) {

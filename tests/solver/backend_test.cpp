@@ -25,6 +25,7 @@ using testing::equal;
 using testing::FakeDevice;
 using testing::HookGuard;
 using testing::kFakeDeviceHook;
+using testing::Variant;
 
 constexpr double kEdge = testing::kEventfulEdge;
 constexpr float kTimeStep = testing::kEventfulTimeStep;
@@ -38,14 +39,6 @@ Scene make_block() {
 FakeDevice& device_of(Solver& solver) {
   return dynamic_cast<FakeDevice&>(*solver_data(solver).backend);
 }
-
-struct Variant {
-  SolverMethod method = SolverMethod::projection;
-  ProjectionMode mode = ProjectionMode::compliance;
-  PlanComposition composition = PlanComposition::separate;
-  int max_colors = 0;
-  float damping = 0;
-};
 
 }  // namespace
 
@@ -64,13 +57,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const std::uint64_t seed = GENERATE(1, 2);
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
-  SolverOptions options{.method = variant.method,
-                        .mode = variant.mode,
-                        .substeps = 2,
-                        .iterations = 2,
-                        .composition = variant.composition};
-  options.coloring.max_colors = variant.max_colors;
-  options.coloring.repair = variant.max_colors == 0;
+  SolverOptions options = testing::options_of(variant);
   options.backend = BackendKind::serial;
   Solver serial(scene, options);
   options.backend = BackendKind::cuda;

@@ -19,16 +19,9 @@ namespace {
 using testing::ContainsSubstring;
 using testing::HookGuard;
 using testing::kFakeDeviceHook;
+using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-struct Variant {
-  SolverMethod method = SolverMethod::projection;
-  ProjectionMode mode = ProjectionMode::compliance;
-  PlanComposition composition = PlanComposition::separate;
-  int max_colors = 0;
-  float damping = 0;  // s
-};
 
 Scene make_block() {
   Scene scene;
@@ -48,16 +41,10 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
                Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
-  SolverOptions options{.method = variant.method,
-                        .mode = variant.mode,
-                        .substeps = 2,
-                        .iterations = 2,
-                        .contact_capacity = 20,
-                        .backend = backend,
-                        .threads = 2,
-                        .composition = variant.composition};
-  options.coloring.max_colors = variant.max_colors;
-  options.coloring.repair = variant.max_colors == 0;
+  SolverOptions options = testing::options_of(variant);
+  options.contact_capacity = 20;
+  options.backend = backend;
+  options.math = MathMode::fast;
   SolverOptions alone = options;
   if (backend == BackendKind::cuda) {
     alone.backend = BackendKind::serial;

@@ -193,6 +193,58 @@ class EventfulProgram {
   ToolPose pose_ = ToolPose::Identity();
 };
 
+/// A way of solving in which backends, strategies or copies are compared.
+struct Variant {
+  SolverMethod method = SolverMethod::projection;
+  ProjectionMode mode = ProjectionMode::compliance;
+  PlanComposition composition = PlanComposition::separate;
+  int max_colors = 0;
+  float damping = 0;  // s, of materials
+  int iterations = 2;
+  float over_relaxation = 1;
+  Index contact_capacity = 4096;
+};
+
+inline SolverOptions options_of(const Variant& variant) {
+  SolverOptions options{.method = variant.method,
+                        .mode = variant.mode,
+                        .substeps = 2,
+                        .iterations = variant.iterations,
+                        .damping = 2,
+                        .over_relaxation = variant.over_relaxation,
+                        .contact_capacity = variant.contact_capacity,
+                        .math = MathMode::strict,
+                        .threads = 2,
+                        .composition = variant.composition};
+  options.coloring.max_colors = variant.max_colors;
+  options.coloring.repair = variant.max_colors == 0;
+  return options;
+}
+
+/// Changes some tetrahedra of an eventful scene: by turns it removes them, or changes rest values.
+inline TopologyEdit eventful_edit(const Solver& solver, Index round) {
+  constexpr Index kStride = 97;
+  TopologyEdit edit;
+  for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += kStride) {
+    if (!solver.is_tet_alive(t)) {
+      continue;
+    }
+    const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+    const bool is_of_solid =
+        t >= solver.body(2).first_tet && solver.body(2).material.model == ElasticModel::neo_hookean;
+    if (round % 3 != 0) {
+      edit.remove_tets.push_back(t);
+    } else if (!is_of_tube) {
+      edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
+      if (!is_of_solid) {
+        const Index edge = solver.tet_edges(t)[round % 6];
+        edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
+      }
+    }
+  }
+  return edit;
+}
+
 inline bool equal(const StepReport& a, const StepReport& b) {
   return a.inverted_tets == b.inverted_tets && a.non_finite_vertices == b.non_finite_vertices &&
          a.first_non_finite == b.first_non_finite &&

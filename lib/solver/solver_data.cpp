@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/solver_data.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "solver/backend.h"
+
+namespace pbdsurg {
+
+void CopyState::color_attachments() {
+  attachment_colors = 0;
+  std::unordered_map<Index, Index> holders;
+  for (ToolState& tool : tools) {
+    for (Attachment& attachment : tool.attachments) {
+      attachment.color = holders[attachment.vertex]++;
+      attachment_colors = std::max(attachment_colors, attachment.color + 1);
+    }
+  }
+}
+
+void SolverData::start_step(float dt) {
+  if (!backend->keeps_state()) {
+    report = step_copies(*this, *backend, dt);
+    for (Index i = 0; i < copy_count(); ++i) {
+      backend->read_positions(*this, i, watched_places, copy(i).watched_positions);
+    }
+  } else {
+    try {
+      backend->start_step(*this, dt);
+    } catch (...) {  // part of it may be done: what the host has is the state
+      for (Index i = 0; i < copy_count(); ++i) {
+        changes.state[i] = changes.state[i] || copy(i).is_state_current;
+      }
+      throw;
+    }
+    for (Index i = 0; i < copy_count(); ++i) {
+      copy(i).is_state_current = false;
+    }
+  }
+  step_in_flight = Step::running;
+  changes.clear();
+}
+
+void SolverData::finish_running_step() {
+  if (step_in_flight != Step::running) {
+    return;
+  }
+  if (backend->keeps_state()) {
+    step_in_flight = Step::none;  // also if the backend fails
+    report = backend->finish_step(*this);
+  }
+  step_in_flight = Step::finished;
+}
+
+void SolverData::fetch_state(Index index) {
+  finish_running_step();
+  CopyState& state = copy(index);
+  if (state.is_state_current) {
+    return;
+  }
+  backend->fetch_state(*this, index);
+  for (const Index place : changes.vertices) {  // of which the backend has not heard yet
+    if (state.particles[place].w == 0) {
+      state.velocities[place] = {};
+    }
+  }
+  state.is_state_current = true;
+}
+
+void SolverData::read_positions(Index index, std::span<const Index> vertices,
+                                std::span<Eigen::Vector3f> out) {
+  finish_running_step();
+  read_places.clear();
+  for (const Index v : vertices) {
+    read_places.push_back(place_of_vertex[v]);
+  }
+  if (copy(index).is_state_current) {
+    backend->Backend::read_positions(*this, index, read_places, out);
+  } else {
+    backend->read_positions(*this, index, read_places, out);
+  }
+}
+
+void SolverData::set_inverse_mass(Index vertex, float w) {
+  const Index place = place_of_vertex[vertex];
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    state.particles[place].w = w;
+    if (w == 0) {
+      state.velocities[place] = {};
+    }
+  }
+  log_vertex(vertex);
+}
+
+void SolverData::log_constraint(PhaseKind kind, Index id) {
+  if (backend->keeps_state()) {
+    changes.constraints.push_back({kind, id});
+  }
+}
+
+void SolverData::log_tet(Index tet) {
+  if (backend->keeps_state()) {
+    changes.tets.push_back(tet);
+  }
+}
+
+void SolverData::log_vertex(Index vertex) {
+  if (backend->keeps_state()) {
+    changes.vertices.push_back(place_of_vertex[vertex]);
+  }
+}
+
+Index SolverData::joint_group_of(Index edge) const noexcept {
+  const Index owner = edge_owners[edge];
+  const auto& edges_of_owner = tet_edges[owner];
+  const auto place = std::find(edges_of_owner.begin(), edges_of_owner.end(), edge);
+  return joint_group(volumes.group_of(owner), static_cast<Index>(place - edges_of_owner.begin()));
+}
+
+void SolverData::remove_volume(Index tet) {
+  volumes.remove(tet);
+  log_constraint(PhaseKind::volume, tet);
+  for (const Index edge : tet_edges[tet]) {
+    if (edge_owners[edge] == tet && distances.is_alive(edge)) {
+      edge_owners.hand_over(edge, tet_edges, volumes);
+      distances.move(edge, joint_group_of(edge));
+      log_constraint(PhaseKind::distance, edge);
+    }
+  }
+}
+
+Index SolverData::constraint_count(const Phase& phase) const noexcept {
+  switch (phase.kind) {
+    case PhaseKind::distance:
+      return distances.size(phase.color);
+    case PhaseKind::volume:
+    case PhaseKind::joint:
+      return volumes.size(phase.color);
+    case PhaseKind::neo_hookean:
+      return neo_hookeans.size(phase.color);
+    case PhaseKind::strain_limit:
+      return strain_limits.size(phase.color);
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;
+  }
+  return 0;
+}
+
+void SolverData::rebuild_plan() {
+  plan.phases.clear();
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  if (by_vertices) {
+    reserve_holds(*this);
+    for (Index color = 0; color < vertex_method.blocks.color_count(); ++color) {
+      if (vertex_method.blocks.blocks(color).count > 0) {
+        plan.phases.push_back({PhaseKind::vertex, color});
+      }
+    }
+  }
+  for (const Phase& phase : constraint_phases) {
+    if (constraint_count(phase) > 0 && (!by_vertices || phase.kind == PhaseKind::strain_limit)) {
+      plan.phases.push_back(phase);
+    }
+  }
+  if (by_vertices) {  // tools act within it
+    return;
+  }
+  // what a copy does not need does nothing there
+  Index colors = 0;
+  for (Index i = 0; i < copy_count(); ++i) {
+    colors = std::max(colors, copy(i).attachment_colors);
+  }
+  for (Index color = 0; color < colors; ++color) {
+    plan.phases.push_back({PhaseKind::attachment, color});
+  }
+  for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+    bool pushes = false;
+    for (Index i = 0; i < copy_count() && !pushes; ++i) {
+      const ToolState& state = copy(i).tools[tool];
+      pushes = !state.capsules.empty() && state.attachments.empty();
+    }
+    if (pushes) {
+      plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+    }
+  }
+}
+
+}  // namespace pbdsurg
