@@ -302,7 +302,7 @@ TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit
   CHECK(solver.step(1e-3F).inverted_tets == 6);
 }
 
-TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[property]") {
+TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[property][long]") {
   const TetMesh bar = testing::make_box({8, 3, 3}, kEdge);
   const auto sag = [&](double modulus, int substeps) {
     Scene scene;

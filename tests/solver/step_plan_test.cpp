@@ -143,7 +143,7 @@ TEST_CASE("step plan: the order is that of colours, then of ids", "[golden]") {
 
 // Would catch multipliers that the joint plan loses between sweeps, or compliances it misreads: in
 // the limit a plan has no say in what tissue does.
-TEST_CASE("step plan: plans agree where sweeps have converged", "[validation]") {
+TEST_CASE("step plan: plans agree where sweeps have converged", "[validation][long]") {
   const TetMesh mesh = testing::make_box({6, 3, 3}, kEdge, 0.1);
   const Scene scene = make_bar(elastic_material(mesh, 1000, 20e3));
   const auto hang = [&](PlanComposition composition) {
