@@ -44,6 +44,10 @@ void check_rest(const char* what, Index id, const char* quantity, float value) {
 }
 
 void validate(const SolverData& data, const TopologyEdit& edit) {
+  if (!edit.new_vertices.empty() || !edit.corner_moves.empty() || !edit.link_moves.empty() ||
+      !edit.new_tets.empty() || !edit.new_links.empty()) {
+    throw InvalidArgument("under construction on this branch");
+  }
   const auto tet_alive = [&](Index t) { return data.tet_alive[t]; };
   check_ids("tet", edit.remove_tets, data.tets.size(), tet_alive);
   check_ids("link", edit.remove_links, data.links.size(),
