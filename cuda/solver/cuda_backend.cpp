@@ -126,6 +126,12 @@ class CudaBackend final : public Backend {
     state_.read(copy, places, out, stream_.get());
   }
 
+  void read_motion(const SolverData& /*data*/, Index copy, std::span<const Index> places,
+                   std::span<VertexMotion> out) override {
+    const CurrentDevice current(device_);
+    state_.read_motion(copy, places, out, stream_.get());
+  }
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
            words_on_device_.memory_bytes() + watched_places_.memory_bytes() +

@@ -343,7 +343,8 @@ bool StagePlan::follow_distance(const SolverData& data, Index id, std::vector<Wo
   const bool is_alive = data.distances.is_alive(id);
   const bool is_joint = is_alive && is_owned(data, id);
   const Location next = is_joint ? joint_location(data, id) : location;
-  if (location.record == kSerial || next.record == kSerial) {
+  if (location.record == kSerial || next.record == kSerial ||
+      (is_alive && next.record == kInvalidIndex)) {
     return false;
   }
   const bool moves = !is_alive || next.record != location.record || next.place != location.place;
@@ -354,8 +355,8 @@ bool StagePlan::follow_distance(const SolverData& data, Index id, std::vector<Wo
       write_nothing<DistanceRecord>(location.array, location.record, words);
     }
   }
-  location = is_alive ? next : Location{};
   if (is_alive) {
+    location = next;
     const DistanceRecord record = to_record(data.distances.record(id));
     if (is_joint) {
       write_edge(next.record, next.place, record.rest, record.stiffness, words);
@@ -367,14 +368,14 @@ bool StagePlan::follow_distance(const SolverData& data, Index id, std::vector<Wo
 }
 
 bool StagePlan::follow_volume(const SolverData& data, Index id, std::vector<WordChange>& words) {
-  Location& location = volumes_[id];
+  const Location& location = volumes_[id];
+  const bool is_alive = data.volumes.is_alive(id);
   if (location.record == kSerial) {
     return false;
   }
   if (location.record == kInvalidIndex) {
-    return true;
+    return !is_alive;
   }
-  const bool is_alive = data.volumes.is_alive(id);
   if (location.array == DeviceArray::joints) {
     if (is_alive) {
       write_record(location.array, location.record, to_joint_record(data, id), words);
@@ -386,9 +387,6 @@ bool StagePlan::follow_volume(const SolverData& data, Index id, std::vector<Word
   } else {
     write_nothing<VolumeRecord>(location.array, location.record, words);
   }
-  if (!is_alive) {
-    location = {};
-  }
   return true;
 }
 
@@ -396,14 +394,17 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
                        std::vector<WordChange>& words) {
   const auto follow_simple = [&](auto& locations, const auto& slots, Index id) {
     using Record = decltype(to_record(slots.record(id)));
-    Location& location = locations[id];
-    if (location.record >= 0 && slots.is_alive(id)) {
-      write_record(location.array, location.record, to_record(slots.record(id)), words);
-    } else if (location.record >= 0) {
-      write_nothing<Record>(location.array, location.record, words);
-      location = {};
+    const Location& location = locations[id];
+    const bool is_alive = slots.is_alive(id);
+    if (location.record == kSerial || (is_alive && location.record == kInvalidIndex)) {
+      return false;
     }
-    return location.record != kSerial;
+    if (is_alive) {
+      write_record(location.array, location.record, to_record(slots.record(id)), words);
+    } else if (location.record != kInvalidIndex) {
+      write_nothing<Record>(location.array, location.record, words);
+    }
+    return true;
   };
   const auto follow_one = [&](const Changes::Constraint& change) {
     switch (change.kind) {
@@ -431,9 +432,15 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
     }
   }
   for (const Index tet : changes.tets) {
-    if (tubes_[tet] != kInvalidIndex) {
+    if (tubes_[tet] != kInvalidIndex && data.tet_alive[tet]) {
+      const Tet places = data.places_of(data.tets[tet]);
+      write_record(DeviceArray::tubes, tubes_[tet],
+                   TubeRecord{{places[0], places[1], places[2], places[3]}}, words);
+    } else if (tubes_[tet] != kInvalidIndex) {
       write_nothing<TubeRecord>(DeviceArray::tubes, tubes_[tet], words);
-      tubes_[tet] = kInvalidIndex;
+    } else if (data.tet_alive[tet] && !data.volumes.is_alive(tet) &&
+               !data.neo_hookeans.is_alive(tet)) {
+      return false;
     }
   }
   return true;

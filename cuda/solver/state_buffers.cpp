@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/state_buffers.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "solver/word_kernels.h"
@@ -69,6 +70,17 @@ void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eig
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = {read[i].x, read[i].y, read[i].z};
   }
+}
+
+void StateBuffers::read_motion(Index copy, std::span<const Index> places,
+                               std::span<VertexMotion> out, cudaStream_t stream) {
+  VertexMotion* const read = read_motion_.reserve(places.size());
+  const float* const falling = arrays_.falling == nullptr ? nullptr : arrays_.falling + start(copy);
+  gather_motion(arrays_.particles + start(copy), arrays_.velocities + start(copy), falling,
+                read_places_.upload(places, stream), read, static_cast<Index>(places.size()),
+                stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
+  std::copy_n(read, out.size(), out.begin());
 }
 
 std::size_t StateBuffers::memory_bytes() const noexcept {

@@ -32,6 +32,11 @@ class StateBuffers {
   void read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
             cudaStream_t stream);
 
+  /// Reads how vertices of a copy move at some places. Waits.
+  /// @param out  [places.size()]
+  void read_motion(Index copy, std::span<const Index> places, std::span<VertexMotion> out,
+                   cudaStream_t stream);
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
@@ -45,6 +50,7 @@ class StateBuffers {
   DeviceBuffer<float> falling_;
   DeviceBuffer<Index> vertex_of_place_, read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
+  PinnedBuffer<VertexMotion> read_motion_;
   PinnedBuffer<Particle> fetched_particles_;
   DeviceState arrays_{};
 };

@@ -34,6 +34,16 @@ __global__ void gather(const Particle* particles, const Index* places, Vec3<floa
   }
 }
 
+__global__ void gather(const Particle* particles, const Velocity* velocities, const float* falling,
+                       const Index* places, VertexMotion* out, Index count) {
+  const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) {
+    const Index place = places[i];
+    const Particle p = particles[place];
+    out[i] = {p.x, p.y, p.z, velocities[place], falling == nullptr ? 0.0F : falling[place]};
+  }
+}
+
 }  // namespace
 
 void check_device_code() {
@@ -55,6 +65,15 @@ void gather_positions(const Particle* particles, const Index* places, Vec3<float
   if (count > 0) {
     gather<<<blocks_for(count), kThreads, 0, stream>>>(particles, places, out, count);
     check(cudaGetLastError(), "launching the kernel that gathers positions");
+  }
+}
+
+void gather_motion(const Particle* particles, const Velocity* velocities, const float* falling,
+                   const Index* places, VertexMotion* out, Index count, cudaStream_t stream) {
+  if (count > 0) {
+    gather<<<blocks_for(count), kThreads, 0, stream>>>(particles, velocities, falling, places, out,
+                                                       count);
+    check(cudaGetLastError(), "launching the kernel that gathers motion");
   }
 }
 

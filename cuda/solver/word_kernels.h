@@ -35,4 +35,11 @@ void write_words(const ArrayStarts& arrays, const WordChange* changes, Index cou
 void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
                       cudaStream_t stream);
 
+/// Copies how vertices move at some places.
+/// @param falling  null for none: zero then
+/// @param places   [count] on the device
+/// @param out      [count]
+void gather_motion(const Particle* particles, const Velocity* velocities, const float* falling,
+                   const Index* places, VertexMotion* out, Index count, cudaStream_t stream);
+
 }  // namespace pbdsurg::cuda

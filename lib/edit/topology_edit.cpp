@@ -7,6 +7,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "edit/fingerprint.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
 
@@ -44,6 +45,10 @@ void check_rest(const char* what, Index id, const char* quantity, float value) {
 }
 
 void validate(const SolverData& data, const TopologyEdit& edit) {
+  if (!edit.new_vertices.empty() || !edit.corner_moves.empty() || !edit.link_moves.empty() ||
+      !edit.new_tets.empty() || !edit.new_links.empty()) {
+    throw InvalidArgument("under construction on this branch");
+  }
   const auto tet_alive = [&](Index t) { return data.tet_alive[t]; };
   check_ids("tet", edit.remove_tets, data.tets.size(), tet_alive);
   check_ids("link", edit.remove_links, data.links.size(),
@@ -106,6 +111,7 @@ void remove_link(SolverData& data, Index link, EditResult& result) {
 
 void remove_tet(SolverData& data, Index t, EditResult& result) {
   data.tet_alive[t] = false;
+  data.journal.tets.push_back(t);
   data.log_tet(t);
   remove_vertex_tet(data, t);
   result.tets.push_back(t);
@@ -132,14 +138,10 @@ void remove_tet(SolverData& data, Index t, EditResult& result) {
   }
   for (const Index v : data.tets[t]) {
     if (--data.vertex_tets[v] == 0) {
-      data.vertex_masses[v] = 0;
-      data.set_inverse_mass(v, 0);
+      data.set_mass(v, 0);
       result.vertices.push_back(v);
-      continue;
-    }
-    data.vertex_masses[v] -= data.tet_masses[t] / 4;
-    if (data.particle(v).w > 0) {
-      data.set_inverse_mass(v, static_cast<float>(1 / data.vertex_masses[v]));
+    } else {
+      data.set_mass(v, data.vertex_masses[v] - data.tet_masses[t] / 4);
     }
   }
 }
@@ -156,20 +158,25 @@ void release_vertices(SolverData& data, EditResult& result) {
       }
     }
   }
-  for (Index i = 0; i < data.copy_count(); ++i) {
-    CopyState& copy = data.copy(i);
-    std::size_t released = 0;
-    for (ToolState& tool : copy.tools) {
-      released += std::erase_if(tool.attachments, [&](const Attachment& attachment) {
-        return data.vertex_tets[attachment.vertex] == 0 &&
-               data.vertex_masses[attachment.vertex] == 0;
-      });
-    }
-    if (released > 0) {
-      copy.color_attachments();
-      data.changes.tools = true;
-    }
+  data.release_dead_vertices();
+}
+
+// Vertices all of whose tetrahedra an edit removes, ascending.
+std::vector<Index> find_stopping(const SolverData& data, const TopologyEdit& edit) {
+  std::vector<Index> corners;
+  for (const Index t : edit.remove_tets) {
+    corners.insert(corners.end(), data.tets[t].begin(), data.tets[t].end());
   }
+  std::ranges::sort(corners);
+  std::vector<Index> stopping;
+  for (auto first = corners.begin(); first != corners.end();) {
+    const auto last = std::upper_bound(first, corners.end(), *first);
+    if (last - first == data.vertex_tets[*first]) {
+      stopping.push_back(*first);
+    }
+    first = last;
+  }
+  return stopping;
 }
 
 }  // namespace
@@ -183,6 +190,7 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
     participant->validate(solver, edit);
   }
 
+  data.begin_edit(find_stopping(data, edit));
   EditResult result;
   for (const RestLengthChange& change : edit.rest_lengths) {
     set_rest_length(data, change);
@@ -201,12 +209,29 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
   release_vertices(data, result);
   refresh_vertices(data);
   data.rebuild_plan();
-  result.topology_version = ++data.topology_version;
+  result.topology_version = data.last_topology_version + 1;
+  data.end_edit(fingerprint_of(edit, result));
 
   for (EditParticipant* participant : participants) {
     participant->apply(solver, edit, result);
   }
   return result;
+}
+
+void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
+               std::span<EditParticipant* const> participants) {
+  SolverData& data = solver_data(solver);
+  data.finish_running_step();
+  if (!data.journal.is_open || data.journal.fingerprint != fingerprint_of(edit, result)) {
+    throw InvalidArgument("the edit that made topology version " +
+                          std::to_string(result.topology_version) +
+                          " is not the last one of this solver, or was taken back; it is at " +
+                          std::to_string(data.topology_version));
+  }
+  data.undo_edit();
+  for (std::size_t i = participants.size(); i-- > 0;) {
+    participants[i]->undo(solver, edit, result);
+  }
 }
 
 }  // namespace pbdsurg

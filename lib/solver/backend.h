@@ -12,6 +12,8 @@
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_report.h"
 
+#include "solver/particle.h"
+
 namespace pbdsurg {
 
 class SolverData;
@@ -59,6 +61,10 @@ class Backend {
   /// @param out     [n] m
   virtual void read_positions(const SolverData& data, Index copy, std::span<const Index> places,
                               std::span<Eigen::Vector3f> out);
+
+  /// Reads how some vertices of a copy move, as read_positions() does positions.
+  virtual void read_motion(const SolverData& data, Index copy, std::span<const Index> places,
+                           std::span<VertexMotion> out);
 
   /// Bytes that it holds on a device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }

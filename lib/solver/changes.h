@@ -29,10 +29,11 @@ struct Changes {
   bool watched = true;  ///< the list of watched places is another
   /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
   std::vector<Index> vertices;
-  /// Constraints removed, moved to another group or with a new parameter; vertices with other rows.
-  /// Where a serial group lost or got one, the order of its others may have changed, too.
+  /// Constraints removed or back, moved to another group or with a new parameter; vertices with
+  /// other rows. Where a serial group lost or got one, the order of its others may have changed,
+  /// too.
   std::vector<Constraint> constraints;
-  std::vector<Index> tets;  ///< removed, whether they had constraints or not
+  std::vector<Index> tets;  ///< removed or back, whether they have constraints or not
 
   [[nodiscard]] bool any() const noexcept {
     return tools || watched || !vertices.empty() || !constraints.empty() || !tets.empty() ||

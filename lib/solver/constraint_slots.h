@@ -25,7 +25,7 @@ struct ConstraintRecord {
 
 /// A group is a colour, or constraints that another rule keeps together. An id keeps its meaning
 /// while its slot moves. A constraint leaves a group by a swap with its last, in constant time;
-/// colours stay valid.
+/// colours stay valid. What happens to constraints is kept in mind, and can be taken back.
 template <class Constraint>
 class ConstraintSlots {
  public:
@@ -52,7 +52,7 @@ class ConstraintSlots {
     const auto first_place = [&](Index id) { return std::ranges::min(records[id].places); };
     std::ranges::stable_sort(order, {}, first_place);
     for (const Index id : order) {
-      append(id, group_of[id], records[id], {});
+      append(id, group_of[id], records[id]);
     }
     for (Group& group : groups_) {
       group.blocks.shrink_to_fit();
@@ -88,49 +88,54 @@ class ConstraintSlots {
     const auto [block, lane] = place_of(id);
     return get(groups_[group_of(id)].blocks[block], lane);
   }
-  void set_parameter(Index id, typename Constraint::Parameter parameter, float value) noexcept {
+  void set_parameter(Index id, typename Constraint::Parameter parameter, float value) {
+    remember(id);
     const auto [block, lane] = place_of(id);
     Group& group = groups_[group_of(id)];
     group.blocks[block].parameters[parameter][lane] = value;
     fill_idle_lanes(group);
   }
 
-  void remove(Index id) noexcept {
-    Group& group = groups_[group_of(id)];
-    const auto [block, lane] = place_of(id);
-    const Index last_slot = static_cast<Index>(group.ids.size()) - 1;
-    const Index last_lane = last_slot % kBlockLanes;
-    const Index last = group.ids.back();
-    put(group.blocks[block], lane, get(group.blocks.back(), last_lane));
-    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
-      group.multipliers[block].values[m][lane] = group.multipliers.back().values[m][last_lane];
-    }
-    group.ids[slot_of_id_[id]] = last;
-    slot_of_id_[last] = slot_of_id_[id];
-    group.ids.pop_back();
-    group_of_id_[id] = kInvalidIndex;
-    if (last_lane == 0) {
-      group.blocks.pop_back();
-      group.multipliers.pop_back();
-    } else {
-      fill_idle_lanes(group);
-    }
+  void remove(Index id) {
+    remember(id);
+    take_out(id);
   }
 
   void move(Index id, Index group) {
     const Record moved = record(id);
-    const auto [block, lane] = place_of(id);
-    std::array<float, Constraint::kMultiplierCount> multipliers;
-    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
-      multipliers[m] = groups_[group_of(id)].multipliers[block].values[m][lane];
-    }
     remove(id);
-    append(id, group, moved, multipliers);
+    remember(id);
+    append(id, group, moved);
+  }
+
+  /// Forgets what happened so far.
+  void begin_edit() noexcept { journal_.clear(); }
+
+  /// Takes back all that happened since begin_edit(), the last first, to the same slots. What
+  /// constraints remember within a substep is lost.
+  /// @param visit  void(Index id), for each constraint that is another now; some more than once
+  template <class Visit>
+  void undo(Visit visit) {
+    for (; !journal_.empty(); journal_.pop_back()) {
+      const Before& before = journal_.back();
+      if (before.group == kInvalidIndex) {
+        take_out(before.id);
+      } else if (is_alive(before.id)) {
+        const auto [block, lane] = place_of(before.id);
+        Group& group = groups_[before.group];
+        put(group.blocks[block], lane, before.record);
+        fill_idle_lanes(group);
+      } else {
+        put_back(before);
+      }
+      visit(before.id);
+    }
   }
 
   /// Bytes in use for constraints and their ids.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    std::size_t bytes = (group_of_id_.capacity() + slot_of_id_.capacity()) * sizeof(Index);
+    std::size_t bytes = (group_of_id_.capacity() + slot_of_id_.capacity()) * sizeof(Index) +
+                        journal_.capacity() * sizeof(Before);
     for (const Group& group : groups_) {
       bytes += group.blocks.capacity() * sizeof(Block) +
                group.multipliers.capacity() * sizeof(Multipliers) +
@@ -147,6 +152,13 @@ class ConstraintSlots {
   };
   struct Place {
     Index block, lane;
+  };
+  // A constraint before a change.
+  struct Before {
+    Index id;
+    Index group;  // kInvalidIndex if there was none
+    Index slot;
+    Record record;
   };
 
   [[nodiscard]] Place place_of(Index id) const noexcept {
@@ -188,8 +200,53 @@ class ConstraintSlots {
     }
   }
 
-  void append(Index id, Index group_index, const Record& record,
-              const std::array<float, Constraint::kMultiplierCount>& multipliers) {
+  void remember(Index id) {
+    if (is_alive(id)) {
+      journal_.push_back({id, group_of(id), slot_of_id_[id], record(id)});
+    } else {
+      journal_.push_back({id, kInvalidIndex, kInvalidIndex, {}});
+    }
+  }
+
+  void take_out(Index id) noexcept {
+    Group& group = groups_[group_of(id)];
+    const auto [block, lane] = place_of(id);
+    const Index last_slot = static_cast<Index>(group.ids.size()) - 1;
+    const Index last_lane = last_slot % kBlockLanes;
+    const Index last = group.ids.back();
+    put(group.blocks[block], lane, get(group.blocks.back(), last_lane));
+    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+      group.multipliers[block].values[m][lane] = group.multipliers.back().values[m][last_lane];
+    }
+    group.ids[slot_of_id_[id]] = last;
+    slot_of_id_[last] = slot_of_id_[id];
+    group.ids.pop_back();
+    group_of_id_[id] = kInvalidIndex;
+    if (last_lane == 0) {
+      group.blocks.pop_back();
+      group.multipliers.pop_back();
+    } else {
+      fill_idle_lanes(group);
+    }
+  }
+
+  // The other way round than take_out(): what is in its slot goes to the end.
+  void put_back(const Before& before) {
+    Group& group = groups_[before.group];
+    if (before.slot == static_cast<Index>(group.ids.size())) {
+      append(before.id, before.group, before.record);
+      return;
+    }
+    const Index other = group.ids[before.slot];
+    append(other, before.group, record(other));
+    group.ids[before.slot] = before.id;
+    group_of_id_[before.id] = before.group;
+    slot_of_id_[before.id] = before.slot;
+    const auto [block, lane] = place_of(before.id);
+    put(group.blocks[block], lane, before.record);
+  }
+
+  void append(Index id, Index group_index, const Record& record) {
     Group& group = groups_[group_index];
     const Index slot = static_cast<Index>(group.ids.size());
     const Index lane = slot % kBlockLanes;
@@ -198,8 +255,8 @@ class ConstraintSlots {
       group.multipliers.emplace_back();
     }
     put(group.blocks.back(), lane, record);
-    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
-      group.multipliers.back().values[m][lane] = multipliers[m];
+    for (auto& values : group.multipliers.back().values) {
+      values[lane] = 0;  // as at the start of a substep
     }
     group.ids.push_back(id);
     group_of_id_[id] = group_index;
@@ -210,6 +267,7 @@ class ConstraintSlots {
   std::vector<Group> groups_;
   std::vector<Index> group_of_id_;  // [id] kInvalidIndex once removed
   std::vector<Index> slot_of_id_;   // [id] within the group
+  std::vector<Before> journal_;
 };
 
 }  // namespace pbdsurg

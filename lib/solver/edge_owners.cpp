@@ -36,7 +36,8 @@ EdgeOwners::EdgeOwners(std::span<const Body> bodies, Index edge_count,
 }
 
 void EdgeOwners::hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
-                           const ConstraintSlots<VolumeConstraint>& volumes) noexcept {
+                           const ConstraintSlots<VolumeConstraint>& volumes) {
+  journal_.push_back({edge, owners_[edge]});
   auto fewest = std::numeric_limits<std::ptrdiff_t>::max();
   for (const Index tet : tets_around_[edge]) {
     const auto& edges = tet_edges[tet];
@@ -46,6 +47,12 @@ void EdgeOwners::hand_over(Index edge, std::span<const std::array<Index, 6>> tet
       fewest = owned;
       owners_[edge] = tet;
     }
+  }
+}
+
+void EdgeOwners::undo() noexcept {
+  for (; !journal_.empty(); journal_.pop_back()) {
+    owners_[journal_.back().edge] = journal_.back().owner;
   }
 }
 

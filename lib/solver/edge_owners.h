@@ -42,11 +42,22 @@ class EdgeOwners {
   /// lasts as long as its busiest tetrahedron. Cost: proportional to the tetrahedra around it.
   /// @param volumes  those of live tetrahedra
   void hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
-                 const ConstraintSlots<VolumeConstraint>& volumes) noexcept;
+                 const ConstraintSlots<VolumeConstraint>& volumes);
+
+  /// Forgets what was handed over so far.
+  void begin_edit() noexcept { journal_.clear(); }
+
+  /// Takes back all that was handed over since begin_edit().
+  void undo() noexcept;
 
  private:
+  struct Before {
+    Index edge, owner;
+  };
+
   std::vector<Index> owners_;  // [edge_count]
   IndexLists tets_around_;     // [edge_count] all that there ever were
+  std::vector<Before> journal_;
 };
 
 }  // namespace pbdsurg

@@ -45,8 +45,7 @@ float rest_volume(const Record& record) noexcept {
   return static_cast<float>(exact_rest_volume(record));
 }
 
-void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet,
-                     float volume) noexcept {
+void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet, float volume) {
   const Record record = slots.record(tet);
   const double shrinkage = exact_rest_volume(record) / volume;
   const auto scale = [&](int parameter, double factor) {

@@ -27,7 +27,6 @@ float rest_volume(const ConstraintRecord<NeoHookeanConstraint>& record) noexcept
 
 /// Scales the rest shape of a live tetrahedron evenly; its moduli stay.
 /// @param volume  m^3, positive
-void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet,
-                     float volume) noexcept;
+void set_rest_volume(ConstraintSlots<NeoHookeanConstraint>& slots, Index tet, float volume);
 
 }  // namespace pbdsurg

@@ -44,4 +44,11 @@ struct alignas(16) Velocity {
   float unused = 0;
 };
 
+/// What a vertex does, without its mass.
+struct VertexMotion {
+  float x, y, z;  ///< m
+  Velocity velocity;
+  float falling;  ///< of the vertex-block method, see Snapshot; else zero
+};
+
 }  // namespace pbdsurg

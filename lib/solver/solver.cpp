@@ -397,7 +397,7 @@ std::size_t Solver::memory_bytes() const noexcept {
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
          data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes() +
-         data.backend->memory_bytes();
+         data.journal.memory_bytes() + data.backend->memory_bytes();
 }
 
 Index Solver::vertex_count() const noexcept {
@@ -536,6 +536,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     ToolState& tool = state.tools[t];
     tool.pose = tool.target = snapshot.tool_poses[t];
     tool.attachments.clear();
+    data_->forget_releases(copy, static_cast<Index>(t));
     tool.contacts.clear();
     tool.force.setZero();
   }
@@ -642,6 +643,7 @@ void Solver::release(Index tool, Index copy) {
   ToolState& state = checked_tool(owner, tool);
   data_->finish_running_step();
   state.attachments.clear();
+  data_->forget_releases(copy, tool);
   owner.color_attachments();
   data_->changes.tools = true;
   data_->rebuild_plan();

@@ -82,6 +82,16 @@ void SolverData::read_positions(Index index, std::span<const Index> vertices,
   }
 }
 
+void SolverData::read_motion(Index index, std::span<const Index> places,
+                             std::span<VertexMotion> out) {
+  finish_running_step();
+  if (copy(index).is_state_current) {
+    backend->Backend::read_motion(*this, index, places, out);
+  } else {
+    backend->read_motion(*this, index, places, out);
+  }
+}
+
 void SolverData::set_inverse_mass(Index vertex, float w) {
   const Index place = place_of_vertex[vertex];
   for (Index i = 0; i < copy_count(); ++i) {
@@ -92,6 +102,17 @@ void SolverData::set_inverse_mass(Index vertex, float w) {
     }
   }
   log_vertex(vertex);
+}
+
+void SolverData::set_mass(Index vertex, double mass) {
+  const float w = particle(vertex).w;
+  journal.masses.push_back({vertex, vertex_masses[vertex], w});
+  vertex_masses[vertex] = mass;
+  if (mass == 0) {
+    set_inverse_mass(vertex, 0);
+  } else if (w > 0) {
+    set_inverse_mass(vertex, static_cast<float>(1 / mass));
+  }
 }
 
 void SolverData::log_constraint(PhaseKind kind, Index id) {
@@ -129,6 +150,123 @@ void SolverData::remove_volume(Index tet) {
       log_constraint(PhaseKind::distance, edge);
     }
   }
+}
+
+void SolverData::release_dead_vertices() {
+  const auto is_dead = [&](const Attachment& attachment) {
+    return vertex_tets[attachment.vertex] == 0 && vertex_masses[attachment.vertex] == 0;
+  };
+  for (Index i = 0; i < copy_count(); ++i) {
+    bool releases = false;
+    for (std::size_t t = 0; t < copy(i).tools.size(); ++t) {
+      std::vector<Attachment>& attachments = copy(i).tools[t].attachments;
+      auto held = std::ranges::find_if(attachments, is_dead);
+      for (; held != attachments.end(); held = std::find_if(held, attachments.end(), is_dead)) {
+        journal.releases.push_back({i, static_cast<Index>(t),
+                                    static_cast<std::size_t>(held - attachments.begin()), *held});
+        held = attachments.erase(held);
+        releases = true;
+      }
+    }
+    if (releases) {
+      copy(i).color_attachments();
+      changes.tools = true;
+    }
+  }
+}
+
+void SolverData::begin_edit(std::span<const Index> stopping) {
+  journal.is_open = false;
+  journal.tets.clear();
+  journal.masses.clear();
+  journal.releases.clear();
+  journal.stopped.clear();
+  for (const Index v : stopping) {
+    journal.stopped.push_back(place_of_vertex[v]);
+  }
+  journal.motions.resize(static_cast<std::size_t>(copy_count()) * stopping.size());
+  for (Index i = 0; i < copy_count() && !stopping.empty(); ++i) {
+    read_motion(i, journal.stopped,
+                std::span(journal.motions)
+                    .subspan(static_cast<std::size_t>(i) * stopping.size(), stopping.size()));
+  }
+  distances.begin_edit();
+  volumes.begin_edit();
+  neo_hookeans.begin_edit();
+  strain_limits.begin_edit();
+  edge_owners.begin_edit();
+  vertex_method.blocks.begin_edit();
+}
+
+void SolverData::end_edit(std::uint64_t fingerprint) {
+  journal.is_open = true;
+  journal.fingerprint = fingerprint;
+  journal.version_before = topology_version;
+  topology_version = ++last_topology_version;
+}
+
+void SolverData::undo_edit() {
+  for (Index i = 0; i < copy_count() && !journal.stopped.empty(); ++i) {
+    fetch_state(i);
+  }
+  journal.is_open = false;  // nothing fails from here on
+  const auto log_as = [&](PhaseKind kind) {
+    return [this, kind](Index id) { log_constraint(kind, id); };
+  };
+  distances.undo(log_as(PhaseKind::distance));
+  volumes.undo(log_as(PhaseKind::volume));
+  neo_hookeans.undo(log_as(PhaseKind::neo_hookean));
+  strain_limits.undo(log_as(PhaseKind::strain_limit));
+  edge_owners.undo();
+  vertex_method.blocks.undo();
+  refresh_vertices(*this);
+  for (const Index t : journal.tets) {
+    tet_alive[t] = true;
+    log_tet(t);
+    for (const Index edge : tet_edges[t]) {
+      ++edge_tets[edge];
+    }
+    for (const Index v : tets[t]) {
+      ++vertex_tets[v];
+    }
+  }
+  for (; !journal.masses.empty(); journal.masses.pop_back()) {
+    const EditJournal::Mass& before = journal.masses.back();
+    vertex_masses[before.vertex] = before.mass;
+    set_inverse_mass(before.vertex, before.w);
+  }
+  auto motion = journal.motions.begin();
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    for (const Index place : journal.stopped) {
+      state.particles[place] = {motion->x, motion->y, motion->z, state.particles[place].w};
+      state.velocities[place] = motion->velocity;
+      if (!state.falling.empty()) {
+        state.falling[place] = motion->falling;
+      }
+      changes.state[i] = true;
+      ++motion;
+    }
+  }
+  const bool releases = !journal.releases.empty();
+  for (; !journal.releases.empty(); journal.releases.pop_back()) {
+    const EditJournal::Release& release = journal.releases.back();
+    std::vector<Attachment>& attachments = copy(release.copy).tools[release.tool].attachments;
+    attachments.insert(attachments.begin() + static_cast<std::ptrdiff_t>(release.entry),
+                       release.attachment);
+  }
+  for (Index i = 0; i < copy_count() && releases; ++i) {
+    copy(i).color_attachments();
+    changes.tools = true;
+  }
+  rebuild_plan();
+  topology_version = journal.version_before;
+}
+
+void SolverData::forget_releases(Index index, Index tool) {
+  std::erase_if(journal.releases, [&](const EditJournal::Release& release) {
+    return release.copy == index && release.tool == tool;
+  });
 }
 
 Index SolverData::constraint_count(const Phase& phase) const noexcept {

@@ -22,38 +22,12 @@
 #include "solver/changes.h"
 #include "solver/constraint_slots.h"
 #include "solver/edge_owners.h"
+#include "solver/edit_journal.h"
 #include "solver/particle.h"
+#include "solver/tool_state.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
-
-/// A vertex held by a tool.
-struct Attachment {
-  Index vertex;
-  Eigen::Vector3f anchor;      ///< m, in the tool's frame
-  float compliance;            ///< m/N
-  Eigen::Vector3f target;      ///< m, of the current substep
-  Eigen::Vector3f multiplier;  ///< kg m
-  Index color;                 ///< how many tools before this one hold the same vertex
-};
-
-/// A vertex near a capsule, which stands as a plane for the rest of the substep.
-struct Contact {
-  Index place;
-  Eigen::Vector3f normal;  ///< out of the tool
-  float offset;            ///< m
-  float multiplier;        ///< kg m
-};
-
-struct ToolState {
-  std::vector<Capsule> capsules;
-  ToolPose pose;    ///< at the end of the last step
-  ToolPose target;  ///< at the end of the next step
-  std::vector<Attachment> attachments;
-  std::vector<Capsule> placed_capsules;  ///< in the world, of the current substep
-  std::vector<Contact> contacts;         ///< of the current substep, ascending by place
-  Eigen::Vector3f force{0, 0, 0};        ///< N, on the tool
-};
 
 /// What each copy of a scene has of its own.
 struct CopyState {
@@ -99,6 +73,8 @@ class SolverData : public CopyState {
   std::vector<double> tet_masses;               // [tet_count] kg
   std::vector<double> vertex_masses;            // [vertex_count] kg
   std::uint64_t topology_version = 0;
+  std::uint64_t last_topology_version = 0;  // ever given
+  EditJournal journal;
 
   // Constraints: edges of springs first, then links; bodies without volume constraints have none of
   // them, and Neo-Hookean bodies neither those nor distances.
@@ -172,6 +148,10 @@ class SolverData : public CopyState {
   /// Makes positions, velocities and `falling` of a copy those of now.
   void fetch_state(Index copy);
 
+  /// Reads how some vertices of a copy move, without fetching all.
+  /// @param places  [n]
+  void read_motion(Index copy, std::span<const Index> places, std::span<VertexMotion> out);
+
   /// Reads some positions of a copy, without fetching all.
   /// @param vertices  [n] scene vertices
   /// @param out       [n] m
@@ -181,6 +161,10 @@ class SolverData : public CopyState {
   /// @param w  1/kg
   void set_inverse_mass(Index vertex, float w);
 
+  /// Sets mass and inverse mass; what has none left stops. Kept in mind.
+  /// @param mass  kg, >= 0
+  void set_mass(Index vertex, double mass);
+
   // Entries of the log, for backends that need it.
   void log_constraint(PhaseKind kind, Index id);
   void log_tet(Index tet);
@@ -189,6 +173,24 @@ class SolverData : public CopyState {
   /// Removes a tetrahedron's volume constraint and hands the edges that it owns to others.
   /// Cost: proportional to the tetrahedra around its edges.
   void remove_volume(Index tet);
+
+  /// Lets tools of all copies go of vertices without tissue. Kept in mind.
+  void release_dead_vertices();
+
+  /// From here on, changes belong to a new edit; those before are for good.
+  /// @param stopping  [n] vertices that will lose their last tetrahedron
+  void begin_edit(std::span<const Index> stopping);
+
+  /// Gives the topology a new number.
+  /// @param fingerprint  by which the edit is known
+  void end_edit(std::uint64_t fingerprint);
+
+  /// Takes back the last edit, which must be open. Cost: proportional to the edit and O(phases);
+  /// where vertices move again whose state a backend keeps, O(vertex_count).
+  void undo_edit();
+
+  /// A tool of a copy gave up what it holds: no undo brings it back.
+  void forget_releases(Index copy, Index tool);
 
   /// Phases follow what tools of any copy hold and what is left, so this is called after each
   /// grasp, release or removal. Cost: O(phases + tools of all copies).

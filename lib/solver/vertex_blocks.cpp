@@ -117,7 +117,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   block.pulls.first = static_cast<Index>(pulls_.size());
   block.springs.first = static_cast<Index>(springs_.size());
   block.volumes.first = static_cast<Index>(volumes_.size());
-  shrink(block);
+  count_rows(block);
   blocks_.push_back(block);
 
   pulls_.resize(static_cast<std::size_t>(block.pulls.first + block.pulls.count));
@@ -137,7 +137,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   }
 }
 
-void VertexBlocks::shrink(VertexBlock& block) noexcept {
+void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   block.pulls.count = block.springs.count = block.volumes.count = 0;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     const Rows& needs = needs_[place_at(block.corners[lane])];
@@ -274,6 +274,7 @@ void VertexBlocks::touch(Index vertex) {
 }
 
 void VertexBlocks::set_tet(Index tet, const VertexTet& terms) {
+  tet_journal_.push_back({tet, tets_[tet], tet_alive_[tet]});
   tets_[tet] = terms;
   for (const Index v : terms.vertices) {
     touch(v);
@@ -281,6 +282,7 @@ void VertexBlocks::set_tet(Index tet, const VertexTet& terms) {
 }
 
 void VertexBlocks::remove_tet(Index tet) {
+  tet_journal_.push_back({tet, tets_[tet], tet_alive_[tet]});
   tet_alive_[tet] = false;
   for (const Index v : tets_[tet].vertices) {
     touch(v);
@@ -288,6 +290,7 @@ void VertexBlocks::remove_tet(Index tet) {
 }
 
 void VertexBlocks::set_spring_rest(Index spring, float rest) {
+  spring_journal_.push_back({spring, given_[spring], spring_alive_[spring]});
   given_[spring].rest = rest;
   for (const Index v : given_[spring].vertices) {
     touch(v);
@@ -295,6 +298,7 @@ void VertexBlocks::set_spring_rest(Index spring, float rest) {
 }
 
 void VertexBlocks::remove_spring(Index spring) {
+  spring_journal_.push_back({spring, given_[spring], spring_alive_[spring]});
   spring_alive_[spring] = false;
   for (const Index v : given_[spring].vertices) {
     touch(v);
@@ -304,11 +308,43 @@ void VertexBlocks::remove_spring(Index spring) {
 void VertexBlocks::refresh() {
   for (const Index v : touched_) {
     is_touched_[v] = false;
+    VertexBlock& block = blocks_[places_[v].block];
     find_neighborhood(v);
+    // Rows that none needs any more are padded before they are left out: those of a block beyond
+    // what a lane needs hold nothing of it.
+    const VertexBlock before = block;
+    count_rows(block);
+    block.pulls.count = std::max(block.pulls.count, before.pulls.count);
+    block.springs.count = std::max(block.springs.count, before.springs.count);
+    block.volumes.count = std::max(block.volumes.count, before.volumes.count);
     write_rows(v);
-    shrink(blocks_[places_[v].block]);
+    count_rows(block);
   }
   touched_.clear();
+}
+
+void VertexBlocks::begin_edit() noexcept {
+  tet_journal_.clear();
+  spring_journal_.clear();
+}
+
+void VertexBlocks::undo() {
+  for (; !tet_journal_.empty(); tet_journal_.pop_back()) {
+    const auto& [tet, terms, is_alive] = tet_journal_.back();
+    tets_[tet] = terms;
+    tet_alive_[tet] = is_alive;
+    for (const Index v : terms.vertices) {
+      touch(v);
+    }
+  }
+  for (; !spring_journal_.empty(); spring_journal_.pop_back()) {
+    const auto& [spring, given, is_alive] = spring_journal_.back();
+    given_[spring] = given;
+    spring_alive_[spring] = is_alive;
+    for (const Index v : given.vertices) {
+      touch(v);
+    }
+  }
 }
 
 std::size_t VertexBlocks::memory_bytes() const noexcept {
@@ -317,7 +353,7 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
   };
   return bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
                springs_at_.entries, blocks_, pulls_, springs_, volumes_, damped_springs_,
-               damped_volumes_, places_, needs_, touched_);
+               damped_volumes_, places_, needs_, tet_journal_, spring_journal_, touched_);
 }
 
 }  // namespace pbdsurg

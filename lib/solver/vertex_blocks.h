@@ -112,9 +112,15 @@ class VertexBlocks {
   /// Vertices whose rows refresh() will rebuild.
   [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
 
-  /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer. Cost:
-  /// proportional to the neighbours of those vertices.
+  /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer, but for
+  /// those that come back. Cost: proportional to the neighbours of those vertices.
   void refresh();
+
+  /// Forgets what changed so far.
+  void begin_edit() noexcept;
+
+  /// Takes back all changes since begin_edit(); refresh() makes that felt.
+  void undo();
 
   /// Bytes in use.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
@@ -143,6 +149,13 @@ class VertexBlocks {
     Index pulls = 0, springs = 0, volumes = 0;
   };
 
+  template <class Element>
+  struct Before {
+    Index id;
+    Element element;
+    bool is_alive;
+  };
+
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
                                         const ColoringOptions& options) const;
   void append_block(std::span<const Index> vertices);
@@ -150,7 +163,7 @@ class VertexBlocks {
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
-  void shrink(VertexBlock& block) noexcept;
+  void count_rows(VertexBlock& block) noexcept;
 
   std::vector<VertexTet> tets_;      // [tet_count]
   std::vector<bool> tet_alive_;      // [tet_count]
@@ -169,6 +182,8 @@ class VertexBlocks {
   std::vector<Place> places_;              // [vertex_count]
   std::vector<Rows> needs_;                // [vertex_count]
 
+  std::vector<Before<VertexTet>> tet_journal_;
+  std::vector<Before<VertexSpring>> spring_journal_;
   std::vector<Index> touched_;
   std::vector<bool> is_touched_;  // [vertex_count]
   Neighborhood neighborhood_;     // of the vertex at hand

@@ -281,6 +281,10 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
 
 void Cautery::validate(const Solver&, const TopologyEdit&) const {}
 
+void Cautery::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
+  std::terminate();  // under construction on this branch
+}
+
 void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
   for (HeatField& field : fields_) {

@@ -224,6 +224,10 @@ void HeatField::remove_tet(Index tet) noexcept {
 
 void HeatField::validate(const Solver&, const TopologyEdit&) const {}
 
+void HeatField::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
+  std::terminate();  // under construction on this branch
+}
+
 void HeatField::apply(const Solver&, const TopologyEdit&, const EditResult& result) noexcept {
   const auto is_own = [&](Index t) {
     return t >= first_tet_ && t < first_tet_ + static_cast<Index>(tets_.size());

@@ -172,7 +172,22 @@ TEST_CASE("cluster program: it holds the records of its stages, and follows them
   REQUIRE(words.size() == 1);
   CHECK(words[0].value == kRemovedConstraint);
   reinterpret_cast<std::uint32_t*>(program->words.data())[words[0].word] = words[0].value;
+  const VolumeRecord removed = records.volumes[2];
   records.volumes[2].rest = std::bit_cast<float>(kRemovedConstraint);
+  CHECK(unpack(*program, is_damped) == expected_contents(plan.stages(), records, is_damped));
+
+  records.volumes[2] = removed;  // it comes back, by all its words
+  changes.clear();
+  for (std::uint32_t w = 0; w < sizeof removed / 4; ++w) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, reinterpret_cast<const char*>(&removed) + 4 * w, 4);
+    changes.push_back({DeviceArray::volumes, 2 * std::uint32_t{sizeof removed / 4} + w, value});
+  }
+  words.clear();
+  cluster.follow(changes, words);
+  for (const WordChange& word : words) {
+    reinterpret_cast<std::uint32_t*>(program->words.data())[word.word] = word.value;
+  }
   CHECK(unpack(*program, is_damped) == expected_contents(plan.stages(), records, is_damped));
 }
 

@@ -96,10 +96,7 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
   REQUIRE(have_serial_bits(stages, data));
 
   int rebuilt = 0;
-  for (Index round = 0; round < 30; ++round) {
-    INFO("round " << round);
-    data.changes.clear();
-    apply_edit(solver, pbdsurg::testing::eventful_edit(solver, round));
+  const auto follow = [&] {
     std::vector<WordChange> words;
     if (stages.plan.follow(data, data.changes, words)) {
       CHECK(words.size() < 60 * (data.changes.constraints.size() + data.changes.tets.size()));
@@ -109,6 +106,18 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
       ++rebuilt;
     }
     REQUIRE(have_serial_bits(stages, data));
+    data.changes.clear();
+  };
+  data.changes.clear();
+  for (Index round = 0; round < 30; ++round) {
+    INFO("round " << round);
+    const TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
+    const EditResult result = apply_edit(solver, edit);
+    follow();
+    if (round % 3 == 1) {
+      undo_edit(solver, edit, result);
+      follow();
+    }
   }
   CHECK((rebuilt > 0) == (variant.max_colors > 0));
   Index alive = 0;

@@ -163,17 +163,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   HostRows rows(data.vertex_method.blocks);
   REQUIRE(have_serial_bits(rows, plan, data));
 
-  for (Index round = 0; round < 24; ++round) {
-    INFO("damping " << damping << ", round " << round);
-    data.changes.clear();
-    TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
-    if (round < 12) {
-      edit.remove_links.push_back(2 * round);
-      if (!solver.is_link_alive(2 * round)) {
-        edit.remove_links.clear();
-      }
-    }
-    apply_edit(solver, edit);
+  const auto follow = [&] {
     std::vector<WordChange> words;
     REQUIRE(plan.follow(data, data.changes, words));
     std::erase_if(words, [](const WordChange& change) {
@@ -182,6 +172,24 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
     CHECK(!words.empty());
     rows.write(words);
     REQUIRE(have_serial_bits(rows, plan, data));
+    data.changes.clear();
+  };
+  data.changes.clear();
+  for (Index round = 0; round < 24; ++round) {
+    INFO("damping " << damping << ", round " << round);
+    TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
+    if (round < 12) {
+      edit.remove_links.push_back(2 * round);
+      if (!solver.is_link_alive(2 * round)) {
+        edit.remove_links.clear();
+      }
+    }
+    const EditResult result = apply_edit(solver, edit);
+    follow();
+    if (round % 3 == 1) {
+      undo_edit(solver, edit, result);
+      follow();
+    }
   }
 }
 

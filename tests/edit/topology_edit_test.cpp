@@ -347,6 +347,7 @@ TEST_CASE("topology edit: a participant may refuse, and follows what was done", 
         throw InvalidArgument("not now");
       }
     }
+    void undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept override {}
     void apply(const Solver&, const TopologyEdit& edit,
                const EditResult& result) noexcept override {
       seen = result;

@@ -198,6 +198,11 @@ class FakeDevice final : public Backend {
     Backend::read_positions(own_, copy, places, out);
   }
 
+  void read_motion(const SolverData& /*data*/, Index copy, std::span<const Index> places,
+                   std::span<VertexMotion> out) override {
+    Backend::read_motion(own_, copy, places, out);
+  }
+
   int fetch_count = 0;
 
  private:
@@ -224,7 +229,7 @@ class FakeDevice final : public Backend {
       }
     }
     for (const Index tet : changes.tets) {
-      own_.tet_alive[tet] = false;
+      own_.tet_alive[tet] = data.tet_alive[tet];
     }
     std::set<Index> blocks;
     for (const auto& [kind, id] : changes.constraints) {

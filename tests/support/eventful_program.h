@@ -65,7 +65,7 @@ class EventfulProgram {
 
   /// Before each step.
   void act(Solver& solver, int round) const {
-    constexpr int kActions = 12;
+    constexpr int kActions = 14;
     ToolPose pose = pose_;
     pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
     solver.move_tool(0, pose);
@@ -113,6 +113,12 @@ class EventfulProgram {
         apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
         pose.translation().z() += 5e-3F;
         solver.add_tool({&capsule_, 1}, pose);
+        break;
+      case 11:
+        undo_removal(solver, round, false);
+        break;
+      case 12:
+        undo_removal(solver, round, true);
         break;
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
@@ -176,7 +182,23 @@ class EventfulProgram {
   void remove_vertex(Solver& solver, int round) const {
     grasp_some(solver, round);
     solver.step(kEventfulTimeStep);
-    const Index gone = some_vertex(solver, round);
+    apply_edit(solver, all_around(solver, some_vertex(solver, round)));
+  }
+
+  // Vertices, links and what a tool holds come back, while the solver steps or before.
+  void undo_removal(Solver& solver, int round, bool steps) const {
+    grasp_some(solver, round);
+    solver.step(kEventfulTimeStep);
+    TopologyEdit edit = all_around(solver, some_vertex(solver, round));
+    edit.remove_links = some_link(solver, round);
+    const EditResult result = apply_edit(solver, edit);
+    if (steps) {
+      solver.step(kEventfulTimeStep);
+    }
+    undo_edit(solver, edit, result);
+  }
+
+  static TopologyEdit all_around(const Solver& solver, Index gone) {
     TopologyEdit edit;
     for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
       if (solver.is_tet_alive(t) &&
@@ -184,7 +206,7 @@ class EventfulProgram {
         edit.remove_tets.push_back(t);
       }
     }
-    apply_edit(solver, edit);
+    return edit;
   }
 
   std::uint64_t seed_;

@@ -26,20 +26,62 @@ struct RestVolumeChange {
   float rest_volume;  ///< m^3, positive and finite
 };
 
-/// What to change, all at once. Ids are those of the solver, which never change meaning.
+/// A vertex that comes to be: on the segment between two vertices of one body, or where one is.
+struct NewVertex {
+  Index first;
+  Index second;     ///< the same as `first` for a copy of it
+  float share = 0;  ///< in [0, 1]: it starts at first + share (second - first), and moves as there
+};
+
+/// Moves a corner of a tetrahedron from a vertex to a copy of it that the same edit makes: this is
+/// how tissue parts along faces. The tetrahedron keeps its id, its rest shape and its colour.
+struct CornerMove {
+  Index tet;
+  Index from;  ///< a corner of it
+  Index to;    ///< a new vertex, copy of `from`
+};
+
+/// Moves an end of a link from a vertex to a copy of it that the same edit makes.
+struct LinkMove {
+  Index link;
+  Index from;
+  Index to;
+};
+
+/// A tetrahedron that takes over part of another's tissue: material, density, rest shape. The other
+/// goes; all that take its place together fill it.
+struct NewTet {
+  Index parent;  ///< live, not moved and not removed by the same edit
+  /// Corners of the parent, copies of these, or new vertices on edges of the parent.
+  Tet vertices;
+};
+
+/// What to change, all at once. Ids are those of the solver, which never change meaning. What is
+/// new gets the ids that follow: new_vertices[i] is vertex vertex_count() + i, new_tets[i]
+/// tetrahedron tets().size() + i, new_links[i] link links().size() + i, as they are before the
+/// edit; so entries of an edit can name its new vertices.
 struct TopologyEdit {
   std::vector<Index> remove_tets{};
   std::vector<Index> remove_links{};
   std::vector<RestLengthChange> rest_lengths{};
   std::vector<RestVolumeChange> rest_volumes{};
+  std::vector<NewVertex> new_vertices{};
+  std::vector<CornerMove> corner_moves{};
+  std::vector<LinkMove> link_moves{};
+  std::vector<NewTet> new_tets{};
+  std::vector<Link> new_links{};
 };
 
-/// What an edit removed, consequences included. Vertices keep their ids for ever.
+/// What an edit did, consequences included. Vertices keep their ids for ever.
 struct EditResult {
-  std::vector<Index> tets;      ///< as asked
-  std::vector<Index> edges;     ///< whose last tetrahedron went
+  std::vector<Index> tets;      ///< removed: as asked, then parents of new ones, each once
+  std::vector<Index> edges;     ///< whose last tetrahedron went, or moved away
   std::vector<Index> links;     ///< as asked, then those to a vertex that lost its last tetrahedron
   std::vector<Index> vertices;  ///< that lost their last tetrahedron: they stop, and tools let go
+  Index first_new_vertex = 0;   ///< new ones follow each other, in the order of the edit
+  Index first_new_tet = 0;
+  Index first_new_link = 0;
+  Index first_new_edge = 0;  ///< up to the solver's edge count after the edit
   std::uint64_t topology_version = 0;
 };
 
@@ -55,6 +97,11 @@ class EditParticipant {
   /// @param result  what went, consequences included
   virtual void apply(const Solver& solver, const TopologyEdit& edit,
                      const EditResult& result) noexcept = 0;
+
+  /// Goes back to where it was before the edit that it followed last, bit for bit, after the solver
+  /// did. Called at most once for each edit, with what apply() was called with.
+  virtual void undo(const Solver& solver, const TopologyEdit& edit,
+                    const EditResult& result) noexcept = 0;
 };
 
 /// Changes a solver's topology between two steps: all of it, or nothing.
@@ -68,5 +115,15 @@ class EditParticipant {
 ///                          value out of range; then nothing has changed
 EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
                       std::span<EditParticipant* const> participants = {});
+
+/// Takes back the last edit: topology, rest values, masses, colours, the order of constraints, what
+/// tools held. Vertices that had tissue before and after the edit stay where they are now and
+/// others are where the edit found them; so if nothing moved since, all bits are those of before
+/// the edit, and so are those of all later steps. Participants are those of the edit.
+/// @param edit    as given to apply_edit()
+/// @param result  as it returned
+/// @throws InvalidArgument  if the last edit is another or was taken back; then nothing has changed
+void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
+               std::span<EditParticipant* const> participants = {});
 
 }  // namespace pbdsurg

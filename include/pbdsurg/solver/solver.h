@@ -106,7 +106,7 @@ struct SolverOptions {
 };
 
 /// The moving part of a copy's state. Restores only into the solver that made it, into any of its
-/// copies, and only while that solver's topology is what it was.
+/// copies, and only while that solver's topology is what it was, or is so again by undo.
 struct Snapshot {
   std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
@@ -295,7 +295,9 @@ class Solver {
   [[nodiscard]] float rest_length(Index edge) const;
   [[nodiscard]] float rest_volume(Index tet) const;
 
-  /// Grows by one with every edit.
+  /// Names the topology: each edit gives it a number that it never had; undo_edit() goes back to
+  /// the one before, with which snapshots from before the edit are valid again, and those from
+  /// after it never.
   [[nodiscard]] std::uint64_t topology_version() const noexcept;
 
  private:

@@ -89,6 +89,8 @@ class Cautery final : public EditParticipant {
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
              const EditResult& result) noexcept override;
+  void undo(const Solver& solver, const TopologyEdit& edit,
+            const EditResult& result) noexcept override;
 
   /// Sum over all fields, and what went into links, J.
   [[nodiscard]] HeatLedger ledger() const;

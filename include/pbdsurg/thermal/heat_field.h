@@ -91,6 +91,8 @@ class HeatField final : public EditParticipant {
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
              const EditResult& result) noexcept override;
+  void undo(const Solver& solver, const TopologyEdit& edit,
+            const EditResult& result) noexcept override;
 
  private:
   void remove_tet(Index tet) noexcept;

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "solver/solver_data.h"
+#include "support/catch.h"
+#include "support/eventful_program.h"
+#include "support/solver_digest.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::digest_of;
+using testing::Variant;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+// Removes tetrahedra around some vertices, so that these lose all, and links, and changes rest
+// values.
+TopologyEdit random_edit(const Solver& solver, std::uint64_t seed) {
+  TopologyEdit edit = testing::eventful_edit(solver, static_cast<Index>(3 * (seed % 30)));
+  const auto pick = [&](std::uint64_t what, std::size_t count) {
+    return static_cast<Index>(random_bits(seed, what) % count);
+  };
+  const Index gone[] = {pick(0, solver.vertex_count()), pick(1, solver.vertex_count())};
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    const auto is_at = [&](Index v) { return std::ranges::count(solver.tets()[t], v) > 0; };
+    if (solver.is_tet_alive(t) &&
+        (is_at(gone[0]) || is_at(gone[1]) || random_bits(seed, 100 + t) % 40 == 0)) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  const Index link = pick(2, solver.links().size());
+  if (solver.is_link_alive(link)) {
+    edit.remove_links.push_back(link);
+  }
+  return edit;
+}
+
+std::vector<Variant> variants() {
+  return {{},
+          {.damping = 0.01F},
+          {.composition = PlanComposition::joint},
+          {.composition = PlanComposition::joint, .max_colors = 9},
+          {.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+          {.mode = ProjectionMode::fraction, .max_colors = 9},
+          {.method = SolverMethod::vertex_block},
+          {.method = SolverMethod::vertex_block, .damping = 0.01F}};
+}
+
+}  // namespace
+
+// Would catch anything that an edit changes and undo does not put back to where it was: slots,
+// owners, masses, motion, grasps, rows; and what shows only in steps.
+TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  SolverOptions options = testing::options_of(variant);
+  options.copies = GENERATE(1, 3);
+  options.backend = BackendKind::serial;
+  Solver solver(scene, options), unedited(scene, options);
+  for (Solver* each : {&solver, &unedited}) {
+    for (Index copy = 0; copy < options.copies; ++copy) {
+      auto velocities = each->velocities(copy);
+      for (std::size_t v = 0; v < velocities.size(); ++v) {
+        velocities[v].y() = 1e-2F * static_cast<float>(copy + v % 5);
+      }
+      each->write_velocities(velocities, copy);
+    }
+    each->add_tool({}, ToolPose::Identity());
+    each->add_tool({}, ToolPose::Identity());
+  }
+  for (std::uint64_t round = 0; round < 30; ++round) {
+    INFO("round " << round);
+    for (Solver* each : {&solver, &unedited}) {
+      if (round % 3 == 0) {  // what stays is edited, too
+        apply_edit(*each, random_edit(*each, 1000 + round));
+      }
+      for (Index tool = 0; tool < 2; ++tool) {
+        std::vector<Index> held;
+        for (Index v = tool; v < each->vertex_count(); v += 4 + tool) {
+          if (each->has_tissue(v)) {
+            held.push_back(v);
+          }
+        }
+        each->release(tool, options.copies - 1);
+        each->grasp(tool, held, 1e-4F, options.copies - 1);
+      }
+      each->step(kTimeStep);
+    }
+    const std::uint64_t before = digest_of(solver_data(solver));
+    const std::uint64_t version = solver.topology_version();
+    REQUIRE(before == digest_of(solver_data(unedited)));
+
+    const TopologyEdit edit = random_edit(solver, round);
+    const EditResult result = apply_edit(solver, edit);
+    REQUIRE(digest_of(solver_data(solver)) != before);
+    REQUIRE(solver.topology_version() > version);
+    undo_edit(solver, edit, result);
+    REQUIRE(digest_of(solver_data(solver)) == before);
+    REQUIRE(solver.topology_version() == version);
+    solver.step(kTimeStep);
+    unedited.step(kTimeStep);
+    REQUIRE(solver.state_hash() == unedited.state_hash());
+  }
+}
+
+// Would catch tissue that comes back elsewhere than where it went, or pulled along by what moved.
+TEST_CASE("undo: after some steps, what had gone is where it went, and the rest stays", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({3, 2, 2}, 4e-3, 0.1));
+  Solver solver(scene, {.backend = BackendKind::serial});
+  solver.step(kTimeStep);
+  TopologyEdit edit;
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()) / 2; ++t) {
+    edit.remove_tets.push_back(t);
+  }
+  const auto at_edit = solver.positions();
+  const auto speeds = solver.velocities();
+  const EditResult result = apply_edit(solver, edit);
+  REQUIRE(!result.vertices.empty());
+  solver.step(kTimeStep);
+  auto expected = solver.positions();
+  auto expected_speeds = solver.velocities();
+  CHECK(expected != at_edit);
+  for (const Index v : result.vertices) {
+    expected[v] = at_edit[v];
+    expected_speeds[v] = speeds[v];
+  }
+  undo_edit(solver, edit, result);
+  CHECK(solver.positions() == expected);
+  CHECK(solver.velocities() == expected_speeds);
+}
+
+// Would catch a grasp that comes back after the user has let go.
+TEST_CASE("undo: what a tool gave up since the edit stays given up", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({1, 1, 1}, 4e-3));
+  Solver solver(scene);
+  for (Index tool = 0; tool < 2; ++tool) {
+    solver.add_tool({}, ToolPose::Identity());
+    solver.grasp(tool, std::array{tool, tool + 2});
+  }
+  TopologyEdit edit;
+  edit.remove_tets = {0, 1, 2, 3, 4, 5};
+  const EditResult result = apply_edit(solver, edit);
+  solver.release(0);
+  undo_edit(solver, edit, result);
+  CHECK(solver_data(solver).tools[0].attachments.empty());
+  CHECK(solver_data(solver).tools[1].attachments.size() == 2);
+}
+
+// Would catch a snapshot of another topology that is taken for one of this.
+TEST_CASE("undo: snapshots follow the topology that they are of", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  Solver solver(scene);
+  const Snapshot whole = solver.snapshot();
+  const TopologyEdit edit{.remove_tets = {3}};
+  const EditResult result = apply_edit(solver, edit);
+  const Snapshot cut = solver.snapshot();
+  CHECK_THROWS_AS(solver.restore(whole), InvalidArgument);
+  undo_edit(solver, edit, result);
+  CHECK_NOTHROW(solver.restore(whole));
+  CHECK_THROWS_AS(solver.restore(cut), InvalidArgument);
+  apply_edit(solver, {.remove_tets = {4}});
+  CHECK_THROWS_AS(solver.restore(cut), InvalidArgument);
+}
+
+// Would catch an edit that is taken back twice, or under another: both corrupt the state.
+TEST_CASE("undo: only the last edit is taken back, once, in its solver", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  Solver solver(scene), other(scene);
+  const TopologyEdit first{.remove_tets = {3}}, second{.remove_tets = {4}};
+  CHECK_THROWS_AS(undo_edit(solver, first, {}), InvalidArgument);
+  const EditResult of_first = apply_edit(solver, first);
+  const EditResult of_other = apply_edit(other, second);
+  const auto refuse = [&](const TopologyEdit& edit, const EditResult& result) {
+    const std::uint64_t before = digest_of(solver_data(solver));
+    CHECK_THROWS_WITH(undo_edit(solver, edit, result), ContainsSubstring("is not the last one"));
+    CHECK(digest_of(solver_data(solver)) == before);
+  };
+  refuse(second, of_other);
+  refuse(second, of_first);
+  CHECK_THROWS_AS(apply_edit(solver, first),
+                  InvalidArgument);  // refused: the last is still the last
+  undo_edit(solver, first, of_first);
+  refuse(first, of_first);
+  const EditResult again = apply_edit(solver, first);
+  CHECK(again.topology_version != of_first.topology_version);
+  refuse(first, of_first);
+  const EditResult of_second = apply_edit(solver, second);
+  refuse(first, again);
+  undo_edit(solver, second, of_second);
+  refuse(first, again);  // one edit is kept in mind
+}
+
+// Would catch participants that are not told, or in the order in which they applied.
+TEST_CASE("undo: participants follow, the last first", "[unit]") {
+  struct Watcher : EditParticipant {
+    std::vector<int>* order = nullptr;
+    int name = 0;
+    void validate(const Solver&, const TopologyEdit&) const override {}
+    void apply(const Solver&, const TopologyEdit&, const EditResult&) noexcept override {}
+    void undo(const Solver& solver, const TopologyEdit& edit,
+              const EditResult& result) noexcept override {
+      if (solver.is_tet_alive(edit.remove_tets[0]) && result.tets == edit.remove_tets) {
+        order->push_back(name);
+      }
+    }
+  };
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  Solver solver(scene);
+  std::vector<int> order;
+  Watcher first, second;
+  first.order = second.order = &order;
+  second.name = 1;
+  EditParticipant* participants[] = {&first, &second};
+  const TopologyEdit edit{.remove_tets = {7}};
+  undo_edit(solver, edit, apply_edit(solver, edit, participants), participants);
+  CHECK(order == std::vector{1, 0});
+}
+
+}  // namespace pbdsurg

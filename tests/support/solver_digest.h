@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// One number for all that a solver holds, for telling whether anything differs.
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "pbdsurg/core/random.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg::testing {
+
+/// Mixes numbers, one after another.
+class Digest {
+ public:
+  template <class Number>
+  void mix(Number number) {
+    if constexpr (std::is_same_v<Number, float>) {
+      mix(std::bit_cast<std::uint32_t>(number));
+    } else if constexpr (std::is_same_v<Number, double>) {
+      mix(std::bit_cast<std::uint64_t>(number));
+    } else {
+      value_ = detail::mix_bits(value_, static_cast<std::uint64_t>(number));
+    }
+  }
+  template <class Range>
+  void mix_all(const Range& range) {
+    mix(std::size(range));
+    for (const auto& entry : range) {
+      if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(entry)>>) {
+        mix(entry);
+      } else {
+        mix_all(entry);
+      }
+    }
+  }
+
+  /// Groups, their order and the numbers in them.
+  template <class Constraint>
+  void mix_slots(const ConstraintSlots<Constraint>& slots) {
+    for (Index group = 0; group < slots.group_count(); ++group) {
+      mix_all(slots.ids(group));
+      for (const Index id : slots.ids(group)) {
+        mix_all(slots.record(id).places);
+        mix_all(slots.record(id).parameters);
+      }
+      for (const auto& block : slots.blocks(group)) {  // idle lanes, too
+        for (const auto& corners : block.corners) {
+          mix_all(corners);
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0;
+};
+
+/// Topology, constraints, their order, masses, plan, and the state and tools of all copies. What is
+/// kept within a substep or by a backend alone is left out.
+inline std::uint64_t digest_of(const SolverData& data) {
+  Digest digest;
+  digest.mix_all(data.tets);
+  digest.mix_all(data.edges);
+  digest.mix_all(data.tet_edges);
+  digest.mix_all(data.edge_tets);
+  digest.mix_all(data.vertex_tets);
+  digest.mix_all(data.tet_alive);
+  digest.mix_all(data.tet_masses);
+  digest.mix_all(data.vertex_masses);
+  digest.mix_all(data.place_of_vertex);
+  for (const Link& link : data.links) {
+    digest.mix(link.first);
+    digest.mix(link.second);
+  }
+  digest.mix_slots(data.distances);
+  digest.mix_slots(data.volumes);
+  digest.mix_slots(data.neo_hookeans);
+  digest.mix_slots(data.strain_limits);
+  for (std::size_t edge = 0; edge < data.edges.size(); ++edge) {
+    digest.mix(data.edge_owners[static_cast<Index>(edge)]);
+  }
+  for (const Phase& phase : data.plan.phases) {
+    digest.mix(static_cast<int>(phase.kind));
+    digest.mix(phase.color);
+    digest.mix(phase.level);
+    digest.mix(phase.domain);
+  }
+  const VertexBlocks::Arrays rows = data.vertex_method.blocks.arrays();
+  for (const VertexBlock& block : rows.blocks) {
+    digest.mix_all(block.corners);
+    digest.mix(block.pulls.count);
+    for (const PullRow& row : rows.pulls.subspan(block.pulls.first, block.pulls.count)) {
+      digest.mix_all(row.neighbors);
+      digest.mix_all(row.weights);
+    }
+    digest.mix(block.springs.count);
+    for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+      digest.mix_all(rows.springs[i].neighbors);
+      if (rows.damped_springs.empty()) {  // else each substep makes them anew
+        digest.mix_all(rows.springs[i].stiffness);
+        digest.mix_all(rows.springs[i].rest);
+      } else {
+        digest.mix_all(rows.damped_springs[i].target);
+        digest.mix_all(rows.damped_springs[i].damping);
+      }
+    }
+    digest.mix(block.volumes.count);
+    for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+      for (const auto& corners : rows.volumes[i].face) {
+        digest.mix_all(corners);
+      }
+      if (rows.damped_volumes.empty()) {
+        digest.mix_all(rows.volumes[i].stiffness);
+        digest.mix_all(rows.volumes[i].target);
+      }
+    }
+  }
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    const CopyState& copy = data.copy(i);
+    for (const Particle& p : copy.particles) {
+      digest.mix_all(std::array{p.x, p.y, p.z, p.w});
+    }
+    for (const Velocity& v : copy.velocities) {
+      digest.mix_all(std::array{v.x, v.y, v.z});
+    }
+    digest.mix_all(copy.falling);
+    digest.mix(copy.attachment_colors);
+    for (const ToolState& tool : copy.tools) {
+      for (const Attachment& attachment : tool.attachments) {
+        digest.mix(attachment.vertex);
+        digest.mix(attachment.color);
+        digest.mix_all(attachment.anchor);
+      }
+    }
+  }
+  return digest.value();
+}
+
+}  // namespace pbdsurg::testing
