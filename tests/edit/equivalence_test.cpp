@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstdlib>
+#include <cstdint>
 #include <numeric>
 #include <vector>
 
@@ -14,19 +14,14 @@
 
 namespace pbdsurg {
 
-using testing::Choices;
 using testing::EditScene;
 using testing::EditTrial;
 
 // Would catch whatever an edit forgets, doubles or leaves behind, in any plan. scripts/soak goes on
 // with other seeds.
 TEST_CASE("edit equivalence: after any edits all is as if made of what is left", "[property]") {
-  constexpr std::uint64_t kTrials = 10'000;
-  const char* first_seed = std::getenv("PBDSURG_FIRST_SEED");
-  const std::uint64_t first = first_seed != nullptr ? std::strtoull(first_seed, nullptr, 10) : 0;
-  for (std::uint64_t seed = first; seed < first + kTrials; ++seed) {
-    Choices choices(seed);
-    const std::string wrong = testing::run_edit_trial(choices);
+  for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
+    const std::string wrong = testing::run_edit_trial(testing::bytes_of_trial(seed));
     INFO("seed " << seed);
     REQUIRE(wrong == "");
   }
@@ -37,11 +32,12 @@ TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
   const TetMesh mesh = testing::make_box({24, 18, 15}, 2e-3, 0.1);
   EditScene block{"block", {}, mesh};
   block.scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Choices choices(GENERATE(1, 2));
+  const std::vector<std::uint8_t> bytes = testing::random_bytes(GENERATE(1, 2), 1000);
+  testing::Choices choices(bytes);
   EditTrial trial(block, {.composition = PlanComposition::nested});
   const auto levels = trial.solver().plan().phases.back().level;
   REQUIRE(levels > 0);
-  for (int i = 0; i < 60; ++i) {
+  while (!choices.is_spent()) {
     trial.edit(choices);
   }
   CHECK(trial.try_bad_edit(choices) == "");

@@ -158,16 +158,20 @@ class Digest {
 }  // namespace
 
 Index Choices::below(Index count) {
-  std::uint64_t bits = 0;
-  if (is_random_) {
-    bits = random_bits(seed_, next_++) >> 8;
-  } else {
-    for (int i = 0; i < 2; ++i) {
-      bits = 256 * bits + (next_ < bytes_.size() ? bytes_[next_] : 0);
-      ++next_;
-    }
+  unsigned bits = 0;
+  for (const unsigned shift : {8U, 0U}) {
+    bits |= (is_spent() ? 0U : bytes_[next_]) << shift;
+    ++next_;
   }
-  return static_cast<Index>(bits % static_cast<std::uint64_t>(count));
+  return static_cast<Index>(bits % static_cast<unsigned>(count));
+}
+
+std::vector<std::uint8_t> random_bytes(std::uint64_t seed, std::size_t count) {
+  std::vector<std::uint8_t> bytes(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(random_bits(seed, i) >> 56);
+  }
+  return bytes;
 }
 
 const std::vector<EditScene>& edit_scenes() {
@@ -416,7 +420,8 @@ void EditTrial::spoil(Choices& choices, TopologyEdit& edit) const {
   }
 }
 
-std::string run_edit_trial(Choices& choices) {
+std::string run_edit_trial(std::span<const std::uint8_t> bytes) {
+  Choices choices(bytes);
   const EditScene& scene = edit_scenes()[choices.below(index_of(edit_scenes().size()))];
   std::vector<SolverOptions> options = edit_options(scene);
   const Index option = choices.below(index_of(options.size()));
@@ -426,7 +431,7 @@ std::string run_edit_trial(Choices& choices) {
   }
   EditTrial trial(scene, options[option]);
   std::string wrong;
-  for (Index left = choices.below(7) + 1; left > 0 && wrong.empty(); --left) {
+  while (wrong.empty() && !choices.is_spent()) {
     switch (choices.below(8)) {
       case 0:
         wrong = trial.try_bad_edit(choices);
@@ -445,6 +450,11 @@ std::string run_edit_trial(Choices& choices) {
     wrong = trial.difference();
   }
   return wrong.empty() ? wrong : scene.name + ", options " + std::to_string(option) + ": " + wrong;
+}
+
+std::vector<std::uint8_t> bytes_of_trial(std::uint64_t seed) {
+  constexpr std::size_t kFewest = 16, kMost = 128;
+  return random_bytes(seed, kFewest + random_bits(seed, kMost) % (kMost - kFewest));
 }
 
 }  // namespace pbdsurg::testing

@@ -2,8 +2,8 @@
 #pragma once
 
 /// @file
-/// Random edits of small scenes, good and bad, and what must hold after them: for tests of seeds
-/// and for fuzzers, which bring their own bytes.
+/// Random edits of small scenes, good and bad, and what must hold after them: for tests and for
+/// fuzzers.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,24 +20,24 @@
 
 namespace pbdsurg::testing {
 
-/// Where choices come from: a seed, or bytes, which are followed by zeros.
+/// Choices made by bytes: those of a fuzzer, or random ones.
 class Choices {
  public:
-  explicit Choices(std::uint64_t seed) : seed_(seed) {}
-  explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes), is_random_(false) {}
+  /// @param bytes  must outlive this; zeros follow them
+  explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// In [0, count). @param count  positive
+  /// In [0, count). @param count  in [1, 65536]
   Index below(Index count);
 
   /// Whether no bytes are left.
-  [[nodiscard]] bool is_spent() const { return !is_random_ && next_ >= bytes_.size(); }
+  [[nodiscard]] bool is_spent() const { return next_ >= bytes_.size(); }
 
  private:
-  std::uint64_t seed_ = 0;
   std::span<const std::uint8_t> bytes_;
   std::size_t next_ = 0;
-  bool is_random_ = true;
 };
+
+[[nodiscard]] std::vector<std::uint8_t> random_bytes(std::uint64_t seed, std::size_t count);
 
 /// A scene to be edited.
 struct EditScene {
@@ -91,8 +91,11 @@ class EditTrial {
   LiveModel model_;
 };
 
-/// A trial of some edits, good and bad, and steps between them.
+/// A trial of edits, good and bad, and steps between them, until the bytes are spent.
 /// @return  what went wrong; empty if nothing did
-[[nodiscard]] std::string run_edit_trial(Choices& choices);
+[[nodiscard]] std::string run_edit_trial(std::span<const std::uint8_t> bytes);
+
+/// The bytes of one trial of many: a few edits.
+[[nodiscard]] std::vector<std::uint8_t> bytes_of_trial(std::uint64_t seed);
 
 }  // namespace pbdsurg::testing
