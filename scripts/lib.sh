@@ -94,7 +94,7 @@ run_benchmarks() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 table3 convergence)
+table_programs=(table1 table2 table3 convergence edits)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 

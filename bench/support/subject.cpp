@@ -20,6 +20,10 @@ TetMesh make_organ(Organ organ, Index vertex_count) {
 
 }  // namespace
 
+TetMesh make_large_liver() {
+  return make_organ(Organ::liver, kMillionVertices);
+}
+
 Scene make_liver_and_gallbladder(const SceneSize& size) {
   constexpr double kMembraneReach = 4.5e-3;  // m
   constexpr double kFixedShare = 0.4;        // of the liver's height
@@ -52,8 +56,7 @@ std::vector<Subject> make_table2_subjects(bool quick, std::vector<std::string>& 
   }
   if (!quick) {
     subjects.push_back({std::nullopt, "scene", make_liver_and_gallbladder(kLargestScene)});
-    subjects.push_back(
-        {std::nullopt, "lattice", make_organ_scene(make_organ(Organ::liver, kMillionVertices))});
+    subjects.push_back({std::nullopt, "lattice", make_organ_scene(make_large_liver())});
   }
   return subjects;
 }

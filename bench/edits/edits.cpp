@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What it costs to delete tetrahedra while a scene is stepped, by backend, size of mesh and rate.
+#include <cstdio>
+#include <filesystem>
+#include <list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report.h"
+#include "support/gpu_times.h"
+#include "support/program.h"
+#include "support/sample.h"
+#include "support/subject.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+struct Arguments {
+  std::filesystem::path out = "out/tables";
+  int threads = 0;
+  int frames = 120;
+  bool quick = false;
+};
+
+struct NamedMesh {
+  std::string name;
+  TetMesh tets;
+  EditEffort effort;
+};
+
+std::list<NamedMesh> make_meshes(const Arguments& arguments, std::vector<std::string>& notes) {
+  std::list<NamedMesh> meshes;
+  const EditEffort effort{{0, 100, 1000, 10000}, arguments.frames};
+  const std::vector<int> rows = arguments.quick ? std::vector{1} : std::vector{2, 5};
+  for (const Sample& sample : make_samples(rows, {Table2Kind::hollow}, notes)) {
+    meshes.push_back({"hollow " + std::to_string(sample.row), sample.mesh, effort});
+  }
+  if (!arguments.quick) {
+    constexpr int kFewFrames = 20;  // a step takes long
+    meshes.push_back({"lattice", make_large_liver(), {{0, 1000}, kFewFrames}});
+  }
+  return meshes;
+}
+
+SolverOptions options_on(BackendKind backend, int threads) {
+  SolverOptions options = SolverOptions::paper();
+  options.backend = backend;
+  options.threads = threads;
+  options.coloring = {.repair = true};
+  options.composition = PlanComposition::automatic;
+  return options;
+}
+
+void run(const Arguments& arguments) {
+  const int threads = thread_count(arguments.threads);
+  std::vector<std::string> notes{"threads: " + std::to_string(threads)};
+  std::vector<std::pair<std::string, BackendKind>> backends{{"threaded", BackendKind::threaded}};
+  if (const std::optional<std::string> why_not = why_no_gpu()) {
+    notes.push_back("no cuda: " + *why_not);
+  } else {
+    backends.emplace_back("cuda", BackendKind::cuda);
+  }
+  const std::list<NamedMesh> meshes = make_meshes(arguments, notes);
+  std::vector<Measured> all;
+  for (const auto& [name, backend] : backends) {
+    for (const NamedMesh& mesh : meshes) {
+      all.push_back({mesh.name, name, mesh.tets.tet_count(),
+                     measure_edits(mesh.tets, options_on(backend, threads), mesh.effort)});
+      std::fprintf(stderr, "%s, %s: done\n", name.c_str(), mesh.name.c_str());
+    }
+    notes.push_back(name + ": " + all.back().run.backend);
+  }
+  for (std::string& line : verdicts(all)) {
+    notes.push_back(std::move(line));
+  }
+  const Json json = to_json(all);
+  const std::string markdown = to_markdown(json, notes);
+  write_table(arguments.out, "edits", json, markdown);
+  std::fputs(markdown.c_str(), stdout);
+}
+
+}  // namespace
+}  // namespace pbdsurg::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Edits: what it costs to delete tetrahedra while a scene is stepped.", "edits");
+  pbdsurg::bench::Arguments arguments;
+  pbdsurg::bench::add_threads_option(app, arguments.threads);
+  app.add_option("--frames", arguments.frames, "at each rate, of all meshes but the largest")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--quick", arguments.quick, "the smallest mesh alone: to see it work");
+  return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
+                                     [&] { pbdsurg::bench::run(arguments); });
+}

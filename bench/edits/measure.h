@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What deletions cost, beside the step.
+
+#include <string>
+#include <vector>
+
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "deletions.h"
+
+namespace pbdsurg::bench {
+
+/// How much is measured.
+struct EditEffort {
+  std::vector<int> rates;     ///< tetrahedra a second, ascending
+  int frames;                 ///< at each rate
+  double most_deleted = 0.2;  ///< of the mesh, at each rate: fewer frames where it would be more
+};
+
+/// One pattern at one rate; medians over frames.
+struct EditTimes {
+  Pattern pattern;
+  int deletions_per_s;  ///< 0: none
+  int frames;
+  Index deleted;         ///< in all
+  double plain_step_ms;  ///< of a solver that is not edited, which takes turns
+  double step_ms;        ///< that follows an edit
+  double edit_ms;        ///< the whole transaction
+  double us_per_deletion;
+  double added_ms;  ///< the edit, and what the step takes more than the plain one
+};
+
+/// All patterns and rates on one mesh.
+struct EditRun {
+  std::string plan;
+  std::string backend;
+  std::vector<EditTimes> times;
+};
+
+/// Steps the scene of a mesh at 60 frames a second, and deletes tetrahedra in one edit a frame, in
+/// which all that follows topology takes part.
+/// @throws Error  if a step leaves vertices that are not finite
+[[nodiscard]] EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options,
+                                    const EditEffort& effort);
+
+}  // namespace pbdsurg::bench

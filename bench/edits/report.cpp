@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr int kRateOfAims = 1000;          // tetrahedra a second
+constexpr double kMostShareOfStep = 0.05;  // added at this rate, but for the largest mesh
+constexpr Index kLargeMesh = 500'000;      // tetrahedra, from where costs alone are compared
+
+// Of the time of one deletion on the largest mesh, over that on the smallest.
+double most_growth(Pattern pattern) {
+  return pattern == Pattern::regional ? 4 : 12;
+}
+
+double edit_share(const EditTimes& times) {
+  return times.edit_ms / times.plain_step_ms;
+}
+
+double added_share(const EditTimes& times) {
+  return times.added_ms / times.plain_step_ms;
+}
+
+// A device hears of an edit in the next step; elsewhere what is added beside the edit is noise.
+double judged_share(const Measured& measured, const EditTimes& times) {
+  return measured.backend == "cuda" ? std::max(edit_share(times), added_share(times))
+                                    : edit_share(times);
+}
+
+Json to_json(const Measured& measured, const EditTimes& times) {
+  return {{"backend", measured.backend},
+          {"mesh", measured.mesh},
+          {"tets", measured.tets},
+          {"plan", measured.run.plan},
+          {"pattern", name_of(times.pattern)},
+          {"deletions_per_s", times.deletions_per_s},
+          {"frames", times.frames},
+          {"deleted", times.deleted},
+          {"plain_step_ms", rounded(times.plain_step_ms, 1e4)},
+          {"step_ms", rounded(times.step_ms, 1e4)},
+          {"edit_ms_per_step", rounded(times.edit_ms, 1e4)},
+          {"us_per_edit", rounded(times.us_per_deletion, 1e2)},
+          {"added_ms_per_step", rounded(times.added_ms, 1e4)},
+          {"edit_share", rounded(edit_share(times), 1e4)},
+          {"added_share", rounded(added_share(times), 1e4)}};
+}
+
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all{{"tets", "tets", 0},
+                                       {"pattern", "pattern", 0},
+                                       {"deletions_per_s", "deletions/s", 0},
+                                       {"plain_step_ms", "step without edits, ms", 3},
+                                       {"step_ms", "step, ms", 3},
+                                       {"edit_ms_per_step", "edits a step, ms", 4},
+                                       {"us_per_edit", "a deletion, us", 2},
+                                       {"edit_share", "edits / step", 4},
+                                       {"added_share", "added / step", 4},
+                                       {"frames", "frames", 0}};
+  return all;
+}
+
+const EditTimes* find(const Measured& measured, Pattern pattern) {
+  const auto found = std::ranges::find_if(measured.run.times, [&](const EditTimes& times) {
+    return times.pattern == pattern && times.deletions_per_s == kRateOfAims;
+  });
+  return found == measured.run.times.end() ? nullptr : &*found;
+}
+
+std::string verdict(const std::string& what, double value, double most) {
+  char text[64];
+  std::snprintf(text, sizeof text, ": %.3g, at most %.3g is aimed at: %s", value, most,
+                value <= most ? "met" : "missed");
+  return what + text;
+}
+
+constexpr const char* kLegend = R"(# Edits
+
+- tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field takes part
+- one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is the edit and what the next step takes more
+- a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, which hears of an edit in the next step, what is added where that is more
+)";
+
+}  // namespace
+
+Json to_json(const std::vector<Measured>& all) {
+  Json json = Json::array();
+  for (const Measured& measured : all) {
+    for (const EditTimes& times : measured.run.times) {
+      json.push_back(to_json(measured, times));
+    }
+  }
+  return json;
+}
+
+std::vector<std::string> verdicts(const std::vector<Measured>& all) {
+  std::vector<std::string> lines;
+  for (const Measured& measured : all) {
+    const std::string where = measured.backend + ", " + measured.mesh;
+    for (const Pattern pattern : {Pattern::regional, Pattern::scattered}) {
+      const EditTimes* times = find(measured, pattern);
+      if (times == nullptr) {
+        continue;
+      }
+      if (measured.tets < kLargeMesh) {
+        lines.push_back(verdict(where + ", " + name_of(pattern) + " at " +
+                                    std::to_string(kRateOfAims) + "/s: share of the step",
+                                judged_share(measured, *times), kMostShareOfStep));
+        continue;
+      }
+      const auto small = std::ranges::find(all, measured.backend, &Measured::backend);
+      lines.push_back(verdict(
+          where + ", " + name_of(pattern) + ": time of a deletion, of that on " + small->mesh,
+          times->us_per_deletion / find(*small, pattern)->us_per_deletion, most_growth(pattern)));
+    }
+  }
+  return lines;
+}
+
+std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
+  std::string text = kLegend;
+  for (const std::string& note : notes) {
+    text += "- " + note + "\n";
+  }
+  std::string backend;
+  for (const Json& row : rows) {
+    if (row["backend"] != backend) {
+      backend = row["backend"];
+      text += "\n## " + backend + "\n\n" + markdown_header("mesh", columns());
+    }
+    text += markdown_line(text_of(row["mesh"]), row, columns());
+  }
+  return text;
+}
+
+}  // namespace pbdsurg::bench

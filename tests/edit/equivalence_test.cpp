@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/mesh/tetrahedralize.h"
+
+#include "support/catch.h"
+#include "support/edit_trial.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+
+using testing::EditScene;
+using testing::EditTrial;
+
+// Would catch whatever an edit forgets, doubles or leaves behind, in any plan. scripts/soak goes on
+// with other seeds.
+TEST_CASE("edit equivalence: after any edits all is as if made of what is left", "[property]") {
+  for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
+    const std::string wrong = testing::run_edit_trial(testing::bytes_of_trial(seed));
+    INFO("seed " << seed);
+    REQUIRE(wrong == "");
+  }
+}
+
+// Would catch the same where plans have domains, which small scenes have not.
+TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
+  const TetMesh mesh = testing::make_box({24, 18, 15}, 2e-3, 0.1);
+  EditScene block{"block", {}, mesh};
+  block.scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  const std::vector<std::uint8_t> bytes = testing::random_bytes(GENERATE(1, 2), 1000);
+  testing::Choices choices(bytes);
+  EditTrial trial(block, {.composition = PlanComposition::nested});
+  const auto levels = trial.solver().plan().phases.back().level;
+  REQUIRE(levels > 0);
+  while (!choices.is_spent()) {
+    trial.edit(choices);
+  }
+  CHECK(trial.try_bad_edit(choices) == "");
+  CHECK(trial.step() == "");
+  CHECK(trial.difference() == "");
+}
+
+// Would catch what piles up edit by edit: memory, phases, masses that rounding leaves behind.
+TEST_CASE("edit equivalence: an organ is deleted tetrahedron by tetrahedron", "[property]") {
+  OrganRecipe recipe = organ_recipe(Organ::liver);
+  recipe.options.vertex_count = 400;
+  const TetMesh mesh = tetrahedralize(recipe.shape, recipe.options).mesh;
+  EditScene organ{"organ", {}, mesh};
+  organ.scene.add_body("organ", mesh, elastic_material(mesh, 1000, 20e3));
+  organ.scene.fix_vertices(0, std::vector<Index>{0, 1, 2});
+  const PlanComposition composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
+  EditTrial trial(
+      organ,
+      {.substeps = 2, .backend = BackendKind::threaded, .threads = 2, .composition = composition});
+  std::vector<Index> order(static_cast<std::size_t>(mesh.tet_count()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(),
+            [](Index a, Index b) { return random_bits(9, a) < random_bits(9, b); });
+  const std::size_t memory = trial.solver().memory_bytes();
+  int edits = 0;
+  for (const Index tet : order) {
+    trial.edit({.remove_tets = {tet}});
+    REQUIRE(trial.step() == "");
+    if (++edits % 100 == 0) {
+      REQUIRE(trial.difference() == "");
+    }
+  }
+  CHECK(trial.difference() == "");
+  CHECK(trial.step() == "");
+  CHECK(trial.solver().plan().phases.empty());
+  // what a joint plan hands over may make a group larger than it was
+  CHECK(static_cast<double>(trial.solver().memory_bytes()) < 1.1 * static_cast<double>(memory));
+}
+
+}  // namespace pbdsurg
