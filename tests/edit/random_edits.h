@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -93,7 +94,7 @@ inline std::vector<SampleScene> make_sample_scenes() {
   return samples;
 }
 
-/// Removes up to `most` live tetrahedra: scattered, or a region around one.
+/// Removes up to `most` live tetrahedra: scattered, around one, or along a plane through it.
 inline TopologyEdit random_removal(const Scene& scene, const Solver& solver, Index most,
                                    std::uint64_t seed) {
   std::vector<Index> live;
@@ -102,20 +103,27 @@ inline TopologyEdit random_removal(const Scene& scene, const Solver& solver, Ind
       live.push_back(t);
     }
   }
-  const auto first_corner = [&](Index t) { return scene.positions()[scene.tets()[t][0]]; };
-  const auto count = std::min(live.size(), 1 + random_bits(seed, 0) % most);
+  TopologyEdit edit;
+  if (live.empty()) {
+    return edit;
+  }
+  const auto place = [&](Index t) { return scene.positions()[scene.tets()[t][0]]; };
+  const Eigen::Vector3d middle = place(live[random_bits(seed, 1) % live.size()]);
+  const Eigen::Vector3d normal(random_unit(seed, 2, 0) - 0.5, random_unit(seed, 2, 1) - 0.5,
+                               random_unit(seed, 2, 2) - 0.5);
+  const auto pattern = random_bits(seed, 3) % 3;
   std::vector<std::pair<double, Index>> order;
   for (const Index t : live) {
-    const bool scattered = random_bits(seed, 1) % 2 == 0;
-    const Index middle = live[random_bits(seed, 2) % live.size()];
-    order.emplace_back(scattered ? random_unit(seed, 3, static_cast<std::uint64_t>(t))
-                                 : (first_corner(t) - first_corner(middle)).norm(),
+    const Eigen::Vector3d away = place(t) - middle;
+    order.emplace_back(pattern == 0   ? random_unit(seed, 4, static_cast<std::uint64_t>(t))
+                       : pattern == 1 ? away.norm()
+                                      : std::abs(normal.dot(away)),
                        t);
   }
   std::sort(order.begin(), order.end());
-  TopologyEdit edit;
-  for (std::size_t i = 0; i < count; ++i) {
-    edit.remove_tets.push_back(order[i].second);
+  order.resize(std::min(order.size(), 1 + random_bits(seed, 5) % most));
+  for (const auto& [key, t] : order) {
+    edit.remove_tets.push_back(t);
   }
   return edit;
 }
