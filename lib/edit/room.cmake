@@ -1,3 +1,4 @@
 pbdsurg_room(edit
-  HEADERS live_boundary.h topology_edit.h
-  SOURCES fingerprint.cpp live_boundary.cpp topology_edit.cpp)
+  HEADERS cut.h live_boundary.h live_pieces.h live_surface.h topology_edit.h undo_array.h
+  SOURCES cut.cpp cut_planner.cpp cut_surface.cpp fingerprint.cpp live_boundary.cpp live_pieces.cpp
+          live_surface.cpp topology_edit.cpp)

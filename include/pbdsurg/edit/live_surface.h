@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The surface of living tissue, kept up to date through edits, for renderers and contact.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/edit/undo_array.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg {
+
+/// One of the four triangles of a tetrahedron.
+struct TetFace {
+  Index tet = kInvalidIndex;
+  Index face = 0;  ///< in kTetTriangles: it lies opposite to this corner
+};
+
+/// Slots first, ..., end - 1.
+struct SlotRange {
+  Index first;
+  Index end;
+};
+
+/// Boundary triangles of a body's live tetrahedra, in slots that make an index buffer: a triangle
+/// keeps its slot for as long as it exists, and a slot without one holds a triangle without area,
+/// so that all slots can be drawn as they are. A slot that came free last is taken first.
+///
+/// Follows edits of its body: pass it to apply_edit() as a participant. Cost of an edit and of its
+/// undo: O(changed), and O(k log k) of k tetrahedra that move or come to be; memory that was needed
+/// once is kept. Construction: O(T log T) in the body's tetrahedra.
+class LiveSurface final : public EditParticipant {
+ public:
+  static constexpr Triangle kEmptyTriangle{0, 0, 0};
+
+  /// @throws InvalidArgument  if there is no such body
+  LiveSurface(const Solver& solver, Index body);
+
+  [[nodiscard]] Index slot_count() const noexcept { return triangles_.size(); }
+  [[nodiscard]] Index triangle_count() const noexcept { return slot_count() - free_slots_.size(); }
+
+  /// [slot_count] scene vertices, wound so that normals point out of the tissue.
+  [[nodiscard]] std::span<const Triangle> triangles() const noexcept { return triangles_.values(); }
+
+  /// [slot_count] where each triangle comes from; the tetrahedron is kInvalidIndex in empty slots.
+  [[nodiscard]] std::span<const TetFace> origins() const noexcept { return origins_.values(); }
+
+  /// Whether any triangle is at a vertex. @param vertex  scene vertex, of the body
+  [[nodiscard]] bool is_on_surface(Index vertex) const {
+    return vertex_triangles_[vertices_.local(vertex)] > 0;
+  }
+
+  /// Grows with every slot that changes, back as well as forth. Above zero.
+  [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
+
+  /// Which slots a reader has to copy that has seen a version: any number of readers, each with its
+  /// own. Ranges are ascending; those less than kJoinedGap apart are one, because a call costs a
+  /// renderer more than the bytes. A reader far behind gets all slots.
+  /// Cost: O(k log k) in the k changes since.
+  /// @param since   a version() read before; zero for a reader that has seen none
+  /// @param ranges  replaced
+  void collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const;
+  static constexpr Index kJoinedGap = 16;
+
+  /// @throws InvalidArgument  if the surface has missed an edit
+  void validate(const Solver& solver, const TopologyEdit& edit) const override;
+  void apply(const Solver& solver, const TopologyEdit& edit,
+             const EditResult& result) noexcept override;
+  void undo(const Solver& solver, const TopologyEdit& edit,
+            const EditResult& result) noexcept override;
+
+ private:
+  // The body's first ids follow each other; those made by edits come after those of all bodies.
+  struct Numbering {
+    Index first, count, later;
+    [[nodiscard]] Index local(Index id) const noexcept {
+      return id < later ? id - first : count + id - later;
+    }
+    [[nodiscard]] Index scene(Index local) const noexcept {
+      return local < count ? first + local : later + local - count;
+    }
+    [[nodiscard]] bool has(Index id) const noexcept {
+      return (id >= first && id < first + count) || id >= later;
+    }
+  };
+  struct OpenFace {
+    Triangle key;  // ascending
+    Index face;
+  };
+
+  [[nodiscard]] bool is_own(Index tet) const noexcept;
+  [[nodiscard]] Triangle vertices_of(const Solver& solver, Index face) const noexcept;
+  void detach(Index face);
+  void open(Index face);
+  void join_open_faces(const Solver& solver);
+  void show_open_faces(const Solver& solver);
+  void hide(Index slot);
+  void note_change(Index slot) noexcept;
+
+  Numbering tets_, vertices_;
+  // [4 * own tets] for face 4 * local tet + place: the face it shares, or a state below zero
+  UndoArray<Index> faces_;
+  UndoArray<Triangle> triangles_;      // [slot_count]
+  UndoArray<TetFace> origins_;         // [slot_count]
+  UndoArray<Index> free_slots_;        // the last is taken first
+  UndoArray<Index> vertex_triangles_;  // [own vertices] how many triangles are at each
+  // scratch: faces that an edit left without a partner, as they came and by their vertices
+  std::vector<Index> open_;
+  std::vector<OpenFace> sorted_open_;
+
+  std::uint64_t version_ = 1;
+  std::uint64_t version_before_ = 1;  // the last edit
+  std::vector<Index> changes_;        // slot of change v at v % size, for the last `size` changes
+  std::uint64_t topology_version_;
+  std::uint64_t topology_version_before_;
+};
+
+}  // namespace pbdsurg

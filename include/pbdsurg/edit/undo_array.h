@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// An array that can take back what one edit wrote, for participants of edits.
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+
+namespace pbdsurg {
+
+/// An array whose writes since begin_edit() can be taken back. A write costs O(1) beside growth of
+/// the array and its log, which keep their room; undo costs O(writes since begin_edit()).
+template <class T>
+class UndoArray {
+ public:
+  UndoArray() = default;
+  explicit UndoArray(std::vector<T> values) : values_(std::move(values)) {}
+
+  [[nodiscard]] Index size() const noexcept { return static_cast<Index>(values_.size()); }
+  [[nodiscard]] const T& operator[](Index i) const noexcept { return values_[i]; }
+  [[nodiscard]] std::span<const T> values() const noexcept { return values_; }
+
+  void set(Index i, const T& value) {
+    log(i);
+    values_[i] = value;
+  }
+  void push_back(const T& value) { values_.push_back(value); }
+  void pop_back() {
+    log(size() - 1);
+    values_.pop_back();
+  }
+
+  /// From here on writes can be taken back; those before no longer.
+  void begin_edit() noexcept {
+    log_.clear();
+    size_before_ = size();
+  }
+
+  /// Back to where begin_edit() was called.
+  void undo() {
+    values_.resize(static_cast<std::size_t>(size_before_));
+    for (auto entry = log_.rbegin(); entry != log_.rend(); ++entry) {
+      values_[entry->first] = entry->second;
+    }
+    log_.clear();
+  }
+
+ private:
+  // what lies past the size before goes away with undo
+  void log(Index i) {
+    if (i < size_before_) {
+      log_.emplace_back(i, values_[i]);
+    }
+  }
+
+  std::vector<T> values_;
+  std::vector<std::pair<Index, T>> log_;  // place and value before, oldest first
+  Index size_before_ = 0;
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/live_pieces.h"
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+
+#include "pbdsurg/core/error.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+bool is_fixed(const Solver& solver, Index vertex) {
+  return solver_data(solver).particle(vertex).w == 0;
+}
+
+// Of what has merged, parts or groups.
+template <class Node>
+Index find_root(std::vector<Node>& nodes, Index i) {
+  while (nodes[i].parent != i) {
+    nodes[i].parent = nodes[nodes[i].parent].parent;  // path halving
+    i = nodes[i].parent;
+  }
+  return i;
+}
+
+}  // namespace
+
+LivePieces::LivePieces(const Solver& solver)
+    : topology_version_(solver.topology_version()), topology_version_before_(topology_version_) {
+  const std::span<const Tet> tets = solver.tets();
+  const auto tet_count = static_cast<Index>(tets.size());
+  const Index vertex_count = solver.vertex_count();
+  vertex_tets_ = find_vertex_tets(vertex_count, tets);
+  first_later_ =
+      UndoArray(std::vector<Index>(static_cast<std::size_t>(vertex_count), kInvalidIndex));
+  is_fixed_ = UndoArray(std::vector<std::uint8_t>(static_cast<std::size_t>(vertex_count), 0));
+  tets_ =
+      UndoArray(std::vector<PieceTet>(tets.size(), {kInvalidIndex, kInvalidIndex, kInvalidIndex}));
+  part_of_.assign(static_cast<std::size_t>(vertex_count), kInvalidIndex);
+  next_.resize(static_cast<std::size_t>(vertex_count));
+  leaving_.assign(tets.size(), false);
+
+  std::vector<Tet> live;
+  for (Index t = 0; t < tet_count; ++t) {
+    if (solver.is_tet_alive(t)) {
+      live.push_back(tets[t]);
+    }
+  }
+  const Components components = find_components(vertex_count, live);
+  for (Index i = 0; i < components.count; ++i) {
+    pieces_.push_back({kInvalidIndex, 0, 0, kInvalidIndex});
+  }
+  for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
+    const Body& body = solver.bodies()[b];
+    for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      if (const Index i = components.of_vertex[v]; i != kInvalidIndex) {
+        Piece piece = pieces_[i];
+        piece.body = b;
+        piece.anchor_count += is_fixed(solver, v);
+        pieces_.set(i, piece);
+        is_fixed_.set(v, is_fixed(solver, v));
+      }
+    }
+  }
+  for (Index t = 0; t < tet_count; ++t) {
+    if (solver.is_tet_alive(t)) {
+      add_tet(components.of_vertex[tets[t][0]], t);
+    }
+  }
+  first_freed_ = count();
+}
+
+std::vector<Index> LivePieces::tets(Index piece) const {
+  std::vector<Index> result;
+  for (Index t = pieces_[piece].first_tet; t != kInvalidIndex; t = tets_[t].next) {
+    result.push_back(t);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index smallest) {
+  const std::span<const Tet> tets = solver.tets();
+  std::vector<Index> kept;  // ascending
+  for (const CornerMove& move : edit.corner_moves) {
+    kept.push_back(move.tet);
+  }
+  for (const NewTet& tet : edit.new_tets) {
+    kept.push_back(tet.parent);
+  }
+  std::sort(kept.begin(), kept.end());
+
+  const std::size_t asked = edit.remove_tets.size();
+  rests_.resize(static_cast<std::size_t>(count()));
+  for (const Index t : edit.remove_tets) {
+    if (t >= 0 && t < tets_.size() && tets_[t].piece != kInvalidIndex && !leaving_[t]) {
+      leaving_[t] = true;
+      ++rests_[tets_[t].piece].leaving;
+      start_searches(tets[t], tets_[t].piece, add_group());
+    }
+  }
+  find_freed_parts(tets);
+  Crumbs crumbs;
+  for (const Index id : freed_) {
+    const Part& part = parts_[id];
+    if (part.tet_count >= smallest) {
+      continue;
+    }
+    const std::size_t before = edit.remove_tets.size();
+    bool stays = false;
+    for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
+      for_each_tet_at(tets, v, [&](Index t) {
+        if (tets[t][0] == v) {
+          edit.remove_tets.push_back(t);
+          stays |= std::binary_search(kept.begin(), kept.end(), t);
+        }
+      });
+    }
+    if (stays) {
+      edit.remove_tets.resize(before);
+    } else {
+      ++crumbs.parts;
+      crumbs.tets += part.tet_count;
+    }
+  }
+  for (std::size_t i = 0; i < asked; ++i) {
+    if (const Index t = edit.remove_tets[i]; t >= 0 && t < tets_.size()) {
+      leaving_[t] = false;
+    }
+  }
+  clear_searches();
+  return crumbs;
+}
+
+void LivePieces::validate(const Solver& solver, const TopologyEdit&) const {
+  if (solver.topology_version() != topology_version_) {
+    throw InvalidArgument("live pieces follow topology version " +
+                          std::to_string(topology_version_) + ", but the solver is at " +
+                          std::to_string(solver.topology_version()) +
+                          "; they must take part in every edit");
+  }
+}
+
+void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
+                       const EditResult& result) noexcept {
+  pieces_.begin_edit();
+  tets_.begin_edit();
+  is_fixed_.begin_edit();
+  first_later_.begin_edit();
+  later_tets_.begin_edit();
+  topology_version_before_ = topology_version_;
+  topology_version_ = result.topology_version;
+  rests_.resize(static_cast<std::size_t>(count()));
+
+  const std::span<const Tet> tets = solver.tets();
+  for (Index v = is_fixed_.size(); v < solver.vertex_count(); ++v) {
+    is_fixed_.push_back(is_fixed(solver, v));
+    first_later_.push_back(kInvalidIndex);
+    part_of_.push_back(kInvalidIndex);
+    next_.push_back(kInvalidIndex);
+  }
+  for (const NewTet& tet : edit.new_tets) {
+    const Index id = tets_.size();
+    const Index piece = tets_[tet.parent].piece;
+    tets_.push_back({kInvalidIndex, kInvalidIndex, kInvalidIndex});
+    leaving_.push_back(false);
+    add_tet(piece, id);
+    for (const Index v : tets[id]) {
+      add_later_tet(v, id);
+    }
+    const Index group = add_group();
+    start_searches(tets[tet.parent], piece, group);
+    start_searches(tets[id], piece, group);
+  }
+  for (const CornerMove& move : edit.corner_moves) {
+    const Index piece = tets_[move.tet].piece;
+    add_later_tet(move.to, move.tet);
+    const Index group = add_group();
+    start_search(move.from, piece, group);
+    start_searches(tets[move.tet], piece, group);
+  }
+  for (const Index t : result.tets) {
+    start_searches(tets[t], tets_[t].piece, add_group());
+    remove_tet(t);
+  }
+  const auto count_anchor = [&](Index v, Index change) {
+    if (is_fixed_[v] && part_of_[v] != kInvalidIndex) {
+      const Index id = parts_[part_of_[v]].piece;
+      Piece piece = pieces_[id];
+      piece.anchor_count += change;
+      pieces_.set(id, piece);
+    }
+  };
+  for (const Index v : result.vertices) {
+    count_anchor(v, -1);
+  }
+  for (Index i = 0; i < static_cast<Index>(edit.new_vertices.size()); ++i) {
+    count_anchor(result.first_new_vertex + i, 1);
+  }
+
+  find_freed_parts(tets);
+  first_freed_ = count();
+  for (const Index part : freed_) {
+    free_part(tets, parts_[part]);
+  }
+  clear_searches();
+}
+
+void LivePieces::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
+  pieces_.undo();
+  tets_.undo();
+  is_fixed_.undo();
+  first_later_.undo();
+  later_tets_.undo();
+  part_of_.resize(static_cast<std::size_t>(is_fixed_.size()));
+  next_.resize(part_of_.size());
+  leaving_.resize(static_cast<std::size_t>(tets_.size()));
+  first_freed_ = count();
+  topology_version_ = topology_version_before_;
+}
+
+// Calls visit(tet) for the tetrahedra that are at a vertex now.
+template <class Visit>
+void LivePieces::for_each_tet_at(std::span<const Tet> tets, Index vertex, Visit visit) const {
+  const auto visit_if_there = [&](Index t) {
+    const Tet& corners = tets[t];
+    if (tets_[t].piece != kInvalidIndex && !leaving_[t] &&
+        std::find(corners.begin(), corners.end(), vertex) != corners.end()) {
+      visit(t);
+    }
+  };
+  if (vertex < vertex_tets_.list_count()) {
+    for (const Index t : vertex_tets_[vertex]) {
+      visit_if_there(t);
+    }
+  }
+  for (Index i = first_later_[vertex]; i != kInvalidIndex; i = later_tets_[i].next) {
+    visit_if_there(later_tets_[i].tet);
+  }
+}
+
+void LivePieces::add_later_tet(Index vertex, Index tet) {
+  later_tets_.push_back({tet, first_later_[vertex]});
+  first_later_.set(vertex, later_tets_.size() - 1);
+}
+
+void LivePieces::add_tet(Index piece, Index tet) {
+  Piece changed = pieces_[piece];
+  if (const Index next = changed.first_tet; next != kInvalidIndex) {
+    tets_.set(next, {piece, tets_[next].next, tet});
+  }
+  tets_.set(tet, {piece, changed.first_tet, kInvalidIndex});
+  ++changed.tet_count;
+  changed.first_tet = tet;
+  pieces_.set(piece, changed);
+}
+
+void LivePieces::remove_tet(Index tet) {
+  const auto [piece, next, previous] = tets_[tet];
+  Piece changed = pieces_[piece];
+  if (next != kInvalidIndex) {
+    tets_.set(next, {piece, tets_[next].next, previous});
+  }
+  if (previous != kInvalidIndex) {
+    tets_.set(previous, {piece, next, tets_[previous].previous});
+  } else {
+    changed.first_tet = next;
+  }
+  tets_.set(tet, {kInvalidIndex, kInvalidIndex, kInvalidIndex});
+  --changed.tet_count;
+  pieces_.set(piece, changed);
+}
+
+// Makes a piece of its own of a part that is searched through.
+void LivePieces::free_part(std::span<const Tet> tets, const Part& part) {
+  const Index id = count();
+  pieces_.push_back({pieces_[part.piece].body, 0, 0, kInvalidIndex});
+  Index anchors = 0;
+  for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
+    anchors += is_fixed_[v];
+    for_each_tet_at(tets, v, [&](Index t) {
+      if (tets[t][0] == v) {
+        remove_tet(t);
+        add_tet(id, t);
+      }
+    });
+  }
+  for (const auto& [piece, change] : {std::pair(part.piece, -anchors), std::pair(id, anchors)}) {
+    Piece changed = pieces_[piece];
+    changed.anchor_count += change;
+    pieces_.set(piece, changed);
+  }
+}
+
+void LivePieces::append(VertexList& list, Index vertex) {
+  next_[vertex] = kInvalidIndex;
+  join(list, {vertex, vertex});
+}
+
+void LivePieces::join(VertexList& list, const VertexList& other) {
+  if (list.first == kInvalidIndex) {
+    list = other;
+  } else if (other.first != kInvalidIndex) {
+    next_[list.last] = other.first;
+    list.last = other.last;
+  }
+}
+
+Index LivePieces::add_group() {
+  const auto id = static_cast<Index>(groups_.size());
+  groups_.push_back({id});
+  return id;
+}
+
+void LivePieces::start_search(Index vertex, Index piece, Index group) {
+  group = find_root(groups_, group);
+  if (part_of_[vertex] != kInvalidIndex) {
+    merge_groups(group, find_root(groups_, parts_[part_of_[vertex]].group));
+    return;
+  }
+  const auto id = static_cast<Index>(parts_.size());
+  parts_.push_back({id, piece, group});
+  active_.push_back(id);
+  ++groups_[group].active;
+  part_of_[vertex] = id;
+  seen_.push_back(vertex);
+  append(parts_[id].waiting, vertex);
+}
+
+void LivePieces::start_searches(const Tet& vertices, Index piece, Index group) {
+  for (const Index v : vertices) {
+    start_search(v, piece, group);
+  }
+}
+
+// Both must be roots.
+void LivePieces::merge_groups(Index a, Index b) {
+  if (a != b) {
+    groups_[b].parent = a;
+    groups_[a].active += groups_[b].active;
+  }
+}
+
+// Both must be roots.
+void LivePieces::merge(Index into, Index part) {
+  parts_[part].parent = into;
+  join(parts_[into].done, parts_[part].done);
+  join(parts_[into].waiting, parts_[part].waiting);
+  const Index group = find_root(groups_, parts_[into].group);
+  merge_groups(group, find_root(groups_, parts_[part].group));
+  --groups_[group].active;
+}
+
+// Visits one waiting vertex.
+void LivePieces::advance(std::span<const Tet> tets, Index part) {
+  VertexList& waiting = parts_[part].waiting;
+  const Index vertex = waiting.first;
+  waiting.first = next_[vertex];
+  append(parts_[part].done, vertex);
+  for_each_tet_at(tets, vertex, [&](Index t) {
+    for (const Index v : tets[t]) {
+      if (part_of_[v] == kInvalidIndex) {
+        part_of_[v] = part;
+        seen_.push_back(v);
+        append(waiting, v);
+      } else if (const Index other = find_root(parts_, part_of_[v]); other != part) {
+        merge(part, other);
+      }
+    }
+  });
+}
+
+// Each tetrahedron counts at its first corner.
+void LivePieces::count_tets(std::span<const Tet> tets, Part& part) const {
+  for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
+    for_each_tet_at(tets, v, [&](Index t) {
+      if (tets[t][0] == v) {
+        part.smallest_tet = part.tet_count == 0 ? t : std::min(part.smallest_tet, t);
+        ++part.tet_count;
+      }
+    });
+  }
+}
+
+// Runs the searches; then all parts in freed_ are searched through, in the order of their smallest
+// tetrahedra.
+void LivePieces::find_freed_parts(std::span<const Tet> tets) {
+  freed_.clear();
+  while (!active_.empty()) {
+    std::size_t still_active = 0;
+    for (const Index id : active_) {
+      Part& part = parts_[id];
+      if (part.parent != id) {
+        continue;
+      }
+      Group& group = groups_[find_root(groups_, part.group)];
+      if (group.active == 1) {
+        rests_[part.piece].part = id;
+      } else if (part.waiting.first == kInvalidIndex) {
+        --group.active;
+        count_tets(tets, part);
+        if (part.tet_count > 0) {
+          freed_.push_back(id);
+        }
+      } else {
+        advance(tets, id);
+        active_[still_active++] = id;
+      }
+    }
+    active_.resize(still_active);
+  }
+
+  // so far without the parts that were left; the largest of each piece stays with it
+  const auto is_before = [&](Index a, Index b) {
+    return std::tuple(parts_[a].piece, -parts_[a].tet_count, parts_[a].smallest_tet) <
+           std::tuple(parts_[b].piece, -parts_[b].tet_count, parts_[b].smallest_tet);
+  };
+  std::sort(freed_.begin(), freed_.end(), is_before);
+  for (std::size_t i = 0; i < freed_.size();) {
+    const std::size_t largest = i;
+    const Index piece = parts_[freed_[i]].piece;
+    Index rest_count = pieces_[piece].tet_count - rests_[piece].leaving;
+    for (; i < freed_.size() && parts_[freed_[i]].piece == piece; ++i) {
+      rest_count -= parts_[freed_[i]].tet_count;
+    }
+    if (rest_count > parts_[freed_[largest]].tet_count) {
+      continue;
+    }
+    const Index rest = find_root(parts_, rests_[piece].part);
+    while (parts_[rest].waiting.first != kInvalidIndex) {
+      advance(tets, rest);
+    }
+    count_tets(tets, parts_[rest]);
+    if (is_before(freed_[largest], rest)) {
+      freed_[largest] = rest;
+    }
+  }
+  std::erase_if(freed_, [&](Index part) { return parts_[part].tet_count == 0; });
+  std::sort(freed_.begin(), freed_.end(),
+            [&](Index a, Index b) { return parts_[a].smallest_tet < parts_[b].smallest_tet; });
+}
+
+void LivePieces::clear_searches() {
+  for (const Index v : seen_) {
+    part_of_[v] = kInvalidIndex;
+  }
+  for (const Part& part : parts_) {
+    rests_[part.piece] = {};
+  }
+  visited_count_ = static_cast<Index>(seen_.size());
+  seen_.clear();
+  parts_.clear();
+  groups_.clear();
+}
+
+}  // namespace pbdsurg

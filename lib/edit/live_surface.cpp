@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/live_surface.h"
+
+#include <algorithm>
+#include <string>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
+
+namespace pbdsurg {
+namespace {
+
+// States of a face that no other shares; one on the surface is kOnSurface - slot.
+constexpr Index kGone = -1;  // its tetrahedron is not, or not of the body
+constexpr Index kOpen = -2;  // within an edit: neither joined nor on the surface yet
+constexpr Index kOnSurface = -3;
+
+// The smallest memory of changes.
+constexpr std::size_t kFewestChanges = 1024;
+
+}  // namespace
+
+LiveSurface::LiveSurface(const Solver& solver, Index body)
+    : topology_version_(solver.topology_version()), topology_version_before_(topology_version_) {
+  const Body& own = solver.body(body);
+  const Body& last = solver.bodies().back();
+  tets_ = {own.first_tet, own.tet_count, last.first_tet + last.tet_count};
+  vertices_ = {own.first_vertex, own.vertex_count, last.first_vertex + last.vertex_count};
+  faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own.tet_count), kGone));
+  vertex_triangles_ = UndoArray(std::vector<Index>(static_cast<std::size_t>(own.vertex_count), 0));
+  changes_.resize(kFewestChanges);
+  for (Index face = 0; face < faces_.size(); ++face) {
+    if (solver.is_tet_alive(tets_.scene(face / 4))) {
+      open(face);
+    }
+  }
+  join_open_faces(solver);
+  show_open_faces(solver);
+  // what follows is smaller
+  open_ = std::vector<Index>();
+  sorted_open_ = std::vector<OpenFace>();
+  changes_.resize(std::max(changes_.size(), static_cast<std::size_t>(slot_count())));
+  version_ = version_before_ = 1;
+}
+
+void LiveSurface::collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
+  ranges.clear();
+  if (since == 0 || version_ - since > changes_.size()) {
+    ranges.push_back({0, slot_count()});
+    return;
+  }
+  for (std::uint64_t v = since; v < version_; ++v) {
+    const Index slot = changes_[v % changes_.size()];
+    if (slot < slot_count()) {
+      ranges.push_back({slot, slot + 1});
+    }
+  }
+  std::sort(ranges.begin(), ranges.end(),
+            [](const SlotRange& a, const SlotRange& b) { return a.first < b.first; });
+  std::size_t count = 0;
+  for (const SlotRange& range : ranges) {
+    if (count > 0 && range.first < ranges[count - 1].end + kJoinedGap) {
+      ranges[count - 1].end = range.end;
+    } else {
+      ranges[count++] = range;
+    }
+  }
+  ranges.resize(count);
+}
+
+void LiveSurface::validate(const Solver& solver, const TopologyEdit&) const {
+  if (solver.topology_version() != topology_version_) {
+    throw InvalidArgument("a live surface follows topology version " +
+                          std::to_string(topology_version_) + ", but the solver is at " +
+                          std::to_string(solver.topology_version()) +
+                          "; it must take part in every edit");
+  }
+}
+
+void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
+                        const EditResult& result) noexcept {
+  for (UndoArray<Index>* array : {&faces_, &free_slots_, &vertex_triangles_}) {
+    array->begin_edit();
+  }
+  triangles_.begin_edit();
+  origins_.begin_edit();
+  version_before_ = version_;
+  topology_version_before_ = topology_version_;
+  topology_version_ = result.topology_version;
+
+  while (vertices_.scene(vertex_triangles_.size()) < solver.vertex_count()) {
+    vertex_triangles_.push_back(0);
+  }
+  for (const NewTet& tet : edit.new_tets) {
+    const bool own = is_own(tet.parent);
+    for (int i = 0; i < 4; ++i) {
+      faces_.push_back(kGone);
+      if (own) {
+        open(faces_.size() - 1);
+      }
+    }
+  }
+  for (const Index tet : result.tets) {
+    if (is_own(tet)) {
+      for (Index face = 4 * tets_.local(tet), end = face + 4; face < end; ++face) {
+        detach(face);
+        faces_.set(face, kGone);
+      }
+    }
+  }
+  for (const CornerMove& move : edit.corner_moves) {
+    if (is_own(move.tet)) {
+      // the face opposite to the corner stays as it is
+      const Tet& tet = solver.tets()[move.tet];
+      for (Index i = 0; i < 4; ++i) {
+        if (tet[i] != move.to) {
+          detach(4 * tets_.local(move.tet) + i);
+          open(4 * tets_.local(move.tet) + i);
+        }
+      }
+    }
+  }
+  // Faces at new vertices, and those of parents that new tetrahedra take over, have their partners
+  // among those that this edit opened.
+  if (!edit.corner_moves.empty() || !edit.new_tets.empty()) {
+    join_open_faces(solver);
+  }
+  show_open_faces(solver);
+}
+
+void LiveSurface::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
+  // readers follow what changes back
+  const std::uint64_t end = version_;
+  if (end - version_before_ <= changes_.size()) {
+    for (std::uint64_t v = version_before_; v < end; ++v) {
+      note_change(changes_[v % changes_.size()]);
+    }
+  } else {
+    version_ += changes_.size() + 1;
+  }
+  for (UndoArray<Index>* array : {&faces_, &free_slots_, &vertex_triangles_}) {
+    array->undo();
+  }
+  triangles_.undo();
+  origins_.undo();
+  topology_version_ = topology_version_before_;
+}
+
+bool LiveSurface::is_own(Index tet) const noexcept {
+  return tets_.has(tet) && faces_[4 * tets_.local(tet)] != kGone;
+}
+
+Triangle LiveSurface::vertices_of(const Solver& solver, Index face) const noexcept {
+  const Tet& tet = solver.tets()[tets_.scene(face / 4)];
+  const auto& [i, j, k] = kTetTriangles[face % 4];
+  return {tet[i], tet[j], tet[k]};
+}
+
+// Takes a face from its partner or from the surface.
+void LiveSurface::detach(Index face) {
+  const Index state = faces_[face];
+  if (state >= 0) {
+    open(state);
+  } else if (state <= kOnSurface) {
+    hide(kOnSurface - state);
+  }
+}
+
+void LiveSurface::open(Index face) {
+  if (faces_[face] != kOpen) {
+    faces_.set(face, kOpen);
+    open_.push_back(face);
+  }
+}
+
+// Makes partners of open faces with the same vertices.
+void LiveSurface::join_open_faces(const Solver& solver) {
+  sorted_open_.clear();
+  for (const Index face : open_) {
+    if (faces_[face] == kOpen) {
+      Triangle key = vertices_of(solver, face);
+      std::sort(key.begin(), key.end());
+      sorted_open_.push_back({key, face});
+    }
+  }
+  std::sort(sorted_open_.begin(), sorted_open_.end(), [](const OpenFace& a, const OpenFace& b) {
+    return a.key != b.key ? a.key < b.key : a.face < b.face;
+  });
+  for (std::size_t i = 1; i < sorted_open_.size(); ++i) {
+    const OpenFace& face = sorted_open_[i];
+    const OpenFace& last = sorted_open_[i - 1];
+    if (face.key == last.key) {
+      faces_.set(face.face, last.face);
+      faces_.set(last.face, face.face);
+    }
+  }
+}
+
+// Puts what is still open onto the surface.
+void LiveSurface::show_open_faces(const Solver& solver) {
+  for (const Index face : open_) {
+    if (faces_[face] != kOpen) {
+      continue;
+    }
+    const Triangle triangle = vertices_of(solver, face);
+    const TetFace origin{tets_.scene(face / 4), face % 4};
+    Index slot = slot_count();
+    if (free_slots_.size() > 0) {
+      slot = free_slots_[free_slots_.size() - 1];
+      free_slots_.pop_back();
+      triangles_.set(slot, triangle);
+      origins_.set(slot, origin);
+    } else {
+      triangles_.push_back(triangle);
+      origins_.push_back(origin);
+    }
+    faces_.set(face, kOnSurface - slot);
+    for (const Index v : triangle) {
+      vertex_triangles_.set(vertices_.local(v), vertex_triangles_[vertices_.local(v)] + 1);
+    }
+    note_change(slot);
+  }
+  open_.clear();
+}
+
+void LiveSurface::hide(Index slot) {
+  for (const Index v : triangles_[slot]) {
+    vertex_triangles_.set(vertices_.local(v), vertex_triangles_[vertices_.local(v)] - 1);
+  }
+  triangles_.set(slot, kEmptyTriangle);
+  origins_.set(slot, {});
+  free_slots_.push_back(slot);
+  note_change(slot);
+}
+
+void LiveSurface::note_change(Index slot) noexcept {
+  changes_[version_ % changes_.size()] = slot;
+  ++version_;
+}
+
+}  // namespace pbdsurg

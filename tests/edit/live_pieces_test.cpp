@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/live_pieces.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "edit/random_edits.h"
+#include "support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+
+// Pieces as lists, found afresh.
+struct Reference {
+  std::vector<std::vector<Index>> pieces{};  // tetrahedra, ascending
+
+  explicit Reference(const Solver& solver) {
+    std::vector<Index> all(solver.tets().size());
+    for (std::size_t t = 0; t < all.size(); ++t) {
+      all[t] = static_cast<Index>(t);
+    }
+    pieces = parts_of(solver, all, {});
+  }
+
+  // Those among some tetrahedra, in the order of their smallest vertices.
+  static std::vector<std::vector<Index>> parts_of(const Solver& solver,
+                                                  const std::vector<Index>& tets,
+                                                  const std::set<Index>& without) {
+    std::vector<Index> ids;
+    std::vector<Tet> live;
+    for (const Index t : tets) {
+      if (solver.is_tet_alive(t) && without.count(t) == 0) {
+        ids.push_back(t);
+        live.push_back(solver.tets()[t]);
+      }
+    }
+    const Components components = find_components(solver.vertex_count(), live);
+    std::vector<std::vector<Index>> parts(static_cast<std::size_t>(components.count));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      parts[components.of_vertex[live[i][0]]].push_back(ids[i]);
+    }
+    return parts;
+  }
+
+  // What an edit frees; `pieces` keep the largest parts.
+  std::vector<std::vector<Index>> take_apart(const Solver& solver, const std::set<Index>& without) {
+    std::vector<std::vector<Index>> freed;
+    for (std::vector<Index>& piece : pieces) {
+      std::vector<std::vector<Index>> parts = parts_of(solver, piece, without);
+      const auto largest = std::min_element(parts.begin(), parts.end(), [](auto& a, auto& b) {
+        return a.size() != b.size() ? a.size() > b.size() : a < b;
+      });
+      piece = largest == parts.end() ? std::vector<Index>{} : *largest;
+      for (auto part = parts.begin(); part != parts.end(); ++part) {
+        if (part != largest) {
+          freed.push_back(*part);
+        }
+      }
+    }
+    std::sort(freed.begin(), freed.end());
+    return freed;
+  }
+
+  void follow(const Solver& solver) {
+    for (std::vector<Index>& part : take_apart(solver, {})) {
+      pieces.push_back(std::move(part));
+    }
+  }
+};
+
+void check_pieces(const LivePieces& pieces, const Reference& reference, const Scene& scene) {
+  REQUIRE(pieces.count() == static_cast<Index>(reference.pieces.size()));
+  std::vector<Index> piece_of(scene.tets().size(), kInvalidIndex);
+  for (Index i = 0; i < pieces.count(); ++i) {
+    const std::vector<Index>& expected = reference.pieces[i];
+    REQUIRE(pieces.tets(i) == expected);
+    REQUIRE(pieces.tet_count(i) == static_cast<Index>(expected.size()));
+    bool anchored = false;
+    for (const Index t : expected) {
+      piece_of[t] = i;
+      for (const Index v : scene.tets()[t]) {
+        anchored |= scene.is_fixed(v);
+      }
+    }
+    REQUIRE(pieces.is_anchored(i) == anchored);
+    if (!expected.empty()) {
+      const Body& body = scene.body(pieces.body(i));
+      REQUIRE(expected.front() >= body.first_tet);
+      REQUIRE(expected.back() < body.first_tet + body.tet_count);
+    }
+  }
+  Index wrong = 0;
+  for (std::size_t t = 0; t < piece_of.size(); ++t) {
+    wrong += pieces.piece_of(static_cast<Index>(t)) != piece_of[t];
+  }
+  REQUIRE(wrong == 0);
+}
+
+bool are_same(const LivePieces& a, const LivePieces& b, const Scene& scene) {
+  bool same = a.count() == b.count();
+  for (Index i = 0; same && i < a.count(); ++i) {
+    same = a.tet_count(i) == b.tet_count(i) && a.is_anchored(i) == b.is_anchored(i) &&
+           a.tets(i) == b.tets(i);
+  }
+  for (Index t = 0; same && t < static_cast<Index>(scene.tets().size()); ++t) {
+    same = a.piece_of(t) == b.piece_of(t);
+  }
+  return same;
+}
+
+}  // namespace
+
+// Would catch a part that is not noticed, two that are taken for one, the wrong one keeping the id,
+// counts that do not follow, and an undo that leaves anything behind.
+TEST_CASE("live pieces: they equal those found afresh after any edits and undos", "[property]") {
+  constexpr std::uint64_t kSequences = 500;  // of each scene
+  Index freed = 0, emptied = 0;
+  for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
+    INFO(sample.name);
+    for (std::uint64_t sequence = 0; sequence < kSequences; ++sequence) {
+      Solver solver(sample.scene, {.backend = BackendKind::serial});
+      LivePieces pieces(solver);
+      Reference reference(solver);
+      check_pieces(pieces, reference, sample.scene);
+      EditParticipant* participants[] = {&pieces};
+      const Index most = sequence % 2 == 0 ? 40 : 150;
+      for (std::uint64_t i = 0; i < 12; ++i) {
+        const TopologyEdit edit =
+            testing::random_removal(sample.scene, solver, most, 100 * sequence + i);
+        const LivePieces before = pieces;
+        const EditResult result = apply_edit(solver, edit, participants);
+        const Index first_freed = static_cast<Index>(reference.pieces.size());
+        reference.follow(solver);
+        check_pieces(pieces, reference, sample.scene);
+        REQUIRE(pieces.first_freed() == first_freed);
+        freed += pieces.count() - first_freed;
+        if (random_bits(sequence, i) % 3 == 0) {
+          pieces.undo(solver, edit, result);
+          REQUIRE(are_same(pieces, before, sample.scene));
+          pieces.apply(solver, edit, result);
+          check_pieces(pieces, reference, sample.scene);
+        }
+      }
+      for (const std::vector<Index>& piece : reference.pieces) {
+        emptied += piece.empty();
+      }
+    }
+  }
+  CHECK(freed > 1000);
+  CHECK(emptied > 1000);
+}
+
+// Would catch crumbs left behind, larger parts taken along, and a search that changes the pieces.
+TEST_CASE("live pieces: crumbs go with the edit that frees them", "[property]") {
+  Index dropped = 0;
+  for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
+    INFO(sample.name);
+    for (std::uint64_t sequence = 0; sequence < 200; ++sequence) {
+      Solver solver(sample.scene, {.backend = BackendKind::serial});
+      LivePieces pieces(solver);
+      Reference reference(solver);
+      EditParticipant* participants[] = {&pieces};
+      for (std::uint64_t i = 0; i < 10; ++i) {
+        const Index smallest = static_cast<Index>(random_bits(sequence, i) % 12);
+        TopologyEdit edit = testing::random_removal(sample.scene, solver, 100, 100 * sequence + i);
+        const std::set<Index> asked(edit.remove_tets.begin(), edit.remove_tets.end());
+        std::set<Index> expected = asked;
+        Crumbs expected_crumbs;
+        Reference apart = reference;
+        for (const std::vector<Index>& part : apart.take_apart(solver, asked)) {
+          if (static_cast<Index>(part.size()) < smallest) {
+            expected.insert(part.begin(), part.end());
+            ++expected_crumbs.parts;
+            expected_crumbs.tets += static_cast<Index>(part.size());
+          }
+        }
+        const Crumbs crumbs = pieces.add_crumbs(solver, edit, smallest);
+        check_pieces(pieces, reference, sample.scene);
+        CHECK(crumbs.parts == expected_crumbs.parts);
+        CHECK(crumbs.tets == expected_crumbs.tets);
+        CHECK(std::set<Index>(edit.remove_tets.begin(), edit.remove_tets.end()) == expected);
+        CHECK(edit.remove_tets.size() == expected.size());
+        apply_edit(solver, edit, participants);
+        reference.follow(solver);
+        check_pieces(pieces, reference, sample.scene);
+        for (Index piece = pieces.first_freed(); piece < pieces.count(); ++piece) {
+          CHECK(pieces.tet_count(piece) >= smallest);
+        }
+        dropped += crumbs.parts;
+      }
+    }
+  }
+  CHECK(dropped > 300);
+}
+
+// Would catch a search through the mesh for an edit in the middle of it, and one through the larger
+// part for a corner that is cut off.
+TEST_CASE("live pieces: searches stay where the edit is", "[property]") {
+  constexpr Index kCells = 16;
+  Scene scene;
+  scene.add_body("block", testing::make_box({kCells, kCells, kCells}, 4e-3));
+  Solver solver(scene, {.backend = BackendKind::serial});
+  LivePieces pieces(solver);
+  EditParticipant* participants[] = {&pieces};
+  const auto in_box = [&](auto&& contains) {
+    TopologyEdit edit;
+    for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
+      if (const auto cell = t / 6;
+          contains(cell % kCells, cell / kCells % kCells, cell / kCells / kCells)) {
+        edit.remove_tets.push_back(t);
+      }
+    }
+    return edit;
+  };
+  apply_edit(solver, in_box([](Index x, Index y, Index z) { return x == 8 && y == 8 && z == 8; }),
+             participants);
+  CHECK(pieces.count() == 1);
+  CHECK(pieces.visited() <= 5 * 5 * 5);
+
+  // scattered changes do not look for each other
+  apply_edit(solver, in_box([](Index x, Index y, Index z) {
+               return (x == 3 || x == 9) && (y == 3 || y == 9) && (z == 3 || z == 9);
+             }),
+             participants);
+  CHECK(pieces.count() == 1);
+  CHECK(pieces.visited() <= 8 * 5 * 5 * 5);
+
+  // all around a cell at a corner
+  apply_edit(solver, in_box([](Index x, Index y, Index z) {
+               return std::max({x, y, z}) == 1;
+             }),
+             participants);
+  CHECK(pieces.count() == 2);
+  CHECK(pieces.tet_count(1) == 6);
+  CHECK(pieces.visited() <= 200);
+
+  // a slice: the smaller side is searched through, and as much of the larger one
+  apply_edit(solver, in_box([](Index x, Index, Index) { return x == 12; }), participants);
+  CHECK(pieces.count() == 3);
+  CHECK(pieces.tet_count(2) == 6 * 3 * kCells * kCells);
+  CHECK(pieces.visited() <= 3 * 4 * (kCells + 1) * (kCells + 1));
+}
+
+TEST_CASE("live pieces: links and particles are no tissue", "[unit]") {
+  Scene scene;
+  const TetMesh block = testing::make_box({1, 1, 1}, 4e-3);
+  scene.add_body("first", block);
+  scene.add_particles("thread", std::vector<Eigen::Vector3d>{{0, 0, 0}, {1, 0, 0}}, 1e-6);
+  scene.add_body("second", block);
+  scene.fix_vertices(1, std::vector<Index>{0});
+  scene.fix_vertices(2, std::vector<Index>{7});
+  scene.add_link({0, 8, 1e-3F, {}});
+  scene.add_link({8, 10, 1e-3F, {}});
+  const Solver solver(scene);
+  const LivePieces pieces(solver);
+  REQUIRE(pieces.count() == 2);
+  CHECK(pieces.body(0) == 0);
+  CHECK(pieces.body(1) == 2);
+  CHECK_FALSE(pieces.is_anchored(0));
+  CHECK(pieces.is_anchored(1));
+}
+
+TEST_CASE("live pieces: they refuse to go on after an edit that they missed", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  Solver solver(scene);
+  LivePieces pieces(solver);
+  EditParticipant* participants[] = {&pieces};
+  apply_edit(solver, {.remove_tets = {4}});
+  CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {5}}, participants),
+                    ContainsSubstring("follow topology version 0, but the solver is at 1"));
+  CHECK(solver.is_tet_alive(5));
+
+  // and pass over what the edit will be refused for
+  LivePieces afresh(solver);
+  TopologyEdit bad{.remove_tets = {4, 5, 5, -1, 1000}};
+  afresh.add_crumbs(solver, bad, 3);
+  CHECK(bad.remove_tets.size() == 5);
+}
+
+}  // namespace pbdsurg
