@@ -5,18 +5,24 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <numeric>
+#include <string>
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "mesh/describe.h"
+#include "mesh/point_cells.h"
+#include "mesh/segment_crossing.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kMostFibres = 1e8;
 
 std::vector<Index> boundary_vertices(const TetMesh& mesh) {
   std::vector<Index> vertices;
@@ -28,69 +34,173 @@ std::vector<Index> boundary_vertices(const TetMesh& mesh) {
   return vertices;
 }
 
-// Vertices sorted by the cubic cell they lie in.
-class Cells {
- public:
-  Cells(const TetMesh& mesh, double size) : mesh_(mesh), size_(size) {
-    for (const Index v : boundary_vertices(mesh)) {
-      sorted_.push_back({cell_of(mesh.positions()[v]), v});
-    }
-    std::sort(sorted_.begin(), sorted_.end());
+void check_positive(const char* what, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw InvalidArgument(std::string(what) + " is " + describe(value) + unit +
+                          "; it must be positive and finite");
   }
+}
 
-  // Nearest vertex within one cell's size, and its squared distance.
-  [[nodiscard]] std::pair<Index, double> nearest(const Vector3d& point) const {
-    std::pair<Index, double> best{kInvalidIndex, std::numeric_limits<double>::infinity()};
-    const Cell middle = cell_of(point);
-    for (int dx = -1; dx <= 1; ++dx) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        // the three cells along z are neighbours in the order too
-        const Cell first{middle[0] + dx, middle[1] + dy, middle[2] - 1};
-        const Cell last{middle[0] + dx, middle[1] + dy, middle[2] + 1};
-        auto entry = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair(first, Index{0}));
-        for (; entry != sorted_.end() && entry->first <= last; ++entry) {
-          const double distance = (mesh_.positions()[entry->second] - point).squaredNorm();
-          if (distance < best.second || (distance == best.second && entry->second < best.first)) {
-            best = {entry->second, distance};
-          }
-        }
+// The surface of a body, to ask what a straight way of limited length leaves, enters or crosses.
+class Surface {
+ public:
+  // What is asked for is within reach of where it is asked, m.
+  Surface(const TetMesh& mesh, double reach)
+      : mesh_(mesh),
+        triangles_(find_boundary(mesh.tets())),
+        normals_(mesh.positions().size(), Vector3d::Zero()) {
+    std::vector<Vector3d> centres;
+    double largest = 0;  // distance of a corner from its triangle's centre
+    for (const BoundaryTriangle& triangle : triangles_) {
+      const auto [a, b, c] = corners(triangle);
+      centres.push_back((a + b + c) / 3);
+      for (const Vector3d& corner : {a, b, c}) {
+        largest = std::max(largest, (corner - centres.back()).norm());
+      }
+      for (const Index v : triangle.vertices) {
+        normals_[v] += area_vector(triangle);
       }
     }
-    return best;
+    std::vector<Index> all(triangles_.size());
+    std::iota(all.begin(), all.end(), Index{0});
+    centre_cells_ = PointCells(centres, all, reach / 2 + largest);
+  }
+
+  [[nodiscard]] std::span<const BoundaryTriangle> triangles() const { return triangles_; }
+
+  [[nodiscard]] std::array<Vector3d, 3> corners(const BoundaryTriangle& triangle) const {
+    const auto& x = mesh_.positions();
+    return {x[triangle.vertices[0]], x[triangle.vertices[1]], x[triangle.vertices[2]]};
+  }
+
+  // Normal times area, outwards.
+  [[nodiscard]] Vector3d area_vector(const BoundaryTriangle& triangle) const {
+    const auto [a, b, c] = corners(triangle);
+    return (b - a).cross(c - a) / 2;
+  }
+
+  // Outward at a boundary vertex, of any length.
+  [[nodiscard]] const Vector3d& normal(Index vertex) const { return normals_[vertex]; }
+
+  // Whether the way from a vertex to a point passes through another triangle than the vertex's own.
+  [[nodiscard]] bool blocks(Index vertex, const Vector3d& point) const {
+    const Vector3d& start = mesh_.positions()[vertex];
+    bool is_blocked = false;
+    centre_cells_.visit_near((start + point) / 2, [&](Index t) {
+      const auto& v = triangles_[t].vertices;
+      if (!is_blocked && std::find(v.begin(), v.end(), vertex) == v.end()) {
+        const auto [a, b, c] = corners(triangles_[t]);
+        is_blocked = segment_crosses(start, point, a, b, c);
+      }
+    });
+    return is_blocked;
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-
-  [[nodiscard]] Cell cell_of(const Vector3d& point) const {
-    Cell cell;
-    for (int axis = 0; axis < 3; ++axis) {
-      // far beyond any organ, where a conversion would overflow, all cells are one
-      const double index = std::clamp(std::floor(point[axis] / size_), -1e15, 1e15);
-      cell[axis] = static_cast<std::int64_t>(index);
-    }
-    return cell;
-  }
-
   const TetMesh& mesh_;
-  double size_;
-  std::vector<std::pair<Cell, Index>> sorted_;
+  std::vector<BoundaryTriangle> triangles_;
+  std::vector<Vector3d> normals_;  // [vertex_count]
+  PointCells centre_cells_;
 };
+
+// A point of a triangle, each as likely.
+Vector3d random_point(const std::array<Vector3d, 3>& corners, double u, double v) {
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
+  return corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+}
 
 }  // namespace
 
 std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
                                          double max_distance) {
-  if (!(max_distance > 0) || !std::isfinite(max_distance)) {
-    throw InvalidArgument("the longest membrane link is " + describe(max_distance) +
-                          " m; it must be positive and finite");
-  }
-  const Cells cells(second, max_distance);
+  check_positive("the longest membrane link", max_distance, " m");
+  const auto x = second.positions();
+  const PointCells cells(x, boundary_vertices(second), max_distance);
   std::vector<MembraneLink> links;
   for (const Index v : boundary_vertices(first)) {
-    const auto [nearest, squared] = cells.nearest(first.positions()[v]);
-    if (squared < max_distance * max_distance) {
-      links.push_back({v, nearest, std::sqrt(squared)});
+    const Vector3d& point = first.positions()[v];
+    Index nearest = kInvalidIndex;
+    double least = max_distance * max_distance;
+    cells.visit_near(point, [&](Index w) {
+      const double squared = (x[w] - point).squaredNorm();
+      if (squared < least || (squared == least && w < nearest)) {
+        nearest = w;
+        least = squared;
+      }
+    });
+    if (nearest != kInvalidIndex) {
+      links.push_back({v, nearest, std::sqrt(least)});
+    }
+  }
+  return links;
+}
+
+std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
+                                          const ScatterOptions& options) {
+  check_positive("max_distance", options.max_distance, " m");
+  check_positive("density", options.density, " fibres per m^2");
+  const auto x = first.positions();
+  const auto y = second.positions();
+  const Surface start(first, options.max_distance), end(second, options.max_distance);
+  double area = 0;
+  for (const BoundaryTriangle& triangle : start.triangles()) {
+    area += start.area_vector(triangle).norm();
+  }
+  if (!(area * options.density < kMostFibres)) {
+    throw InvalidArgument("density is " + describe(options.density) +
+                          " fibres per m^2, which makes " + describe(area * options.density) +
+                          " on the first surface; there may be 1e8");
+  }
+
+  const PointCells cells(y, boundary_vertices(second), options.max_distance);
+  // outwards from a triangle at v, against the surface at w, and through nothing
+  const auto is_open = [&](const Vector3d& outwards, Index v, Index w) {
+    const Vector3d way = y[w] - x[v];
+    return way.norm() < options.max_distance && outwards.dot(way) >= 0 &&
+           end.normal(w).dot(way) <= 0 && outwards.dot(end.normal(w)) < 0 &&
+           !start.blocks(v, y[w]) && !end.blocks(w, x[v]);
+  };
+  std::vector<std::pair<Index, Index>> fibres;       // corner of first, vertex of second
+  std::vector<std::pair<double, Index>> candidates;  // squared distance, vertex of second
+  for (std::size_t t = 0; t < start.triangles().size(); ++t) {
+    const BoundaryTriangle& triangle = start.triangles()[t];
+    const std::array<Vector3d, 3> corners = start.corners(triangle);
+    // a fraction of a fibre is a whole one on that share of triangles
+    const Vector3d area_vector = start.area_vector(triangle);
+    const auto count = static_cast<std::uint64_t>(area_vector.norm() * options.density +
+                                                  random_unit(options.seed, t));
+    for (std::uint64_t i = 1; i <= count; ++i) {
+      const Vector3d point = random_point(corners, random_unit(options.seed, t, 2 * i),
+                                          random_unit(options.seed, t, 2 * i + 1));
+      const auto nearest_corner = std::min_element(
+          corners.begin(), corners.end(), [&](const Vector3d& a, const Vector3d& b) {
+            return (a - point).squaredNorm() < (b - point).squaredNorm();
+          });
+      const Index v = triangle.vertices[nearest_corner - corners.begin()];
+      candidates.clear();
+      cells.visit_near(x[v], [&](Index w) {
+        candidates.push_back({(y[w] - point).squaredNorm(), w});
+      });
+      std::sort(candidates.begin(), candidates.end());
+      const auto found = std::find_if(
+          candidates.begin(), candidates.end(),
+          [&](const auto& candidate) { return is_open(area_vector, v, candidate.second); });
+      if (found != candidates.end()) {
+        fibres.push_back({v, found->second});
+      }
+    }
+  }
+
+  std::sort(fibres.begin(), fibres.end());
+  std::vector<MembraneLink> links;
+  for (const auto& [v, w] : fibres) {
+    if (!links.empty() && links.back().first == v && links.back().second == w) {
+      ++links.back().fibres;
+    } else {
+      links.push_back({v, w, (y[w] - x[v]).norm()});
     }
   }
   return links;

@@ -30,7 +30,7 @@ constexpr float kLeastChange = 0.01F;
 
 Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
                  const CauteryOptions& options)
-    : options_(options), link_doses_(solver.links().size(), 0.0) {
+    : options_(options), rest_volumes_(bodies.size()) {
   if (!(options.contact_radius > 0) || !std::isfinite(options.contact_radius)) {
     throw InvalidArgument("contact_radius is " + std::to_string(options.contact_radius) +
                           " m; it must be positive and finite");
@@ -65,11 +65,11 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
                             std::to_string(body.tet_count));
     }
     bodies_.push_back(body);
-    fields_.emplace_back(*entry.mesh, entry.tissue, body.first_tet);
-    std::vector<float>& volumes = rest_volumes_.emplace_back();
-    for (const Tet& tet : entry.mesh->tets()) {
-      volumes.push_back(static_cast<float>(tet_volume(entry.mesh->positions(), tet)));
+    if (solver.vertex_count() >
+        solver.bodies().back().first_vertex + solver.bodies().back().vertex_count) {
+      throw InvalidArgument("edits brought new vertices; a cautery must be made before");
     }
+    fields_.emplace_back(*entry.mesh, entry.tissue, body);
   }
   EditResult gone;
   for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
@@ -77,18 +77,37 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
       gone.tets.push_back(t);
     }
   }
-  apply(solver, {}, gone);
-  rest_lengths_.assign(solver.edges().size(), 0.0F);
-  for (const Body& body : bodies_) {
-    if (body.material.model == ElasticModel::neo_hookean) {
-      continue;  // shrinks by its rest volumes alone
+  for (HeatField& field : fields_) {
+    field.apply(solver, {}, gone);
+  }
+  follow_sizes(solver);
+}
+
+// Rest values and doses of what is new, none of what is no more. Rest values are those of the rest
+// mesh, which is what heat shrinks from.
+void Cautery::follow_sizes(const Solver& solver) noexcept {
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const HeatField& field = fields_[i];
+    std::vector<float>& volumes = rest_volumes_[i];
+    std::size_t t = volumes.size();
+    volumes.resize(field.tets().size());
+    for (; t < volumes.size(); ++t) {
+      volumes[t] = static_cast<float>(tet_volume(field.rest_positions(), field.tets()[t]));
     }
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      for (const Index e : solver.tet_edges(t)) {
-        rest_lengths_[e] = solver.is_edge_alive(e) ? solver.rest_length(e) : 0.0F;
+  }
+  std::size_t e = rest_lengths_.size();
+  rest_lengths_.resize(solver.edges().size());
+  for (; e < rest_lengths_.size(); ++e) {
+    for (const HeatField& field : fields_) {
+      const Index a = field.find_vertex(solver.edges()[e][0]);
+      if (a != kInvalidIndex) {
+        const Index b = field.find_vertex(solver.edges()[e][1]);
+        rest_lengths_[e] =
+            static_cast<float>((field.rest_positions()[a] - field.rest_positions()[b]).norm());
       }
     }
   }
+  link_doses_.resize(solver.links().size());
 }
 
 double Cautery::shrunk(double water) const {
@@ -99,10 +118,11 @@ std::vector<Cautery::Share> Cautery::find_touched_vertices(
     std::span<const Eigen::Vector3f> positions, std::size_t i, const Eigen::Vector3f& tip) const {
   const HeatField& field = fields_[i];
   const auto is_wet = [&](Index v) { return field.water()[v] > options_.dry_water; };
-  std::vector<double> nearness(static_cast<std::size_t>(bodies_[i].vertex_count), 0.0);
+  const auto vertex_count = static_cast<Index>(field.water().size());
+  std::vector<double> nearness(static_cast<std::size_t>(vertex_count), 0.0);
   bool touches_dry = false;
-  for (Index v = 0; v < bodies_[i].vertex_count; ++v) {
-    const double distance = (positions[bodies_[i].first_vertex + v] - tip).norm();
+  for (Index v = 0; v < vertex_count; ++v) {
+    const double distance = (positions[field.scene_vertex(v)] - tip).norm();
     if (distance < options_.contact_radius && field.has_tissue(v)) {
       nearness[v] = 1 - distance / options_.contact_radius;
       touches_dry = touches_dry || !is_wet(v);
@@ -123,7 +143,7 @@ std::vector<Cautery::Share> Cautery::find_touched_vertices(
     }
   }
   std::vector<Share> touched;
-  for (Index v = 0; v < bodies_[i].vertex_count; ++v) {
+  for (Index v = 0; v < vertex_count; ++v) {
     if (nearness[v] > 0 && is_wet(v)) {
       touched.push_back({v, nearness[v]});
     }
@@ -154,8 +174,7 @@ std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
 
 HeatState Cautery::state(const Solver& solver, std::size_t i, Index tet) const {
   const HeatField& field = fields_[i];
-  const Tet& vertices = solver.tets()[bodies_[i].first_tet + tet];
-  if (!solver.is_tet_alive(bodies_[i].first_tet + tet)) {
+  if (!solver.is_tet_alive(field.scene_tet(tet))) {
     return HeatState::vaporised;
   }
   const int boiling = field.boiling_vertices(tet);
@@ -163,8 +182,8 @@ HeatState Cautery::state(const Solver& solver, std::size_t i, Index tet) const {
     return boiling == 0 ? HeatState::normal : HeatState::heated;
   }
   double water = 0;
-  for (const Index v : vertices) {
-    water += field.water()[v - bodies_[i].first_vertex] / 4;
+  for (const Index v : field.tets()[tet]) {
+    water += field.water()[v] / 4;
   }
   return boiling == 4 && water <= options_.dry_water ? HeatState::vaporised : HeatState::burning;
 }
@@ -173,8 +192,8 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
   const HeatField& field = fields_[i];
   const Body& body = bodies_[i];
   std::vector<Index> shrinking;
-  for (Index t = 0; t < body.tet_count; ++t) {
-    const Index scene_tet = body.first_tet + t;
+  for (Index t = 0; t < static_cast<Index>(field.tets().size()); ++t) {
+    const Index scene_tet = field.scene_tet(t);
     if (!solver.is_tet_alive(scene_tet)) {
       continue;
     }
@@ -189,7 +208,7 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
     std::array<double, 4> water;
     std::array<bool, 4> boiling;
     for (int k = 0; k < 4; ++k) {
-      const Index v = solver.tets()[scene_tet][k] - body.first_vertex;
+      const Index v = field.tets()[t][k];
       water[k] = field.water()[v];
       boiling[k] = field.has_boiled(v);
     }
@@ -212,7 +231,7 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
   for (const Index e : shrinking) {
     const auto [a, b] = solver.edges()[e];
     const double water =
-        (field.water()[a - body.first_vertex] + field.water()[b - body.first_vertex]) / 2;
+        (field.water()[field.find_vertex(a)] + field.water()[field.find_vertex(b)]) / 2;
     const float length = rest_lengths_[e] * static_cast<float>(shrunk(water));
     if (length < (1 - kLeastChange) * solver.rest_length(e)) {
       edit.rest_lengths.push_back({e, length});
@@ -249,7 +268,7 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
   }
 
   TopologyEdit edit;
-  const double energy_before = ledger().in + link_energy_spent_;
+  const double energy_before = energy_in();
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     std::vector<HeatSource> sources;
     for (const Share& share : touched[i]) {
@@ -268,37 +287,52 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
       edit.remove_links.push_back(share.id);
     }
   }
-  report.energy = ledger().in + link_energy_spent_ - energy_before;
+  report.energy = energy_in() - energy_before;
 
   if (!edit.remove_tets.empty() || !edit.remove_links.empty() || !edit.rest_lengths.empty() ||
       !edit.rest_volumes.empty()) {
     std::vector<EditParticipant*> all(participants.begin(), participants.end());
     all.push_back(this);
     report.edit = apply_edit(solver, edit, all);
+    report.request = std::move(edit);
   }
   return report;
 }
 
 void Cautery::validate(const Solver&, const TopologyEdit&) const {}
 
-void Cautery::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
-  std::terminate();  // under construction on this branch
-}
-
 void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
   for (HeatField& field : fields_) {
     field.apply(solver, edit, result);
   }
+  follow_sizes(solver);
+}
+
+void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
+                   const EditResult& result) noexcept {
+  for (HeatField& field : fields_) {
+    field.undo(solver, edit, result);
+  }
+  follow_sizes(solver);
+}
+
+double Cautery::energy_in() const noexcept {
+  double sum = link_energy_spent_;
+  for (const HeatField& field : fields_) {
+    sum += field.energy_in();
+  }
+  return sum;
 }
 
 HeatLedger Cautery::ledger() const {
   HeatLedger sum;
   for (const HeatField& field : fields_) {
-    sum.in += field.ledger().in;
-    sum.sensible += field.ledger().sensible;
-    sum.latent += field.ledger().latent;
-    sum.removed += field.ledger().removed;
+    const HeatLedger ledger = field.ledger();
+    sum.in += ledger.in;
+    sum.sensible += ledger.sensible;
+    sum.latent += ledger.latent;
+    sum.removed += ledger.removed;
   }
   return sum;
 }

@@ -1,3 +1,3 @@
 pbdsurg_room(surgery
-  HEADERS cautery.h
-  SOURCES cautery.cpp)
+  HEADERS cautery.h connective_tissue.h
+  SOURCES cautery.cpp connective_tissue.cpp)

@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,23 +38,18 @@ std::array<double, 6> edge_conductances(std::span<const Eigen::Vector3d> x, cons
 
 }  // namespace
 
-HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index first_tet)
+HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Body& place)
     : tissue_(tissue),
-      first_tet_(first_tet),
+      vertex_ids_{place.first_vertex, mesh.vertex_count()},
+      tet_ids_{place.first_tet, mesh.tet_count()},
+      rest_positions_(mesh.positions().begin(), mesh.positions().end()),
       tets_(mesh.tets().begin(), mesh.tets().end()),
       edges_(find_edges(tets_)),
-      tet_edges_(find_tet_edges(tets_, edges_)),
-      tet_conductances_(tets_.size()),
-      tet_masses_(tets_.size()),
-      alive_(tets_.size(), true),
-      vertex_tets_(mesh.positions().size(), 0),
-      conductances_(edges_.size()),
-      limited_(edges_.size()),
-      capacities_(mesh.positions().size(), 0.0),
-      temperatures_(mesh.positions().size(), kBodyTemperature),
+      tet_edges_(pbdsurg::find_tet_edges(tets_, edges_)),
+      first_corners_(rest_positions_.size(), kInvalidIndex),
+      temperatures_(rest_positions_.size(), kBodyTemperature),
       peaks_(temperatures_),
-      water_(mesh.positions().size(), 1.0),
-      flows_(mesh.positions().size()) {
+      water_(rest_positions_.size(), 1.0) {
   check_positive("tissue density", tissue.density);
   check_positive("tissue specific heat", tissue.specific_heat);
   check_positive("tissue conductivity", tissue.conductivity);
@@ -62,43 +57,104 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index 
     throw InvalidArgument("tissue water fraction is " + std::to_string(tissue.water_fraction) +
                           "; it must be in [0, 1]");
   }
-  edge_tets_.offsets.assign(edges_.size() + 1, 0);
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    tet_masses_[t] = tissue.density * tet_volume(mesh.positions(), tets_[t]);
-    tet_conductances_[t] = edge_conductances(mesh.positions(), tets_[t], tissue.conductivity);
-    for (const Index edge : tet_edges_[t]) {
-      ++edge_tets_.offsets[edge + 1];
-    }
-    for (const Index v : tets_[t]) {
-      capacities_[v] += tet_masses_[t] * tissue.specific_heat / 4;
-      ++vertex_tets_[v];
-    }
+  resize(rest_positions_.size(), tets_.size(), edges_.size());
+  // backwards: lists ascend, and each tetrahedron goes to their fronts
+  for (auto t = static_cast<Index>(tets_.size()) - 1; t >= 0; --t) {
+    tet_masses_[t] = tissue.density * tet_volume(rest_positions_, tets_[t]);
+    tet_conductances_[t] = edge_conductances(rest_positions_, tets_[t], tissue.conductivity);
+    link_tet(t);
   }
-  std::partial_sum(edge_tets_.offsets.begin(), edge_tets_.offsets.end(),
-                   edge_tets_.offsets.begin());
-  edge_tets_.entries.resize(6 * tets_.size());
-  std::vector<Index> next(edge_tets_.offsets.begin(), edge_tets_.offsets.end() - 1);
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    for (const Index edge : tet_edges_[t]) {
-      edge_tets_.entries[next[edge]++] = static_cast<Index>(t);
-    }
+  for (std::size_t v = 0; v < capacities_.size(); ++v) {
+    sum_vertex(static_cast<Index>(v));
   }
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     sum_edge(static_cast<Index>(e));
   }
 }
 
-// Summed afresh from the live tetrahedra: subtracting would drift, and an edge without tissue must
-// conduct exactly nothing.
+Index HeatField::SceneIds::find(Index scene_id) const {
+  if (scene_id >= first && scene_id < first + count) {
+    return scene_id - first;
+  }
+  const auto found = std::lower_bound(added.begin(), added.end(), scene_id);
+  return found != added.end() && *found == scene_id
+             ? count + static_cast<Index>(found - added.begin())
+             : kInvalidIndex;
+}
+
+void HeatField::resize(std::size_t vertex_count, std::size_t tet_count, std::size_t edge_count) {
+  rest_positions_.resize(vertex_count);
+  first_corners_.resize(vertex_count, kInvalidIndex);
+  capacities_.resize(vertex_count);
+  temperatures_.resize(vertex_count);
+  peaks_.resize(vertex_count);
+  water_.resize(vertex_count);
+  flows_.resize(vertex_count);
+  tets_.resize(tet_count);
+  tet_edges_.resize(tet_count);
+  tet_conductances_.resize(tet_count);
+  tet_masses_.resize(tet_count);
+  next_corners_.resize(tet_count);
+  edges_.resize(edge_count);
+  conductances_.resize(edge_count);
+  limited_.resize(edge_count);
+}
+
+// Calls visit(tet) for each live tetrahedron at a vertex.
+template <class Visit>
+void HeatField::visit_tets(Index vertex, Visit visit) const {
+  for (Index corner = first_corners_[vertex]; corner != kInvalidIndex;
+       corner = next_corners_[corner / 4][corner % 4]) {
+    visit(corner / 4);
+  }
+}
+
+void HeatField::link_tet(Index tet) noexcept {
+  for (Index k = 0; k < 4; ++k) {
+    Index* link = &first_corners_[tets_[tet][k]];
+    while (*link != kInvalidIndex && *link < 4 * tet) {
+      link = &next_corners_[*link / 4][*link % 4];
+    }
+    next_corners_[tet][k] = *link;
+    *link = 4 * tet + k;
+  }
+}
+
+void HeatField::unlink_tet(Index tet) noexcept {
+  for (Index k = 0; k < 4; ++k) {
+    Index* link = &first_corners_[tets_[tet][k]];
+    while (*link != 4 * tet + k) {
+      link = &next_corners_[*link / 4][*link % 4];
+    }
+    *link = next_corners_[tet][k];
+  }
+}
+
+// Summed afresh from the live tetrahedra: subtracting would drift, and a vertex or an edge without
+// tissue must hold and conduct exactly nothing.
+void HeatField::sum_vertex(Index vertex) noexcept {
+  double sum = 0;
+  visit_tets(vertex, [&](Index t) { sum += tet_masses_[t] * tissue_.specific_heat / 4; });
+  capacities_[vertex] = sum;
+}
+
 void HeatField::sum_edge(Index edge) noexcept {
   double sum = 0;
-  for (const Index t : edge_tets_[edge]) {
-    if (alive_[t]) {
-      const auto& own = tet_edges_[t];
-      sum += tet_conductances_[t][std::find(own.begin(), own.end(), edge) - own.begin()];
+  visit_tets(edges_[edge][0], [&](Index t) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      sum += tet_edges_[t][k] == edge ? tet_conductances_[t][k] : 0;
     }
-  }
+  });
   conductances_[edge] = std::max(sum, 0.0);
+}
+
+void HeatField::sum_tet(Index tet) noexcept {
+  for (const Index v : tets_[tet]) {
+    sum_vertex(v);
+  }
+  for (const Index edge : tet_edges_[tet]) {
+    sum_edge(edge);
+  }
 }
 
 // With k_ij >= 0, explicit Euler keeps T_i between its neighbours' when dt sum_j k_ij <= M_i.
@@ -176,7 +232,7 @@ void HeatField::step(double dt, std::span<const HeatSource> sources) {
     for (const HeatSource& source : sources) {
       if (has_tissue(source.vertex)) {
         flows_[source.vertex] += source.power;
-        ledger_.in += h * source.power;
+        in_ += h * source.power;
       }
     }
     for (std::size_t v = 0; v < flows_.size(); ++v) {
@@ -187,7 +243,7 @@ void HeatField::step(double dt, std::span<const HeatSource> sources) {
       }
     }
   }
-  update_held();
+  has_stepped_ = true;
 }
 
 // How much warmer the heat that boils all water would make the tissue, K: latent and sensible heat
@@ -196,12 +252,13 @@ double HeatField::latent_rise() const noexcept {
   return tissue_.water_fraction * kLatentHeatOfWater / tissue_.specific_heat;
 }
 
-void HeatField::update_held() noexcept {
-  ledger_.sensible = ledger_.latent = 0;
+HeatLedger HeatField::ledger() const noexcept {
+  HeatLedger ledger{.in = in_, .removed = removed_};
   for (std::size_t v = 0; v < capacities_.size(); ++v) {
-    ledger_.sensible += capacities_[v] * (temperatures_[v] - kBodyTemperature);
-    ledger_.latent += capacities_[v] * (1 - water_[v]) * latent_rise();
+    ledger.sensible += capacities_[v] * (temperatures_[v] - kBodyTemperature);
+    ledger.latent += capacities_[v] * (1 - water_[v]) * latent_rise();
   }
+  return ledger;
 }
 
 int HeatField::boiling_vertices(Index tet) const {
@@ -209,43 +266,193 @@ int HeatField::boiling_vertices(Index tet) const {
       std::count_if(tets_[tet].begin(), tets_[tet].end(), [&](Index v) { return has_boiled(v); }));
 }
 
-void HeatField::remove_tet(Index tet) noexcept {
-  alive_[tet] = false;
-  const double share = tet_masses_[tet] * tissue_.specific_heat / 4;
+// Above body temperature, that of boiled-off water included, J.
+double HeatField::heat_of(Index tet) const noexcept {
+  double heat = 0;
   for (const Index v : tets_[tet]) {
-    ledger_.removed +=
-        share * (temperatures_[v] - kBodyTemperature + (1 - water_[v]) * latent_rise());
-    capacities_[v] -= share;
-    if (--vertex_tets_[v] == 0) {
-      capacities_[v] = 0;  // exactly nothing, whatever rounding left
-    }
+    heat += tet_masses_[tet] * tissue_.specific_heat / 4 *
+            (temperatures_[v] - kBodyTemperature + (1 - water_[v]) * latent_rise());
   }
+  return heat;
+}
+
+void HeatField::add_vertex(Index scene_vertex, Index first, Index second, double share) {
+  const std::size_t added = temperatures_.size();
+  vertex_ids_.added.push_back(scene_vertex);
+  resize(added + 1, tets_.size(), edges_.size());
+  const auto between = [&](auto& values) {
+    values[added] =
+        first == second ? values[first] : (1 - share) * values[first] + share * values[second];
+  };
+  between(rest_positions_);
+  between(temperatures_);
+  between(peaks_);
+  between(water_);
+}
+
+Index HeatField::find_or_add_edge(Index a, Index b) {
+  const Edge wanted{std::min(a, b), std::max(a, b)};
+  Index found = kInvalidIndex;
+  visit_tets(a, [&](Index t) {
+    for (const Index edge : tet_edges_[t]) {
+      found = edges_[edge] == wanted ? edge : found;
+    }
+  });
+  if (found == kInvalidIndex) {
+    found = static_cast<Index>(edges_.size());
+    resize(temperatures_.size(), tets_.size(), edges_.size() + 1);
+    edges_.back() = wanted;
+  }
+  return found;
+}
+
+void HeatField::find_tet_edges(Index tet) {
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [a, b] = kTetEdges[k];
+    tet_edges_[tet][k] = find_or_add_edge(tets_[tet][a], tets_[tet][b]);
+  }
+}
+
+void HeatField::add_tet(Index scene_tet, const Tet& vertices) {
+  const auto added = static_cast<Index>(tets_.size());
+  tet_ids_.added.push_back(scene_tet);
+  resize(temperatures_.size(), tets_.size() + 1, edges_.size());
+  tets_[added] = vertices;
+  tet_masses_[added] = tissue_.density * tet_volume(rest_positions_, vertices);
+  tet_conductances_[added] = edge_conductances(rest_positions_, vertices, tissue_.conductivity);
+  find_tet_edges(added);
+  link_tet(added);
+}
+
+void HeatField::replace_corner(Index tet, Index from, Index to) noexcept {
+  unlink_tet(tet);
+  std::replace(tets_[tet].begin(), tets_[tet].end(), from, to);
+  link_tet(tet);
 }
 
 void HeatField::validate(const Solver&, const TopologyEdit&) const {}
 
-void HeatField::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
-  std::terminate();  // under construction on this branch
-}
-
-void HeatField::apply(const Solver&, const TopologyEdit&, const EditResult& result) noexcept {
-  const auto is_own = [&](Index t) {
-    return t >= first_tet_ && t < first_tet_ + static_cast<Index>(tets_.size());
-  };
-  for (const Index t : result.tets) {
-    if (is_own(t)) {
-      remove_tet(t - first_tet_);
+void HeatField::apply(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
+  removed_before_ = removed_;
+  vertices_before_ = vertex_ids_.size();
+  tets_before_ = tet_ids_.size();
+  edges_before_ = edges_.size();
+  moved_edges_.clear();
+  has_stepped_ = false;
+  for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
+    const NewVertex& added = edit.new_vertices[i];
+    const Index first = find_vertex(added.first);
+    if (first != kInvalidIndex) {
+      add_vertex(result.first_new_vertex + static_cast<Index>(i), first, find_vertex(added.second),
+                 added.share);
+    }
+  }
+  for (std::size_t i = 0; i < result.tets.size(); ++i) {
+    const Index t = find_tet(result.tets[i]);
+    if (t != kInvalidIndex) {
+      // the heat of parents, which follow what was asked for, stays with their children
+      removed_ += i < edit.remove_tets.size() ? heat_of(t) : 0;
+      unlink_tet(t);
       bounded_dt_ = 0;
     }
   }
-  for (const Index t : result.tets) {
-    if (is_own(t)) {
-      for (const Index edge : tet_edges_[t - first_tet_]) {
-        sum_edge(edge);
-      }
+  for (const CornerMove& move : edit.corner_moves) {
+    const Index t = find_tet(move.tet);
+    if (t != kInvalidIndex) {
+      moved_edges_.push_back(tet_edges_[t]);
+      replace_corner(t, find_vertex(move.from), find_vertex(move.to));
+      bounded_dt_ = 0;
     }
   }
-  update_held();
+  for (const CornerMove& move : edit.corner_moves) {
+    const Index t = find_tet(move.tet);
+    if (t != kInvalidIndex) {
+      find_tet_edges(t);
+    }
+  }
+  for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
+    const NewTet& added = edit.new_tets[i];
+    if (find_tet(added.parent) != kInvalidIndex) {
+      Tet vertices;
+      std::transform(added.vertices.begin(), added.vertices.end(), vertices.begin(),
+                     [&](Index v) { return find_vertex(v); });
+      add_tet(result.first_new_tet + static_cast<Index>(i), vertices);
+    }
+  }
+
+  for (const Index id : result.tets) {
+    const Index t = find_tet(id);
+    if (t != kInvalidIndex) {
+      sum_tet(t);
+    }
+  }
+  for (const std::array<Index, 6>& left : moved_edges_) {
+    for (const Index edge : left) {
+      sum_edge(edge);
+      sum_vertex(edges_[edge][0]);
+      sum_vertex(edges_[edge][1]);
+    }
+  }
+  for (const CornerMove& move : edit.corner_moves) {
+    const Index t = find_tet(move.tet);
+    if (t != kInvalidIndex) {
+      sum_tet(t);
+    }
+  }
+  for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
+    const Index t = find_tet(result.first_new_tet + static_cast<Index>(i));
+    if (t != kInvalidIndex) {
+      sum_tet(t);
+    }
+  }
+}
+
+void HeatField::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
+  const HeatLedger before = has_stepped_ ? ledger() : HeatLedger{};
+  for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
+    const Index t = find_tet(result.first_new_tet + static_cast<Index>(i));
+    if (t != kInvalidIndex) {
+      unlink_tet(t);
+    }
+  }
+  std::size_t moved = moved_edges_.size();
+  for (auto move = edit.corner_moves.rbegin(); move != edit.corner_moves.rend(); ++move) {
+    const Index t = find_tet(move->tet);
+    if (t != kInvalidIndex) {
+      replace_corner(t, find_vertex(move->to), find_vertex(move->from));
+      tet_edges_[t] = moved_edges_[--moved];
+      bounded_dt_ = 0;
+    }
+  }
+  for (const Index id : result.tets) {
+    const Index t = find_tet(id);
+    if (t != kInvalidIndex) {
+      link_tet(t);
+      bounded_dt_ = 0;
+    }
+  }
+  vertex_ids_.added.resize(vertices_before_ - static_cast<std::size_t>(vertex_ids_.count));
+  tet_ids_.added.resize(tets_before_ - static_cast<std::size_t>(tet_ids_.count));
+  resize(vertices_before_, tets_before_, edges_before_);
+
+  for (const Index id : result.tets) {
+    const Index t = find_tet(id);
+    if (t != kInvalidIndex) {
+      sum_tet(t);
+    }
+  }
+  for (const CornerMove& move : edit.corner_moves) {
+    const Index t = find_tet(move.tet);
+    if (t != kInvalidIndex) {
+      sum_tet(t);
+    }
+  }
+  if (has_stepped_) {
+    const HeatLedger after = ledger();
+    removed_ -= after.sensible - before.sensible + after.latent - before.latent;
+  } else {
+    removed_ = removed_before_;
+  }
 }
 
 }  // namespace pbdsurg

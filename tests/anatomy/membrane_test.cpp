@@ -4,16 +4,19 @@
 #include <set>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "support/catch.h"
+#include "support/meshes.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3d;
 using testing::Approx;
+using testing::ContainsSubstring;
 
 TetMesh ball(const Vector3d& center) {
   TetrahedralizeOptions options;
@@ -84,11 +87,125 @@ TEST_CASE("membrane: the sheet lies halfway", "[unit]") {
   }
 }
 
+namespace {
+
+// A plate of a given thickness with its lower face at z.
+TetMesh plate(Index cells, double edge, double thickness, double z) {
+  const TetMesh box = testing::make_box({cells, cells, 1}, edge);
+  std::vector<Vector3d> points(box.positions().begin(), box.positions().end());
+  for (Vector3d& p : points) {
+    p.z() = z + p.z() / edge * thickness;
+  }
+  return TetMesh(points, {box.tets().begin(), box.tets().end()});
+}
+
+Index count_fibres(const std::vector<MembraneLink>& links) {
+  Index count = 0;
+  for (const MembraneLink& link : links) {
+    count += link.fibres;
+  }
+  return count;
+}
+
+}  // namespace
+
+// Would catch strands that pierce an organ, reach too far, or hang on inner vertices; inside is
+// judged by winding numbers, which share nothing with how links are found.
+TEST_CASE("membrane: scattered links run between surfaces, outside of both bodies", "[property]") {
+  const std::uint64_t seed = GENERATE(1, 2, 3);
+  const TetMesh first = ball({0, 0, 0});
+  const TetMesh second = ball({0.01, -0.02, 0.035});
+  const std::set<Index> of_first = boundary_vertices(first), of_second = boundary_vertices(second);
+  constexpr double kReach = 0.012;
+
+  const auto links =
+      scattered_links(first, second, {.max_distance = kReach, .density = 2e6, .seed = seed});
+
+  const auto surface_of = [](const TetMesh& mesh) {
+    std::vector<Triangle> triangles;
+    for (const BoundaryTriangle& triangle : find_boundary(mesh.tets())) {
+      triangles.push_back(triangle.vertices);
+    }
+    return SurfaceDistance(mesh.positions(), triangles);
+  };
+  const SurfaceDistance surfaces[] = {surface_of(first), surface_of(second)};
+  CHECK(links.size() > 50);
+  std::set<std::pair<Index, Index>> pairs;
+  for (const MembraneLink& link : links) {
+    const Vector3d a = first.positions()[link.first], b = second.positions()[link.second];
+    CHECK(of_first.count(link.first) == 1);
+    CHECK(of_second.count(link.second) == 1);
+    CHECK(pairs.insert({link.first, link.second}).second);
+    CHECK(link.fibres >= 1);
+    CHECK(link.rest_length == Approx((b - a).norm()));
+    CHECK(link.rest_length < kReach);
+    for (const double share : {0.05, 0.3, 0.5, 0.7, 0.95}) {
+      for (const SurfaceDistance& surface : surfaces) {
+        CHECK(surface.signed_distance(a + share * (b - a)) > -1e-5);
+      }
+    }
+  }
+}
+
+// Would catch a density that follows the mesh, and a seed that does nothing or not all.
+TEST_CASE("membrane: fibres are as dense as asked on any mesh, and follow the seed", "[property]") {
+  const Index cells = GENERATE(4, 10, 25);
+  const double edge = 0.02 / cells;
+  const TetMesh below = plate(cells, edge, 2e-3, 0), above = plate(cells, edge, 2e-3, 3e-3);
+  const ScatterOptions options{.max_distance = 8e-3, .density = 3e6, .seed = 7};
+
+  const auto links = scattered_links(below, above, options);
+
+  CHECK(count_fibres(links) == Approx(3e6 * 0.02 * 0.02).epsilon(0.05));
+  ScatterOptions other = options;
+  other.seed = 8;
+  const auto pairs = [](const std::vector<MembraneLink>& of) {
+    std::vector<std::array<Index, 3>> result;
+    for (const MembraneLink& link : of) {
+      result.push_back({link.first, link.second, link.fibres});
+    }
+    return result;
+  };
+  CHECK(pairs(scattered_links(below, above, options)) == pairs(links));
+  CHECK(pairs(scattered_links(below, above, other)) != pairs(links));
+}
+
+// Would catch strands from the far side of a thin organ, or through a part of it that lies between.
+TEST_CASE("membrane: what is behind or covered is not linked", "[unit]") {
+  const TetMesh lower = plate(6, 2e-3, 0.5e-3, 0), upper = plate(6, 2e-3, 0.5e-3, 1e-3);
+  std::vector<Vector3d> points(lower.positions().begin(), lower.positions().end());
+  std::vector<Tet> tets(lower.tets().begin(), lower.tets().end());
+  points.insert(points.end(), upper.positions().begin(), upper.positions().end());
+  for (Tet tet : upper.tets()) {
+    for (Index& v : tet) {
+      v += lower.vertex_count();
+    }
+    tets.push_back(tet);
+  }
+  const TetMesh both(points, tets);
+  const TetMesh above = plate(6, 2e-3, 0.5e-3, 2e-3);
+
+  const auto links = scattered_links(both, above, {.max_distance = 4e-3, .density = 5e6});
+
+  CHECK(links.size() >= 49);
+  for (const MembraneLink& link : links) {
+    CHECK(both.positions()[link.first].z() == Approx(1.5e-3));
+    CHECK(above.positions()[link.second].z() == Approx(2e-3));
+  }
+}
+
 TEST_CASE("membrane: nothing near, no link; no sense, no answer", "[unit]") {
   const TetMesh mesh = ball({0, 0, 0});
   CHECK(membrane_links(mesh, ball({1, 0, 0}), 0.008).empty());
   CHECK(membrane_links(mesh, TetMesh(), 0.008).empty());
   CHECK_THROWS_AS(membrane_links(mesh, mesh, 0), InvalidArgument);
+  CHECK(scattered_links(mesh, ball({1, 0, 0}), {}).empty());
+  CHECK(scattered_links(TetMesh(), mesh, {}).empty());
+  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.max_distance = -1}),
+                    ContainsSubstring("max_distance is -1 m"));
+  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.density = 0}),
+                    ContainsSubstring("density is 0 fibres"));
+  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.density = 1e30}), ContainsSubstring("1e8"));
 }
 
 }  // namespace pbdsurg

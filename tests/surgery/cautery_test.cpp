@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/surgery/cautery.h"
 
+#include <algorithm>
 #include <map>
 
 #include "pbdsurg/core/error.h"
@@ -184,6 +185,37 @@ TEST_CASE("cautery: it follows edits made before and beside it", "[unit]") {
   apply_edit(solver, rest, participants);
 
   CHECK(cautery.update(solver, {4e-3F, 4e-3F, 4e-3F}, 30, 0.01).energy == 0);
+}
+
+// Would catch tables of rest values and doses that grow or stay behind, and fields left out.
+TEST_CASE("cautery: it goes back with an undo", "[unit]") {
+  const Setup setup;
+  Solver solver(setup.scene, {.damping = 20});
+  const CauteryBody body{0, &setup.mesh, kFat};
+  Cautery cautery(solver, std::span(&body, 1));
+  EditParticipant* participants[] = {&cautery};
+  const Eigen::Vector3f tip(4e-3F, 4e-3F, 4.2e-3F);
+  CauteryReport report;
+  while (report.edit.tets.empty()) {
+    report = cautery.update(solver, tip, 8, 5e-3);
+    CHECK(report.request.remove_tets == report.edit.tets);
+  }
+  TopologyEdit edit;
+  for (Index t = 0; t < setup.mesh.tet_count(); t += 3) {
+    if (solver.is_tet_alive(t)) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  const Cautery before = cautery;
+  const EditResult result = apply_edit(solver, edit, participants);
+  CHECK(cautery.ledger().removed > before.ledger().removed);
+
+  cautery.undo(solver, edit, result);
+
+  CHECK(cautery.ledger().removed == before.ledger().removed);
+  CHECK(cautery.ledger().sensible == before.ledger().sensible);
+  const auto held = cautery.field(0).capacities(), expected = before.field(0).capacities();
+  CHECK(std::equal(held.begin(), held.end(), expected.begin(), expected.end()));
 }
 
 TEST_CASE("cautery: bad values are refused by name", "[unit]") {

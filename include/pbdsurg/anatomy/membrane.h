@@ -2,9 +2,11 @@
 #pragma once
 
 /// @file
-/// The membrane between two organs that lie close: links between their surfaces, and a sheet to
-/// draw. Too thin for tetrahedra, it is what a surgeon cuts to free the gallbladder from its bed.
+/// Where two organs that lie close are joined: pairs of surface vertices, and a sheet to draw. Too
+/// thin for tetrahedra, the tissue between them is what a surgeon cuts to free the gallbladder from
+/// its bed. surgery/connective_tissue.h makes strands of the pairs.
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -13,15 +15,16 @@
 
 namespace pbdsurg {
 
-/// A fibre of the membrane.
+/// Where fibres of the membrane run.
 struct MembraneLink {
   Index first;         ///< boundary vertex of the first mesh
-  Index second;        ///< boundary vertex of the second mesh nearest to it
+  Index second;        ///< boundary vertex of the second mesh
   double rest_length;  ///< m, their distance
+  Index fibres = 1;    ///< how many run there
 };
 
 /// Links each boundary vertex of `first` to its nearest boundary vertex of `second`, if that is
-/// closer than `max_distance`.
+/// closer than `max_distance`: as dense as the mesh.
 ///
 /// @param max_distance  m, positive and finite; 3.5 mm suits the built-in gallbladder and liver:
 /// the
@@ -31,6 +34,24 @@ struct MembraneLink {
 /// @note Cost: O(n log n) while few vertices of `second` lie within max_distance of one point.
 [[nodiscard]] std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
                                                        double max_distance);
+
+struct ScatterOptions {
+  double max_distance = 3.5e-3;  ///< m, of a link, positive
+  double density = 0.5e6;        ///< fibres per m^2 of the first surface, positive
+  std::uint64_t seed = 1;        ///< the same seed and meshes give the same links
+};
+
+/// Scatters fibres at random over the first surface, as dense as asked whatever the mesh is, and
+/// leads each from the nearest corner to the vertex of the second surface that is nearest to it and
+/// in sight: the two surfaces must look at each other there, and the way between must pass through
+/// neither body. Fibres with the same ends are one link.
+///
+/// @return  ascending by `first`, then `second`
+/// @throws InvalidArgument  naming the option out of range, or for more than 1e8 fibres
+/// @note Cost: O(n log n + fibres) while few vertices lie within max_distance of one point and
+///       triangles are of similar size.
+[[nodiscard]] std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
+                                                        const ScatterOptions& options);
 
 /// A sheet halfway along the links: the boundary triangles of `first` all of whose corners are
 /// linked.

@@ -47,20 +47,23 @@ struct CauteryBody {
 struct CauteryReport {
   Index contact_vertices = 0;
   Index contact_links = 0;
-  double energy = 0;  ///< J delivered; none where the tip touches nothing
-  EditResult edit;    ///< what went
+  double energy = 0;     ///< J delivered; none where the tip touches nothing
+  TopologyEdit request;  ///< what heat changed, for undo_edit(); empty if there was no edit
+  EditResult edit;       ///< what went
 };
 
 /// Couples a hook's tip to heat fields and to topology. Deterministic.
 ///
 /// Only vertices are sensed: where edges are longer than the contact radius, a tip between them
 /// touches nothing. Edits made elsewhere must name the cautery as a participant, so that its fields
-/// follow.
+/// follow. Undoing an edit does not take back the heat that led to it: what heat removed goes again
+/// in the next update.
 class Cautery final : public EditParticipant {
  public:
   /// Tetrahedra that are gone already are left out.
   /// @throws InvalidArgument  naming the option out of range, the body that is not there, is given
-  ///                          twice or has no water, or whose mesh is missing or not of its size
+  ///                          twice or has no water, or whose mesh is missing or not of its size,
+  ///                          or if edits brought new vertices already
   Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
           const CauteryOptions& options = {});
 
@@ -83,7 +86,7 @@ class Cautery final : public EditParticipant {
   /// The heat field of the i-th body given to the constructor.
   [[nodiscard]] const HeatField& field(std::size_t i) const { return fields_[i]; }
 
-  /// State of a tetrahedron of the i-th body. @param tet  of the body
+  /// State of a tetrahedron of the i-th body. @param tet  of the body, as its field counts them
   [[nodiscard]] HeatState state(const Solver& solver, std::size_t i, Index tet) const;
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
@@ -108,6 +111,8 @@ class Cautery final : public EditParticipant {
                                         const Eigen::Vector3f& tip) const;
   void collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const;
   [[nodiscard]] double shrunk(double water) const;
+  [[nodiscard]] double energy_in() const noexcept;
+  void follow_sizes(const Solver& solver) noexcept;
 
   CauteryOptions options_;
   std::vector<Body> bodies_;

@@ -4,14 +4,16 @@
 /// @file
 /// Temperature and water of a body, heated from outside.
 
+#include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace pbdsurg {
@@ -42,18 +44,27 @@ struct HeatLedger {
 /// conduction through their edges is limited instead: energy is still conserved, but heat spreads
 /// more slowly there (limited_edge_count() says how many). Deterministic.
 ///
-/// Follows edits of its body: pass it to apply_edit() as a participant. Cost of a step, and of the
-/// step after an edit once more: O(vertices + edges) of the body.
+/// Follows edits of its body: pass it to apply_edit() as a participant. A new vertex starts with
+/// the temperature, water and peak between those of the two that it lies between, by its share.
+/// These are then what they were all along its edge, so tetrahedra that are divided hold as much
+/// heat and steam as before (lumping is exact for what is linear within a tetrahedron), and no
+/// temperature leaves the range of those around it. An undo gives removed tissue back as warm as
+/// its vertices are then; what that brings in, if steps were taken since, is taken from
+/// HeatLedger::removed.
+///
+/// Vertices and tetrahedra of the body have their own numbering here: those of the mesh, then new
+/// ones as edits brought them. Cost of a step, and of the step after an edit once more: O(vertices
+/// + edges) of the body; of an edit and its undo: O(changed).
 class HeatField final : public EditParticipant {
  public:
   static constexpr int kMostSubsteps = 16;  ///< per call of step()
 
-  /// @param mesh       the body's rest mesh, whole: a field made after tetrahedra were removed does
-  ///                   not know of that
-  /// @param first_tet  the body's place in the scene's numbering, see Body
+  /// @param mesh   the body's rest mesh, whole: a field made after an edit does not know of that
+  /// @param place  the body's place in the scene's numbering, of which first_vertex and first_tet
+  ///               are used
   /// @throws InvalidArgument  naming the property that is not positive, or the water fraction
   ///                          outside [0, 1]
-  HeatField(const TetMesh& mesh, const TissueProperties& tissue, Index first_tet = 0);
+  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Body& place = {});
 
   /// Advances by dt with constant sources. Sources at vertices without tissue deliver nothing.
   /// @param dt  s, positive and finite
@@ -73,8 +84,30 @@ class HeatField final : public EditParticipant {
   /// Whether any tetrahedron is left at a vertex. @param vertex  of the body
   [[nodiscard]] bool has_tissue(Index vertex) const { return capacities_[vertex] > 0; }
 
-  /// [edge_count] vertices of the body, sorted
+  /// [tet_count] vertices of the body, those of removed tetrahedra included
+  [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
+
+  /// [edge_count] vertices of the body, smaller first
   [[nodiscard]] std::span<const Edge> edges() const noexcept { return edges_; }
+
+  /// [edge_count] W/K, of living tissue, before any limit for the sake of the time step
+  [[nodiscard]] std::span<const double> conductances() const noexcept { return conductances_; }
+
+  /// [vertex_count] J/K, of living tissue
+  [[nodiscard]] std::span<const double> capacities() const noexcept { return capacities_; }
+
+  /// [vertex_count] m, of the rest mesh, and where new vertices would lie in it
+  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept {
+    return rest_positions_;
+  }
+
+  /// Between the body's numbering and the scene's; kInvalidIndex for what is not of the body.
+  [[nodiscard]] Index scene_vertex(Index vertex) const { return vertex_ids_.scene_id(vertex); }
+  [[nodiscard]] Index scene_tet(Index tet) const { return tet_ids_.scene_id(tet); }
+  [[nodiscard]] Index find_vertex(Index scene_vertex) const {
+    return vertex_ids_.find(scene_vertex);
+  }
+  [[nodiscard]] Index find_tet(Index scene_tet) const { return tet_ids_.find(scene_tet); }
 
   /// Whether a vertex has ever reached the boiling temperature. @param vertex  of the body
   [[nodiscard]] bool has_boiled(Index vertex) const {
@@ -85,7 +118,11 @@ class HeatField final : public EditParticipant {
   /// @param tet  of the body
   [[nodiscard]] int boiling_vertices(Index tet) const;
 
-  [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
+  /// J delivered by sources so far.
+  [[nodiscard]] double energy_in() const noexcept { return in_; }
+
+  /// Where that energy is. Cost: O(vertices).
+  [[nodiscard]] HeatLedger ledger() const noexcept;
   [[nodiscard]] Index limited_edge_count() const noexcept { return limited_edge_count_; }
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
@@ -95,23 +132,51 @@ class HeatField final : public EditParticipant {
             const EditResult& result) noexcept override;
 
  private:
-  void remove_tet(Index tet) noexcept;
+  // Ids of the scene: at first a range, then some of those that edits brought, ascending.
+  struct SceneIds {
+    Index first = 0;
+    Index count = 0;
+    std::vector<Index> added{};
+
+    [[nodiscard]] Index scene_id(Index own) const {
+      return own < count ? first + own : added[own - count];
+    }
+    [[nodiscard]] Index find(Index scene_id) const;
+    [[nodiscard]] std::size_t size() const {
+      return static_cast<std::size_t>(count) + added.size();
+    }
+  };
+
+  void link_tet(Index tet) noexcept;
+  void unlink_tet(Index tet) noexcept;
+  void add_vertex(Index scene_vertex, Index first, Index second, double share);
+  void add_tet(Index scene_tet, const Tet& vertices);
+  void find_tet_edges(Index tet);
+  [[nodiscard]] Index find_or_add_edge(Index a, Index b);
+  void replace_corner(Index tet, Index from, Index to) noexcept;
+  void sum_tet(Index tet) noexcept;
+  void sum_vertex(Index vertex) noexcept;
   void sum_edge(Index edge) noexcept;
+  void resize(std::size_t vertex_count, std::size_t tet_count, std::size_t edge_count);
   void bound_step(double dt);
   void boil(Index vertex);
-  void update_held() noexcept;
+  [[nodiscard]] double heat_of(Index tet) const noexcept;
   [[nodiscard]] double latent_rise() const noexcept;
+  template <class Visit>
+  void visit_tets(Index vertex, Visit visit) const;
 
   TissueProperties tissue_;
-  Index first_tet_;
-  std::vector<Tet> tets_;
-  std::vector<Edge> edges_;
+  SceneIds vertex_ids_, tet_ids_;
+  std::vector<Eigen::Vector3d> rest_positions_;          // [vertex_count] m
+  std::vector<Tet> tets_;                                // [tet_count]
+  std::vector<Edge> edges_;                              // [edge_count]
   std::vector<std::array<Index, 6>> tet_edges_;          // [tet_count]
   std::vector<std::array<double, 6>> tet_conductances_;  // [tet_count] W/K, of each edge
   std::vector<double> tet_masses_;                       // [tet_count] kg
-  std::vector<bool> alive_;                              // [tet_count]
-  std::vector<Index> vertex_tets_;                       // [vertex_count] how many are alive
-  IndexLists edge_tets_;                                 // [edge_count]
+  // The live tetrahedra at each vertex, ascending, so that sums over them depend on what lives
+  // alone and not on how it came to be: corner 4 t + k is followed by next_corners_[t][k].
+  std::vector<Index> first_corners_;                // [vertex_count]
+  std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
 
   std::vector<double> conductances_;  // [edge_count] W/K, sum over live tetrahedra
   std::vector<double> limited_;       // [edge_count] W/K, as used with the current substep
@@ -121,7 +186,13 @@ class HeatField final : public EditParticipant {
   double bounded_dt_ = 0;  // the dt for which substeps_ and limited_ hold
   int substeps_ = 1;
   Index limited_edge_count_ = 0;
-  HeatLedger ledger_;
+  double in_ = 0, removed_ = 0;  // J, of the ledger
+
+  // for the undo of the last edit
+  double removed_before_ = 0;  // J
+  std::size_t vertices_before_ = 0, tets_before_ = 0, edges_before_ = 0;
+  std::vector<std::array<Index, 6>> moved_edges_;  // of the tetrahedron of each corner move
+  bool has_stepped_ = false;                       // since that edit
 };
 
 }  // namespace pbdsurg

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Connective tissue between organs: strands that stretch, tear, and are cut or burnt apart.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg {
+
+/// What strands are made of.
+struct StrandOptions {
+  /// Links in a row, >= 1: one joins two surface vertices directly, and resists pressure as it does
+  /// tension; more have particles between them and give way to pressure.
+  int segments = 1;
+  double stiffness = 0.12;  ///< N of tension in a fibre of twice its rest length, positive
+  float fraction = 1;       ///< as Stiffness has it, for fraction mode
+  /// A strand tears when it is longer than this times its rest length: > 1, infinite for never. At
+  /// rest, in compliance mode, that is a tension of stiffness (tear_stretch - 1) in each fibre, N.
+  double tear_stretch = 2;
+  double least_length = 0.2e-3;  ///< m, positive: shorter links stretch and tear as if so long
+  double slack = 0;              ///< in [0, 1]: how much longer than the gap; needs two segments
+  /// kg, positive. With much less than stiffness substep^2 / length of a link, one sweep a substep
+  /// leaves strands too long: soft, and soon torn. A millimetre of tissue 2 mm^2 across has 2e-6.
+  double particle_mass = 2e-5;
+  std::uint64_t seed = 1;  ///< of the side to which a slack strand bows
+};
+
+/// A strand: links in a row, from the first organ to the second.
+struct Strand {
+  Index first_link;   ///< the others follow
+  Index link_count;   ///< >= 1
+  Index fibres;       ///< that run side by side in it
+  float tear_length;  ///< m: longer, all links together, it tears
+};
+
+/// Why a strand parted.
+enum class StrandLoss : std::uint8_t {
+  torn,
+  blade,
+  removed,         ///< a link went by an edit made elsewhere: a cautery's, where heat parted it
+  without_tissue,  ///< what it hung on has gone
+};
+
+/// A strand that parted.
+struct StrandEvent {
+  Index strand;
+  Index link;  ///< of the solver, where it parted first
+  StrandLoss cause;
+  std::uint64_t topology_version;  ///< of the edit
+};
+
+/// A blade's straight edge on its way from one place to another, as two triangles.
+struct BladeSweep {
+  std::array<Eigen::Vector3f, 2> before;  ///< m, its ends
+  std::array<Eigen::Vector3f, 2> now;     ///< m
+};
+
+/// Strands between organs, and what became of them. Deterministic.
+///
+/// join() adds strands to a scene, of which then a solver is made. From then on this takes part in
+/// every edit of that solver. A strand that has parted carries nothing: what is left of it hangs
+/// from the organs, and is not torn or cut again.
+///
+/// Of a solver with copies, the first is looked at.
+class ConnectiveTissue final : public EditParticipant {
+ public:
+  /// Joins two bodies of a scene along links of membrane_links() or scattered_links(); strands of
+  /// several segments bring a body of particles, "strands from A to B".
+  /// @param links  in vertices of the two bodies
+  /// @return       the index of the first new strand; strand i is of links[i]
+  /// @throws InvalidArgument  naming the option, the body or the link out of range, and as
+  ///                          Scene::add_particles(); then nothing has changed
+  Index join(Scene& scene, Index first, Index second, std::span<const MembraneLink> links,
+             const StrandOptions& options = {});
+
+  [[nodiscard]] std::span<const Strand> strands() const noexcept { return strands_; }
+  [[nodiscard]] bool is_whole(Index strand) const { return is_whole_[strand]; }
+  [[nodiscard]] Index whole_count() const noexcept { return static_cast<Index>(whole_.size()); }
+
+  /// Strands that parted, in their order; undoing an edit takes its events back. Read what is new
+  /// after each step to know when.
+  [[nodiscard]] std::span<const StrandEvent> events() const noexcept { return events_; }
+
+  /// Share of all strands that parted for a cause, [0, 1]; 0 where there are none.
+  [[nodiscard]] double share_lost(StrandLoss cause) const noexcept;
+
+  /// Adds the links at which whole strands tear: the longest of each that exceeds its tear_length.
+  ///
+  /// This and the next: O(links of whole strands), and they allocate only what `links` does.
+  /// @param links  takes ids for TopologyEdit::remove_links
+  /// @throws InvalidArgument  if the solver's scene lacks these strands
+  void find_torn(const Solver& solver, std::vector<Index>& links);
+
+  /// Adds the links of whole strands that blades crossed, of each strand the first. Strands are
+  /// taken where they are now: a blade that rests cuts nothing.
+  /// @throws InvalidArgument  as find_torn(), and naming the blade that is not finite
+  void find_cut(const Solver& solver, std::span<const BladeSweep> blades,
+                std::vector<Index>& links);
+
+  /// Cuts and tears, in one edit; to be called once a step. A strand that is both is cut.
+  /// @param participants  further holders of topology, beside this
+  /// @return  empty if nothing parted; then there was no edit
+  /// @throws InvalidArgument  as find_cut(); and what a participant throws to refuse the edit
+  ///                          passes through; then nothing has changed
+  EditResult separate(Solver& solver, std::span<const BladeSweep> blades = {},
+                      std::span<EditParticipant* const> participants = {});
+
+  /// What the last separate() asked for, for undo_edit().
+  [[nodiscard]] const TopologyEdit& last_edit() const noexcept { return edit_; }
+
+  void validate(const Solver& solver, const TopologyEdit& edit) const override;
+  void apply(const Solver& solver, const TopologyEdit& edit,
+             const EditResult& result) noexcept override;
+  void undo(const Solver& solver, const TopologyEdit& edit,
+            const EditResult& result) noexcept override;
+
+ private:
+  void read_ends(const Solver& solver);
+  void collect_whole(std::span<const Link> links) noexcept;
+  template <class Visit>
+  void visit_whole(Visit visit) const;
+
+  std::vector<Strand> strands_;
+  std::vector<bool> is_whole_;       // [strand_count]
+  std::vector<StrandEvent> events_;  // has room for all strands
+  std::size_t undone_events_ = 0;    // how many there were before the last edit
+  std::vector<Index> whole_;         // strands, ascending
+  std::vector<Index> ends_;          // scene vertices, two for each link of each whole strand
+  std::vector<Eigen::Vector3f> positions_;  // m, of ends_
+  TopologyEdit edit_;                       // of separate()
+  std::vector<StrandLoss> causes_;          // [edit_.remove_links]
+  std::vector<EditParticipant*> all_participants_;
+};
+
+}  // namespace pbdsurg
