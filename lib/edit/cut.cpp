@@ -10,10 +10,17 @@
 #include "edit/cut_surface.h"
 
 namespace pbdsurg {
+namespace {
+
+// Cosine of 150 degrees, between the normals of neighbours.
+constexpr double kTurningBack = -0.866;
+
+}  // namespace
 
 CutSurface sweep_blade(std::span<const BladeEdge> instants) {
   CutSurface surface;
   std::array<Index, 2> last{kInvalidIndex, kInvalidIndex};  // where the ends were
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();         // of the last triangle
   for (std::size_t i = 0; i < instants.size(); ++i) {
     if (!instants[i].first.allFinite() || !instants[i].second.allFinite()) {
       throw InvalidArgument("instant " + std::to_string(i) + " of the blade is not finite");
@@ -30,8 +37,13 @@ CutSurface sweep_blade(std::span<const BladeEdge> instants) {
     const Index second = point_at(instants[i].second, last[1]);
     for (const Triangle& triangle :
          {Triangle{last[0], last[1], second}, Triangle{last[0], second, first}}) {
-      if (i > 0 && has_area(surface, triangle)) {
+      if (i == 0) {
+        continue;
+      }
+      const Eigen::Vector3d triangle_normal = unit_normal(surface, triangle);
+      if (!triangle_normal.isZero(0) && triangle_normal.dot(normal) > kTurningBack) {
         surface.triangles.push_back(triangle);
+        normal = triangle_normal;
       }
     }
     last = {first, second};

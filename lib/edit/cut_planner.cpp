@@ -236,22 +236,29 @@ class CutPlanner {
     std::vector<Tet> children;
     for (std::size_t i = 0; i < near_.size(); ++i) {
       const Tet& tet = tissue_.tets[near_[i]];
-      std::array<Edge, 6> edges;
-      for (std::size_t e = 0; e < 6; ++e) {
-        edges[e] = edge_between(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
-      }
-      std::sort(edges.begin(), edges.end());
       children.assign(1, tet);
-      for (const Edge& edge : edges) {
-        const auto place = std::lower_bound(split_edges_.begin(), split_edges_.end(), edge);
-        if (place != split_edges_.end() && *place == edge) {
-          bisect(children, edge, vertex_count_ + static_cast<Index>(place - split_edges_.begin()));
-        }
+      if (is_mixed(tet)) {
+        bisect_edges(tet, children);
       }
       const bool is_divided = children.size() > 1;
       for (const Tet& child : children) {
         const int side = is_divided && !is_cut_[i] ? 0 : side_of(child);
         pieces_.push_back({child, near_[i], is_divided, side});
+      }
+    }
+  }
+
+  // Bisects those edges of a tetrahedron that split, in the order of their vertices.
+  void bisect_edges(const Tet& tet, std::vector<Tet>& children) const {
+    std::array<Edge, 6> edges;
+    for (std::size_t e = 0; e < 6; ++e) {
+      edges[e] = edge_between(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
+    }
+    std::sort(edges.begin(), edges.end());
+    for (const Edge& edge : edges) {
+      const auto place = std::lower_bound(split_edges_.begin(), split_edges_.end(), edge);
+      if (place != split_edges_.end() && *place == edge) {
+        bisect(children, edge, vertex_count_ + static_cast<Index>(place - split_edges_.begin()));
       }
     }
   }

@@ -50,12 +50,13 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
 
 }  // namespace
 
-bool has_area(const CutSurface& surface, const Triangle& triangle) {
+Vector3d unit_normal(const CutSurface& surface, const Triangle& triangle) {
   const Vector3d a = surface.points[triangle[0]].cast<double>();
   const Vector3d ab = surface.points[triangle[1]].cast<double>() - a;
   const Vector3d ac = surface.points[triangle[2]].cast<double>() - a;
   const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-  return ab.cross(ac).norm() > kLeastArea * longest;
+  const Vector3d normal = ab.cross(ac);
+  return normal.norm() > kLeastArea * longest ? normal.normalized() : Vector3d::Zero();
 }
 
 // What is nearest decides the side, on edges and corners by the normals of all triangles there, at
@@ -83,16 +84,16 @@ CutSides::CutSides(const CutSurface& surface) {
       facet.corners[i] = surface.points[point].cast<double>();
       bounds_.extend(facet.corners[i]);
     }
-    if (!has_area(surface, surface.triangles[t])) {
+    const Vector3d normal = unit_normal(surface, surface.triangles[t]);
+    if (normal.isZero(0)) {
       throw InvalidArgument(name_of(t) + " of the cut's surface has no area");
     }
-    const auto& [a, b, c] = facet.corners;
-    facet.features[0b111].normal = (b - a).cross(c - a).normalized();
+    facet.features[0b111].normal = normal;
     for (int i = 0; i < 3; ++i) {
       const Vector3d to_next = facet.corners[(i + 1) % 3] - facet.corners[i];
       const Vector3d to_last = facet.corners[(i + 2) % 3] - facet.corners[i];
       const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
-      corners[surface.triangles[t][i]].normal += angle * facet.features[0b111].normal;
+      corners[surface.triangles[t][i]].normal += angle * normal;
     }
     facets_.push_back(facet);
   }

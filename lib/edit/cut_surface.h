@@ -14,8 +14,8 @@
 
 namespace pbdsurg {
 
-/// Whether a triangle of a cut's surface is large enough for its shape to have a normal.
-[[nodiscard]] bool has_area(const CutSurface& surface, const Triangle& triangle);
+/// Of length one, or zero for a triangle without area to speak of.
+[[nodiscard]] Eigen::Vector3d unit_normal(const CutSurface& surface, const Triangle& triangle);
 
 /// A cut's surface, continued beyond its rim by the planes of its outermost triangles.
 class CutSides {

@@ -190,6 +190,41 @@ TEST_CASE("cut: cuts cross each other", "[property]") {
   }
 }
 
+// Would catch whatever else a blade can do to tissue: bent paths that begin and end anywhere, over
+// cuts that are there, around tissue that is gone, in one style after another.
+TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    EditModel model(testing::make_box({4, 4, 4}, kEdge, 0.15));
+    for (std::uint64_t round = 0; round < 5; ++round) {
+      const std::uint64_t key = 10 * seed + round;
+      const auto random = [&](std::uint64_t i) { return random_unit(key, 9, i); };
+      Vector3d at = kEdge * Vector3d(4 * random(0), 4 * random(1), 4 * random(2));
+      Vector3d motion = (0.5 + 2 * random(3)) * kEdge * random_direction(key + 50'000);
+      Vector3d edge = (0.5 + 5 * random(4)) * kEdge * random_direction(key + 60'000);
+      std::vector<BladeEdge> path;
+      for (int i = 0; i < 4; ++i) {
+        path.push_back({(at - edge).cast<float>(), (at + edge).cast<float>()});
+        at += motion;
+        motion += 0.3 * motion.norm() * random_direction(key + 70'000 + 1000 * i);
+        edge += 0.2 * edge.norm() * random_direction(key + 80'000 + 1000 * i);
+      }
+      const CutStyle style = random(5) < 0.3 ? CutStyle::along_faces : CutStyle::through_tets;
+      const double volume = model.volume();
+      CAPTURE(seed, round);
+      CHECK(model.apply(plan(model, sweep_blade(path), {.style = style})) == "");
+      CHECK(model.volume() == testing::Approx(volume).epsilon(1e-6));
+      if (seed % 2 == 0) {
+        CHECK(!model.is_pinched());
+        continue;
+      }
+      for (std::uint64_t i = 10; i < 30; ++i) {
+        model.alive[static_cast<std::size_t>(model.alive.size() * random(i))] = false;
+      }
+    }
+    CHECK(model.least_share > 0.99 * 0.2 * 0.2 * 0.2);
+  }
+}
+
 // Would catch a cut that runs on beyond its surface, and one that opens nothing.
 TEST_CASE("cut: a surface that ends within tissue leaves a slit") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
@@ -329,7 +364,7 @@ TEST_CASE("cut: surfaces without a side are refused") {
 
 // Would catch triangles without area from a blade that rests, turns around an end, or slides along
 // itself, and a surface that falls into pieces there.
-TEST_CASE("cut: a blade may rest and turn") {
+TEST_CASE("cut: a blade may rest, turn and go back") {
   const std::vector<BladeEdge> path{{{0, 0, 0}, {0, 0, 1}}, {{0, 0, 0}, {0, 0, 1}},
                                     {{1, 0, 0}, {1, 0, 1}}, {{1, 0, 0}, {1, 0, 1}},
                                     {{2, 0, 0}, {1, 0, 1}}, {{3, 0, 0}, {2, 0, 1}}};
@@ -337,6 +372,21 @@ TEST_CASE("cut: a blade may rest and turn") {
   CHECK(surface.points.size() == 7);
   CHECK(surface.triangles.size() == 5);
   CHECK(sweep_blade({}).triangles.empty());
+
+  // a trembling hand: to x = 2 in all, with steps back
+  std::vector<BladeEdge> trembling;
+  for (const float x : {0.0F, 1.0F, 0.9F, 1.1F, 0.8F, 2.0F}) {
+    trembling.push_back({{x, 0, -1}, {x, 0, 1}});
+  }
+  EditModel model(testing::make_box({4, 4, 4}, 0.5, 0.1));
+  for (BladeEdge& edge : trembling) {
+    edge.first += Vector3f(0, 0.9F, 1);
+    edge.second += Vector3f(0, 0.9F, 1.1F);
+  }
+  trembling.front().first.x() = trembling.front().second.x() = -0.2F;
+  trembling.back().first.x() = trembling.back().second.x() = 2.2F;
+  CHECK(model.apply(plan(model, sweep_blade(trembling), {})) == "");
+  CHECK(count_pieces(model) == 2);
 }
 
 // Would catch a planner that sees the tissue where it was at rest, or tissue that is gone.

@@ -29,9 +29,9 @@ struct BladeEdge {
   Eigen::Vector3f second;  ///< m, world
 };
 
-/// What a blade sweeps: two triangles between each two instants, those without area left out.
-/// Instants should lie some tenths of an edge length apart: a hand's tremor in place folds the
-/// surface, and plan_cut() refuses what folds flat. Where a blade turns back, begin a new sweep.
+/// What a blade sweeps: two triangles between each two instants. Left out are those without area,
+/// as from a blade that rests or slides along itself, and those that turn back on the way before,
+/// as from a trembling hand: by more than 150 degrees.
 /// @param instants  [n] in the order of time
 /// @throws InvalidArgument  naming the instant that is not finite
 [[nodiscard]] CutSurface sweep_blade(std::span<const BladeEdge> instants);
