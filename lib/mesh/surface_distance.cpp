@@ -13,6 +13,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "mesh/closest_on_triangle.h"
 #include "mesh/describe.h"
 #include "mesh/triangle_orientation.h"
 
@@ -28,41 +29,6 @@ struct Facet {
   [[nodiscard]] Vector3d area_vector() const { return 0.5 * (b - a).cross(c - a); }
   [[nodiscard]] Vector3d centroid() const { return (a + b + c) / 3; }
 };
-
-// By the region of the triangle's plane that the point projects into: Ericson 2005, "Real-time
-// collision detection", section 5.1.5.
-Vector3d closest_on(const Facet& f, const Vector3d& p) {
-  const Vector3d ab = f.b - f.a, ac = f.c - f.a;
-  const Vector3d ap = p - f.a;
-  const double ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
-  if (ab_ap <= 0 && ac_ap <= 0) {
-    return f.a;
-  }
-  const Vector3d bp = p - f.b;
-  const double ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
-  if (ab_bp >= 0 && ac_bp <= ab_bp) {
-    return f.b;
-  }
-  const Vector3d cp = p - f.c;
-  const double ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
-  if (ac_cp >= 0 && ab_cp <= ac_cp) {
-    return f.c;
-  }
-  const double c_weight = ab_ap * ac_bp - ab_bp * ac_ap;
-  if (c_weight <= 0 && ab_ap >= 0 && ab_bp <= 0) {
-    return f.a + ab_ap / (ab_ap - ab_bp) * ab;
-  }
-  const double b_weight = ab_cp * ac_ap - ab_ap * ac_cp;
-  if (b_weight <= 0 && ac_ap >= 0 && ac_cp <= 0) {
-    return f.a + ac_ap / (ac_ap - ac_cp) * ac;
-  }
-  const double a_weight = ab_bp * ac_cp - ab_cp * ac_bp;
-  const double along_b = ac_bp - ab_bp, along_c = ab_cp - ac_cp;
-  if (a_weight <= 0 && along_b >= 0 && along_c >= 0) {
-    return f.b + along_b / (along_b + along_c) * (f.c - f.b);
-  }
-  return f.a + (b_weight * ab + c_weight * ac) / (a_weight + b_weight + c_weight);
-}
 
 // Solid angle over 4 pi (van Oosterom and Strackee 1983).
 double winding_of(const Facet& f, const Vector3d& p) {
@@ -167,7 +133,8 @@ struct SurfaceDistance::Tree {
         continue;
       }
       for (Index i = node.first; i < node.first + node.count; ++i) {
-        const Vector3d candidate = closest_on(facets[i], point);
+        const Vector3d candidate =
+            closest_on_triangle(facets[i].a, facets[i].b, facets[i].c, point).point;
         const double distance = (candidate - point).squaredNorm();
         if (distance < best) {
           best = distance;

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The point of a triangle that is nearest to another point.
+
+#include <Eigen/Geometry>
+
+namespace pbdsurg {
+
+/// A point of a triangle and the feature that it lies on: bit i is set for corner i, so a corner
+/// has one bit, the inside of an edge two, that of the triangle three.
+struct TrianglePoint {
+  Eigen::Vector3d point;
+  unsigned corners;
+};
+
+/// By the region of the triangle's plane that the point projects into: Ericson 2005, "Real-time
+/// collision detection", section 5.1.5.
+inline TrianglePoint closest_on_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                         const Eigen::Vector3d& c, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d ab = b - a, ac = c - a;
+  const Eigen::Vector3d ap = p - a;
+  const double ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
+  if (ab_ap <= 0 && ac_ap <= 0) {
+    return {a, 0b001};
+  }
+  const Eigen::Vector3d bp = p - b;
+  const double ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
+  if (ab_bp >= 0 && ac_bp <= ab_bp) {
+    return {b, 0b010};
+  }
+  const Eigen::Vector3d cp = p - c;
+  const double ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
+  if (ac_cp >= 0 && ab_cp <= ac_cp) {
+    return {c, 0b100};
+  }
+  const double c_weight = ab_ap * ac_bp - ab_bp * ac_ap;
+  if (c_weight <= 0 && ab_ap >= 0 && ab_bp <= 0) {
+    return {a + ab_ap / (ab_ap - ab_bp) * ab, 0b011};
+  }
+  const double b_weight = ab_cp * ac_ap - ab_ap * ac_cp;
+  if (b_weight <= 0 && ac_ap >= 0 && ac_cp <= 0) {
+    return {a + ac_ap / (ac_ap - ac_cp) * ac, 0b101};
+  }
+  const double a_weight = ab_bp * ac_cp - ab_cp * ac_bp;
+  const double along_b = ac_bp - ab_bp, along_c = ab_cp - ac_cp;
+  if (a_weight <= 0 && along_b >= 0 && along_c >= 0) {
+    return {b + along_b / (along_b + along_c) * (c - b), 0b110};
+  }
+  return {a + (b_weight * ab + c_weight * ac) / (a_weight + b_weight + c_weight), 0b111};
+}
+
+}  // namespace pbdsurg
