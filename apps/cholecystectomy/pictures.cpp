@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/live_boundary.h"
+#include "pbdsurg/edit/live_surface.h"
 
 #include "viewer/plot.h"
 #include "viewer/png.h"
@@ -53,8 +53,10 @@ Surface make_surface(const Simulation& simulation, Index b) {
   for (const Eigen::Vector3d& x : simulation.scene.meshes[b].positions()) {
     surface.rest_positions.push_back(x.cast<float>());
   }
-  for (const pbdsurg::BoundaryTriangle& triangle : pbdsurg::find_live_boundary(solver, b)) {
-    pbdsurg::Triangle local = triangle.vertices;
+  for (pbdsurg::Triangle local : simulation.surfaces[b].triangles()) {
+    if (local == pbdsurg::LiveSurface::kEmptyTriangle) {
+      continue;
+    }
     for (Index& v : local) {
       v -= body.first_vertex;
     }

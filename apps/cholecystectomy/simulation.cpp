@@ -101,6 +101,13 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
       cautery(solver, burnable(surgical_scene), kHookOptions),
       times(stage_times),
       seed_(seed) {
+  for (pbdsurg::Index body = 0; body < static_cast<pbdsurg::Index>(solver.bodies().size());
+       ++body) {
+    surfaces.emplace_back(solver, body);
+  }
+  for (pbdsurg::LiveSurface& surface : surfaces) {
+    participants_.push_back(&surface);
+  }
   grasper.port = {-0.05F, 0.05F, -0.16F};
   grasper.tip = {-0.04F, 0.03F, -0.06F};
   hook.port = {0.12F, -0.08F, -0.16F};
@@ -127,7 +134,8 @@ void Simulation::advance(double power) {
   hook_power = power;
   {
     const StageTimer timer(times, "cautery");
-    const pbdsurg::CauteryReport report = cautery.update(solver, hook.tip, power, kTimeStep);
+    const pbdsurg::CauteryReport report =
+        cautery.update(solver, hook.tip, power, kTimeStep, participants_);
     totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
     totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 
@@ -99,6 +100,7 @@ class Simulation {
   const SurgicalScene& scene;
   pbdsurg::Solver solver;
   pbdsurg::Cautery cautery;
+  std::vector<pbdsurg::LiveSurface> surfaces;  ///< one an organ
   Instrument grasper;
   Instrument hook;
   double hook_power = 0;  ///< W, of the last step
@@ -108,6 +110,7 @@ class Simulation {
  private:
   void place(Instrument& instrument);
 
+  std::vector<pbdsurg::EditParticipant*> participants_;  // beside the heat fields
   std::uint64_t seed_;
 };
 

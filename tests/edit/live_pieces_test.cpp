@@ -9,6 +9,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "edit/random_edits.h"
+#include "edit/random_growth.h"
 #include "support/catch.h"
 
 namespace pbdsurg {
@@ -102,14 +103,14 @@ void check_pieces(const LivePieces& pieces, const Reference& reference, const Sc
   REQUIRE(wrong == 0);
 }
 
-bool are_same(const LivePieces& a, const LivePieces& b, const Scene& scene) {
+bool are_same(const LivePieces& a, const LivePieces& b) {
   bool same = a.count() == b.count();
   for (Index i = 0; same && i < a.count(); ++i) {
     same = a.tet_count(i) == b.tet_count(i) && a.is_anchored(i) == b.is_anchored(i) &&
            a.tets(i) == b.tets(i);
-  }
-  for (Index t = 0; same && t < static_cast<Index>(scene.tets().size()); ++t) {
-    same = a.piece_of(t) == b.piece_of(t);
+    for (const Index t : a.tets(i)) {
+      same &= a.piece_of(t) == b.piece_of(t);
+    }
   }
   return same;
 }
@@ -142,7 +143,7 @@ TEST_CASE("live pieces: they equal those found afresh after any edits and undos"
         freed += pieces.count() - first_freed;
         if (random_bits(sequence, i) % 3 == 0) {
           pieces.undo(solver, edit, result);
-          REQUIRE(are_same(pieces, before, sample.scene));
+          REQUIRE(are_same(pieces, before));
           pieces.apply(solver, edit, result);
           check_pieces(pieces, reference, sample.scene);
         }
@@ -154,6 +155,41 @@ TEST_CASE("live pieces: they equal those found afresh after any edits and undos"
   }
   CHECK(freed > 1000);
   CHECK(emptied > 1000);
+}
+
+// Would catch new vertices and tetrahedra that searches do not reach, and tissue that hangs
+// together through where it has moved away from.
+TEST_CASE("live pieces: they follow tissue that parts and splits", "[property]") {
+  const TetMesh mesh = testing::make_box({3, 3, 2}, testing::kEditEdge, 0.1);
+  std::vector<bool> fixed(mesh.positions().size(), false);
+  std::fill_n(fixed.begin(), 16, true);  // one side
+  Index freed = 0;
+  for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
+    testing::EditedBody body(mesh, fixed);
+    const Solver first = body.make_solver();
+    LivePieces pieces(first);
+    Reference reference(first);
+    for (std::uint64_t i = 0; i < 8; ++i) {
+      const TopologyEdit edit = body.random_edit(100 * sequence + i);
+      const EditResult result = body.apply(edit);
+      const Solver solver = body.make_solver();
+      for (std::size_t t = 0; t < edit.new_tets.size(); ++t) {
+        const Index piece = pieces.piece_of(edit.new_tets[t].parent);
+        reference.pieces[piece].push_back(result.first_new_tet + static_cast<Index>(t));
+      }
+      const LivePieces before = pieces;
+      pieces.apply(solver, edit, result);
+      reference.follow(solver);
+      check_pieces(pieces, reference, body.make_scene());
+      freed += pieces.count() - pieces.first_freed();
+      const LivePieces after = pieces;
+      pieces.undo(solver, edit, result);
+      REQUIRE(are_same(pieces, before));
+      pieces.apply(solver, edit, result);
+      REQUIRE(are_same(pieces, after));
+    }
+  }
+  CHECK(freed > 100);
 }
 
 // Would catch crumbs left behind, larger parts taken along, and a search that changes the pieces.

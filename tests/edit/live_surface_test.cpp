@@ -10,6 +10,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "edit/random_edits.h"
+#include "edit/random_growth.h"
 #include "support/catch.h"
 
 namespace pbdsurg {
@@ -141,6 +142,29 @@ TEST_CASE("live surface: it equals one found afresh after any edits and undos", 
           }
         }
       }
+    }
+  }
+}
+
+// Would catch faces of parted tissue that stay joined, partners that do not find each other where
+// tissue is split, and whatever of this an undo leaves behind.
+TEST_CASE("live surface: it follows tissue that parts and splits", "[property]") {
+  const TetMesh mesh = testing::make_box({3, 3, 3}, testing::kEditEdge, 0.1);
+  for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
+    testing::EditedBody body(mesh, std::vector<bool>(mesh.positions().size(), false));
+    LiveSurface surface(body.make_solver(), 0);
+    for (std::uint64_t i = 0; i < 5; ++i) {
+      const TopologyEdit edit = body.random_edit(100 * sequence + i);
+      const EditResult result = body.apply(edit);
+      const Solver solver = body.make_solver();
+      const LiveSurface before = surface;
+      surface.apply(solver, edit, result);
+      check_surface(surface, solver, 0);
+      const LiveSurface after = surface;
+      surface.undo(solver, edit, result);
+      REQUIRE(are_same(surface, before));
+      surface.apply(solver, edit, result);
+      REQUIRE(are_same(surface, after));
     }
   }
 }
