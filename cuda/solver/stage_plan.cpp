@@ -40,11 +40,6 @@ StrainLimitRecord to_record(const ConstraintRecord<StrainLimitConstraint>& from)
   return {{from.places[0], from.places[1]}, from.parameters[StrainLimitConstraint::kLimit], 0};
 }
 
-bool is_owned(const SolverData& data, Index distance) {
-  return static_cast<std::size_t>(distance) < data.edges.size() &&
-         data.edge_owners[distance] != kInvalidIndex;
-}
-
 // The volume of a tetrahedron of a joint plan and the edges that it owns.
 JointRecord to_joint_record(const SolverData& data, Index tet) {
   const VolumeRecord volume = to_record(data.volumes.record(tet));
@@ -57,11 +52,12 @@ JointRecord to_joint_record(const SolverData& data, Index tet) {
                      {}};
   for (std::size_t place = 0; place < 6; ++place) {
     const Index edge = data.tet_edges[tet][place];
+    const Index distance = data.distance_ids.of_edge(edge);
     record.edge_rest[place] = kNotOwned;
-    if (data.distances.is_alive(edge) && data.edge_owners[edge] == tet) {
-      const DistanceRecord distance = to_record(data.distances.record(edge));
-      record.edge_rest[place] = distance.rest;
-      record.edge_stiffness[place] = distance.stiffness;
+    if (data.distances.is_alive(distance) && data.edge_owners[edge] == tet) {
+      const DistanceRecord owned = to_record(data.distances.record(distance));
+      record.edge_rest[place] = owned.rest;
+      record.edge_stiffness[place] = owned.stiffness;
     }
   }
   return record;
@@ -273,8 +269,9 @@ class StagePlan::Builder {
         plan_.volumes_[id] = {DeviceArray::joints, record};
         records_.joints.push_back(to_joint_record(data_, id));
         for (const Index edge : data_.tet_edges[id]) {
-          if (data_.distances.is_alive(edge) && data_.edge_owners[edge] == id) {
-            plan_.distances_[edge] = plan_.joint_location(data_, edge);
+          const Index distance = data_.distance_ids.of_edge(edge);
+          if (data_.distances.is_alive(distance) && data_.edge_owners[edge] == id) {
+            plan_.distances_[distance] = plan_.joint_location(data_, edge);
           }
         }
         break;
@@ -292,7 +289,7 @@ class StagePlan::Builder {
 };
 
 StagePlan::StagePlan(const SolverData& data, StageRecords& records)
-    : distances_(data.edges.size() + data.links.size()),
+    : distances_(static_cast<std::size_t>(data.distance_ids.count())),
       volumes_(data.tets.size()),
       neo_hookeans_(data.tets.size()),
       strain_limits_(data.edges.size()),
@@ -341,8 +338,8 @@ StagePlan::Location StagePlan::joint_location(const SolverData& data, Index edge
 bool StagePlan::follow_distance(const SolverData& data, Index id, std::vector<WordChange>& words) {
   Location& location = distances_[id];
   const bool is_alive = data.distances.is_alive(id);
-  const bool is_joint = is_alive && is_owned(data, id);
-  const Location next = is_joint ? joint_location(data, id) : location;
+  const bool is_joint = is_alive && data.is_owned(id);
+  const Location next = is_joint ? joint_location(data, data.distance_ids.edge_of(id)) : location;
   if (location.record == kSerial || next.record == kSerial ||
       (is_alive && next.record == kInvalidIndex)) {
     return false;
@@ -392,6 +389,9 @@ bool StagePlan::follow_volume(const SolverData& data, Index id, std::vector<Word
 
 bool StagePlan::follow(const SolverData& data, const Changes& changes,
                        std::vector<WordChange>& words) {
+  if (changes.grown) {
+    return false;
+  }
   const auto follow_simple = [&](auto& locations, const auto& slots, Index id) {
     using Record = decltype(to_record(slots.record(id)));
     const Location& location = locations[id];

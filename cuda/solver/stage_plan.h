@@ -39,8 +39,8 @@ class StagePlan {
   /// Finds what to write where, so that records follow changes of constraints and tetrahedra. Cost:
   /// proportional to the changes.
   /// @param words  appended to
-  /// @return       false if the plan has to be made anew: a serial phase has changed, or what came
-  ///               back was gone already when the plan was made
+  /// @return       false if the plan has to be made anew: constraints were added, a serial phase
+  ///               has changed, or what came back was gone already when the plan was made
   [[nodiscard]] bool follow(const SolverData& data, const Changes& changes,
                             std::vector<WordChange>& words);
 

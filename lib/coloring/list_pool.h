@@ -30,6 +30,25 @@ class ListPool {
     }
   }
 
+  /// Makes room for more lists, and for entries of lists that have to grow.
+  void reserve_room(std::size_t lists, std::size_t entries) {
+    lists_.reserve(lists_.size() + lists);
+    entries_.reserve(entries_.size() + entries);
+    for (std::size_t block = 0; block < free_.size() && (std::size_t{4} << block) <= entries;
+         ++block) {
+      free_[block].reserve(free_[block].size() + entries / (std::size_t{4} << block));
+    }
+  }
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    std::size_t bytes = lists_.capacity() * sizeof(List) + entries_.capacity() * sizeof(Index);
+    for (const auto& begins : free_) {
+      bytes += begins.capacity() * sizeof(std::size_t);
+    }
+    return bytes;
+  }
+
   /// @param values  not of this pool
   void assign(Index list, std::span<const Index> values) {
     clear(list);

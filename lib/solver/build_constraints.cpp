@@ -16,10 +16,6 @@
 namespace pbdsurg {
 namespace {
 
-float pick(const Stiffness& stiffness, ProjectionMode mode) {
-  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
-}
-
 // Colours the constraints listed, domain by domain, and gives each its group: the colours of a
 // domain, then its overflow, then those of the next.
 // @param group_of  [id_count] those not listed are left alone
@@ -86,8 +82,8 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
   std::vector<Index> ids;
   for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
     records.push_back({data.places_of(data.edges[edge]),
-                       {static_cast<float>(length), pick(material.stretch, data.options.mode),
-                        material.damping}});
+                       {static_cast<float>(length),
+                        stiffness_in(data.options.mode, material.stretch), material.damping}});
     if (material.model == ElasticModel::springs) {
       ids.push_back(edge);
     }
@@ -95,7 +91,7 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
   for (const Link& link : data.links) {
     ids.push_back(static_cast<Index>(records.size()));
     records.push_back({data.places_of(Edge{link.first, link.second}),
-                       {link.rest_length, pick(link.stiffness, data.options.mode), 0}});
+                       {link.rest_length, stiffness_in(data.options.mode, link.stiffness), 0}});
   }
   if (data.options.composition == PlanComposition::joint) {
     data.edge_owners =
@@ -103,9 +99,7 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
   }
   std::vector<Index> alone, owned;
   for (const Index id : ids) {
-    const bool is_owned =
-        static_cast<std::size_t>(id) < data.edges.size() && data.edge_owners[id] != kInvalidIndex;
-    (is_owned ? owned : alone).push_back(id);
+    (data.is_owned(id) ? owned : alone).push_back(id);
   }
   const std::span<const ConstraintRecord<DistanceConstraint>> view(records);
   std::vector<Index> group_of(records.size(), kInvalidIndex);
@@ -126,9 +120,10 @@ void build_volumes(const Scene& scene, const NestedDomains& domains, SolverData&
   for (const Body& body : data.bodies) {
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       const double volume = tet_volume(scene.positions(), data.tets[t]);
-      records.push_back({data.places_of(data.tets[t]),
-                         {static_cast<float>(volume), pick(body.material.volume, data.options.mode),
-                          body.material.damping}});
+      records.push_back(
+          {data.places_of(data.tets[t]),
+           {static_cast<float>(volume), stiffness_in(data.options.mode, body.material.volume),
+            body.material.damping}});
       if (has_volume_constraints(body)) {
         ids.push_back(t);
       }
@@ -180,6 +175,10 @@ void build_strain_limits(const Scene& scene, const NestedDomains& domains, Solve
 }
 
 }  // namespace
+
+float stiffness_in(ProjectionMode mode, const Stiffness& stiffness) noexcept {
+  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
+}
 
 void build_constraints(const Scene& scene, SolverData& data) {
   const NestedDomains domains = data.options.composition == PlanComposition::nested

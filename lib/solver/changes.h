@@ -27,6 +27,9 @@ struct Changes {
   /// Tools were added, or what they hold changed; poses and targets change without this.
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
+  /// Constraints were added, or such are gone again: all that was made of them must be made anew,
+  /// and the lists below do not tell all.
+  bool grown = false;
   /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
   std::vector<Index> vertices;
   /// Constraints removed or back, moved to another group or with a new parameter; vertices with
@@ -36,12 +39,12 @@ struct Changes {
   std::vector<Index> tets;  ///< removed or back, whether they have constraints or not
 
   [[nodiscard]] bool any() const noexcept {
-    return tools || watched || !vertices.empty() || !constraints.empty() || !tets.empty() ||
-           std::find(state.begin(), state.end(), true) != state.end();
+    return tools || watched || grown || !vertices.empty() || !constraints.empty() ||
+           !tets.empty() || std::find(state.begin(), state.end(), true) != state.end();
   }
   void clear() noexcept {
     std::fill(state.begin(), state.end(), false);
-    tools = watched = false;
+    tools = watched = grown = false;
     vertices.clear();
     constraints.clear();
     tets.clear();

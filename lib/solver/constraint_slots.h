@@ -101,6 +101,36 @@ class ConstraintSlots {
     take_out(id);
   }
 
+  /// Adds a constraint that there is not.
+  void add(Index id, Index group, const Record& record) {
+    remember(id);
+    append(id, group, record);
+  }
+
+  /// Sets the number of ids; new ones stand for no constraint, and those that go must, too.
+  void set_id_count(std::size_t count) {
+    group_of_id_.resize(count, kInvalidIndex);
+    slot_of_id_.resize(count, kInvalidIndex);
+  }
+  [[nodiscard]] Index id_count() const noexcept { return static_cast<Index>(group_of_id_.size()); }
+
+  /// Opens a group that follows the others, and is empty; or closes the last, which must be.
+  void open_group() { groups_.emplace_back(); }
+  void close_group() noexcept { groups_.pop_back(); }
+
+  /// Makes room for ids, and for as many constraints more in each of some groups.
+  void reserve(std::size_t ids, std::span<const Index> groups) {
+    group_of_id_.reserve(group_of_id_.size() + ids);
+    slot_of_id_.reserve(slot_of_id_.size() + ids);
+    for (const Index g : groups) {
+      Group& group = groups_[g];
+      const std::size_t blocks = (group.ids.size() + ids) / kBlockLanes + 1;
+      group.blocks.reserve(blocks);
+      group.multipliers.reserve(blocks);
+      group.ids.reserve(group.ids.size() + ids);
+    }
+  }
+
   void move(Index id, Index group) {
     const Record moved = record(id);
     remove(id);

@@ -9,6 +9,8 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "solver/scene_checks.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -49,6 +51,23 @@ void check_material(const std::string& what, const Material& material) {
 }
 
 }  // namespace
+
+void check_link(const std::string& what, const Link& link, Index vertex_count) {
+  for (const Index v : {link.first, link.second}) {
+    if (v < 0 || v >= vertex_count) {
+      throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                            "; ids must be in [0, " + std::to_string(vertex_count) + ")");
+    }
+  }
+  if (link.first == link.second) {
+    throw InvalidArgument(what + " joins vertex " + std::to_string(link.first) + " to itself");
+  }
+  if (!(link.rest_length >= 0) || !std::isfinite(link.rest_length)) {
+    throw InvalidArgument(what + " has rest length " + std::to_string(link.rest_length) +
+                          " m; it must be >= 0 and finite");
+  }
+  check_stiffness(what + ":", link.stiffness);
+}
 
 Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> positions,
                          std::span<const double> masses, std::size_t tet_count,
@@ -117,21 +136,7 @@ void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
 }
 
 Index Scene::add_link(const Link& link) {
-  const std::string what = "link " + std::to_string(links_.size());
-  for (const Index v : {link.first, link.second}) {
-    if (v < 0 || v >= vertex_count()) {
-      throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
-                            "; ids must be in [0, " + std::to_string(vertex_count()) + ")");
-    }
-  }
-  if (link.first == link.second) {
-    throw InvalidArgument(what + " joins vertex " + std::to_string(link.first) + " to itself");
-  }
-  if (!(link.rest_length >= 0) || !std::isfinite(link.rest_length)) {
-    throw InvalidArgument(what + " has rest length " + std::to_string(link.rest_length) +
-                          " m; it must be >= 0 and finite");
-  }
-  check_stiffness(what + ":", link.stiffness);
+  check_link("link " + std::to_string(links_.size()), link, vertex_count());
   links_.push_back(link);
   return static_cast<Index>(links_.size()) - 1;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "pbdsurg/coloring/constraint_vertices.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
@@ -17,6 +18,7 @@
 #include "solver/backend.h"
 #include "solver/build_constraints.h"
 #include "solver/cuda_hook.h"
+#include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/nested_domains.h"
 #include "solver/solver_data.h"
@@ -59,6 +61,10 @@ void check_options(const SolverOptions& options) {
   if (options.copies < 1) {
     throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
   }
+  if (options.spare.links < 0) {
+    throw InvalidArgument("spare room for links is " + std::to_string(options.spare.links) +
+                          "; it must be >= 0");
+  }
   check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
@@ -80,37 +86,27 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
 }
 
 IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
-  IndexLists lists;
-  std::vector<std::pair<Index, Index>> ends;  // vertex, link
-  for (std::size_t l = 0; l < links.size(); ++l) {
-    ends.emplace_back(links[l].first, static_cast<Index>(l));
-    ends.emplace_back(links[l].second, static_cast<Index>(l));
+  std::vector<Edge> ends;
+  for (const Link& link : links) {
+    ends.push_back({link.first, link.second});
   }
-  std::sort(ends.begin(), ends.end());
-  lists.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
-  for (const auto& [vertex, link] : ends) {
-    ++lists.offsets[vertex + 1];
-    lists.entries.push_back(link);
-  }
-  std::partial_sum(lists.offsets.begin(), lists.offsets.end(), lists.offsets.begin());
-  return lists;
+  return find_vertex_constraints({std::span<const Edge>(ends), vertex_count});
 }
 
 void copy_topology(const Scene& scene, SolverData& data) {
   data.tets.assign(scene.tets().begin(), scene.tets().end());
   data.links.assign(scene.links().begin(), scene.links().end());
-  data.vertex_links = find_vertex_links(scene.vertex_count(), data.links);
+  data.vertex_links = VertexLists(find_vertex_links(scene.vertex_count(), data.links));
+  data.vertex_tets = VertexLists(find_vertex_tets(scene.vertex_count(), data.tets));
   data.edges = find_edges(data.tets);
+  data.distance_ids =
+      DistanceIds(static_cast<Index>(data.edges.size()), static_cast<Index>(data.links.size()));
   data.tet_edges = find_tet_edges(data.tets, data.edges);
   data.edge_tets.assign(data.edges.size(), 0);
-  data.vertex_tets.assign(static_cast<std::size_t>(scene.vertex_count()), 0);
   data.tet_alive.assign(data.tets.size(), true);
   for (std::size_t t = 0; t < data.tets.size(); ++t) {
     for (const Index edge : data.tet_edges[t]) {
       ++data.edge_tets[edge];
-    }
-    for (const Index v : data.tets[t]) {
-      ++data.vertex_tets[v];
     }
   }
 }
@@ -204,6 +200,7 @@ std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& o
   copy_topology(scene, data);
   copy_masses(scene, data);
   build_constraints(scene, data);
+  reserve_spare_room(data);
   data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
                                  [](const Body& body) { return body.material.damping > 0; });
   data.vertex_method = make_vertex_method(scene, data);
@@ -391,8 +388,7 @@ std::size_t Solver::memory_bytes() const noexcept {
   }
   return state_bytes +
          bytes_of(data.place_of_vertex, data.previous, data.tets, data.edges, data.links,
-                  data.tet_edges, data.edge_tets, data.vertex_tets, data.vertex_links.offsets,
-                  data.vertex_links.entries, data.tet_masses, data.vertex_masses,
+                  data.tet_edges, data.edge_tets, data.tet_masses, data.vertex_masses,
                   data.constraint_phases) +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
@@ -693,7 +689,7 @@ bool Solver::is_edge_alive(Index edge) const {
 
 bool Solver::is_link_alive(Index link) const {
   check_id("link", link, data_->links.size());
-  return data_->distances.is_alive(data_->distance_of_link(link));
+  return data_->is_link_alive(link);
 }
 
 bool Solver::has_tissue(Index vertex) const {
@@ -705,11 +701,12 @@ float Solver::rest_length(Index edge) const {
   if (!is_edge_alive(edge)) {
     throw InvalidArgument("edge " + std::to_string(edge) + " was removed");
   }
-  if (!data_->distances.is_alive(edge)) {
+  const Index distance = data_->distance_ids.of_edge(edge);
+  if (!data_->distances.is_alive(distance)) {
     throw InvalidArgument("edge " + std::to_string(edge) +
                           " belongs to a Neo-Hookean body, whose edges have no rest length");
   }
-  return data_->distances.record(edge).parameters[DistanceConstraint::kRest];
+  return data_->distances.record(distance).parameters[DistanceConstraint::kRest];
 }
 
 float Solver::rest_volume(Index tet) const {

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "solver/backend.h"
+#include "solver/growth.h"
 
 namespace pbdsurg {
 
@@ -144,17 +145,18 @@ void SolverData::remove_volume(Index tet) {
   volumes.remove(tet);
   log_constraint(PhaseKind::volume, tet);
   for (const Index edge : tet_edges[tet]) {
-    if (edge_owners[edge] == tet && distances.is_alive(edge)) {
+    const Index distance = distance_ids.of_edge(edge);
+    if (edge_owners[edge] == tet && distances.is_alive(distance)) {
       edge_owners.hand_over(edge, tet_edges, volumes);
-      distances.move(edge, joint_group_of(edge));
-      log_constraint(PhaseKind::distance, edge);
+      distances.move(distance, joint_group_of(edge));
+      log_constraint(PhaseKind::distance, distance);
     }
   }
 }
 
 void SolverData::release_dead_vertices() {
   const auto is_dead = [&](const Attachment& attachment) {
-    return vertex_tets[attachment.vertex] == 0 && vertex_masses[attachment.vertex] == 0;
+    return vertex_tets[attachment.vertex].empty() && vertex_masses[attachment.vertex] == 0;
   };
   for (Index i = 0; i < copy_count(); ++i) {
     bool releases = false;
@@ -177,7 +179,11 @@ void SolverData::release_dead_vertices() {
 
 void SolverData::begin_edit(std::span<const Index> stopping) {
   journal.is_open = false;
+  journal.link_count = links.size();
+  journal.opened_groups.clear();
   journal.tets.clear();
+  journal.links.clear();
+  journal.before_growth.reset();
   journal.masses.clear();
   journal.releases.clear();
   journal.stopped.clear();
@@ -218,8 +224,10 @@ void SolverData::undo_edit() {
   neo_hookeans.undo(log_as(PhaseKind::neo_hookean));
   strain_limits.undo(log_as(PhaseKind::strain_limit));
   edge_owners.undo();
-  vertex_method.blocks.undo();
-  refresh_vertices(*this);
+  if (links.size() > journal.link_count) {
+    undo_growth(*this);
+  }
+  undo_vertices(*this);
   for (const Index t : journal.tets) {
     tet_alive[t] = true;
     log_tet(t);
@@ -227,8 +235,12 @@ void SolverData::undo_edit() {
       ++edge_tets[edge];
     }
     for (const Index v : tets[t]) {
-      ++vertex_tets[v];
+      vertex_tets.insert(v, t);
     }
+  }
+  for (const Index link : journal.links) {
+    vertex_links.insert(links[link].first, link);
+    vertex_links.insert(links[link].second, link);
   }
   for (; !journal.masses.empty(); journal.masses.pop_back()) {
     const EditJournal::Mass& before = journal.masses.back();

@@ -21,10 +21,12 @@
 
 #include "solver/changes.h"
 #include "solver/constraint_slots.h"
+#include "solver/distance_ids.h"
 #include "solver/edge_owners.h"
 #include "solver/edit_journal.h"
 #include "solver/particle.h"
 #include "solver/tool_state.h"
+#include "solver/vertex_lists.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
@@ -65,10 +67,11 @@ class SolverData : public CopyState {
   std::vector<Tet> tets;                        // [tet_count]
   std::vector<Edge> edges;                      // [edge_count]
   std::vector<Link> links;                      // [link_count]
+  DistanceIds distance_ids;                     // of edges and links
   std::vector<std::array<Index, 6>> tet_edges;  // [tet_count] edge ids
   std::vector<Index> edge_tets;                 // [edge_count] live tetrahedra around each edge
-  std::vector<Index> vertex_tets;               // [vertex_count] live tetrahedra at each vertex
-  IndexLists vertex_links;                      // [vertex_count] links at each vertex
+  VertexLists vertex_tets;                      // [vertex_count] live tetrahedra at each vertex
+  VertexLists vertex_links;                     // [vertex_count] live links at each vertex
   std::vector<bool> tet_alive;                  // [tet_count]
   std::vector<double> tet_masses;               // [tet_count] kg
   std::vector<double> vertex_masses;            // [vertex_count] kg
@@ -76,12 +79,12 @@ class SolverData : public CopyState {
   std::uint64_t last_topology_version = 0;  // ever given
   EditJournal journal;
 
-  // Constraints: edges of springs first, then links; bodies without volume constraints have none of
-  // them, and Neo-Hookean bodies neither those nor distances.
+  // Constraints: distances of edges of springs and of links; bodies without volume constraints have
+  // none of these, and Neo-Hookean bodies neither those nor distances.
   // Groups are the colours, then overflow; in a nested plan those of each domain. In a joint plan
   // six more groups of distances follow for each group of volumes, one for each of kTetEdges: edges
-  // at that place of the tetrahedra that own them.
-  ConstraintSlots<DistanceConstraint> distances;         // [edge_count + link_count]
+  // at that place of the tetrahedra that own them. Groups that edits open follow.
+  ConstraintSlots<DistanceConstraint> distances;         // [distance_ids.count()]
   ConstraintSlots<VolumeConstraint> volumes;             // [tet_count]
   ConstraintSlots<NeoHookeanConstraint> neo_hookeans;    // [tet_count]
   ConstraintSlots<StrainLimitConstraint> strain_limits;  // [edge_count]
@@ -101,6 +104,7 @@ class SolverData : public CopyState {
   Changes changes;    // since the last step began
   std::vector<Index> watched_places;
   std::vector<Index> read_places;  // buffer of read_positions()
+  std::vector<Index> edit_buffer;  // of what an edit needs for a while
 
   [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
   [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }
@@ -123,8 +127,14 @@ class SolverData : public CopyState {
     return places;
   }
 
-  [[nodiscard]] Index distance_of_link(Index link) const noexcept {
-    return static_cast<Index>(edges.size()) + link;
+  [[nodiscard]] bool is_link_alive(Index link) const noexcept {
+    return distances.is_alive(distance_ids.of_link(link));
+  }
+
+  /// Whether a distance is that of an edge with an owner, see EdgeOwners.
+  [[nodiscard]] bool is_owned(Index distance) const noexcept {
+    const Index edge = distance_ids.edge_of(distance);
+    return edge != kInvalidIndex && edge_owners[edge] != kInvalidIndex;
   }
 
   /// Of the edges at a place in kTetEdges of tetrahedra of one colour.

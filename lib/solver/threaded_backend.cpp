@@ -242,6 +242,9 @@ class ThreadedBackend final : public Backend {
   // another without meetings between them. Of a nested plan, a domain is one thread's.
   void plan_stages(SolverData& data) {
     stages_.clear();
+    // any of the phases may come with an edit
+    const std::size_t stages_of_phase = data.options.composition == PlanComposition::joint ? 7 : 1;
+    stages_.reserve(stages_of_phase * data.plan.phases.capacity());
     for (const Phase& phase : data.plan.phases) {
       switch (phase.kind) {
         case PhaseKind::distance:

@@ -47,6 +47,8 @@ class VertexBlocks {
   VertexBlocks() = default;
 
   /// @param moves     [vertex_count] whether a vertex is free
+  /// @param tets      [tet_count] those without weights, stiffness and damping do nothing
+  /// @param springs   [spring_count] likewise
   /// @param coloring  of the vertices, without max_colors
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                std::vector<VertexSpring> springs, const ColoringOptions& coloring);

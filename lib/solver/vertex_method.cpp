@@ -64,6 +64,29 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   return tet;
 }
 
+void check_compliance(const std::string& what, float compliance) {
+  if (!(compliance > 0) || !std::isfinite(1 / compliance)) {
+    throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
+                          "; the vertex-block method needs > 0");
+  }
+}
+
+// Colours the vertices and lays out their rows.
+VertexMethod lay_out(const SolverData& data, std::vector<VertexTet> tets,
+                     std::vector<VertexSpring> springs) {
+  std::vector<bool> moves;
+  for (const Particle& p : data.particles) {
+    moves.push_back(p.w > 0);
+  }
+  VertexMethod method;
+  method.blocks =
+      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
+  method.flights = data.particles;
+  method.first_holds.assign(data.particles.size(), kInvalidIndex);
+  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
+  return method;
+}
+
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
@@ -136,23 +159,23 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
     throw InvalidArgument(
         "a joint composition is of constraints; the vertex-block method has none");
   }
-  const auto check = [](const std::string& what, float compliance) {
-    if (!(compliance > 0) || !std::isfinite(1 / compliance)) {
-      throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
-                            "; the vertex-block method needs > 0");
-    }
-  };
   for (const Body& body : scene.bodies()) {
     const Material& material = body.material;
     if (body.tet_count > 0 && material.model == ElasticModel::springs) {
-      check("body '" + body.name + "': stretch", material.stretch.compliance);
+      check_compliance("body '" + body.name + "': stretch", material.stretch.compliance);
       if (material.has_volume_constraints) {
-        check("body '" + body.name + "': volume", material.volume.compliance);
+        check_compliance("body '" + body.name + "': volume", material.volume.compliance);
       }
     }
   }
   for (std::size_t l = 0; l < scene.links().size(); ++l) {
-    check("link " + std::to_string(l) + ":", scene.links()[l].stiffness.compliance);
+    check_vertex_link(options, "link " + std::to_string(l), scene.links()[l]);
+  }
+}
+
+void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link) {
+  if (options.method == SolverMethod::vertex_block) {
+    check_compliance(what + ":", link.stiffness.compliance);
   }
 }
 
@@ -208,17 +231,7 @@ VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
                        link.rest_length, 0});
   }
 
-  std::vector<bool> moves;
-  for (const Particle& p : data.particles) {
-    moves.push_back(p.w > 0);
-  }
-  VertexMethod method;
-  method.blocks =
-      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
-  method.flights = data.particles;
-  method.first_holds.assign(data.particles.size(), kInvalidIndex);
-  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
-  return method;
+  return lay_out(data, std::move(tets), std::move(springs));
 }
 
 void reserve_holds(SolverData& data) {
@@ -350,9 +363,9 @@ void end_vertices(SolverData& data, const Substep<float>& substep) {
   }
 }
 
-void set_vertex_rest_length(SolverData& data, Index edge, float length) {
+void set_vertex_rest_length(SolverData& data, Index distance, float length) {
   if (is_used(data)) {
-    data.vertex_method.blocks.set_spring_rest(edge, length);
+    data.vertex_method.blocks.set_spring_rest(distance, length);
   }
 }
 
@@ -393,6 +406,53 @@ void remove_vertex_spring(SolverData& data, Index distance) {
   if (is_used(data)) {
     data.vertex_method.blocks.remove_spring(distance);
   }
+}
+
+void regrow_vertices(SolverData& data) {
+  if (!is_used(data)) {
+    return;
+  }
+  VertexMethod& method = data.vertex_method;
+  std::vector<VertexTet> tets(data.tets.size());
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (data.tet_alive[t]) {
+      tets[t] = method.blocks.tet(static_cast<Index>(t));
+    }
+    tets[t].vertices = data.places_of(data.tets[t]);
+  }
+  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.distance_ids.count()));
+  const auto set_spring = [&](Index distance, const Edge& ends) {
+    VertexSpring& spring = springs[distance];
+    spring.vertices = data.places_of(ends);
+    if (data.distances.is_alive(distance)) {
+      const auto& numbers = data.distances.record(distance).parameters;
+      spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
+      spring.rest = numbers[DistanceConstraint::kRest];
+      spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
+    }
+  };
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    set_spring(data.distance_ids.of_edge(static_cast<Index>(e)), data.edges[e]);
+  }
+  for (std::size_t l = 0; l < data.links.size(); ++l) {
+    const Link& link = data.links[l];
+    set_spring(data.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
+  }
+  VertexMethod grown = lay_out(data, std::move(tets), std::move(springs));
+  data.journal.before_growth = std::move(method);
+  method = std::move(grown);
+}
+
+void undo_vertices(SolverData& data) {
+  if (!is_used(data)) {
+    return;
+  }
+  if (data.journal.before_growth) {
+    data.vertex_method = std::move(*data.journal.before_growth);
+    data.journal.before_growth.reset();
+  }
+  data.vertex_method.blocks.undo();
+  refresh_vertices(data);
 }
 
 void refresh_vertices(SolverData& data) {

@@ -5,6 +5,7 @@
 /// The vertex-block method within a step. Nothing here does anything for other methods.
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/constraints/projection.h"
@@ -40,6 +41,10 @@ struct VertexMethod {
 /// the
 ///                          option, the body or the link
 void check_vertex_method(const Scene& scene, const SolverOptions& options);
+
+/// @param what  the link's name
+/// @throws InvalidArgument  as check_vertex_method()
+void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link);
 
 /// How it colours vertices: as asked, but by saturation where the order is the natural one, which
 /// would be kept for want of a reason and takes up to twice the colours.
@@ -88,10 +93,17 @@ void solve_vertices(SolverData& data, const VertexState& state, Index color);
 void end_vertices(SolverData& data, const Substep<float>& substep);
 
 // What edits change; refresh_vertices() then makes it felt.
-void set_vertex_rest_length(SolverData& data, Index edge, float length);
+void set_vertex_rest_length(SolverData& data, Index distance, float length);
 void set_vertex_rest_volume(SolverData& data, Index tet, float volume);
 void remove_vertex_tet(SolverData& data, Index tet);
 void remove_vertex_spring(SolverData& data, Index distance);
 void refresh_vertices(SolverData& data);
+
+/// After an edit that added constraints: lays all rows out anew and colours vertices again; those
+/// from before go to the journal. Cost: O(vertex_count log vertex_count).
+void regrow_vertices(SolverData& data);
+
+/// Takes back the last edit, once all else is as it was before.
+void undo_vertices(SolverData& data);
 
 }  // namespace pbdsurg

@@ -7,6 +7,7 @@
 #include <limits>
 #include <new>
 
+#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/step_team.h"
@@ -110,6 +111,50 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   }
   CHECK(allocation_count == before);
   CHECK(contacts > 0);
+}
+
+// Would catch an edit that looks for memory between two steps, or leaves that to the next step.
+TEST_CASE("solver: edits within the spare room allocate nothing after the first ones",
+          "[validation]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(
+      scene,
+      {.backend = backend, .threads = 2, .composition = composition, .spare = {.links = 400}});
+  TopologyEdit edit;
+  EditResult result;
+  long before = 0;
+  for (Index round = 0; round < 30; ++round) {
+    edit.remove_tets.clear();
+    for (Index i = 0; i < (round < 15 ? 24 : 8); ++i) {  // at first with all of a corner
+      edit.remove_tets.push_back(24 * round + i);
+    }
+    edit.rest_volumes.assign({{1439, 1e-9F}});
+    edit.remove_links.clear();
+    if (round > 1 && solver.is_link_alive(8)) {
+      edit.remove_links.push_back(8);
+    }
+    edit.new_links.clear();
+    for (Index i = 0; i < 8; ++i) {
+      const Index first = solver.vertex_count() - 1 - (37 * round + 5 * i) % 100;
+      const Index second = first - 40 - 3 * i;
+      edit.new_links.push_back({first, second, 0.01F, {0.5F, 1e-2F}});
+    }
+    if (round == 15) {
+      before = allocation_count;
+    }
+    apply_edit(solver, edit, result);
+    if (round % 5 == 0) {
+      undo_edit(solver, edit, result);
+      apply_edit(solver, edit, result);
+    }
+    solver.step(kTimeStep);
+  }
+  CHECK(allocation_count == before);
+  CHECK(solver.links().size() > 230);
 }
 
 }  // namespace pbdsurg

@@ -99,53 +99,7 @@ class FakeDevice final : public Backend {
  public:
   static constexpr std::size_t kMemory = 12'345'678;  // bytes
 
-  explicit FakeDevice(const SolverData& data)
-      : distances_(data.distances, data.edges.size() + data.links.size()),
-        volumes_(data.volumes, data.tets.size()),
-        neo_hookeans_(data.neo_hookeans, data.tets.size()),
-        strain_limits_(data.strain_limits, data.edges.size()),
-        blocks_(data.vertex_method.blocks) {
-    own_.others = data.others;
-    own_.options = data.options;
-    own_.gravity = data.gravity;
-    own_.bodies = data.bodies;
-    own_.place_of_vertex = data.place_of_vertex;
-    own_.tets = data.tets;
-    own_.tet_alive = data.tet_alive;
-    own_.first_joint_group = data.first_joint_group;
-    own_.constraint_phases = data.constraint_phases;
-    own_.has_damping = data.has_damping;
-    own_.vertex_method = data.vertex_method;
-    for (const Phase& phase : data.constraint_phases) {
-      if (!phase.serial) {
-        continue;
-      }
-      switch (phase.kind) {
-        case PhaseKind::distance:
-          distances_.set_serial(phase.color);
-          break;
-        case PhaseKind::joint:
-          for (Index place = 0; place < 6; ++place) {
-            distances_.set_serial(data.joint_group(phase.color, place));
-          }
-          volumes_.set_serial(phase.color);
-          break;
-        case PhaseKind::volume:
-          volumes_.set_serial(phase.color);
-          break;
-        case PhaseKind::neo_hookean:
-          neo_hookeans_.set_serial(phase.color);
-          break;
-        default:
-          strain_limits_.set_serial(phase.color);
-          break;
-      }
-    }
-    own_.distances = distances_.make_slots();
-    own_.volumes = volumes_.make_slots();
-    own_.neo_hookeans = neo_hookeans_.make_slots();
-    own_.strain_limits = strain_limits_.make_slots();
-  }
+  explicit FakeDevice(const SolverData& data) { take_all(data); }
 
   [[nodiscard]] const char* name() const noexcept override { return "fake device"; }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
@@ -206,7 +160,61 @@ class FakeDevice final : public Backend {
   int fetch_count = 0;
 
  private:
+  // All but the state and what tools do.
+  void take_all(const SolverData& data) {
+    distances_ = {data.distances, static_cast<std::size_t>(data.distance_ids.count())};
+    volumes_ = {data.volumes, data.tets.size()};
+    neo_hookeans_ = {data.neo_hookeans, data.tets.size()};
+    strain_limits_ = {data.strain_limits, data.edges.size()};
+    blocks_ = data.vertex_method.blocks;
+    own_.others.resize(data.others.size());
+    own_.options = data.options;
+    own_.gravity = data.gravity;
+    own_.bodies = data.bodies;
+    own_.place_of_vertex = data.place_of_vertex;
+    own_.domain_counts = data.domain_counts;
+    own_.tets = data.tets;
+    own_.tet_alive = data.tet_alive;
+    own_.first_joint_group = data.first_joint_group;
+    own_.constraint_phases = data.constraint_phases;
+    own_.has_damping = data.has_damping;
+    own_.vertex_method = data.vertex_method;
+    for (const Phase& phase : data.constraint_phases) {
+      if (!phase.serial) {
+        continue;
+      }
+      switch (phase.kind) {
+        case PhaseKind::distance:
+          distances_.set_serial(phase.color);
+          break;
+        case PhaseKind::joint:
+          for (Index place = 0; place < 6; ++place) {
+            distances_.set_serial(data.joint_group(phase.color, place));
+          }
+          volumes_.set_serial(phase.color);
+          break;
+        case PhaseKind::volume:
+          volumes_.set_serial(phase.color);
+          break;
+        case PhaseKind::neo_hookean:
+          neo_hookeans_.set_serial(phase.color);
+          break;
+        default:
+          strain_limits_.set_serial(phase.color);
+          break;
+      }
+    }
+    own_.distances = distances_.make_slots();
+    own_.volumes = volumes_.make_slots();
+    own_.neo_hookeans = neo_hookeans_.make_slots();
+    own_.strain_limits = strain_limits_.make_slots();
+  }
+
   void take_over(const SolverData& data) {
+    if (data.changes.grown) {
+      take_all(data);
+      own_.rebuild_plan();
+    }
     const Changes& changes = data.changes;
     own_.previous.resize(data.previous.size());
     for (Index i = 0; i < data.copy_count(); ++i) {
@@ -233,6 +241,9 @@ class FakeDevice final : public Backend {
     }
     std::set<Index> blocks;
     for (const auto& [kind, id] : changes.constraints) {
+      if (changes.grown) {
+        break;  // all are there
+      }
       switch (kind) {
         case PhaseKind::distance:
           distances_.take_over(data.distances, id);

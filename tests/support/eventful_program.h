@@ -65,7 +65,7 @@ class EventfulProgram {
 
   /// Before each step.
   void act(Solver& solver, int round) const {
-    constexpr int kActions = 14;
+    constexpr int kActions = 16;
     ToolPose pose = pose_;
     pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
     solver.move_tool(0, pose);
@@ -120,6 +120,20 @@ class EventfulProgram {
       case 12:
         undo_removal(solver, round, true);
         break;
+      case 13:
+        apply_edit(solver, {.new_links = some_new_links(solver, round)});
+        break;
+      case 14: {
+        const TopologyEdit edit{.remove_tets = some_tets(solver, round, 2),
+                                .remove_links = some_link(solver, round),
+                                .new_links = some_new_links(solver, round)};
+        const EditResult result = apply_edit(solver, edit);
+        if (round % 2 == 0) {
+          solver.step(kEventfulTimeStep);
+        }
+        undo_edit(solver, edit, result);
+        break;
+      }
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
         break;
@@ -145,6 +159,18 @@ class EventfulProgram {
   [[nodiscard]] std::vector<Index> some_link(const Solver& solver, int round) const {
     const auto link = static_cast<Index>(random(round, 20) % solver.links().size());
     return solver.is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
+  }
+
+  [[nodiscard]] std::vector<Link> some_new_links(const Solver& solver, int round) const {
+    std::vector<Link> links;
+    for (int i = 0; i < 4; ++i) {
+      const Index first = some_vertex(solver, round + 100 * i);
+      const Index second = some_vertex(solver, round + 100 * i + 50);
+      if (first != second) {
+        links.push_back({first, second, 0.01F, {0.1F, 1e-2F}});
+      }
+    }
+    return links;
   }
 
   [[nodiscard]] Index some_vertex(const Solver& solver, int round) const {

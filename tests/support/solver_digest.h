@@ -71,7 +71,11 @@ inline std::uint64_t digest_of(const SolverData& data) {
   digest.mix_all(data.edges);
   digest.mix_all(data.tet_edges);
   digest.mix_all(data.edge_tets);
-  digest.mix_all(data.vertex_tets);
+  for (Index v = 0; v < static_cast<Index>(data.particles.size()); ++v) {
+    digest.mix_all(data.vertex_tets[v]);
+    digest.mix_all(data.vertex_links[v]);
+  }
+  digest.mix(data.distance_ids.count());
   digest.mix_all(data.tet_alive);
   digest.mix_all(data.tet_masses);
   digest.mix_all(data.vertex_masses);
@@ -87,7 +91,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
   for (std::size_t edge = 0; edge < data.edges.size(); ++edge) {
     digest.mix(data.edge_owners[static_cast<Index>(edge)]);
   }
-  for (const Phase& phase : data.plan.phases) {
+  for (const Phase& phase : data.constraint_phases) {
     digest.mix(static_cast<int>(phase.kind));
     digest.mix(phase.color);
     digest.mix(phase.level);

@@ -107,14 +107,23 @@ class EditParticipant {
 /// Changes a solver's topology between two steps: all of it, or nothing.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
-/// and links to a vertex that it was the last to use. Colours stay valid: constraints are only
-/// removed; phases without a constraint leave the plan. Cost: proportional to the change, to the
-/// number of phases and to what tools hold; participants add theirs.
+/// and links to a vertex that it was the last to use. Colours stay valid: what is added takes a
+/// colour that is free at its vertices, or a new one; phases without a constraint leave the plan.
+///
+/// Cost: proportional to the change, to the number of phases and to what tools hold; participants
+/// add theirs. What adds constraints costs O(vertex_count) with the vertex-block method, which lays
+/// out its rows anew, and on a device, whose next step does so with its buffers.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed
 EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
                       std::span<EditParticipant* const> participants = {});
+
+/// As above, into a result that is used again, so that no memory has to be found for it. Where an
+/// edit adds no more than there is spare room for (SolverOptions::spare), and changes no more than
+/// one before it, it allocates nothing; but in a joint plan, where edges change groups.
+void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
+                std::span<EditParticipant* const> participants = {});
 
 /// Takes back the last edit: topology, rest values, masses, colours, the order of constraints, what
 /// tools held. Vertices that had tissue before and after the edit stay where they are now and

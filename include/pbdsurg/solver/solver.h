@@ -71,6 +71,11 @@ enum class ThreadWait : std::uint8_t {
   block,  ///< spin for a few microseconds, then sleep
 };
 
+/// How much edits may add before memory has to be found for it.
+struct SpareRoom {
+  Index links = 0;  ///< about 25 bytes a link for each colour of distances
+};
+
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
 /// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
 struct SolverOptions {
@@ -99,6 +104,7 @@ struct SolverOptions {
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
   PlanComposition composition = PlanComposition::automatic;
+  SpareRoom spare{};  ///< each >= 0
 
   /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
   /// the random colouring disc.
@@ -272,11 +278,11 @@ class Solver {
   /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
   [[nodiscard]] std::span<const Tet> tets() const noexcept;
 
-  /// [edge_count] scene vertices of every edge there ever was, smaller first, sorted; ids are
-  /// stable.
+  /// [edge_count] scene vertices of every edge there ever was, smaller first; ids are stable. Those
+  /// of the scene are sorted and come first.
   [[nodiscard]] std::span<const Edge> edges() const noexcept;
 
-  /// [link_count] as given to the scene; ids are stable.
+  /// [link_count] as given to the scene and to edits; ids are stable.
   [[nodiscard]] std::span<const Link> links() const noexcept;
 
   /// The six edges of a tetrahedron, in the order of kTetEdges.

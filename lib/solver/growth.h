@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What edits add to a solver's data.
+
+#include <span>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/step_plan.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+
+/// A group that a new constraint may join: the first of its type that is projected in parallel,
+/// holds for the whole scene and has no constraint at any of some vertices; if there is none, one
+/// that is opened behind the others of its type. Cost: proportional to the constraints at the
+/// vertices and to the groups that hold for the whole scene.
+/// @param kind  distance, volume, neo_hookean or strain_limit
+Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> vertices);
+
+/// Adds a link that follows the others, with its constraint.
+void add_link(SolverData& data, const Link& link);
+
+/// After an edit that added constraints: tells backends, and rebuilds the rows of the vertex-block
+/// method. Cost: O(vertex_count) for a backend that keeps the state, or for that method.
+void finish_growth(SolverData& data);
+
+/// Takes back what the edit at hand added; constraints have gone already.
+void undo_growth(SolverData& data);
+
+/// Makes the room that options ask for.
+void reserve_spare_room(SolverData& data);
+
+}  // namespace pbdsurg

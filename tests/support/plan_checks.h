@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a plan must be after any edit.
+
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg::testing {
+
+/// Whether no two constraints that are projected at a time share a vertex: two of one group, of the
+/// edges and tetrahedra of one joint phase, or of different domains of a level.
+inline bool is_plan_valid(const SolverData& data) {
+  bool is_valid = true;
+  std::map<std::tuple<Index, Index>, Index> domain_of;  // level, place
+  const auto visit = [&](const Phase& phase, const auto& slots, Index group,
+                         std::map<Index, Index>& users, auto user_of) {
+    std::set<std::pair<Index, Index>> in_group;
+    for (const Index id : slots.ids(group)) {
+      for (const Index place : slots.record(id).places) {
+        const Index user = user_of(id);
+        is_valid = is_valid && (phase.serial || users.emplace(place, user).first->second == user);
+        is_valid = is_valid && (phase.serial || in_group.emplace(group, place).second);
+        const auto [here, is_new] = domain_of.emplace(std::tuple(phase.level, place), phase.domain);
+        is_valid = is_valid && (is_new || here->second == phase.domain);
+      }
+    }
+  };
+  const auto self = [](Index id) { return id; };
+  for (const Phase& phase : data.constraint_phases) {
+    std::map<Index, Index> users;
+    switch (phase.kind) {
+      case PhaseKind::distance:
+        visit(phase, data.distances, phase.color, users, self);
+        break;
+      case PhaseKind::joint:
+        for (Index place = 0; place < 6; ++place) {
+          visit(phase, data.distances, data.joint_group(phase.color, place), users,
+                [&](Index distance) {
+                  const Index owner = data.edge_owners[data.distance_ids.edge_of(distance)];
+                  is_valid = is_valid && data.volumes.group_of(owner) == phase.color;
+                  return owner;
+                });
+        }
+        visit(phase, data.volumes, phase.color, users, self);
+        break;
+      case PhaseKind::volume:
+        visit(phase, data.volumes, phase.color, users, self);
+        break;
+      case PhaseKind::neo_hookean:
+        visit(phase, data.neo_hookeans, phase.color, users, self);
+        break;
+      default:
+        visit(phase, data.strain_limits, phase.color, users, self);
+        break;
+    }
+  }
+  return is_valid;
+}
+
+}  // namespace pbdsurg::testing
