@@ -99,6 +99,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
     : scene(surgical_scene),
       solver(surgical_scene.scene, options),
       cautery(solver, burnable(surgical_scene), kHookOptions),
+      connections(surgical_scene.connections),
       times(stage_times),
       seed_(seed) {
   grasper.port = {-0.05F, 0.05F, -0.16F};
@@ -127,9 +128,17 @@ void Simulation::advance(double power) {
   hook_power = power;
   {
     const StageTimer timer(times, "cautery");
-    const pbdsurg::CauteryReport report = cautery.update(solver, hook.tip, power, kTimeStep);
+    pbdsurg::EditParticipant* const participants[] = {&connections};
+    const pbdsurg::CauteryReport report =
+        cautery.update(solver, hook.tip, power, kTimeStep, participants);
     totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
     totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
+  }
+  {
+    const StageTimer timer(times, "tearing");
+    pbdsurg::EditParticipant* const participants[] = {&cautery};
+    const pbdsurg::EditResult torn = connections.separate(solver, {}, participants);
+    totals.links_cut += static_cast<std::int64_t>(torn.links.size());
   }
   const StageTimer timer(times, "solve");
   const pbdsurg::StepReport report = solver.step(static_cast<float>(kTimeStep));

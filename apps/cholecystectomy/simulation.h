@@ -13,6 +13,7 @@
 
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/surgery/connective_tissue.h"
 
 #include "surgical_scene.h"
 
@@ -99,6 +100,7 @@ class Simulation {
   const SurgicalScene& scene;
   pbdsurg::Solver solver;
   pbdsurg::Cautery cautery;
+  pbdsurg::ConnectiveTissue connections;
   Instrument grasper;
   Instrument hook;
   double hook_power = 0;  ///< W, of the last step
