@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -45,6 +46,20 @@ Json colors_of(const pbdsurg::StepPlan& plan) {
 Json build() {
   return {
       {"version", PBDSURG_VERSION}, {"type", PBDSURG_BUILD_TYPE}, {"compiler", PBDSURG_COMPILER}};
+}
+
+// What became of the strands between organs; each is one link.
+Json strands_of(const pbdsurg::ConnectiveTissue& connections) {
+  Json result{{"made", connections.strands().size()}, {"whole", connections.whole_count()}};
+  using pbdsurg::StrandLoss;
+  for (const auto& [name, cause] :
+       {std::pair("torn", StrandLoss::torn), std::pair("parted_by_heat", StrandLoss::removed),
+        std::pair("without_tissue", StrandLoss::without_tissue)}) {
+    result[name] = std::count_if(
+        connections.events().begin(), connections.events().end(),
+        [cause = cause](const pbdsurg::StrandEvent& event) { return event.cause == cause; });
+  }
+  return result;
 }
 
 // Distance left at the times of figure 9, mm, at the first step not before each.
@@ -92,6 +107,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["seed"] = seed;
   report["tets_deleted"] = simulation.totals.tets_deleted;
   report["links_cut"] = simulation.totals.links_cut;
+  report["strands"] = strands_of(simulation.connections);
   report["energy_in_j"] = simulation.energy_in();
   report["energy_ledger"] = {
       {"in_j", ledger.in + links},

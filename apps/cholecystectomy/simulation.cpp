@@ -99,6 +99,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
     : scene(surgical_scene),
       solver(surgical_scene.scene, options),
       cautery(solver, burnable(surgical_scene), kHookOptions),
+      connections(surgical_scene.connections),
       times(stage_times),
       seed_(seed) {
   for (pbdsurg::Index body = 0; body < static_cast<pbdsurg::Index>(solver.bodies().size());
@@ -106,8 +107,11 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
     surfaces.emplace_back(solver, body);
   }
   for (pbdsurg::LiveSurface& surface : surfaces) {
-    participants_.push_back(&surface);
+    beside_cautery_.push_back(&surface);
+    beside_connections_.push_back(&surface);
   }
+  beside_cautery_.push_back(&connections);
+  beside_connections_.push_back(&cautery);
   grasper.port = {-0.05F, 0.05F, -0.16F};
   grasper.tip = {-0.04F, 0.03F, -0.06F};
   hook.port = {0.12F, -0.08F, -0.16F};
@@ -135,9 +139,14 @@ void Simulation::advance(double power) {
   {
     const StageTimer timer(times, "cautery");
     const pbdsurg::CauteryReport report =
-        cautery.update(solver, hook.tip, power, kTimeStep, participants_);
+        cautery.update(solver, hook.tip, power, kTimeStep, beside_cautery_);
     totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
     totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
+  }
+  {
+    const StageTimer timer(times, "tearing");
+    const pbdsurg::EditResult torn = connections.separate(solver, {}, beside_connections_);
+    totals.links_cut += static_cast<std::int64_t>(torn.links.size());
   }
   const StageTimer timer(times, "solve");
   const pbdsurg::StepReport report = solver.step(static_cast<float>(kTimeStep));

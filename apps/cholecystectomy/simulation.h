@@ -14,6 +14,7 @@
 #include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/surgery/connective_tissue.h"
 
 #include "surgical_scene.h"
 
@@ -101,6 +102,7 @@ class Simulation {
   pbdsurg::Solver solver;
   pbdsurg::Cautery cautery;
   std::vector<pbdsurg::LiveSurface> surfaces;  ///< one an organ
+  pbdsurg::ConnectiveTissue connections;
   Instrument grasper;
   Instrument hook;
   double hook_power = 0;  ///< W, of the last step
@@ -110,7 +112,8 @@ class Simulation {
  private:
   void place(Instrument& instrument);
 
-  std::vector<pbdsurg::EditParticipant*> participants_;  // beside the heat fields
+  // who else follows edits that these two make
+  std::vector<pbdsurg::EditParticipant*> beside_cautery_, beside_connections_;
   std::uint64_t seed_;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "surgical_scene.h"
 
-#include <algorithm>
 #include <limits>
 #include <span>
 
@@ -18,6 +17,7 @@ using pbdsurg::TetMesh;
 // Elasticity of the membrane, Pa, at the small end of what the literature gives for living tissue.
 constexpr double kMembraneModulus = 60e3;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
+constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
 
 constexpr double kMembraneReach = 4.5e-3;    // m, between gallbladder and the liver's coarser mesh
 constexpr double kConnectionReach = 2.5e-3;  // m, between the other organs
@@ -64,20 +64,18 @@ void fix_ends(SurgicalScene& result, Organ organ, double reach, bool both) {
   });
 }
 
-pbdsurg::Stiffness membrane_stiffness(double rest_length) {
-  return {1.0F, static_cast<float>(rest_length / (kMembraneModulus * kMembraneAreaPerLink))};
+using Links = std::vector<pbdsurg::MembraneLink>;
+
+void join(SurgicalScene& result, Organ first, Organ second, const Links& links) {
+  result.connections.join(
+      result.scene, body_of(first), body_of(second), links,
+      {.stiffness = kMembraneModulus * kMembraneAreaPerLink, .tear_stretch = kTearStretch});
 }
 
-std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Organ first, Organ second,
-                                                 double reach) {
-  const std::vector<pbdsurg::MembraneLink> links =
+Links link_surfaces(SurgicalScene& result, Organ first, Organ second, double reach) {
+  const Links links =
       pbdsurg::membrane_links(result.meshes[body_of(first)], result.meshes[body_of(second)], reach);
-  for (const pbdsurg::MembraneLink& link : links) {
-    result.scene.add_link({result.scene.body(body_of(first)).first_vertex + link.first,
-                           result.scene.body(body_of(second)).first_vertex + link.second,
-                           static_cast<float>(link.rest_length),
-                           membrane_stiffness(std::max(link.rest_length, 0.2e-3))});
-  }
+  join(result, first, second, links);
   return links;
 }
 
@@ -85,6 +83,7 @@ std::vector<pbdsurg::MembraneLink> link_surfaces(SurgicalScene& result, Organ fi
 void link_enclosed(SurgicalScene& result, Organ tube, Organ around, double reach) {
   const auto inner = result.meshes[body_of(tube)].positions();
   const auto outer = result.meshes[body_of(around)].positions();
+  Links links;
   for (std::size_t v = 0; v < inner.size(); ++v) {
     double nearest = reach;
     Index partner = pbdsurg::kInvalidIndex;
@@ -96,12 +95,10 @@ void link_enclosed(SurgicalScene& result, Organ tube, Organ around, double reach
       }
     }
     if (partner != pbdsurg::kInvalidIndex) {
-      result.scene.add_link({result.scene.body(body_of(tube)).first_vertex + static_cast<Index>(v),
-                             result.scene.body(body_of(around)).first_vertex + partner,
-                             static_cast<float>(nearest),
-                             membrane_stiffness(std::max(nearest, 0.2e-3))});
+      links.push_back({static_cast<Index>(v), partner, nearest});
     }
   }
+  join(result, tube, around, links);
 }
 
 }  // namespace
@@ -120,7 +117,7 @@ SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy) {
   fix_ends(result, Organ::cystic_artery, 2e-3, false);
   fix_ends(result, Organ::common_bile_duct, 3e-3, true);
 
-  const auto membrane = link_surfaces(result, Organ::gallbladder, Organ::liver, kMembraneReach);
+  const Links membrane = link_surfaces(result, Organ::gallbladder, Organ::liver, kMembraneReach);
   result.membrane = pbdsurg::membrane_sheet(anatomy.organs.at(Organ::gallbladder),
                                             anatomy.organs.at(Organ::liver), membrane);
   result.membrane_link_count = static_cast<Index>(result.scene.links().size());

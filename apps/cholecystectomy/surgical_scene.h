@@ -12,6 +12,7 @@
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
+#include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace cholecystectomy {
@@ -27,6 +28,7 @@ struct SurgicalScene {
   pbdsurg::Scene scene;
   std::vector<pbdsurg::TetMesh> meshes;            ///< [body]
   std::vector<pbdsurg::TissueProperties> tissues;  ///< [body]
+  pbdsurg::ConnectiveTissue connections;           ///< all links: strand i is link i
   pbdsurg::Index membrane_link_count = 0;          ///< links [0, n) join gallbladder and liver
   pbdsurg::MeshData membrane;                      ///< triangles between them: point i is on link i
 };

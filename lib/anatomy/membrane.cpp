@@ -24,9 +24,10 @@ using Eigen::Vector3d;
 
 constexpr double kMostFibres = 1e8;
 
-std::vector<Index> boundary_vertices(const TetMesh& mesh) {
+// Ascending.
+std::vector<Index> vertices_of(std::span<const BoundaryTriangle> triangles) {
   std::vector<Index> vertices;
-  for (const BoundaryTriangle& triangle : find_boundary(mesh.tets())) {
+  for (const BoundaryTriangle& triangle : triangles) {
     vertices.insert(vertices.end(), triangle.vertices.begin(), triangle.vertices.end());
   }
   std::sort(vertices.begin(), vertices.end());
@@ -118,9 +119,9 @@ std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& se
                                          double max_distance) {
   check_positive("the longest membrane link", max_distance, " m");
   const auto x = second.positions();
-  const PointCells cells(x, boundary_vertices(second), max_distance);
+  const PointCells cells(x, vertices_of(find_boundary(second.tets())), max_distance);
   std::vector<MembraneLink> links;
-  for (const Index v : boundary_vertices(first)) {
+  for (const Index v : vertices_of(find_boundary(first.tets()))) {
     const Vector3d& point = first.positions()[v];
     Index nearest = kInvalidIndex;
     double least = max_distance * max_distance;
@@ -155,7 +156,7 @@ std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& s
                           " on the first surface; there may be 1e8");
   }
 
-  const PointCells cells(y, boundary_vertices(second), options.max_distance);
+  const PointCells cells(y, vertices_of(end.triangles()), options.max_distance);
   // outwards from a triangle at v, against the surface at w, and through nothing
   const auto is_open = [&](const Vector3d& outwards, Index v, Index w) {
     const Vector3d way = y[w] - x[v];

@@ -204,7 +204,7 @@ Index ConnectiveTissue::join(Scene& scene, Index first, Index second,
   return first_strand;
 }
 
-// Also makes room: later the whole strands only become fewer, or again as many as they were.
+// Allocates in join() alone: later the whole strands are never more than they were then.
 void ConnectiveTissue::collect_whole(std::span<const Link> links) noexcept {
   whole_.clear();
   ends_.clear();
