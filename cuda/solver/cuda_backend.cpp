@@ -185,6 +185,10 @@ class CudaBackend final : public Backend {
   void take_over(const SolverData& data) {
     const Changes& changes = data.changes;
     words_.clear();
+    if (static_cast<std::size_t>(state_.arrays().count) != data.particles.size()) {
+      is_planned_ = false;
+      state_ = StateBuffers(data, stream_.get());
+    }
     if (!is_planned_ || !plan_.follow(data, changes, words_)) {
       words_.clear();
       make_plan(data);

@@ -134,18 +134,13 @@ class StagePlan::Builder {
   }
 
   void add_tubes() {
-    for (const Body& body : data_.bodies) {
-      if (body.material.model != ElasticModel::springs || has_volume_constraints(body)) {
-        continue;
+    for_each_tube_tet(data_, [&](Index t) {
+      if (data_.tet_alive[t]) {
+        const Tet places = data_.places_of(data_.tets[t]);
+        plan_.tubes_[t] = static_cast<Index>(records_.tubes.size());
+        records_.tubes.push_back({{places[0], places[1], places[2], places[3]}});
       }
-      for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-        if (data_.tet_alive[t]) {
-          const Tet places = data_.places_of(data_.tets[t]);
-          plan_.tubes_[t] = static_cast<Index>(records_.tubes.size());
-          records_.tubes.push_back({{places[0], places[1], places[2], places[3]}});
-        }
-      }
-    }
+    });
   }
 
  private:

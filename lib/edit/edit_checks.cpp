@@ -2,11 +2,14 @@
 #include "edit/edit_checks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 
+#include "edit/split_tets.h"
 #include "solver/scene_checks.h"
 #include "solver/vertex_method.h"
 
@@ -78,16 +81,174 @@ void check_rest_values(SolverData& data, const TopologyEdit& edit) {
   }
 }
 
+void check_new_vertices(const SolverData& data, const TopologyEdit& edit) {
+  const std::size_t count = data.particles.size();
+  if (count + edit.new_vertices.size() > static_cast<std::size_t>(kMostParticles)) {
+    throw InvalidArgument("with " + std::to_string(edit.new_vertices.size()) +
+                          " new vertices there would be more than " +
+                          std::to_string(kMostParticles));
+  }
+  for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
+    const NewVertex& vertex = edit.new_vertices[i];
+    const std::string what = name_of("new vertex", static_cast<Index>(count + i));
+    for (const Index v : {vertex.first, vertex.second}) {
+      if (v < 0 || static_cast<std::size_t>(v) >= count) {
+        throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                              "; ids must be in [0, " + std::to_string(count) + ")");
+      }
+      if (data.vertex_tets[v].empty()) {
+        throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                              ", which no tetrahedron has");
+      }
+    }
+    if (data.body_of_vertex(vertex.first) != data.body_of_vertex(vertex.second)) {
+      throw InvalidArgument(what + " lies between vertices " + std::to_string(vertex.first) +
+                            " and " + std::to_string(vertex.second) + " of different bodies");
+    }
+    if (!(vertex.share >= 0) || !(vertex.share <= 1)) {
+      throw InvalidArgument(what + ": the share is " + std::to_string(vertex.share) +
+                            "; it must be in [0, 1]");
+    }
+  }
+}
+
+// @param to  must be a copy of `from`, made by the edit
+void check_copy(const SolverData& data, const TopologyEdit& edit, const std::string& what,
+                Index from, Index to) {
+  const std::size_t first = data.particles.size();
+  const bool is_new = to >= 0 && static_cast<std::size_t>(to) >= first &&
+                      static_cast<std::size_t>(to) < first + edit.new_vertices.size();
+  const NewVertex vertex = is_new ? edit.new_vertices[to - static_cast<Index>(first)] : NewVertex{};
+  if (!is_new || vertex.first != from || vertex.second != from) {
+    throw InvalidArgument(what + " cannot move from vertex " + std::to_string(from) + " to " +
+                          std::to_string(to) + ", which is no new copy of it");
+  }
+}
+
+// Nothing moves twice.
+void check_moved_once(const char* what, std::vector<std::array<Index, 2>>& moved) {
+  std::ranges::sort(moved);
+  const auto twice = std::adjacent_find(moved.begin(), moved.end());
+  if (twice != moved.end()) {
+    throw InvalidArgument(name_of(what, (*twice)[0]) + " is moved twice from vertex " +
+                          std::to_string((*twice)[1]) + " in one edit");
+  }
+}
+
+void check_moves(const SolverData& data, const TopologyEdit& edit) {
+  std::vector<std::array<Index, 2>> moved;
+  for (const CornerMove& move : edit.corner_moves) {
+    std::vector<Index> id{move.tet};
+    check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+    const std::string what = name_of("tet", move.tet);
+    if (std::ranges::count(edit.remove_tets, move.tet) > 0) {
+      throw InvalidArgument(what + " is moved and removed by one edit");
+    }
+    if (std::ranges::count(data.tets[move.tet], move.from) == 0) {
+      throw InvalidArgument(what + " has no corner at vertex " + std::to_string(move.from));
+    }
+    check_copy(data, edit, what, move.from, move.to);
+    moved.push_back({move.tet, move.from});
+  }
+  check_moved_once("tet", moved);
+  moved.clear();
+  for (const LinkMove& move : edit.link_moves) {
+    std::vector<Index> id{move.link};
+    check_ids("link", id, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
+    const std::string what = name_of("link", move.link);
+    if (std::ranges::count(edit.remove_links, move.link) > 0) {
+      throw InvalidArgument(what + " is moved and removed by one edit");
+    }
+    const Link& link = data.links[move.link];
+    if (link.first != move.from && link.second != move.from) {
+      throw InvalidArgument(what + " has no end at vertex " + std::to_string(move.from));
+    }
+    check_copy(data, edit, what, move.from, move.to);
+    moved.push_back({move.link, move.from});
+  }
+  check_moved_once("link", moved);
+}
+
+void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
+  constexpr double kTolerance = 1e-4;            // of the parent's volume
+  std::vector<std::pair<Index, double>> filled;  // parent, part of its volume
+  for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
+    const NewTet& tet = edit.new_tets[i];
+    const std::string what = name_of("new tet", static_cast<Index>(data.tets.size() + i));
+    std::vector<Index> id{tet.parent};
+    check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+    const auto moves = [&](const CornerMove& move) { return move.tet == tet.parent; };
+    if (std::ranges::count(edit.remove_tets, tet.parent) > 0 ||
+        std::ranges::any_of(edit.corner_moves, moves)) {
+      throw InvalidArgument(what + ": its parent, tet " + std::to_string(tet.parent) +
+                            ", is moved or removed by the same edit");
+    }
+    const auto end = static_cast<Index>(data.particles.size() + edit.new_vertices.size());
+    if (std::ranges::any_of(tet.vertices, [&](Index v) { return v < 0 || v >= end; })) {
+      throw InvalidArgument(what + " refers to a vertex that does not exist; ids must be in [0, " +
+                            std::to_string(end) + ")");
+    }
+    const auto shares = find_shares(data, edit, tet, static_cast<Index>(data.particles.size()));
+    if (!shares) {
+      throw InvalidArgument(what + " has a vertex that is neither a corner of tet " +
+                            std::to_string(tet.parent) + " nor on an edge of it");
+    }
+    const double share = volume_share(*shares);
+    if (!(share > kTolerance * kTolerance)) {
+      throw InvalidArgument(what + " has " + std::to_string(share) + " of the volume of tet " +
+                            std::to_string(tet.parent) + "; it must be positive");
+    }
+    filled.emplace_back(tet.parent, share);
+  }
+  std::ranges::stable_sort(filled, {}, &std::pair<Index, double>::first);
+  for (auto first = filled.begin(); first != filled.end();) {
+    double sum = 0;
+    const Index parent = first->first;
+    for (; first != filled.end() && first->first == parent; ++first) {
+      sum += first->second;
+    }
+    if (!(std::abs(sum - 1) <= kTolerance)) {
+      throw InvalidArgument("new tets fill " + std::to_string(sum) + " of tet " +
+                            std::to_string(parent) + "; they must fill it");
+    }
+  }
+}
+
+// Each new vertex must have tissue.
+void check_use_of_new_vertices(const SolverData& data, const TopologyEdit& edit) {
+  const auto first = static_cast<Index>(data.particles.size());
+  std::vector<bool> is_used(edit.new_vertices.size(), false);
+  const auto use = [&](Index v) {
+    if (v >= first) {
+      is_used[v - first] = true;
+    }
+  };
+  for (const CornerMove& move : edit.corner_moves) {
+    use(move.to);
+  }
+  for (const NewTet& tet : edit.new_tets) {
+    std::ranges::for_each(tet.vertices, use);
+  }
+  const auto unused = std::ranges::find(is_used, false);
+  if (unused != is_used.end()) {
+    throw InvalidArgument(
+        name_of("new vertex", first + static_cast<Index>(unused - is_used.begin())) +
+        " would have no tetrahedron");
+  }
+}
+
 // @param stopping  ascending
 void check_new_links(const SolverData& data, const TopologyEdit& edit,
                      std::span<const Index> stopping) {
+  const auto vertex_count = static_cast<Index>(data.particles.size());
   for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
     const Link& link = edit.new_links[i];
     const std::string what = name_of("link", static_cast<Index>(data.links.size() + i));
-    check_link(what, link, static_cast<Index>(data.particles.size()));
+    check_link(what, link, vertex_count + static_cast<Index>(edit.new_vertices.size()));
     check_vertex_link(data.options, what, link);
     for (const Index v : {link.first, link.second}) {
-      if (!(data.vertex_masses[v] > 0) || std::ranges::binary_search(stopping, v)) {
+      if (v < vertex_count &&
+          (!(data.vertex_masses[v] > 0) || std::ranges::binary_search(stopping, v))) {
         throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
                               ", which has no tissue left to hold it");
       }
@@ -98,32 +259,45 @@ void check_new_links(const SolverData& data, const TopologyEdit& edit,
 }  // namespace
 
 void check_edit(SolverData& data, const TopologyEdit& edit) {
-  if (!edit.new_vertices.empty() || !edit.corner_moves.empty() || !edit.link_moves.empty() ||
-      !edit.new_tets.empty()) {
-    throw InvalidArgument("under construction on this branch");
-  }
   check_removals(data, edit);
   check_rest_values(data, edit);
+  check_new_vertices(data, edit);
+  check_moves(data, edit);
+  check_new_tets(data, edit);
+  check_use_of_new_vertices(data, edit);
   find_stopping(data, edit, data.edit_buffer);
   check_new_links(data, edit, data.edit_buffer);
 }
 
 void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector<Index>& vertices) {
   vertices.clear();
-  for (const Index t : edit.remove_tets) {
-    vertices.insert(vertices.end(), data.tets[t].begin(), data.tets[t].end());
+  const auto add_corners = [&](Index tet) {
+    vertices.insert(vertices.end(), data.tets[tet].begin(), data.tets[tet].end());
+  };
+  std::ranges::for_each(edit.remove_tets, add_corners);
+  for (const CornerMove& move : edit.corner_moves) {
+    vertices.push_back(move.from);
   }
+  std::vector<Index> parents, kept;
+  for (const NewTet& tet : edit.new_tets) {
+    parents.push_back(tet.parent);
+    kept.insert(kept.end(), tet.vertices.begin(), tet.vertices.end());
+  }
+  std::ranges::sort(parents);
+  parents.erase(std::unique(parents.begin(), parents.end()), parents.end());
+  std::ranges::for_each(parents, add_corners);
+  std::ranges::sort(kept);
   std::ranges::sort(vertices);
-  auto kept = vertices.begin();
+  auto stopping = vertices.begin();
   for (auto first = vertices.begin(); first != vertices.end();) {
     const auto last = std::upper_bound(first, vertices.end(), *first);
     const auto lost = static_cast<std::size_t>(last - first);
-    if (lost == data.vertex_tets[*first].size()) {
-      *kept++ = *first;
+    if (lost == data.vertex_tets[*first].size() && !std::ranges::binary_search(kept, *first)) {
+      *stopping++ = *first;
     }
     first = last;
   }
-  vertices.erase(kept, vertices.end());
+  vertices.erase(stopping, vertices.end());
 }
 
 }  // namespace pbdsurg

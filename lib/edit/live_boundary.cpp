@@ -7,11 +7,19 @@ std::vector<BoundaryTriangle> find_live_boundary(const Solver& solver, Index bod
   const Body& where = solver.body(body);
   std::vector<Tet> live;
   std::vector<Index> ids;
-  for (Index t = where.first_tet; t < where.first_tet + where.tet_count; ++t) {
-    if (solver.is_tet_alive(t)) {
+  const auto add = [&](Index t) {
+    if (solver.is_tet_alive(t) && solver.body_of_tet(t) == body) {
       live.push_back(solver.tets()[t]);
       ids.push_back(t);
     }
+  };
+  for (Index t = where.first_tet; t < where.first_tet + where.tet_count; ++t) {
+    add(t);
+  }
+  const Body& last = solver.bodies().back();
+  for (Index t = last.first_tet + last.tet_count; t < static_cast<Index>(solver.tets().size());
+       ++t) {
+    add(t);
   }
   std::vector<BoundaryTriangle> boundary = find_boundary(live);
   for (BoundaryTriangle& triangle : boundary) {

@@ -7,6 +7,9 @@
 
 #include "edit/edit_checks.h"
 #include "edit/fingerprint.h"
+#include "edit/part_tissue.h"
+#include "edit/removal.h"
+#include "edit/split_tets.h"
 #include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
@@ -41,69 +44,6 @@ void set_rest_volume(SolverData& data, const RestVolumeChange& change) {
   set_vertex_rest_volume(data, change.tet, change.rest_volume);
 }
 
-void remove_link(SolverData& data, Index link, EditResult& result) {
-  const Index distance = data.distance_ids.of_link(link);
-  data.distances.remove(distance);
-  data.log_constraint(PhaseKind::distance, distance);
-  remove_vertex_spring(data, distance);
-  data.vertex_links.erase(data.links[link].first, link);
-  data.vertex_links.erase(data.links[link].second, link);
-  data.journal.links.push_back(link);
-  result.links.push_back(link);
-}
-
-void remove_tet(SolverData& data, Index t, EditResult& result) {
-  data.tet_alive[t] = false;
-  data.journal.tets.push_back(t);
-  data.log_tet(t);
-  remove_vertex_tet(data, t);
-  result.tets.push_back(t);
-  for (const Index edge : data.tet_edges[t]) {
-    if (--data.edge_tets[edge] == 0) {
-      const Index distance = data.distance_ids.of_edge(edge);
-      if (data.distances.is_alive(distance)) {
-        data.distances.remove(distance);
-        data.log_constraint(PhaseKind::distance, distance);
-      }
-      if (data.strain_limits.is_alive(edge)) {
-        data.strain_limits.remove(edge);
-        data.log_constraint(PhaseKind::strain_limit, edge);
-      }
-      remove_vertex_spring(data, distance);
-      result.edges.push_back(edge);
-    }
-  }
-  if (data.volumes.is_alive(t)) {
-    data.remove_volume(t);
-  }
-  if (data.neo_hookeans.is_alive(t)) {
-    data.neo_hookeans.remove(t);
-    data.log_constraint(PhaseKind::neo_hookean, t);
-  }
-  for (const Index v : data.tets[t]) {
-    data.vertex_tets.erase(v, t);
-    if (data.vertex_tets[v].empty()) {
-      data.set_mass(v, 0);
-      result.vertices.push_back(v);
-    } else {
-      data.set_mass(v, data.vertex_masses[v] - data.tet_masses[t] / 4);
-    }
-  }
-}
-
-// Links and tools let go of vertices without tissue.
-void release_vertices(SolverData& data, EditResult& result) {
-  if (result.vertices.empty()) {
-    return;
-  }
-  for (const Index v : result.vertices) {
-    while (!data.vertex_links[v].empty()) {
-      remove_link(data, data.vertex_links[v].front(), result);
-    }
-  }
-  data.release_dead_vertices();
-}
-
 void clear(EditResult& result) {
   for (std::vector<Index>* const ids :
        {&result.tets, &result.edges, &result.links, &result.vertices}) {
@@ -129,6 +69,10 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
     participant->validate(solver, edit);
   }
 
+  for (Index copy = 0; copy < data.copy_count() && !edit.new_vertices.empty(); ++copy) {
+    data.fetch_state(copy);
+    data.changes.state[copy] = true;
+  }
   find_stopping(data, edit, data.edit_buffer);
   data.begin_edit(data.edit_buffer);
   clear(result);
@@ -145,14 +89,20 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   for (const Index link : edit.remove_links) {
     remove_link(data, link, result);
   }
+  for (const NewVertex& vertex : edit.new_vertices) {
+    add_vertex(data, vertex.first, vertex.second, vertex.share);
+  }
+  move_links(data, edit);
   for (const Index t : edit.remove_tets) {
     remove_tet(data, t, result);
   }
+  move_corners(data, edit, result);
+  replace_parents(data, edit, result);
   release_vertices(data, result);
   for (const Link& link : edit.new_links) {
     add_link(data, link);
   }
-  if (edit.new_links.empty()) {
+  if (edit.new_vertices.empty() && edit.new_tets.empty() && edit.new_links.empty()) {
     refresh_vertices(data);
   } else {
     finish_growth(data);

@@ -96,6 +96,16 @@ class ConstraintSlots {
     fill_idle_lanes(group);
   }
 
+  void set_places(Index id, const std::array<Index, Constraint::kVertexCount>& places) {
+    Record changed = record(id);
+    remember(id);
+    changed.places = places;
+    const auto [block, lane] = place_of(id);
+    Group& group = groups_[group_of(id)];
+    put(group.blocks[block], lane, changed);
+    fill_idle_lanes(group);
+  }
+
   void remove(Index id) {
     remember(id);
     take_out(id);

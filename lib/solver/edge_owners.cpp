@@ -38,12 +38,14 @@ EdgeOwners::EdgeOwners(std::span<const Body> bodies, Index edge_count,
 void EdgeOwners::hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
                            const ConstraintSlots<VolumeConstraint>& volumes) {
   journal_.push_back({edge, owners_[edge]});
+  owners_[edge] = kInvalidIndex;
   auto fewest = std::numeric_limits<std::ptrdiff_t>::max();
   for (const Index tet : tets_around_[edge]) {
     const auto& edges = tet_edges[tet];
     const auto owned =
         std::count_if(edges.begin(), edges.end(), [&](Index e) { return owners_[e] == tet; });
-    if (volumes.is_alive(tet) && owned < fewest) {
+    const bool has_edge = std::ranges::find(edges, edge) != edges.end();  // it may have moved away
+    if (volumes.is_alive(tet) && has_edge && owned < fewest) {
       fewest = owned;
       owners_[edge] = tet;
     }

@@ -23,7 +23,8 @@ inline bool has_volume_constraints(const Body& body) noexcept {
 }
 
 /// Each live edge of a body with volume constraints is owned by a live tetrahedron around it; other
-/// edges have no owner. Made by default, it is that of a separate plan: no edge has one.
+/// edges have no owner, nor do those that came with edits, or have only tetrahedra that did. Made
+/// by default, it is that of a separate plan: no edge has one.
 class EdgeOwners {
  public:
   EdgeOwners() = default;
@@ -35,11 +36,12 @@ class EdgeOwners {
 
   /// Tetrahedron, or kInvalidIndex.
   [[nodiscard]] Index operator[](Index edge) const noexcept {
-    return owners_.empty() ? kInvalidIndex : owners_[edge];
+    return edge < static_cast<Index>(owners_.size()) ? owners_[edge] : kInvalidIndex;
   }
 
   /// Gives a live edge to the live tetrahedron around it that owns fewest edges, because a phase
-  /// lasts as long as its busiest tetrahedron. Cost: proportional to the tetrahedra around it.
+  /// lasts as long as its busiest tetrahedron; to none if there is none of the scene any more.
+  /// Cost: proportional to the tetrahedra around it.
   /// @param volumes  those of live tetrahedra
   void hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
                  const ConstraintSlots<VolumeConstraint>& volumes);

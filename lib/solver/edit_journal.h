@@ -4,12 +4,14 @@
 /// @file
 /// What the last edit did, so that it can be taken back.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/step_plan.h"
 
 #include "solver/particle.h"
@@ -31,27 +33,51 @@ struct EditJournal {
     Attachment attachment;
   };
 
-  bool is_open = false;                  ///< the edit was not taken back, and none is under way
-  std::uint64_t fingerprint = 0;         ///< of the edit and its result
-  std::uint64_t version_before = 0;      ///< of the topology
-  std::size_t link_count = 0;            ///< before
+  struct Shape {
+    Index tet;
+    Tet vertices;
+    std::array<Index, 6> edges;
+  };
+  struct Count {
+    Index edge, count;
+  };
+  struct Ends {
+    Index id;
+    Index first, second;
+  };
+  /// Of the lists of tetrahedra or links at a vertex.
+  struct Entry {
+    Index vertex, id;
+    bool was_added;
+  };
+
+  bool is_open = false;              ///< the edit was not taken back, and none is under way
+  bool is_growth = false;            ///< it added constraints, or gave some other vertices
+  std::uint64_t fingerprint = 0;     ///< of the edit and its result
+  std::uint64_t version_before = 0;  ///< of the topology
+  std::size_t vertex_count = 0, tet_count = 0, edge_count = 0, link_count = 0;  ///< before
   std::vector<PhaseKind> opened_groups;  ///< of constraints, by their kind
   std::vector<Index> tets;               ///< removed
-  std::vector<Index> links;              ///< removed
-  std::vector<Mass> masses;              ///< before each change
-  std::vector<Index> stopped;            ///< places of vertices that lost their last tetrahedron
-  std::vector<VertexMotion> motions;     ///< [copy][stopped]
-  std::vector<Release> releases;         ///< by tools of vertices without tissue
+  std::vector<Shape> shapes;             ///< before each change
+  std::vector<Count> edge_tets;          ///< before each change
+  std::vector<Ends> edges, links;        ///< before each change
+  std::vector<Entry> tet_entries, link_entries;
+  std::vector<Mass> masses;           ///< before each change
+  std::vector<Index> stopped;         ///< places of vertices that lost their last tetrahedron
+  std::vector<VertexMotion> motions;  ///< [copy][stopped]
+  std::vector<Release> releases;      ///< by tools of vertices without tissue
 
   /// The vertex-block method's before constraints were added, which lays its rows out anew.
   std::optional<VertexMethod> before_growth;
 
   /// Bytes in use.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return (tets.capacity() + links.capacity()) * sizeof(Index) +
-           (before_growth ? before_growth->blocks.memory_bytes() : 0) +
-           masses.capacity() * sizeof(Mass) + stopped.capacity() * sizeof(Index) +
-           motions.capacity() * sizeof(VertexMotion) + releases.capacity() * sizeof(Release);
+    const auto bytes_of = [](const auto&... lists) {
+      return (... + (lists.capacity() * sizeof(lists[0])));
+    };
+    return (before_growth ? before_growth->blocks.memory_bytes() : 0) +
+           bytes_of(opened_groups, tets, shapes, edge_tets, edges, links, tet_entries, link_entries,
+                    masses, stopped, motions, releases);
   }
 };
 

@@ -119,6 +119,77 @@ Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> v
   return open_group(data, kind);
 }
 
+void add_vertex(SolverData& data, Index first, Index second, float share) {
+  const Index a = data.place_of_vertex[first];
+  const Index b = data.place_of_vertex[second];
+  const bool is_fixed = data.particles[a].w == 0 && data.particles[b].w == 0;
+  const auto between = [&](float from, float to) { return from + share * (to - from); };
+  const auto place = static_cast<Index>(data.particles.size());
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    CopyState& state = data.copy(i);
+    const Particle p = state.particles[a], q = state.particles[b];
+    const Velocity v = state.velocities[a], w = state.velocities[b];
+    // the mass that sets its inverse mass comes with tetrahedra
+    state.particles.push_back(
+        {between(p.x, q.x), between(p.y, q.y), between(p.z, q.z), is_fixed ? 0.0F : 1.0F});
+    state.velocities.push_back({between(v.x, w.x), between(v.y, w.y), between(v.z, w.z)});
+    if (!state.falling.empty()) {
+      state.falling.push_back(between(state.falling[a], state.falling[b]));
+    }
+  }
+  data.previous.push_back(data.particles.back());
+  data.place_of_vertex.push_back(place);
+  data.vertex_masses.push_back(0);
+  data.later_vertex_bodies.push_back(data.body_of_vertex(first));
+  data.vertex_tets.resize(place + 1);
+  data.vertex_links.resize(place + 1);
+}
+
+Index add_edge(SolverData& data, const Edge& ends) {
+  data.edges.push_back(ends);
+  data.edge_tets.push_back(0);
+  data.distance_ids.add_edge();
+  data.distances.set_id_count(static_cast<std::size_t>(data.distance_ids.count()));
+  data.strain_limits.set_id_count(data.edges.size());
+  return static_cast<Index>(data.edges.size()) - 1;
+}
+
+EdgeNumbers numbers_of(const SolverData& data, Index edge) {
+  EdgeNumbers numbers;
+  const Index distance = data.distance_ids.of_edge(edge);
+  if (data.distances.is_alive(distance)) {
+    numbers.distance = data.distances.record(distance).parameters;
+  }
+  if (data.strain_limits.is_alive(edge)) {
+    numbers.limit = data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+  }
+  return numbers;
+}
+
+void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbers) {
+  const Edge& ends = data.edges[edge];
+  if (numbers.distance) {
+    const Index group = find_free_group(data, PhaseKind::distance, ends);
+    data.distances.add(data.distance_ids.of_edge(edge), group,
+                       {data.places_of(ends), *numbers.distance});
+  }
+  if (numbers.limit) {
+    const Index group = find_free_group(data, PhaseKind::strain_limit, ends);
+    data.strain_limits.add(edge, group, {data.places_of(ends), {*numbers.limit}});
+  }
+}
+
+Index add_tet(SolverData& data, const Tet& vertices, Index body, double mass) {
+  data.tets.push_back(vertices);
+  data.tet_edges.emplace_back();
+  data.tet_alive.push_back(true);
+  data.tet_masses.push_back(mass);
+  data.later_tet_bodies.push_back(body);
+  data.volumes.set_id_count(data.tets.size());
+  data.neo_hookeans.set_id_count(data.tets.size());
+  return static_cast<Index>(data.tets.size()) - 1;
+}
+
 void add_link(SolverData& data, const Link& link) {
   const Edge ends{link.first, link.second};
   const Index id = static_cast<Index>(data.links.size());
@@ -129,30 +200,65 @@ void add_link(SolverData& data, const Link& link) {
   data.distances.add(distance, group,
                      {data.places_of(ends),
                       {link.rest_length, stiffness_in(data.options.mode, link.stiffness), 0}});
-  for (const Index v : ends) {
-    data.vertex_links.insert(v, id);
-  }
+  data.add_link_at(link.first, id);
+  data.add_link_at(link.second, id);
 }
 
 void finish_growth(SolverData& data) {
-  data.changes.grown = data.backend->keeps_state();
+  data.log_growth();
+  if (data.backend->keeps_state()) {
+    // tables of tools follow the number of vertices
+    data.changes.tools = data.changes.tools || data.particles.size() > data.journal.vertex_count;
+  } else {
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      for (ToolState& tool : data.copy(i).tools) {  // no step allocates
+        tool.contacts.reserve(std::min(data.particles.size(),
+                                       static_cast<std::size_t>(data.options.contact_capacity)));
+      }
+    }
+  }
   regrow_vertices(data);
 }
 
 void undo_growth(SolverData& data) {
   EditJournal& journal = data.journal;
-  for (std::size_t l = data.links.size(); l-- > journal.link_count;) {
-    for (const Index v : {data.links[l].first, data.links[l].second}) {
-      data.vertex_links.erase(v, static_cast<Index>(l));
+  data.log_growth();
+  if (data.particles.size() > journal.vertex_count) {
+    data.later_vertex_bodies.resize(data.later_vertex_bodies.size() -
+                                    (data.particles.size() - journal.vertex_count));
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& state = data.copy(i);
+      state.particles.resize(journal.vertex_count);
+      state.velocities.resize(journal.vertex_count);
+      state.falling.resize(state.falling.empty() ? 0 : journal.vertex_count);
     }
+    data.previous.resize(journal.vertex_count);
+    data.place_of_vertex.resize(journal.vertex_count);
+    data.vertex_masses.resize(journal.vertex_count);
+    data.vertex_tets.resize(static_cast<Index>(journal.vertex_count));
+    data.vertex_links.resize(static_cast<Index>(journal.vertex_count));
+    data.changes.tools = true;
+    std::erase_if(data.changes.vertices, [&](Index place) {
+      return static_cast<std::size_t>(place) >= journal.vertex_count;
+    });
   }
+  data.later_tet_bodies.resize(data.later_tet_bodies.size() -
+                               (data.tets.size() - journal.tet_count));
+  data.tets.resize(journal.tet_count);
+  data.tet_edges.resize(journal.tet_count);
+  data.tet_alive.resize(journal.tet_count);
+  data.tet_masses.resize(journal.tet_count);
+  data.volumes.set_id_count(journal.tet_count);
+  data.neo_hookeans.set_id_count(journal.tet_count);
+  data.edges.resize(journal.edge_count);
+  data.edge_tets.resize(journal.edge_count);
   data.links.resize(journal.link_count);
-  data.distance_ids.shrink(data.edges.size(), data.links.size());
+  data.strain_limits.set_id_count(journal.edge_count);
+  data.distance_ids.shrink(journal.edge_count, journal.link_count);
   data.distances.set_id_count(static_cast<std::size_t>(data.distance_ids.count()));
   for (; !journal.opened_groups.empty(); journal.opened_groups.pop_back()) {
     close_group(data, journal.opened_groups.back());
   }
-  data.changes.grown = data.backend->keeps_state();
 }
 
 void reserve_spare_room(SolverData& data) {

@@ -4,6 +4,7 @@
 /// @file
 /// What edits add to a solver's data.
 
+#include <optional>
 #include <span>
 
 #include "pbdsurg/core/types.h"
@@ -20,11 +21,37 @@ namespace pbdsurg {
 /// @param kind  distance, volume, neo_hookean or strain_limit
 Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> vertices);
 
+/// Adds a vertex to all copies that moves as the point on a segment, without mass yet. It is fixed
+/// if both ends are.
+/// @param share  of the way from `first` to `second`
+void add_vertex(SolverData& data, Index first, Index second, float share);
+
+/// Adds an edge that follows the others, without tetrahedra and constraints yet.
+/// @return  its id
+Index add_edge(SolverData& data, const Edge& ends);
+
+/// What pulls an edge: the numbers of its constraints, where it has such.
+struct EdgeNumbers {
+  std::optional<std::array<float, DistanceConstraint::kParameterCount>> distance;
+  std::optional<float> limit;
+};
+[[nodiscard]] EdgeNumbers numbers_of(const SolverData& data, Index edge);
+
+/// Gives an edge its constraints, once tetrahedra have it.
+void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbers);
+
+/// Adds a live tetrahedron that follows the others, without edges, vertices' lists, mass at its
+/// vertices and constraints yet.
+/// @param mass  kg
+/// @return      its id
+Index add_tet(SolverData& data, const Tet& vertices, Index body, double mass);
+
 /// Adds a link that follows the others, with its constraint.
 void add_link(SolverData& data, const Link& link);
 
-/// After an edit that added constraints: tells backends, and rebuilds the rows of the vertex-block
-/// method. Cost: O(vertex_count) for a backend that keeps the state, or for that method.
+/// After an edit that added anything, or gave constraints other vertices: tells backends, and
+/// rebuilds the rows of the vertex-block method. Cost: O(vertex_count) for a backend that keeps the
+/// state, or for that method.
 void finish_growth(SolverData& data);
 
 /// Takes back what the edit at hand added; constraints have gone already.

@@ -9,12 +9,16 @@ namespace {
 
 using Record = ConstraintRecord<NeoHookeanConstraint>;
 
-double exact_rest_volume(const Record& record) noexcept {
+Eigen::Matrix3d inverse_shape(const Record& record) noexcept {
   Eigen::Matrix3d inverse;
   for (int i = 0; i < 9; ++i) {
     inverse(i / 3, i % 3) = record.parameters[NeoHookeanConstraint::kInverseShape + i];
   }
-  return 1 / (6 * inverse.determinant());
+  return inverse;
+}
+
+double exact_rest_volume(const Record& record) noexcept {
+  return 1 / (6 * inverse_shape(record).determinant());
 }
 
 }  // namespace
@@ -39,6 +43,23 @@ Record make_neo_hookean(std::span<const Eigen::Vector3d> positions, const Tet& t
       static_cast<float>(1 / (1 - 2 * double{material.poissons_ratio}));
   record.parameters[NeoHookeanConstraint::kDamping] = material.damping;
   return record;
+}
+
+Eigen::Matrix3d rest_sides(const Record& record) {
+  return inverse_shape(record).inverse();
+}
+
+Record make_part(const Record& whole, const Eigen::Matrix3d& sides, const Tet& places) {
+  const Eigen::Matrix3d inverse = sides.inverse() * inverse_shape(whole);
+  Record part = whole;
+  part.places = places;
+  for (int i = 0; i < 9; ++i) {
+    part.parameters[NeoHookeanConstraint::kInverseShape + i] =
+        static_cast<float>(inverse(i / 3, i % 3));
+  }
+  part.parameters[NeoHookeanConstraint::kStiffness] =
+      static_cast<float>(whole.parameters[NeoHookeanConstraint::kStiffness] * sides.determinant());
+  return part;
 }
 
 float rest_volume(const Record& record) noexcept {

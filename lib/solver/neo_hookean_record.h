@@ -22,6 +22,16 @@ ConstraintRecord<NeoHookeanConstraint> make_neo_hookean(std::span<const Eigen::V
                                                         const Tet& tet, const Tet& places,
                                                         const Material& material);
 
+/// m, the sides from its first vertex at rest, in columns.
+[[nodiscard]] Eigen::Matrix3d rest_sides(const ConstraintRecord<NeoHookeanConstraint>& record);
+
+/// Of a tetrahedron with the same material inside of another.
+/// @param sides  its sides from its first vertex, in columns, in terms of those of the other
+/// @param places  of its vertices
+[[nodiscard]] ConstraintRecord<NeoHookeanConstraint> make_part(
+    const ConstraintRecord<NeoHookeanConstraint>& whole, const Eigen::Matrix3d& sides,
+    const Tet& places);
+
 /// m^3
 float rest_volume(const ConstraintRecord<NeoHookeanConstraint>& record) noexcept;
 

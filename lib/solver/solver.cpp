@@ -662,6 +662,16 @@ const Body& Solver::body(Index index) const {
   return data_->bodies[index];
 }
 
+Index Solver::body_of_vertex(Index vertex) const {
+  check_id("vertex", vertex, data_->particles.size());
+  return data_->body_of_vertex(vertex);
+}
+
+Index Solver::body_of_tet(Index tet) const {
+  check_id("tet", tet, data_->tets.size());
+  return data_->body_of_tet(tet);
+}
+
 std::span<const Tet> Solver::tets() const noexcept {
   return data_->tets;
 }

@@ -141,15 +141,98 @@ Index SolverData::joint_group_of(Index edge) const noexcept {
   return joint_group(volumes.group_of(owner), static_cast<Index>(place - edges_of_owner.begin()));
 }
 
+void SolverData::set_tet(Index tet, const Tet& vertices, const std::array<Index, 6>& edges_of_tet) {
+  journal.shapes.push_back({tet, tets[tet], tet_edges[tet]});
+  tets[tet] = vertices;
+  tet_edges[tet] = edges_of_tet;
+}
+
+void SolverData::set_edge_tets(Index edge, Index count) {
+  journal.edge_tets.push_back({edge, edge_tets[edge]});
+  edge_tets[edge] = count;
+}
+
+void SolverData::set_edge(Index edge, const Edge& ends) {
+  journal.edges.push_back({edge, edges[edge][0], edges[edge][1]});
+  edges[edge] = ends;
+}
+
+void SolverData::set_link(Index link, Index first, Index second) {
+  journal.links.push_back({link, links[link].first, links[link].second});
+  links[link].first = first;
+  links[link].second = second;
+}
+
+void SolverData::add_tet_at(Index vertex, Index tet) {
+  journal.tet_entries.push_back({vertex, tet, true});
+  vertex_tets.insert(vertex, tet);
+}
+
+void SolverData::remove_tet_at(Index vertex, Index tet) {
+  journal.tet_entries.push_back({vertex, tet, false});
+  vertex_tets.erase(vertex, tet);
+}
+
+void SolverData::add_link_at(Index vertex, Index link) {
+  journal.link_entries.push_back({vertex, link, true});
+  vertex_links.insert(vertex, link);
+}
+
+void SolverData::remove_link_at(Index vertex, Index link) {
+  journal.link_entries.push_back({vertex, link, false});
+  vertex_links.erase(vertex, link);
+}
+
+Index SolverData::body_of_vertex(Index vertex) const noexcept {
+  const Index later =
+      vertex - static_cast<Index>(place_of_vertex.size() - later_vertex_bodies.size());
+  if (later >= 0) {
+    return later_vertex_bodies[later];
+  }
+  const auto after = std::ranges::upper_bound(bodies, vertex, {}, &Body::first_vertex);
+  return static_cast<Index>(after - bodies.begin()) - 1;
+}
+
+Index SolverData::body_of_tet(Index tet) const noexcept {
+  const Index later = tet - static_cast<Index>(tets.size() - later_tet_bodies.size());
+  if (later >= 0) {
+    return later_tet_bodies[later];
+  }
+  const auto after = std::ranges::upper_bound(bodies, tet, {}, &Body::first_tet);
+  return static_cast<Index>(after - bodies.begin()) - 1;
+}
+
+void SolverData::remove_edge(Index edge) {
+  const Index distance = distance_ids.of_edge(edge);
+  if (distances.is_alive(distance)) {
+    distances.remove(distance);
+    log_constraint(PhaseKind::distance, distance);
+  }
+  if (strain_limits.is_alive(edge)) {
+    strain_limits.remove(edge);
+    log_constraint(PhaseKind::strain_limit, edge);
+  }
+  remove_vertex_spring(*this, distance);
+}
+
+void SolverData::hand_over(Index edge) {
+  const Index distance = distance_ids.of_edge(edge);
+  edge_owners.hand_over(edge, tet_edges, volumes);
+  const bool is_alone = edge_owners[edge] == kInvalidIndex;
+  if (is_alone) {
+    log_growth();
+  }
+  distances.move(distance, is_alone ? find_free_group(*this, PhaseKind::distance, edges[edge])
+                                    : joint_group_of(edge));
+  log_constraint(PhaseKind::distance, distance);
+}
+
 void SolverData::remove_volume(Index tet) {
   volumes.remove(tet);
   log_constraint(PhaseKind::volume, tet);
   for (const Index edge : tet_edges[tet]) {
-    const Index distance = distance_ids.of_edge(edge);
-    if (edge_owners[edge] == tet && distances.is_alive(distance)) {
-      edge_owners.hand_over(edge, tet_edges, volumes);
-      distances.move(distance, joint_group_of(edge));
-      log_constraint(PhaseKind::distance, distance);
+    if (edge_owners[edge] == tet && distances.is_alive(distance_ids.of_edge(edge))) {
+      hand_over(edge);
     }
   }
 }
@@ -177,12 +260,26 @@ void SolverData::release_dead_vertices() {
   }
 }
 
+void SolverData::log_growth() {
+  journal.is_growth = true;
+  changes.grown = changes.grown || backend->keeps_state();
+}
+
 void SolverData::begin_edit(std::span<const Index> stopping) {
   journal.is_open = false;
+  journal.is_growth = false;
+  journal.vertex_count = particles.size();
+  journal.tet_count = tets.size();
+  journal.edge_count = edges.size();
   journal.link_count = links.size();
   journal.opened_groups.clear();
   journal.tets.clear();
+  journal.shapes.clear();
+  journal.edge_tets.clear();
+  journal.edges.clear();
   journal.links.clear();
+  journal.tet_entries.clear();
+  journal.link_entries.clear();
   journal.before_growth.reset();
   journal.masses.clear();
   journal.releases.clear();
@@ -212,8 +309,10 @@ void SolverData::end_edit(std::uint64_t fingerprint) {
 }
 
 void SolverData::undo_edit() {
-  for (Index i = 0; i < copy_count() && !journal.stopped.empty(); ++i) {
+  const bool changes_state = !journal.stopped.empty() || particles.size() > journal.vertex_count;
+  for (Index i = 0; i < copy_count() && changes_state; ++i) {
     fetch_state(i);
+    changes.state[i] = true;
   }
   journal.is_open = false;  // nothing fails from here on
   const auto log_as = [&](PhaseKind kind) {
@@ -224,29 +323,48 @@ void SolverData::undo_edit() {
   neo_hookeans.undo(log_as(PhaseKind::neo_hookean));
   strain_limits.undo(log_as(PhaseKind::strain_limit));
   edge_owners.undo();
-  if (links.size() > journal.link_count) {
-    undo_growth(*this);
-  }
-  undo_vertices(*this);
   for (const Index t : journal.tets) {
     tet_alive[t] = true;
     log_tet(t);
-    for (const Index edge : tet_edges[t]) {
-      ++edge_tets[edge];
-    }
-    for (const Index v : tets[t]) {
-      vertex_tets.insert(v, t);
-    }
   }
-  for (const Index link : journal.links) {
-    vertex_links.insert(links[link].first, link);
-    vertex_links.insert(links[link].second, link);
+  for (; !journal.shapes.empty(); journal.shapes.pop_back()) {
+    const EditJournal::Shape& before = journal.shapes.back();
+    tets[before.tet] = before.vertices;
+    tet_edges[before.tet] = before.edges;
   }
+  for (; !journal.edge_tets.empty(); journal.edge_tets.pop_back()) {
+    edge_tets[journal.edge_tets.back().edge] = journal.edge_tets.back().count;
+  }
+  for (; !journal.edges.empty(); journal.edges.pop_back()) {
+    const EditJournal::Ends& before = journal.edges.back();
+    edges[before.id] = {before.first, before.second};
+  }
+  for (; !journal.links.empty(); journal.links.pop_back()) {
+    const EditJournal::Ends& before = journal.links.back();
+    links[before.id].first = before.first;
+    links[before.id].second = before.second;
+  }
+  const auto undo_entries = [](std::vector<EditJournal::Entry>& entries, VertexLists& lists) {
+    for (; !entries.empty(); entries.pop_back()) {
+      const EditJournal::Entry& entry = entries.back();
+      if (entry.was_added) {
+        lists.erase(entry.vertex, entry.id);
+      } else {
+        lists.insert(entry.vertex, entry.id);
+      }
+    }
+  };
+  undo_entries(journal.tet_entries, vertex_tets);
+  undo_entries(journal.link_entries, vertex_links);
   for (; !journal.masses.empty(); journal.masses.pop_back()) {
     const EditJournal::Mass& before = journal.masses.back();
     vertex_masses[before.vertex] = before.mass;
     set_inverse_mass(before.vertex, before.w);
   }
+  if (journal.is_growth) {
+    undo_growth(*this);
+  }
+  undo_vertices(*this);
   auto motion = journal.motions.begin();
   for (Index i = 0; i < copy_count(); ++i) {
     CopyState& state = copy(i);
@@ -256,7 +374,6 @@ void SolverData::undo_edit() {
       if (!state.falling.empty()) {
         state.falling[place] = motion->falling;
       }
-      changes.state[i] = true;
       ++motion;
     }
   }

@@ -58,6 +58,7 @@ class SolverData : public CopyState {
   SolverOptions options;
   Eigen::Vector3f gravity;
   std::vector<Body> bodies;
+  std::vector<Index> later_vertex_bodies, later_tet_bodies;  // of what edits added, in its order
 
   std::vector<Index> place_of_vertex;  // [vertex_count]
   std::vector<Particle> previous;      // [place] at the start of the substep, of the copy at work
@@ -180,6 +181,25 @@ class SolverData : public CopyState {
   void log_tet(Index tet);
   void log_vertex(Index vertex);
 
+  // Topology, kept in mind; constraints are another matter.
+  void set_tet(Index tet, const Tet& vertices, const std::array<Index, 6>& edges_of_tet);
+  void set_edge_tets(Index edge, Index count);
+  void set_edge(Index edge, const Edge& ends);
+  void set_link(Index link, Index first, Index second);
+  void add_tet_at(Index vertex, Index tet);
+  void remove_tet_at(Index vertex, Index tet);
+  void add_link_at(Index vertex, Index link);
+  void remove_link_at(Index vertex, Index link);
+
+  [[nodiscard]] Index body_of_vertex(Index vertex) const noexcept;
+  [[nodiscard]] Index body_of_tet(Index tet) const noexcept;
+
+  /// Removes the constraints of an edge that has no tetrahedron any more.
+  void remove_edge(Index edge);
+
+  /// Puts a live edge that had an owner where one around it can project it, or on its own.
+  void hand_over(Index edge);
+
   /// Removes a tetrahedron's volume constraint and hands the edges that it owns to others.
   /// Cost: proportional to the tetrahedra around its edges.
   void remove_volume(Index tet);
@@ -190,6 +210,9 @@ class SolverData : public CopyState {
   /// From here on, changes belong to a new edit; those before are for good.
   /// @param stopping  [n] vertices that will lose their last tetrahedron
   void begin_edit(std::span<const Index> stopping);
+
+  /// Tells backends, and undo, that more changed than constraints that go or come back.
+  void log_growth();
 
   /// Gives the topology a new number.
   /// @param fingerprint  by which the edit is known
@@ -206,6 +229,25 @@ class SolverData : public CopyState {
   /// grasp, release or removal. Cost: O(phases + tools of all copies).
   void rebuild_plan();
 };
+
+/// Calls visit(tet) for those without constraints of their own, dead ones, too.
+template <class Visit>
+void for_each_tube_tet(const SolverData& data, Visit visit) {
+  const auto is_tube = [](const Body& body) {
+    return body.material.model == ElasticModel::springs && !has_volume_constraints(body);
+  };
+  for (const Body& body : data.bodies) {
+    for (Index t = body.first_tet; is_tube(body) && t < body.first_tet + body.tet_count; ++t) {
+      visit(t);
+    }
+  }
+  const auto first_later = static_cast<Index>(data.tets.size() - data.later_tet_bodies.size());
+  for (std::size_t i = 0; i < data.later_tet_bodies.size(); ++i) {
+    if (is_tube(data.bodies[data.later_tet_bodies[i]])) {
+      visit(first_later + static_cast<Index>(i));
+    }
+  }
+}
 
 SolverData& solver_data(Solver& solver) noexcept;
 const SolverData& solver_data(const Solver& solver) noexcept;

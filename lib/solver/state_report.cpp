@@ -83,18 +83,13 @@ void report_constraints(const SolverData& data, StepReport& report) {
 }
 
 void report_tubes(const SolverData& data, StepReport& report) {
-  for (const Body& body : data.bodies) {
-    if (body.material.model != ElasticModel::springs || has_volume_constraints(body)) {
-      continue;
+  for_each_tube_tet(data, [&](Index t) {
+    Vec3<float> points[4];
+    for (int k = 0; k < 4; ++k) {
+      points[k] = load(data.particle(data.tets[t][k]));
     }
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      Vec3<float> points[4];
-      for (int k = 0; k < 4; ++k) {
-        points[k] = load(data.particle(data.tets[t][k]));
-      }
-      report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
-    }
-  }
+    report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
+  });
 }
 
 void report_copy(Index index, const StepReport& of_copy, CopyState& copy, StepReport& report) {

@@ -11,6 +11,7 @@
 
 #include "solver/lane_access.h"
 #include "solver/load_store.h"
+#include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
 #include "solver/vertex_kernel.h"
 #include "solver/vertex_moves.h"
@@ -39,12 +40,6 @@ bool is_used(const SolverData& data) {
   return data.options.method == SolverMethod::vertex_block;
 }
 
-const Body& body_of_tet(const SolverData& data, Index tet) {
-  const auto after = std::upper_bound(data.bodies.begin(), data.bodies.end(), tet,
-                                      [](Index t, const Body& body) { return t < body.first_tet; });
-  return *(after - 1);
-}
-
 VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material) {
   const auto [mu, lambda] = moduli_of(material);
   const Vec3<double> x[4] = {rest[0], rest[1], rest[2], rest[3]};
@@ -69,6 +64,24 @@ void check_compliance(const std::string& what, float compliance) {
     throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
                           "; the vertex-block method needs > 0");
   }
+}
+
+VertexTet make_volume(const ConstraintRecord<VolumeConstraint>& record) {
+  VertexTet tet;
+  tet.stiffness = 1 / record.parameters[VolumeConstraint::kStiffness];
+  tet.target = record.parameters[VolumeConstraint::kRest];
+  tet.volume_damping = record.parameters[VolumeConstraint::kDamping] * tet.stiffness;
+  return tet;
+}
+
+VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
+                           const Material& material) {
+  const Eigen::Matrix3d sides = rest_sides(record);
+  std::array<Vec3<double>, 4> rest{};
+  for (int k = 0; k < 3; ++k) {
+    rest[k + 1] = {sides(0, k), sides(1, k), sides(2, k)};
+  }
+  return make_neo_hookean(rest, material);
 }
 
 // Colours the vertices and lays out their rows.
@@ -373,7 +386,7 @@ void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
   if (!is_used(data)) {
     return;
   }
-  const Material& material = body_of_tet(data, tet).material;
+  const Material& material = data.bodies[data.body_of_tet(tet)].material;
   VertexTet terms = data.vertex_method.blocks.tet(tet);
   if (material.model == ElasticModel::neo_hookean) {
     const auto [mu, lambda] = moduli_of(material);
@@ -415,8 +428,14 @@ void regrow_vertices(SolverData& data) {
   VertexMethod& method = data.vertex_method;
   std::vector<VertexTet> tets(data.tets.size());
   for (std::size_t t = 0; t < tets.size(); ++t) {
-    if (data.tet_alive[t]) {
-      tets[t] = method.blocks.tet(static_cast<Index>(t));
+    const auto id = static_cast<Index>(t);
+    if (data.tet_alive[t] && t < data.journal.tet_count) {
+      tets[t] = method.blocks.tet(id);
+    } else if (data.volumes.is_alive(id)) {
+      tets[t] = make_volume(data.volumes.record(id));
+    } else if (data.neo_hookeans.is_alive(id)) {
+      tets[t] = make_neo_hookean(data.neo_hookeans.record(id),
+                                 data.bodies[data.body_of_tet(id)].material);
     }
     tets[t].vertices = data.places_of(data.tets[t]);
   }

@@ -13,6 +13,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "support/cuts.h"
 #include "support/meshes.h"
 
 namespace pbdsurg::testing {
@@ -65,7 +66,7 @@ class EventfulProgram {
 
   /// Before each step.
   void act(Solver& solver, int round) const {
-    constexpr int kActions = 16;
+    constexpr int kActions = 19;
     ToolPose pose = pose_;
     pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
     solver.move_tool(0, pose);
@@ -82,10 +83,10 @@ class EventfulProgram {
         grasp_some(solver, round);
         break;
       case 4:
-        solver.write_velocities(speeds_);
+        solver.write_velocities(follow(speeds_, solver.velocities()));
         break;
       case 5: {
-        std::vector<Eigen::Vector3f> positions = rest_;
+        std::vector<Eigen::Vector3f> positions = follow(rest_, solver.positions());
         for (Eigen::Vector3f& x : positions) {
           x *= 1.02F;
         }
@@ -134,6 +135,23 @@ class EventfulProgram {
         undo_edit(solver, edit, result);
         break;
       }
+      case 15:
+        apply_edit(solver, part_vertex(solver, some_vertex(solver, round), seed_));
+        break;
+      case 16:
+        apply_edit(solver, split_edge(solver, some_edge(solver, round), 0.5F));
+        break;
+      case 17: {
+        const TopologyEdit edit = round % 3 == 0
+                                      ? split_edge(solver, some_edge(solver, round), 0.25F)
+                                      : part_vertex(solver, some_vertex(solver, round), seed_ + 1);
+        const EditResult result = apply_edit(solver, edit);
+        if (round % 2 == 0) {
+          solver.step(kEventfulTimeStep);
+        }
+        undo_edit(solver, edit, result);
+        break;
+      }
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
         break;
@@ -161,6 +179,21 @@ class EventfulProgram {
     return solver.is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
   }
 
+  // What is wanted of the scene's vertices, and the rest as it is.
+  static std::vector<Eigen::Vector3f> follow(const std::vector<Eigen::Vector3f>& wanted,
+                                             std::vector<Eigen::Vector3f> now) {
+    std::ranges::copy(wanted, now.begin());
+    return now;
+  }
+
+  [[nodiscard]] Index some_edge(const Solver& solver, int round) const {
+    auto edge = static_cast<Index>(random(round, 40) % solver.edges().size());
+    while (!solver.is_edge_alive(edge)) {
+      edge = (edge + 1) % static_cast<Index>(solver.edges().size());
+    }
+    return edge;
+  }
+
   [[nodiscard]] std::vector<Link> some_new_links(const Solver& solver, int round) const {
     std::vector<Link> links;
     for (int i = 0; i < 4; ++i) {
@@ -185,14 +218,14 @@ class EventfulProgram {
   void resize(Solver& solver, int round) const {
     TopologyEdit edit;
     for (const Index t : some_tets(solver, round, 6)) {
-      const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
+      const bool is_of_tube = solver.body_of_tet(t) == 1;
       if (!is_of_tube) {
         edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
       }
       const Index edge = solver.tet_edges(t)[0];
       const bool is_new = std::ranges::none_of(
           edit.rest_lengths, [&](const RestLengthChange& change) { return change.edge == edge; });
-      if (t < solver.body(2).first_tet && is_new) {
+      if (solver.body_of_tet(t) < 2 && is_new) {
         edit.rest_lengths.push_back({edge, 0.95F * solver.rest_length(edge)});
       }
     }
@@ -277,9 +310,9 @@ inline TopologyEdit eventful_edit(const Solver& solver, Index round) {
     if (!solver.is_tet_alive(t)) {
       continue;
     }
-    const bool is_of_tube = t >= solver.body(1).first_tet && t < solver.body(2).first_tet;
-    const bool is_of_solid =
-        t >= solver.body(2).first_tet && solver.body(2).material.model == ElasticModel::neo_hookean;
+    const Material& material = solver.body(solver.body_of_tet(t)).material;
+    const bool is_of_tube = solver.body_of_tet(t) == 1;
+    const bool is_of_solid = material.model == ElasticModel::neo_hookean;
     if (round % 3 != 0) {
       edit.remove_tets.push_back(t);
     } else if (!is_of_tube) {

@@ -110,9 +110,13 @@ class EditParticipant {
 /// and links to a vertex that it was the last to use. Colours stay valid: what is added takes a
 /// colour that is free at its vertices, or a new one; phases without a constraint leave the plan.
 ///
+/// New vertices move as what they are between, and are fixed if that is. A vertex that loses its
+/// last tetrahedron to a copy stops, as one whose tetrahedra go. Where tetrahedra give way to
+/// others, mass and rest volume stay; momentum does wherever velocity is linear over the parent.
+///
 /// Cost: proportional to the change, to the number of phases and to what tools hold; participants
-/// add theirs. What adds constraints costs O(vertex_count) with the vertex-block method, which lays
-/// out its rows anew, and on a device, whose next step does so with its buffers.
+/// add theirs. What adds anything costs O(vertex_count) with the vertex-block method, which lays
+/// out its rows anew, and on a device, which has its state fetched and its buffers made anew.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

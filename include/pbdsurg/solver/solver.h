@@ -275,11 +275,16 @@ class Solver {
   /// @throws InvalidArgument  naming the index and how many bodies there are
   [[nodiscard]] const Body& body(Index index) const;
 
+  /// The body of a vertex or of a tetrahedron. Those of bodies() have the ids that the scene gave
+  /// them; what edits add comes after all of these.
+  [[nodiscard]] Index body_of_vertex(Index vertex) const;
+  [[nodiscard]] Index body_of_tet(Index tet) const;
+
   /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
   [[nodiscard]] std::span<const Tet> tets() const noexcept;
 
-  /// [edge_count] scene vertices of every edge there ever was, smaller first; ids are stable. Those
-  /// of the scene are sorted and come first.
+  /// [edge_count] scene vertices of every edge there ever was, smaller first; ids are stable.
+  /// Sorted until an edit adds vertices.
   [[nodiscard]] std::span<const Edge> edges() const noexcept;
 
   /// [link_count] as given to the scene and to edits; ids are stable.

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "edit/removal.h"
+
+#include "solver/vertex_method.h"
+
+namespace pbdsurg {
+
+void remove_link(SolverData& data, Index link, EditResult& result) {
+  const Index distance = data.distance_ids.of_link(link);
+  data.distances.remove(distance);
+  data.log_constraint(PhaseKind::distance, distance);
+  remove_vertex_spring(data, distance);
+  data.remove_link_at(data.links[link].first, link);
+  data.remove_link_at(data.links[link].second, link);
+  result.links.push_back(link);
+}
+
+void remove_tet(SolverData& data, Index tet, EditResult& result) {
+  data.tet_alive[tet] = false;
+  data.journal.tets.push_back(tet);
+  data.log_tet(tet);
+  remove_vertex_tet(data, tet);
+  result.tets.push_back(tet);
+  for (const Index edge : data.tet_edges[tet]) {
+    data.set_edge_tets(edge, data.edge_tets[edge] - 1);
+    if (data.edge_tets[edge] == 0) {
+      data.remove_edge(edge);
+      result.edges.push_back(edge);
+    }
+  }
+  if (data.volumes.is_alive(tet)) {
+    data.remove_volume(tet);
+  }
+  if (data.neo_hookeans.is_alive(tet)) {
+    data.neo_hookeans.remove(tet);
+    data.log_constraint(PhaseKind::neo_hookean, tet);
+  }
+  for (const Index v : data.tets[tet]) {
+    take_from_vertex(data, v, tet, result);
+  }
+}
+
+void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result) {
+  data.remove_tet_at(vertex, tet);
+  if (data.vertex_tets[vertex].empty()) {
+    data.set_mass(vertex, 0);
+    result.vertices.push_back(vertex);
+  } else {
+    data.set_mass(vertex, data.vertex_masses[vertex] - data.tet_masses[tet] / 4);
+  }
+}
+
+void release_vertices(SolverData& data, EditResult& result) {
+  if (result.vertices.empty()) {
+    return;
+  }
+  for (const Index v : result.vertices) {
+    while (!data.vertex_links[v].empty()) {
+      remove_link(data, data.vertex_links[v].front(), result);
+    }
+  }
+  data.release_dead_vertices();
+}
+
+}  // namespace pbdsurg

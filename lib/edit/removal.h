@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What goes in an edit, with all that only it held.
+
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "solver/solver_data.h"
+
+namespace pbdsurg {
+
+void remove_link(SolverData& data, Index link, EditResult& result);
+
+/// Removes a tetrahedron, edges that it was the last to use, and its mass.
+void remove_tet(SolverData& data, Index tet, EditResult& result);
+
+/// A vertex loses a tetrahedron and a quarter of its mass; without any it stops.
+void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result);
+
+/// Links and tools let go of vertices without tissue.
+void release_vertices(SolverData& data, EditResult& result);
+
+}  // namespace pbdsurg

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Edits that part tissue and split it, for tests.
+
+#include <algorithm>
+#include <cstdint>
+
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg::testing {
+
+inline bool has_corner(const Tet& tet, Index vertex) {
+  return std::ranges::find(tet, vertex) != tet.end();
+}
+
+/// Some of the tetrahedra at a vertex, and links there, go with a copy of it.
+inline TopologyEdit part_vertex(const Solver& solver, Index vertex, std::uint64_t seed) {
+  TopologyEdit edit;
+  const Index copy = solver.vertex_count();
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    if (solver.is_tet_alive(t) && has_corner(solver.tets()[t], vertex) &&
+        (edit.corner_moves.empty() || random_bits(seed, t) % 2 == 0)) {
+      edit.corner_moves.push_back({t, vertex, copy});
+    }
+  }
+  if (edit.corner_moves.empty()) {
+    return {};
+  }
+  edit.new_vertices.push_back({vertex, vertex});
+  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
+    const Link& link = solver.links()[l];
+    if (solver.is_link_alive(l) && (link.first == vertex || link.second == vertex) &&
+        random_bits(seed, l, 1) % 2 == 0) {
+      edit.link_moves.push_back({l, vertex, copy});
+    }
+  }
+  return edit;
+}
+
+/// A new vertex halves an edge, or nearly, and all tetrahedra around it.
+inline TopologyEdit split_edge(const Solver& solver, Index edge, float share) {
+  TopologyEdit edit;
+  const Index middle = solver.vertex_count();
+  const auto [a, b] = solver.edges()[edge];
+  edit.new_vertices.push_back({a, b, share});
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    const Tet& tet = solver.tets()[t];
+    if (!solver.is_tet_alive(t) || !has_corner(tet, a) || !has_corner(tet, b)) {
+      continue;
+    }
+    for (const Index gone : {a, b}) {
+      NewTet part{t, tet};
+      std::ranges::replace(part.vertices, gone, middle);
+      edit.new_tets.push_back(part);
+    }
+  }
+  return edit;
+}
+
+}  // namespace pbdsurg::testing
