@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>
@@ -102,28 +103,32 @@ class CutPlanner {
     return std::abs(place.height) <= edge && place.beyond <= kRimReach * edge;
   }
 
-  // All tetrahedra at the vertices of those whose box meets the surface's.
+  // All tetrahedra at the vertices of those whose box meets the surface's. A box lies beside the
+  // other if all its corners are on the outer side of one of the planes.
   void find_tets_near() {
-    reached_.assign(tissue_.positions.size(), false);
+    constexpr unsigned kNotFinite = 64;
+    std::vector<std::uint8_t> outside(tissue_.positions.size());  // bit for each plane
+    for (std::size_t v = 0; v < outside.size(); ++v) {
+      const Vector3d x = tissue_.positions[v].cast<double>();
+      unsigned bits = x.allFinite() ? 0 : kNotFinite;
+      for (int axis = 0; axis < 3; ++axis) {
+        bits |= (x[axis] < sides_.bounds().min()[axis]) << axis;
+        bits |= (x[axis] > sides_.bounds().max()[axis]) << (axis + 3);
+      }
+      outside[v] = static_cast<std::uint8_t>(bits);
+    }
+    reached_.assign(tissue_.positions.size(), 0);
     for (std::size_t t = 0; t < tissue_.tets.size(); ++t) {
-      if (!tissue_.tet_alive[t]) {
-        continue;
-      }
-      Eigen::AlignedBox3d box;
-      bool is_finite = true;
-      for (const Index v : tissue_.tets[t]) {
-        is_finite &= tissue_.positions[v].allFinite();
-        box.extend(position(v));
-      }
-      if (is_finite && box.intersects(sides_.bounds())) {
-        for (const Index v : tissue_.tets[t]) {
-          reached_[v] = true;
-        }
+      const auto& [a, b, c, d] = tissue_.tets[t];
+      const bool is_finite = (outside[a] | outside[b] | outside[c] | outside[d]) < kNotFinite;
+      if ((outside[a] & outside[b] & outside[c] & outside[d]) == 0 && is_finite &&
+          tissue_.tet_alive[t]) {
+        reached_[a] = reached_[b] = reached_[c] = reached_[d] = 1;
       }
     }
     for (Index t = 0; t < static_cast<Index>(tissue_.tets.size()); ++t) {
-      const auto is_reached = [&](Index v) { return reached_[v]; };
-      if (tissue_.tet_alive[t] && std::ranges::any_of(tissue_.tets[t], is_reached)) {
+      const auto& [a, b, c, d] = tissue_.tets[t];
+      if ((reached_[a] | reached_[b] | reached_[c] | reached_[d]) != 0 && tissue_.tet_alive[t]) {
         near_.push_back(t);
       }
     }
@@ -156,7 +161,7 @@ class CutPlanner {
 
   // Whether the middle of a mixed tetrahedron's section lies on the surface.
   [[nodiscard]] bool is_entered(const Tet& tet) const {
-    if (!std::ranges::all_of(tet, [&](Index v) { return reached_[v]; })) {
+    if (!std::ranges::all_of(tet, [&](Index v) { return reached_[v] != 0; })) {
       return false;
     }
     std::vector<Vector3d> section;
@@ -291,7 +296,8 @@ class CutPlanner {
     if (a.tet == b.tet) {
       return true;
     }
-    if (!std::ranges::all_of(face, [&](Index v) { return v >= vertex_count_ || reached_[v]; })) {
+    if (!std::ranges::all_of(face,
+                             [&](Index v) { return v >= vertex_count_ || reached_[v] != 0; })) {
       return false;
     }
     const std::array<Vector3d, 3> x{position(face[0]), position(face[1]), position(face[2])};
@@ -449,13 +455,13 @@ class CutPlanner {
   Index vertex_count_;
   TopologyEdit edit_;
 
-  std::vector<bool> reached_;      // [vertex_count] all tetrahedra there are in near_
-  std::vector<Index> near_;        // tetrahedra, ascending
-  std::vector<double> heights_;    // [vertex_count] m, of vertices near
-  std::vector<int> signs_;         // [vertex_count] of heights, 0 for snapped vertices
-  std::vector<bool> is_cut_;       // [near_]
-  std::vector<Edge> split_edges_;  // sorted; edge i has vertex vertex_count + i
-  std::vector<Piece> pieces_;      // by tetrahedron
+  std::vector<std::uint8_t> reached_;  // [vertex_count] 1 if all tetrahedra there are in near_
+  std::vector<Index> near_;            // tetrahedra, ascending
+  std::vector<double> heights_;        // [vertex_count] m, of vertices near
+  std::vector<int> signs_;             // [vertex_count] of heights, 0 for snapped vertices
+  std::vector<bool> is_cut_;           // [near_]
+  std::vector<Edge> split_edges_;      // sorted; edge i has vertex vertex_count + i
+  std::vector<Piece> pieces_;          // by tetrahedron
   std::vector<std::array<Index, 4>> neighbors_;  // [pieces_] across from each corner
   std::vector<Index> parted_vertices_;           // of parted faces, ascending
   std::vector<Tet> holders_;                     // [pieces_] corners after the cut
