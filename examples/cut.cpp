@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds a block of tissue at one end and draws a blade down through its middle while it steps: what
-// is cut through falls off.
+// Holds a block of tissue at both ends and draws a blade down through its middle while it sags.
 #include "pbdsurg/edit/cut.h"
 
-#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
-#include <span>
 #include <vector>
 
 #include "pbdsurg/mesh/tetrahedralize.h"
@@ -51,25 +49,25 @@ int main() try {
           .mesh;
   pbdsurg::Scene scene;
   scene.add_body("block", block, pbdsurg::elastic_material(block, kDensity, 20e3));  // Pa
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < -0.025; });
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.025; });
   pbdsurg::Solver solver(scene);
   print_pieces(solver);
 
-  std::vector<pbdsurg::BladeEdge> path;
-  for (int frame = 0; frame < 60; ++frame) {
+  pbdsurg::CutFront front;
+  for (int frame = 0; frame < 30; ++frame) {
     // 2 mm a frame downwards; a straight edge, longer than the block is wide
+    const auto edge_at = [](float height) {
+      return pbdsurg::BladeEdge{{0.003F, height, -0.03F}, {0.003F, height, 0.03F}};
+    };
     const float height = 0.02F - 0.002F * static_cast<float>(frame);
-    path.push_back({{0.003F, height, -0.03F}, {0.003F, height, 0.03F}});
-    if (path.size() > 1) {
-      // the sweep reaches back over an edge length, so that no part of the cut stays closed
-      const std::size_t recent = std::min<std::size_t>(path.size(), 4);
-      const pbdsurg::CutSurface swept = pbdsurg::sweep_blade(std::span(path).last(recent));
-      const pbdsurg::TopologyEdit edit = pbdsurg::plan_cut(solver, swept);
-      if (!edit.new_vertices.empty()) {
-        const pbdsurg::EditResult result = pbdsurg::apply_edit(solver, edit);
-        std::printf("frame %2d: %3zu tets divided into %3zu, %3zu vertices more\n", frame,
-                    result.tets.size(), edit.new_tets.size(), edit.new_vertices.size());
-      }
+    const pbdsurg::CutPlan cut = pbdsurg::plan_cut(
+        solver, pbdsurg::sweep_blade({{edge_at(height), edge_at(height - 0.002F)}}),
+        {.front = front});
+    const pbdsurg::EditResult result = pbdsurg::apply_edit(solver, cut.edit);
+    front = cut.front;  // where the next motion goes on
+    if (!cut.edit.new_vertices.empty()) {
+      std::printf("frame %2d: %3zu tets divided into %3zu, %3zu vertices more\n", frame,
+                  result.tets.size(), cut.edit.new_tets.size(), cut.edit.new_vertices.size());
     }
     if (solver.step(1.0F / 60).non_finite_vertices > 0) {
       return 1;

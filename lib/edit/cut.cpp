@@ -51,8 +51,8 @@ CutSurface sweep_blade(std::span<const BladeEdge> instants) {
   return surface;
 }
 
-TopologyEdit plan_cut(const Solver& solver, const CutSurface& surface, const CutOptions& options,
-                      Index copy) {
+CutPlan plan_cut(const Solver& solver, const CutSurface& surface, const CutOptions& options,
+                 Index copy) {
   const std::vector<Eigen::Vector3f> positions = solver.positions(copy);
   CutTissue tissue{positions, solver.tets(), {}, solver.links(), {}};
   for (Index t = 0; t < static_cast<Index>(tissue.tets.size()); ++t) {

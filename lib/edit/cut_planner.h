@@ -10,7 +10,6 @@
 
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/topology_edit.h"
 
 namespace pbdsurg {
 
@@ -24,7 +23,7 @@ struct CutTissue {
 };
 
 /// See the public function of this name.
-[[nodiscard]] TopologyEdit plan_cut(const CutTissue& tissue, const CutSurface& surface,
-                                    const CutOptions& options);
+[[nodiscard]] CutPlan plan_cut(const CutTissue& tissue, const CutSurface& surface,
+                               const CutOptions& options);
 
 }  // namespace pbdsurg

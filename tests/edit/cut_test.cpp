@@ -25,7 +25,8 @@ using testing::EditModel;
 
 constexpr double kEdge = 4e-3;
 
-TopologyEdit plan(const EditModel& model, const CutSurface& surface, const CutOptions& options) {
+CutPlan plan_with_front(const EditModel& model, const CutSurface& surface,
+                        const CutOptions& options) {
   std::vector<Vector3f> positions;
   for (const Vector3d& x : model.positions) {
     positions.push_back(x.cast<float>());
@@ -33,6 +34,10 @@ TopologyEdit plan(const EditModel& model, const CutSurface& surface, const CutOp
   return plan_cut({positions, model.tets, model.alive, model.links,
                    std::vector<bool>(model.links.size(), true)},
                   surface, options);
+}
+
+TopologyEdit plan(const EditModel& model, const CutSurface& surface, const CutOptions& options) {
+  return plan_with_front(model, surface, options).edit;
 }
 
 bool is_empty(const TopologyEdit& edit) {
@@ -195,6 +200,7 @@ TEST_CASE("cut: cuts cross each other", "[property]") {
 TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     EditModel model(testing::make_box({4, 4, 4}, kEdge, 0.15));
+    CutFront front;
     for (std::uint64_t round = 0; round < 5; ++round) {
       const std::uint64_t key = 10 * seed + round;
       const auto random = [&](std::uint64_t i) { return random_unit(key, 9, i); };
@@ -211,7 +217,10 @@ TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
       const CutStyle style = random(5) < 0.3 ? CutStyle::along_faces : CutStyle::through_tets;
       const double volume = model.volume();
       CAPTURE(seed, round);
-      CHECK(model.apply(plan(model, sweep_blade(path), {.style = style})) == "");
+      const CutPlan cut =
+          plan_with_front(model, sweep_blade(path), {.style = style, .front = front});
+      CHECK(model.apply(cut.edit) == "");
+      front = cut.front;
       CHECK(model.volume() == testing::Approx(volume).epsilon(1e-6));
       if (seed % 2 == 0) {
         CHECK(!model.is_pinched());
@@ -246,25 +255,29 @@ TEST_CASE("cut: a surface that ends within tissue leaves a slit") {
 // Would catch bridges that are left between the motions of a blade.
 TEST_CASE("cut: a blade that goes through step by step parts what it passed") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
-  const double step = GENERATE(0.23, 0.61, 1.7);  // edges
-  const double bend = GENERATE(0.0, 0.05);        // rad a step
-  EditModel model(testing::make_box({6, 6, 3}, kEdge, 0.1));
+  const double step = GENERATE(0.23, 0.61, 1.7);   // edges
+  const double bend = GENERATE(-0.04, 0.0, 0.05);  // rad an edge
+  const std::uint64_t seed = GENERATE(range(1, 7));
+  EditModel model(testing::make_box({6, 6, 3}, kEdge, 0.1, seed));
   const double volume = model.volume();
   Vector3d at(-0.5 * kEdge, 2.7 * kEdge, 0);
   double heading = -0.2;
   std::vector<BladeEdge> path;
+  CutFront front;
   for (int i = 0; at.x() < 7 * kEdge && i < 100; ++i) {
     path.push_back({at.cast<float>(), (at + Vector3d(0.1 * kEdge, 0, 3.5 * kEdge)).cast<float>()});
     path.back().first.z() = -0.5F * kEdge;
     heading += bend * step;
     at += step * kEdge * Vector3d(std::cos(heading), std::sin(heading), 0);
-    const std::size_t back = std::min(path.size(), 2 + static_cast<std::size_t>(2 / step));
     if (path.size() > 1) {
-      const CutSurface surface = sweep_blade(std::span(path).last(back));
-      CHECK(model.apply(plan(model, surface, {.style = style})) == "");
+      const CutSurface surface = sweep_blade(std::span(path).last(2));
+      const CutPlan cut = plan_with_front(model, surface, {.style = style, .front = front});
+      CHECK(model.apply(cut.edit) == "");
+      front = cut.front;
     }
   }
-  CHECK(count_pieces(model) == 2);
+  CAPTURE(style, step, bend, seed);
+  CHECK(count_pieces(model, 20) == 2);
   CHECK(std::abs(model.volume() - volume) < 1e-5 * volume);
 }
 
@@ -354,6 +367,10 @@ TEST_CASE("cut: surfaces without a side are refused") {
   refuse({square, {{0, 1, 2}, {0, 3, 2}, {0, 2, 3}}}, "edge 0-2 of the cut's surface has 3");
   refuse({square, {{0, 1, 2}, {0, 3, 2}}}, "run the same way along");
   refuse({square, {{0, 1, 2}, {0, 2, 1}}}, "fold back");
+  for (const CutFront& front : {CutFront{{27}, {}}, CutFront{{}, {{0, 1, 27}}}}) {
+    CHECK_THROWS_WITH(plan(model, plane_through({0, 0, 0}, {0, 0, 1}), {.front = front}),
+                      ContainsSubstring("vertex 27"));
+  }
   for (const float snap : {0.0F, 0.41F, nan}) {
     CHECK_THROWS_AS(plan(model, plane_through({0, 0, 0}, {0, 0, 1}), {.snap = snap}),
                     InvalidArgument);
@@ -401,17 +418,17 @@ TEST_CASE("cut: a solver's tissue is cut where it lies now") {
   }
   solver.write_positions(positions);
   const Vector3d there = kEdge * Vector3d(2.2, 2, 2) + Vector3d(1, 0, 0);
-  CHECK(is_empty(plan_cut(solver, plane_through(there - Vector3d(1, 0, 0), {1, 0, 0}, 0.5))));
+  CHECK(is_empty(plan_cut(solver, plane_through(there - Vector3d(1, 0, 0), {1, 0, 0}, 0.5)).edit));
   TopologyEdit all;
   const CutSurface surface = plane_through(there, {1, 0, 0});
-  for (const NewTet& child : plan_cut(solver, surface).new_tets) {
+  for (const NewTet& child : plan_cut(solver, surface).edit.new_tets) {
     if (all.remove_tets.empty() || all.remove_tets.back() != child.parent) {
       all.remove_tets.push_back(child.parent);
     }
   }
   CHECK(all.remove_tets.size() >= 64);
   apply_edit(solver, all);
-  CHECK(is_empty(plan_cut(solver, surface)));
+  CHECK(is_empty(plan_cut(solver, surface).edit));
 }
 
 }  // namespace pbdsurg

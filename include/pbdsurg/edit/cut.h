@@ -45,49 +45,69 @@ enum class CutStyle : std::uint8_t {
   through_tets,
 };
 
+/// Where a cut has come to, in scene vertices. What has changed since is forgotten.
+struct CutFront {
+  /// Around which tissue still hangs together: there the cut goes on, wherever they have moved.
+  std::vector<Index> vertices{};
+  /// Parted, but of three such vertices: they open as soon as one of these does.
+  std::vector<Triangle> closed_faces{};
+};
+
 struct CutOptions {
   CutStyle style = CutStyle::through_tets;
   /// In [0.01, 0.4]: an edge that is crossed within this share of its length of a vertex parts at
   /// the vertex. Larger makes better tetrahedra and a rougher cut. Each part of a tetrahedron keeps
   /// at least the third power of it of the volume.
   float snap = 0.2F;
+  /// Of the plan before, if that was applied and the same blade goes on.
+  CutFront front{};
+};
+
+struct CutPlan {
+  TopologyEdit edit;  ///< empty if no tissue parts
+  CutFront front;     ///< after that edit
 };
 
 /// Plans a cut through the tissue as it lies now: all bodies that the surface crosses.
 ///
-/// A tetrahedron is cut whole or not at all: if the middle of the section lies on the surface, even
+/// A tetrahedron is cut whole or not at all: if the middle of its section lies on the surface, even
 /// where the surface ends within. Its crossed edges get a vertex each and are bisected one after
-/// the other, in the order of their vertices, in all tetrahedra around them:
+/// the other, in the order of their vertices, in all tetrahedra around them. On a face:
 ///
-///     d                d                       one of a's three crossed edges and its neighbour c:
-///     |\               |\                      bisecting a-d at q, then a-c at p. Both tetrahedra
-///     | \      a-d     q.\     a-c             on a face bisect its edges in the same order, so
-///     |  \     -->     |.'\    -->             they agree on its triangles, whatever else is done
-///     |   \            | '.\                   to either.
-///     a----c           a--p-c
+///          d                d                d
+///         /|               /|               /|
+///        / |     a-d      / |     a-c      / |
+///       /  |     -->     / .q     -->     / .q
+///      /   |            /.' |            /.'/|
+///     c----a           c----a           c--p-a
 ///
-/// So the mesh stays conforming, children have positive volume and fill their parent, and
-/// neighbours that are not cut themselves are divided without being parted. Then faces between one
-/// side of the surface and the other part, and a vertex is split where the tetrahedra around it no
-/// longer hang together by faces: the part with the smallest tetrahedron keeps it, others get
-/// copies. Where the surface ends, vertices stay whole: that is the front of the cut. Faces whose
-/// three vertices all lie there stay closed, too, and nothing remembers them: let each sweep reach
-/// back over the last edge length of the blade's path. Cutting twice in one place changes nothing
-/// more.
+/// Both tetrahedra on a face bisect its edges in the same order, so they agree on its triangles,
+/// whatever else is done to either: the mesh stays conforming, children have positive volume and
+/// fill their parent, and neighbours that are not cut are divided without being parted. Then faces
+/// between one side of the surface and the other part, and a vertex is split where the tetrahedra
+/// around it no longer hang together by faces: the part with the smallest tetrahedron keeps it,
+/// others get copies. Where the surface ends, vertices stay whole. Where a cut goes through,
+/// cutting again changes nothing.
+///
+/// A blade that goes on gives each plan what it swept since the one before, and the front of that,
+/// where the cut goes on although tissue has moved. Sweeping again what it swept before would cut
+/// anew what has moved across it, and may loosen crumbs. Tissue that passes the blade from one plan
+/// to the next, faster than the blade, is not cut.
 ///
 /// Links are not cut. Those at a vertex that is split go to the copy on that side of the surface
 /// on which their middle lies.
 ///
-/// The result is for apply_edit() before anything else happens to the solver; empty if no tissue is
-/// crossed. Tetrahedra with a vertex that is not finite are not cut.
+/// The edit is for apply_edit() before anything else happens to the solver. Tetrahedra with a
+/// vertex that is not finite are not cut.
 ///
 /// Cost: O(vertices + tets) to find what is near, then vertices near the surface times triangles.
 /// @param copy  the one whose positions count
-/// @throws InvalidArgument  naming the point that is not finite or does not exist, the triangle
+/// @throws InvalidArgument  naming the vertex of the front or the point that is not finite or does
+/// not exist, the triangle
 ///                          without area, the edge with more than two triangles or where they are
 ///                          wound differently or folded flat, the option out of range, or if there
 ///                          is no triangle
-[[nodiscard]] TopologyEdit plan_cut(const Solver& solver, const CutSurface& surface,
-                                    const CutOptions& options = {}, Index copy = 0);
+[[nodiscard]] CutPlan plan_cut(const Solver& solver, const CutSurface& surface,
+                               const CutOptions& options = {}, Index copy = 0);
 
 }  // namespace pbdsurg
