@@ -226,8 +226,8 @@ std::uint64_t edit_digest(const Solver& solver) {
     digest.add(data.edge_owners[index_of(e)]);
   }
   digest.add(std::uint64_t{data.links.size()});
-  for (std::size_t v = 0; v < data.vertex_tets.size(); ++v) {
-    digest.add(data.vertex_tets[v]);
+  for (Index v = 0; v < solver.vertex_count(); ++v) {
+    std::ranges::for_each(data.vertex_tets[v], [&](Index t) { digest.add(t); });
     digest.add(data.vertex_masses[v]);
     digest.add(data.particle(index_of(v)).w);
   }

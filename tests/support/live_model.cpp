@@ -125,7 +125,8 @@ void compare_masses(const Scene& scene, const Solver& solver, const Fresh& fresh
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     const double mass = fresh.masses[v];
     const float w = data.particle(v).w;
-    require(data.vertex_tets[v] == fresh.vertex_tets[v], "tets at vertex", v);
+    require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v], "tets at vertex",
+            v);
     require(solver.has_tissue(v) == (mass > 0), "tissue at vertex", v);
     require(mass > 0 ? is_near(data.vertex_masses[v], mass, 1e-9) : data.vertex_masses[v] == 0,
             "mass of vertex", v);
@@ -171,7 +172,7 @@ void compare_distances(const Solver& solver, const Fresh& fresh,
   }
   for (std::size_t l = 0; l < link_alive.size(); ++l) {
     const Link& link = solver.links()[l];
-    const Index id = data.distance_of_link(index_of(l));
+    const Index id = data.distance_ids.of_link(index_of(l));
     const bool is_alive =
         link_alive[l] && solver.has_tissue(link.first) && solver.has_tissue(link.second);
     require(solver.is_link_alive(index_of(l)) == is_alive, "link alive", index_of(l));
