@@ -125,6 +125,11 @@ void check_copy(const SolverData& data, const TopologyEdit& edit, const std::str
   }
 }
 
+std::vector<Index> sorted(std::vector<Index> ids) {
+  std::ranges::sort(ids);
+  return ids;
+}
+
 // Nothing moves twice.
 void check_moved_once(const char* what, std::vector<std::array<Index, 2>>& moved) {
   std::ranges::sort(moved);
@@ -137,11 +142,13 @@ void check_moved_once(const char* what, std::vector<std::array<Index, 2>>& moved
 
 void check_moves(const SolverData& data, const TopologyEdit& edit) {
   std::vector<std::array<Index, 2>> moved;
+  std::vector<Index> id;
+  const std::vector<Index> removed_tets = sorted(edit.remove_tets);
   for (const CornerMove& move : edit.corner_moves) {
-    std::vector<Index> id{move.tet};
+    id = {move.tet};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
     const std::string what = name_of("tet", move.tet);
-    if (std::ranges::count(edit.remove_tets, move.tet) > 0) {
+    if (std::ranges::binary_search(removed_tets, move.tet)) {
       throw InvalidArgument(what + " is moved and removed by one edit");
     }
     if (std::ranges::count(data.tets[move.tet], move.from) == 0) {
@@ -152,11 +159,12 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
   }
   check_moved_once("tet", moved);
   moved.clear();
+  const std::vector<Index> removed_links = sorted(edit.remove_links);
   for (const LinkMove& move : edit.link_moves) {
-    std::vector<Index> id{move.link};
+    id = {move.link};
     check_ids("link", id, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
     const std::string what = name_of("link", move.link);
-    if (std::ranges::count(edit.remove_links, move.link) > 0) {
+    if (std::ranges::binary_search(removed_links, move.link)) {
       throw InvalidArgument(what + " is moved and removed by one edit");
     }
     const Link& link = data.links[move.link];
@@ -172,14 +180,17 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
 void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
   constexpr double kTolerance = 1e-4;            // of the parent's volume
   std::vector<std::pair<Index, double>> filled;  // parent, part of its volume
+  std::vector<Index> id, taken = edit.remove_tets;
+  for (const CornerMove& move : edit.corner_moves) {
+    taken.push_back(move.tet);
+  }
+  taken = sorted(std::move(taken));
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
     const NewTet& tet = edit.new_tets[i];
     const std::string what = name_of("new tet", static_cast<Index>(data.tets.size() + i));
-    std::vector<Index> id{tet.parent};
+    id = {tet.parent};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
-    const auto moves = [&](const CornerMove& move) { return move.tet == tet.parent; };
-    if (std::ranges::count(edit.remove_tets, tet.parent) > 0 ||
-        std::ranges::any_of(edit.corner_moves, moves)) {
+    if (std::ranges::binary_search(taken, tet.parent)) {
       throw InvalidArgument(what + ": its parent, tet " + std::to_string(tet.parent) +
                             ", is moved or removed by the same edit");
     }
@@ -262,8 +273,12 @@ void check_edit(SolverData& data, const TopologyEdit& edit) {
   check_removals(data, edit);
   check_rest_values(data, edit);
   check_new_vertices(data, edit);
-  check_moves(data, edit);
-  check_new_tets(data, edit);
+  if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {
+    check_moves(data, edit);
+  }
+  if (!edit.new_tets.empty()) {
+    check_new_tets(data, edit);
+  }
   check_use_of_new_vertices(data, edit);
   find_stopping(data, edit, data.edit_buffer);
   check_new_links(data, edit, data.edit_buffer);

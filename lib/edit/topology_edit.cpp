@@ -107,7 +107,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   } else {
     finish_growth(data);
   }
-  data.rebuild_plan();
+  data.update_plan(!data.journal.releases.empty());
   result.topology_version = data.last_topology_version + 1;
   data.end_edit(fingerprint_of(edit, result));
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
@@ -148,6 +149,11 @@ class ConstraintSlots {
     append(id, group, moved);
   }
 
+  /// Whether a group was emptied, or is no longer empty, since this was asked before.
+  [[nodiscard]] bool take_change_of_groups() noexcept {
+    return std::exchange(groups_changed_, false);
+  }
+
   /// Forgets what happened so far.
   void begin_edit() noexcept { journal_.clear(); }
 
@@ -261,6 +267,7 @@ class ConstraintSlots {
     group.ids[slot_of_id_[id]] = last;
     slot_of_id_[last] = slot_of_id_[id];
     group.ids.pop_back();
+    groups_changed_ = groups_changed_ || group.ids.empty();
     group_of_id_[id] = kInvalidIndex;
     if (last_lane == 0) {
       group.blocks.pop_back();
@@ -299,6 +306,7 @@ class ConstraintSlots {
       values[lane] = 0;  // as at the start of a substep
     }
     group.ids.push_back(id);
+    groups_changed_ = groups_changed_ || slot == 0;
     group_of_id_[id] = group_index;
     slot_of_id_[id] = slot;
     fill_idle_lanes(group);
@@ -308,6 +316,7 @@ class ConstraintSlots {
   std::vector<Index> group_of_id_;  // [id] kInvalidIndex once removed
   std::vector<Index> slot_of_id_;   // [id] within the group
   std::vector<Before> journal_;
+  bool groups_changed_ = false;
 };
 
 }  // namespace pbdsurg

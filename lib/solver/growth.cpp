@@ -98,6 +98,27 @@ void close_group(SolverData& data, PhaseKind kind) {
   visit_slots(data, kind, [](auto& slots) { slots.close_group(); });
 }
 
+// Room for so many constraints in each group that they may join, and some groups more: edits that
+// find no free one are rare. A type that the scene has none of needs none, but for links.
+void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
+  const auto is_of_kind = [&](const Phase& phase) { return takes(phase, kind); };
+  if (count == 0 ||
+      (kind != PhaseKind::distance && std::ranges::none_of(data.constraint_phases, is_of_kind))) {
+    return;
+  }
+  constexpr int kSpareGroups = 8;
+  for (int i = 0; i < kSpareGroups; ++i) {
+    open_group(data, kind);
+  }
+  std::vector<Index> groups;
+  for (const Phase& phase : data.constraint_phases) {
+    if (phase.level == last_level(data) && is_of_kind(phase)) {
+      groups.push_back(phase.color);
+    }
+  }
+  visit_slots(data, kind, [&](auto& slots) { slots.reserve(count, groups); });
+}
+
 }  // namespace
 
 Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> vertices) {
@@ -263,26 +284,34 @@ void undo_growth(SolverData& data) {
 
 void reserve_spare_room(SolverData& data) {
   const SpareRoom& spare = data.options.spare;
-  if (spare.links == 0) {
-    return;
+  for (Index copy = 0; copy < data.copy_count(); ++copy) {
+    CopyState& state = data.copy(copy);
+    const std::size_t count = state.particles.size() + static_cast<std::size_t>(spare.vertices);
+    state.particles.reserve(count);
+    state.velocities.reserve(count);
+    state.falling.reserve(state.falling.empty() ? 0 : count);
   }
-  constexpr int kSpareGroups = 8;  // of each type; edits that find no free one are rare
-  constexpr std::size_t kToolPhases = 64;
-  constexpr std::size_t kLinksAtVertex = 8;  // room for a list that moves
+  const auto vertices = static_cast<std::size_t>(spare.vertices);
+  const auto tets = static_cast<std::size_t>(spare.tets);
+  const auto edges = static_cast<std::size_t>(spare.edges);
   const auto links = static_cast<std::size_t>(spare.links);
-  data.links.reserve(data.links.size() + links);
-  data.distance_ids.reserve(0, links);
-  data.vertex_links.reserve(0, 2 * kLinksAtVertex * links);
-  for (int i = 0; i < kSpareGroups; ++i) {
-    open_group(data, PhaseKind::distance);
-  }
-  std::vector<Index> groups;
-  for (const Phase& phase : data.constraint_phases) {
-    if (phase.level == last_level(data) && takes(phase, PhaseKind::distance)) {
-      groups.push_back(phase.color);
-    }
-  }
-  data.distances.reserve(links, groups);
+  const auto reserve = [](std::size_t count, auto&... lists) {
+    (lists.reserve(lists.size() + count), ...);
+  };
+  reserve(vertices, data.previous, data.place_of_vertex, data.vertex_masses,
+          data.later_vertex_bodies);
+  reserve(tets, data.tets, data.tet_edges, data.tet_alive, data.tet_masses, data.later_tet_bodies);
+  reserve(edges, data.edges, data.edge_tets);
+  reserve(links, data.links);
+  data.distance_ids.reserve(edges, links);
+  constexpr std::size_t kTetsAtVertex = 64, kLinksAtVertex = 8;  // room for a list that moves
+  data.vertex_tets.reserve(vertices, 4 * kTetsAtVertex * tets);
+  data.vertex_links.reserve(vertices, 2 * kLinksAtVertex * links);
+  reserve_groups(data, PhaseKind::distance, edges + links);
+  reserve_groups(data, PhaseKind::volume, tets);
+  reserve_groups(data, PhaseKind::neo_hookean, tets);
+  reserve_groups(data, PhaseKind::strain_limit, edges);
+  constexpr std::size_t kToolPhases = 64;
   data.plan.phases.reserve(data.constraint_phases.size() + kToolPhases);
 }
 

@@ -61,9 +61,13 @@ void check_options(const SolverOptions& options) {
   if (options.copies < 1) {
     throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
   }
-  if (options.spare.links < 0) {
-    throw InvalidArgument("spare room for links is " + std::to_string(options.spare.links) +
-                          "; it must be >= 0");
+  for (const auto& [what, count] :
+       {std::pair("vertices", options.spare.vertices), std::pair("tets", options.spare.tets),
+        std::pair("edges", options.spare.edges), std::pair("links", options.spare.links)}) {
+    if (count < 0) {
+      throw InvalidArgument(std::string("spare room for ") + what + " is " + std::to_string(count) +
+                            "; it must be >= 0");
+    }
   }
   check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
@@ -200,7 +204,6 @@ std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& o
   copy_topology(scene, data);
   copy_masses(scene, data);
   build_constraints(scene, data);
-  reserve_spare_room(data);
   data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
                                  [](const Body& body) { return body.material.damping > 0; });
   data.vertex_method = make_vertex_method(scene, data);
@@ -208,6 +211,7 @@ std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& o
     data.falling.assign(vertex_count, 1.0F);
   }
   data.others.assign(static_cast<std::size_t>(options.copies) - 1, data);
+  reserve_spare_room(data);
   data.changes.state.assign(static_cast<std::size_t>(options.copies), true);
   data.plan.name = plan_name(data.options);
   data.rebuild_plan();

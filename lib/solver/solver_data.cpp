@@ -388,7 +388,7 @@ void SolverData::undo_edit() {
     copy(i).color_attachments();
     changes.tools = true;
   }
-  rebuild_plan();
+  update_plan(releases);
   topology_version = journal.version_before;
 }
 
@@ -415,6 +415,16 @@ Index SolverData::constraint_count(const Phase& phase) const noexcept {
       break;
   }
   return 0;
+}
+
+void SolverData::update_plan(bool releases) {
+  bool changes_phases = distances.take_change_of_groups();
+  changes_phases |= volumes.take_change_of_groups();
+  changes_phases |= neo_hookeans.take_change_of_groups();
+  changes_phases |= strain_limits.take_change_of_groups();
+  if (changes_phases || releases || journal.is_growth) {
+    rebuild_plan();
+  }
 }
 
 void SolverData::rebuild_plan() {

@@ -228,6 +228,11 @@ class SolverData : public CopyState {
   /// Phases follow what tools of any copy hold and what is left, so this is called after each
   /// grasp, release or removal. Cost: O(phases + tools of all copies).
   void rebuild_plan();
+
+  /// As rebuild_plan(), but at no cost where an edit, or its undo, left no phase without
+  /// constraints and gave none its first.
+  /// @param releases  whether tools let go, or hold again
+  void update_plan(bool releases);
 };
 
 /// Calls visit(tet) for those without constraints of their own, dead ones, too.

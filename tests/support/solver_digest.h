@@ -97,6 +97,10 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(phase.level);
     digest.mix(phase.domain);
   }
+  for (const Phase& phase : data.plan.phases) {
+    digest.mix(static_cast<int>(phase.kind));
+    digest.mix(phase.color);
+  }
   const VertexBlocks::Arrays rows = data.vertex_method.blocks.arrays();
   for (const VertexBlock& block : rows.blocks) {
     digest.mix_all(block.corners);

@@ -114,9 +114,10 @@ class EditParticipant {
 /// last tetrahedron to a copy stops, as one whose tetrahedra go. Where tetrahedra give way to
 /// others, mass and rest volume stay; momentum does wherever velocity is linear over the parent.
 ///
-/// Cost: proportional to the change, to the number of phases and to what tools hold; participants
-/// add theirs. What adds anything costs O(vertex_count) with the vertex-block method, which lays
-/// out its rows anew, and on a device, which has its state fetched and its buffers made anew.
+/// Cost: proportional to the change and to what tools hold, and to the number of phases where one
+/// of them comes or goes; participants add theirs. What adds anything costs O(vertex_count) with
+/// the vertex-block method, which lays out its rows anew, and on a device, which has its state
+/// fetched and its buffers made anew.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

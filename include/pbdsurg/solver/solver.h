@@ -73,7 +73,10 @@ enum class ThreadWait : std::uint8_t {
 
 /// How much edits may add before memory has to be found for it.
 struct SpareRoom {
-  Index links = 0;  ///< about 25 bytes a link for each colour of distances
+  Index vertices = 0;
+  Index tets = 0;   ///< about 40 bytes a tetrahedron for each colour of them
+  Index edges = 0;  ///< about 30 bytes an edge, or a link, for each colour of distances
+  Index links = 0;
 };
 
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
