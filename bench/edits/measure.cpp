@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/surgery/cautery.h"
 
@@ -38,7 +40,9 @@ struct Edited : Moving {
   Edited(const TetMesh& mesh, const Scene& scene, const SolverOptions& options)
       : Moving(scene, options),
         cautery(solver, std::array{CauteryBody{0, &mesh, kGallbladderWall}}),
-        participants{&cautery} {}
+        surface(solver, 0),
+        pieces(solver),
+        participants{&cautery, &surface, &pieces} {}
 
   double remove(std::vector<Index> tets) {
     const TopologyEdit edit{.remove_tets = std::move(tets)};
@@ -46,6 +50,8 @@ struct Edited : Moving {
   }
 
   Cautery cautery;
+  LiveSurface surface;
+  LivePieces pieces;
   std::vector<EditParticipant*> participants;
 };
 

@@ -53,16 +53,13 @@ LivePieces::LivePieces(const Solver& solver)
   for (Index i = 0; i < components.count; ++i) {
     pieces_.push_back({kInvalidIndex, 0, 0, kInvalidIndex});
   }
-  for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
-    const Body& body = solver.bodies()[b];
-    for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
-      if (const Index i = components.of_vertex[v]; i != kInvalidIndex) {
-        Piece piece = pieces_[i];
-        piece.body = b;
-        piece.anchor_count += is_fixed(solver, v);
-        pieces_.set(i, piece);
-        is_fixed_.set(v, is_fixed(solver, v));
-      }
+  for (Index v = 0; v < vertex_count; ++v) {
+    if (const Index i = components.of_vertex[v]; i != kInvalidIndex) {
+      Piece piece = pieces_[i];
+      piece.body = solver.body_of_vertex(v);
+      piece.anchor_count += is_fixed(solver, v);
+      pieces_.set(i, piece);
+      is_fixed_.set(v, is_fixed(solver, v));
     }
   }
   for (Index t = 0; t < tet_count; ++t) {

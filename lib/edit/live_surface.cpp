@@ -26,11 +26,14 @@ LiveSurface::LiveSurface(const Solver& solver, Index body)
   const Body& last = solver.bodies().back();
   tets_ = {own.first_tet, own.tet_count, last.first_tet + last.tet_count};
   vertices_ = {own.first_vertex, own.vertex_count, last.first_vertex + last.vertex_count};
-  faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own.tet_count), kGone));
-  vertex_triangles_ = UndoArray(std::vector<Index>(static_cast<std::size_t>(own.vertex_count), 0));
+  const Index own_tets = tets_.local(static_cast<Index>(solver.tets().size()));
+  const Index own_vertices = vertices_.local(solver.vertex_count());
+  faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own_tets), kGone));
+  vertex_triangles_ = UndoArray(std::vector<Index>(static_cast<std::size_t>(own_vertices), 0));
   changes_.resize(kFewestChanges);
   for (Index face = 0; face < faces_.size(); ++face) {
-    if (solver.is_tet_alive(tets_.scene(face / 4))) {
+    const Index tet = tets_.scene(face / 4);
+    if (solver.is_tet_alive(tet) && solver.body_of_tet(tet) == body) {
       open(face);
     }
   }

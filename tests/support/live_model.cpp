@@ -125,8 +125,8 @@ void compare_masses(const Scene& scene, const Solver& solver, const Fresh& fresh
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     const double mass = fresh.masses[v];
     const float w = data.particle(v).w;
-    require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v], "tets at vertex",
-            v);
+    require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v],
+            "tets at vertex", v);
     require(solver.has_tissue(v) == (mass > 0), "tissue at vertex", v);
     require(mass > 0 ? is_near(data.vertex_masses[v], mass, 1e-9) : data.vertex_masses[v] == 0,
             "mass of vertex", v);
