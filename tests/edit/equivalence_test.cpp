@@ -20,7 +20,7 @@ using testing::EditTrial;
 // Would catch whatever an edit forgets, doubles or leaves behind, in any plan. scripts/soak goes on
 // with other seeds.
 TEST_CASE("edit equivalence: after any edits all is as if made of what is left", "[property]") {
-  for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
+  for (std::uint64_t seed = 0; seed < PBDSURG_EDIT_TRIALS; ++seed) {
     const std::string wrong = testing::run_edit_trial(testing::bytes_of_trial(seed));
     INFO("seed " << seed);
     REQUIRE(wrong == "");

@@ -353,7 +353,7 @@ void compare_owners(const Solver& solver, const Fresh& fresh) {
 
 // A triangle from its smallest vertex on, which keeps its winding.
 Triangle from_smallest(Triangle triangle) {
-  std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
   return triangle;
 }
 
