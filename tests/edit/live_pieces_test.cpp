@@ -120,7 +120,7 @@ bool are_same(const LivePieces& a, const LivePieces& b) {
 // Would catch a part that is not noticed, two that are taken for one, the wrong one keeping the id,
 // counts that do not follow, and an undo that leaves anything behind.
 TEST_CASE("live pieces: they equal those found afresh after any edits and undos", "[property]") {
-  constexpr std::uint64_t kSequences = 500;  // of each scene
+  constexpr std::uint64_t kSequences = 120;  // of each scene
   Index freed = 0, emptied = 0;
   for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
     INFO(sample.name);

@@ -105,7 +105,7 @@ struct Mirror {
 // Would catch a face that stays with a tetrahedron that is gone, one that is not bared, a slot used
 // twice, an undo that leaves anything behind, and a reader that is not told of a change.
 TEST_CASE("live surface: it equals one found afresh after any edits and undos", "[property]") {
-  constexpr std::uint64_t kSequences = 400;  // of each scene
+  constexpr std::uint64_t kSequences = 100;  // of each scene
   for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < kSequences; ++sequence) {
