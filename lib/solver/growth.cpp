@@ -85,7 +85,8 @@ Index open_group(SolverData& data, PhaseKind kind) {
   const Phase phase{kind, group, false, last_level(data), 0};
   const auto place =
       std::ranges::upper_bound(data.constraint_phases, phase, [](const Phase& a, const Phase& b) {
-        return std::tie(a.level, a.domain, a.kind) < std::tie(b.level, b.domain, b.kind);
+        return std::tie(a.level, a.domain, a.kind, a.serial) <  // what is serial comes last
+               std::tie(b.level, b.domain, b.kind, b.serial);
       });
   data.constraint_phases.insert(place, phase);
   return group;

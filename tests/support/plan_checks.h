@@ -4,6 +4,7 @@
 /// @file
 /// What a plan must be after any edit.
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <tuple>
@@ -14,9 +15,12 @@
 namespace pbdsurg::testing {
 
 /// Whether no two constraints that are projected at a time share a vertex: two of one group, of the
-/// edges and tetrahedra of one joint phase, or of different domains of a level.
+/// edges and tetrahedra of one joint phase, or of different domains of a level; and whether what is
+/// serial comes last of its kind, as devices have it.
 inline bool is_plan_valid(const SolverData& data) {
-  bool is_valid = true;
+  bool is_valid = std::ranges::is_sorted(data.constraint_phases, {}, [](const Phase& phase) {
+    return std::tuple(phase.level, phase.domain, phase.kind, phase.serial);
+  });
   std::map<std::tuple<Index, Index>, Index> domain_of;  // level, place
   const auto visit = [&](const Phase& phase, const auto& slots, Index group,
                          std::map<Index, Index>& users, auto user_of) {
