@@ -120,6 +120,18 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
     }
   }
   CHECK((rebuilt > 0) == (variant.max_colors > 0));
+
+  // more links at a vertex than colours: some are new
+  TopologyEdit growth;
+  for (Index v = 0; v < solver.vertex_count() && growth.new_links.size() < 40; ++v) {
+    if (v != 1 && solver.has_tissue(1) && solver.has_tissue(v)) {
+      growth.new_links.push_back({1, v, 3e-3F, {.fraction = 0.3F, .compliance = 1e-6F}});
+    }
+  }
+  REQUIRE(growth.new_links.size() == 40);
+  apply_edit(solver, growth);
+  stages = HostStages(data);
+  CHECK(have_serial_bits(stages, data));
   Index alive = 0;
   for (const TubeRecord& tube : stages.records.tubes) {
     alive += tube.places[0] >= 0;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -14,6 +13,7 @@
 
 #include "solver/solver_data.h"
 #include "support/meshes.h"
+#include "support/solver_digest.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -129,32 +129,6 @@ std::vector<Index> pick_some(std::vector<Index> ids, Index most, Choices& choice
   return picked;
 }
 
-class Digest {
- public:
-  void add(std::uint64_t bits) { bits_ = random_bits(bits_, bits); }
-  void add(Index id) { add(static_cast<std::uint64_t>(id)); }
-  void add(float value) { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
-
-  template <class Constraint>
-  void add(const ConstraintSlots<Constraint>& slots) {
-    for (Index group = 0; group < slots.group_count(); ++group) {
-      add(slots.size(group));
-      for (const Index id : slots.ids(group)) {
-        const auto record = slots.record(id);
-        add(id);
-        std::ranges::for_each(record.places, [&](Index place) { add(place); });
-        std::ranges::for_each(record.parameters, [&](float value) { add(value); });
-      }
-    }
-  }
-
-  [[nodiscard]] std::uint64_t bits() const { return bits_; }
-
- private:
-  std::uint64_t bits_ = 0;
-};
-
 }  // namespace
 
 Index Choices::below(Index count) {
@@ -212,58 +186,54 @@ std::vector<SolverOptions> edit_options(const EditScene& scene) {
   return all;
 }
 
-std::uint64_t edit_digest(const Solver& solver) {
-  const SolverData& data = solver_data(solver);
-  Digest digest;
-  digest.add(solver.state_hash());
-  digest.add(data.topology_version);
-  for (std::size_t t = 0; t < data.tets.size(); ++t) {
-    digest.add(std::uint64_t{data.tet_alive[t]});
-    std::ranges::for_each(data.tets[t], [&](Index v) { digest.add(v); });
-  }
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
-    digest.add(data.edge_tets[e]);
-    digest.add(data.edge_owners[index_of(e)]);
-  }
-  digest.add(std::uint64_t{data.links.size()});
-  for (Index v = 0; v < solver.vertex_count(); ++v) {
-    std::ranges::for_each(data.vertex_tets[v], [&](Index t) { digest.add(t); });
-    digest.add(data.vertex_masses[v]);
-    digest.add(data.particle(index_of(v)).w);
-  }
-  digest.add(data.distances);
-  digest.add(data.volumes);
-  digest.add(data.neo_hookeans);
-  digest.add(data.strain_limits);
-  for (const Phase& phase : data.plan.phases) {
-    digest.add(static_cast<Index>(phase.kind));
-    digest.add(phase.color);
-  }
-  return digest.bits();
-}
-
 EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options)
     : scene_(&scene),
       solver_(scene.scene, options),
-      heat_(scene.first_mesh, kLiver),
-      model_(scene.scene, solver_) {}
+      heat_(scene.first_mesh, kLiver, solver_.body(0)),
+      pieces_(solver_),
+      model_(scene.scene, solver_) {
+  for (Index body = 0; body < index_of(solver_.bodies().size()); ++body) {
+    surfaces_.emplace_back(solver_, body);
+  }
+}
+
+std::vector<EditParticipant*> EditTrial::participants() {
+  std::vector<EditParticipant*> all{&heat_, &pieces_};
+  for (LiveSurface& surface : surfaces_) {
+    all.push_back(&surface);
+  }
+  return all;
+}
 
 void EditTrial::edit(const TopologyEdit& change) {
-  EditParticipant* participants[] = {&heat_};
-  apply_edit(solver_, change, participants);
+  apply_edit(solver_, change, participants());
   model_.apply(change);
+}
+
+std::string EditTrial::edit_and_undo(Choices& choices) {
+  const TopologyEdit edit = make_edit(choices);
+  const std::uint64_t before = digest_of(solver_data(solver_));
+  const EditResult result = apply_edit(solver_, edit, participants());
+  const bool steps = choices.below(4) == 0;
+  std::string wrong = steps ? step() : "";
+  undo_edit(solver_, edit, result, participants());
+  if (wrong.empty() && !steps && digest_of(solver_data(solver_)) != before) {
+    wrong = "undo leaves something changed";
+  }
+  return wrong;
 }
 
 std::string EditTrial::try_bad_edit(Choices& choices) {
   TopologyEdit edit = make_edit(choices);
   spoil(choices, edit);
-  const std::uint64_t before = edit_digest(solver_);
-  EditParticipant* participants[] = {&heat_};
+  const std::uint64_t before = digest_of(solver_data(solver_));
   try {
-    apply_edit(solver_, edit, participants);
+    apply_edit(solver_, edit, participants());
     return "a bad edit was accepted";
   } catch (const InvalidArgument&) {
-    return edit_digest(solver_) == before ? "" : "a bad edit was refused, but something changed";
+    return digest_of(solver_data(solver_)) == before
+               ? ""
+               : "a bad edit was refused, but something changed";
   }
 }
 
@@ -275,8 +245,14 @@ std::string EditTrial::step() {
 }
 
 std::string EditTrial::difference() const {
-  const std::string of_solver = model_.difference(solver_);
-  return of_solver.empty() ? model_.difference(heat_, scene_->first_mesh, kLiver, 0) : of_solver;
+  std::string wrong = model_.difference(solver_);
+  if (wrong.empty()) {
+    wrong = model_.difference(heat_, scene_->first_mesh, kLiver, 0);
+  }
+  for (std::size_t body = 0; body < surfaces_.size() && wrong.empty(); ++body) {
+    wrong = model_.difference(surfaces_[body], solver_, index_of(body));
+  }
+  return wrong.empty() ? model_.difference(pieces_, solver_) : wrong;
 }
 
 TopologyEdit EditTrial::make_edit(Choices& choices) const {
@@ -425,16 +401,20 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes) {
   const EditScene& scene = edit_scenes()[choices.below(index_of(edit_scenes().size()))];
   std::vector<SolverOptions> options = edit_options(scene);
   const Index option = choices.below(index_of(options.size()));
-  if (choices.below(64) == 0) {  // few: threads of a busy machine wait long for each other
+  if (choices.below(16) == 0) {
     options[option].backend = BackendKind::threaded;
     options[option].threads = 2;
   }
   EditTrial trial(scene, options[option]);
   std::string wrong;
   while (wrong.empty() && !choices.is_spent()) {
-    switch (choices.below(8)) {
+    switch (choices.below(10)) {
       case 0:
         wrong = trial.try_bad_edit(choices);
+        break;
+      case 2:
+      case 3:
+        wrong = trial.edit_and_undo(choices);
         break;
       case 1:
         wrong = trial.step();

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
@@ -54,11 +56,7 @@ struct EditScene {
 /// Ways of solving that a scene allows, one for each way in which constraints are kept.
 [[nodiscard]] std::vector<SolverOptions> edit_options(const EditScene& scene);
 
-/// 64 bits that differ when any bit of what an edit may change does: state, topology, masses,
-/// constraints in their order, phases.
-[[nodiscard]] std::uint64_t edit_digest(const Solver& solver);
-
-/// A solver, a heat field that follows it, and their model.
+/// A solver, all that follows its edits, and their model.
 class EditTrial {
  public:
   EditTrial(const EditScene& scene, const SolverOptions& options);
@@ -66,6 +64,10 @@ class EditTrial {
   /// @param change  a good one
   void edit(const TopologyEdit& change);
   void edit(Choices& choices) { edit(make_edit(choices)); }
+
+  /// Makes a good edit and takes it back, with or without a step in between.
+  /// @return  what went wrong; empty if, without a step, all bits are those of before
+  [[nodiscard]] std::string edit_and_undo(Choices& choices);
 
   /// Tries a bad edit: a good one with something in it that must be refused.
   /// @return  what went wrong; empty if it was refused and nothing changed
@@ -80,6 +82,7 @@ class EditTrial {
   [[nodiscard]] const Solver& solver() const { return solver_; }
 
  private:
+  [[nodiscard]] std::vector<EditParticipant*> participants();
   [[nodiscard]] TopologyEdit make_edit(Choices& choices) const;
   void add_removals(Choices& choices, TopologyEdit& edit) const;
   void add_rest_values(Choices& choices, TopologyEdit& edit) const;
@@ -88,6 +91,8 @@ class EditTrial {
   const EditScene* scene_;
   Solver solver_;
   HeatField heat_;
+  std::vector<LiveSurface> surfaces_;  // [body]
+  LivePieces pieces_;
   LiveModel model_;
 };
 

@@ -353,11 +353,14 @@ void compare_owners(const Solver& solver, const Fresh& fresh) {
 
 // A triangle from its smallest vertex on, which keeps its winding.
 Triangle from_smallest(Triangle triangle) {
-  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+  std::ranges::rotate(triangle, std::ranges::min_element(triangle));
   return triangle;
 }
 
-void compare_surface(const Solver& solver, const std::vector<bool>& tet_alive, Index body) {
+// Sorted, with the tetrahedron that each bounds.
+using Surface = std::vector<std::pair<Triangle, Index>>;
+
+Surface find_surface(const Solver& solver, const std::vector<bool>& tet_alive, Index body) {
   struct Face {
     Triangle sorted;
     Triangle vertices;
@@ -376,20 +379,25 @@ void compare_surface(const Solver& solver, const std::vector<bool>& tet_alive, I
     }
   }
   std::ranges::sort(faces, {}, &Face::sorted);
-  std::vector<std::pair<Triangle, Index>> expected, actual;
+  Surface surface;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (i + 1 < faces.size() && faces[i].sorted == faces[i + 1].sorted) {
       ++i;  // within
     } else {
-      expected.emplace_back(faces[i].vertices, faces[i].tet);
+      surface.emplace_back(faces[i].vertices, faces[i].tet);
     }
   }
+  std::ranges::sort(surface);
+  return surface;
+}
+
+void compare_surface(const Solver& solver, const std::vector<bool>& tet_alive, Index body) {
+  Surface actual;
   for (const BoundaryTriangle& triangle : find_live_boundary(solver, body)) {
     actual.emplace_back(from_smallest(triangle.vertices), triangle.tet);
   }
-  std::ranges::sort(expected);
   std::ranges::sort(actual);
-  require(actual == expected, "surface of body", body);
+  require(actual == find_surface(solver, tet_alive, body), "surface of body", body);
 }
 
 }  // namespace
@@ -452,7 +460,8 @@ std::string LiveModel::difference(const HeatField& field, const TetMesh& mesh,
       live.push_back(mesh.tets()[t]);
     }
   }
-  HeatField expected(TetMesh({mesh.positions().begin(), mesh.positions().end()}, live), tissue);
+  HeatField expected(TetMesh({mesh.positions().begin(), mesh.positions().end()}, live), tissue,
+                     where);
   HeatField actual = field;
   const std::vector<HeatSource> sources{{live.empty() ? 0 : live.front()[0], kPower},
                                         {live.empty() ? 0 : live.back()[3], kPower}};
@@ -467,6 +476,52 @@ std::string LiveModel::difference(const HeatField& field, const TetMesh& mesh,
     }
   }
   return is_near(actual.ledger().in, expected.ledger().in, 1e-9) ? "" : "heat delivered";
+}
+
+std::string LiveModel::difference(const LiveSurface& surface, const Solver& solver,
+                                  Index body) const {
+  Surface actual;
+  for (std::size_t slot = 0; slot < surface.triangles().size(); ++slot) {
+    if (surface.origins()[slot].tet != kInvalidIndex) {
+      actual.emplace_back(from_smallest(surface.triangles()[slot]), surface.origins()[slot].tet);
+    } else if (surface.triangles()[slot] != LiveSurface::kEmptyTriangle) {
+      return "triangle in an empty slot (" + std::to_string(slot) + ")";
+    }
+  }
+  std::ranges::sort(actual);
+  return actual == find_surface(solver, tet_alive_, body)
+             ? ""
+             : "live surface of body (" + std::to_string(body) + ")";
+}
+
+std::string LiveModel::difference(const LivePieces& pieces, const Solver& solver) const {
+  std::vector<Tet> live;
+  std::vector<Index> ids;
+  for (std::size_t t = 0; t < tet_alive_.size(); ++t) {
+    if (tet_alive_[t]) {
+      live.push_back(solver.tets()[t]);
+      ids.push_back(index_of(t));
+    } else if (pieces.piece_of(index_of(t)) != kInvalidIndex) {
+      return "piece of a tet that is gone (" + std::to_string(t) + ")";
+    }
+  }
+  const Components components = find_components(solver.vertex_count(), live);
+  std::map<Index, Index> piece_of, component_of, counts;
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    const Index component = components.of_vertex[live[i][0]];
+    const Index piece = pieces.piece_of(ids[i]);
+    if (piece_of.try_emplace(component, piece).first->second != piece ||
+        component_of.try_emplace(piece, component).first->second != component) {
+      return "piece of tet (" + std::to_string(ids[i]) + ")";
+    }
+    ++counts[piece];
+  }
+  for (Index piece = 0; piece < pieces.count(); ++piece) {
+    if (pieces.tet_count(piece) != counts[piece]) {
+      return "tetrahedra of piece (" + std::to_string(piece) + ")";
+    }
+  }
+  return {};
 }
 
 }  // namespace pbdsurg::testing

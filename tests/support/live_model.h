@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
@@ -36,6 +38,11 @@ class LiveModel {
   /// @param mesh  the body's rest mesh
   [[nodiscard]] std::string difference(const HeatField& field, const TetMesh& mesh,
                                        const TissueProperties& tissue, Index body) const;
+
+  /// The same of the surface of a body, and of the pieces of all.
+  [[nodiscard]] std::string difference(const LiveSurface& surface, const Solver& solver,
+                                       Index body) const;
+  [[nodiscard]] std::string difference(const LivePieces& pieces, const Solver& solver) const;
 
  private:
   const Scene* scene_;
