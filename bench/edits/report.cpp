@@ -78,7 +78,7 @@ std::string verdict(const std::string& what, double value, double most) {
 
 constexpr const char* kLegend = R"(# Edits
 
-- tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field takes part
+- tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field, a live surface and live pieces take part
 - one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is the edit and what the next step takes more
 - a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, which hears of an edit in the next step, what is added where that is more
 )";

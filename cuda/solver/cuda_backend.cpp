@@ -68,8 +68,6 @@ class CudaBackend final : public Backend {
         overlaps_(can_overlap(kernels_of(data.options))),
         state_(data, stream_.get()) {
     make_plan(data);
-    name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
-            (data.options.math == MathMode::strict ? "strict" : "fast");
   }
 
   ~CudaBackend() override {  // what is at work there needs the buffers
@@ -147,6 +145,8 @@ class CudaBackend final : public Backend {
     StageRecords records;
     plan_ = StagePlan(data, records);
     choose_sweeps(data, records);
+    name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
+            (data.options.math == MathMode::strict ? "strict" : "fast");
     constraints_.upload(records, remembers && strategy_ != DeviceStrategy::cluster,
                         data.copy_count(), stream_.get());
     vertices_.upload(data, stream_.get());
@@ -154,9 +154,10 @@ class CudaBackend final : public Backend {
   }
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
-    // once chosen, it stays
+    // once chosen, it stays, unless an edit outgrows a cluster that nobody asked for
     const DeviceStrategy wanted =
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
+    const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
     if (wanted == DeviceStrategy::cluster && !projects) {
       throw BackendUnavailable(
@@ -170,7 +171,7 @@ class CudaBackend final : public Backend {
         strategy_ = DeviceStrategy::cluster;
         return;
       }
-      if (wanted == DeviceStrategy::cluster) {
+      if (is_asked) {
         throw BackendUnavailable(
             "a cluster cannot take this solver: it needs a device of compute capability 9.0 on, a "
             "plan without joint and serial phases, and vertices that fit in the shared memory of "

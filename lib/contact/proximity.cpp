@@ -18,6 +18,12 @@ std::vector<Index> find_vertices_near(const Solver& solver, Index body,
   }
   std::vector<Index> ids(static_cast<std::size_t>(where.vertex_count));
   std::iota(ids.begin(), ids.end(), where.first_vertex);
+  const Body& last = solver.bodies().back();
+  for (Index v = last.first_vertex + last.vertex_count; v < solver.vertex_count(); ++v) {
+    if (solver.body_of_vertex(v) == body) {  // edits brought it
+      ids.push_back(v);
+    }
+  }
   std::vector<Eigen::Vector3f> positions(ids.size());
   solver.read_positions(ids, positions);
   std::vector<Index> found;

@@ -576,6 +576,9 @@ CutPlan plan_cut(const CutTissue& tissue, const CutSurface& surface, const CutOp
     throw InvalidArgument("the cut's snap is " + std::to_string(options.snap) +
                           "; it must be in [0.01, 0.4]");
   }
+  if (surface.triangles.empty()) {  // a blade that rests
+    return {{}, options.front};
+  }
   return CutPlanner(tissue, surface, options).plan();
 }
 

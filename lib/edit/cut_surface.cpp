@@ -63,9 +63,6 @@ Vector3d unit_normal(const CutSurface& surface, const Triangle& triangle) {
 // corners weighted by angle: Baerentzen and Aanaes 2005, "Signed distance computation using the
 // angle weighted pseudonormal".
 CutSides::CutSides(const CutSurface& surface) {
-  if (surface.triangles.empty()) {
-    throw InvalidArgument("the cut's surface has no triangle");
-  }
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
     if (!surface.points[i].allFinite()) {
       throw InvalidArgument("point " + std::to_string(i) + " of the cut's surface is not finite");

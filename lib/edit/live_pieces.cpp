@@ -28,8 +28,7 @@ Index find_root(std::vector<Node>& nodes, Index i) {
 
 }  // namespace
 
-LivePieces::LivePieces(const Solver& solver)
-    : topology_version_(solver.topology_version()), topology_version_before_(topology_version_) {
+LivePieces::LivePieces(const Solver& solver) : followed_(solver) {
   const std::span<const Tet> tets = solver.tets();
   const auto tet_count = static_cast<Index>(tets.size());
   const Index vertex_count = solver.vertex_count();
@@ -67,7 +66,7 @@ LivePieces::LivePieces(const Solver& solver)
       add_tet(components.of_vertex[tets[t][0]], t);
     }
   }
-  first_freed_ = count();
+  first_freed_ = first_freed_before_ = count();
 }
 
 std::vector<Index> LivePieces::tets(Index piece) const {
@@ -80,6 +79,7 @@ std::vector<Index> LivePieces::tets(Index piece) const {
 }
 
 Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index smallest) {
+  followed_.check(solver, "live pieces");
   const std::span<const Tet> tets = solver.tets();
   std::vector<Index> kept;  // ascending
   for (const CornerMove& move : edit.corner_moves) {
@@ -87,6 +87,13 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
   }
   for (const NewTet& tet : edit.new_tets) {
     kept.push_back(tet.parent);
+  }
+  for (const Link& link : edit.new_links) {
+    for (const Index v : {link.first, link.second}) {
+      if (v >= 0 && v < first_later_.size()) {
+        for_each_tet_at(tets, v, [&](Index t) { kept.push_back(t); });
+      }
+    }
   }
   std::sort(kept.begin(), kept.end());
 
@@ -133,12 +140,7 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
 }
 
 void LivePieces::validate(const Solver& solver, const TopologyEdit&) const {
-  if (solver.topology_version() != topology_version_) {
-    throw InvalidArgument("live pieces follow topology version " +
-                          std::to_string(topology_version_) + ", but the solver is at " +
-                          std::to_string(solver.topology_version()) +
-                          "; they must take part in every edit");
-  }
+  followed_.check(solver, "live pieces");
 }
 
 void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
@@ -148,8 +150,7 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
   is_fixed_.begin_edit();
   first_later_.begin_edit();
   later_tets_.begin_edit();
-  topology_version_before_ = topology_version_;
-  topology_version_ = result.topology_version;
+  followed_.apply(result);
   rests_.resize(static_cast<std::size_t>(count()));
 
   const std::span<const Tet> tets = solver.tets();
@@ -199,6 +200,7 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
   }
 
   find_freed_parts(tets);
+  first_freed_before_ = first_freed_;
   first_freed_ = count();
   for (const Index part : freed_) {
     free_part(tets, parts_[part]);
@@ -215,8 +217,8 @@ void LivePieces::undo(const Solver&, const TopologyEdit&, const EditResult&) noe
   part_of_.resize(static_cast<std::size_t>(is_fixed_.size()));
   next_.resize(part_of_.size());
   leaving_.resize(static_cast<std::size_t>(tets_.size()));
-  first_freed_ = count();
-  topology_version_ = topology_version_before_;
+  first_freed_ = first_freed_before_;
+  followed_.undo();
 }
 
 // Calls visit(tet) for the tetrahedra that are at a vertex now.

@@ -20,8 +20,7 @@ constexpr std::size_t kFewestChanges = 1024;
 
 }  // namespace
 
-LiveSurface::LiveSurface(const Solver& solver, Index body)
-    : topology_version_(solver.topology_version()), topology_version_before_(topology_version_) {
+LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
   const Body& own = solver.body(body);
   const Body& last = solver.bodies().back();
   tets_ = {own.first_tet, own.tet_count, last.first_tet + last.tet_count};
@@ -72,12 +71,7 @@ void LiveSurface::collect_changes(std::uint64_t since, std::vector<SlotRange>& r
 }
 
 void LiveSurface::validate(const Solver& solver, const TopologyEdit&) const {
-  if (solver.topology_version() != topology_version_) {
-    throw InvalidArgument("a live surface follows topology version " +
-                          std::to_string(topology_version_) + ", but the solver is at " +
-                          std::to_string(solver.topology_version()) +
-                          "; it must take part in every edit");
-  }
+  followed_.check(solver, "a live surface");
 }
 
 void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
@@ -88,8 +82,7 @@ void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
   triangles_.begin_edit();
   origins_.begin_edit();
   version_before_ = version_;
-  topology_version_before_ = topology_version_;
-  topology_version_ = result.topology_version;
+  followed_.apply(result);
 
   while (vertices_.scene(vertex_triangles_.size()) < solver.vertex_count()) {
     vertex_triangles_.push_back(0);
@@ -146,7 +139,7 @@ void LiveSurface::undo(const Solver&, const TopologyEdit&, const EditResult&) no
   }
   triangles_.undo();
   origins_.undo();
-  topology_version_ = topology_version_before_;
+  followed_.undo();
 }
 
 bool LiveSurface::is_own(Index tet) const noexcept {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/edit/topology_edit.h"
 
+#include <algorithm>
 #include <string>
 
 #include "pbdsurg/core/error.h"
@@ -44,6 +45,16 @@ void set_rest_volume(SolverData& data, const RestVolumeChange& change) {
   set_vertex_rest_volume(data, change.tet, change.rest_volume);
 }
 
+void check_participants(std::span<EditParticipant* const> participants) {
+  for (std::size_t i = 0; i < participants.size(); ++i) {
+    const auto others = participants.first(i);
+    if (participants[i] == nullptr || std::ranges::find(others, participants[i]) != others.end()) {
+      throw InvalidArgument("participant " + std::to_string(i) +
+                            " is null or takes part already; each must be named once");
+    }
+  }
+}
+
 void clear(EditResult& result) {
   for (std::vector<Index>* const ids :
        {&result.tets, &result.edges, &result.links, &result.vertices}) {
@@ -64,6 +75,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
                 std::span<EditParticipant* const> participants) {
   SolverData& data = solver_data(solver);
   data.finish_running_step();
+  check_participants(participants);
   check_edit(data, edit);
   for (const EditParticipant* participant : participants) {
     participant->validate(solver, edit);
@@ -110,6 +122,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   data.update_plan(!data.journal.releases.empty());
   result.topology_version = data.last_topology_version + 1;
   data.end_edit(fingerprint_of(edit, result));
+  data.journal.participants.assign(participants.begin(), participants.end());
 
   for (EditParticipant* participant : participants) {
     participant->apply(solver, edit, result);
@@ -125,6 +138,14 @@ void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& resul
                           std::to_string(result.topology_version) +
                           " is not the last one of this solver, or was taken back; it is at " +
                           std::to_string(data.topology_version));
+  }
+  if (!std::ranges::equal(data.journal.participants, participants)) {
+    throw InvalidArgument(
+        "an edit is taken back with the participants that it had, in their order");
+  }
+  const auto is_of_edit = [&](Index place) { return place >= data.vertex_count_before_edit(); };
+  if (std::ranges::any_of(data.watched_places, is_of_edit)) {
+    throw InvalidArgument("a vertex that the edit brought is watched; watch others first");
   }
   data.undo_edit();
   for (std::size_t i = participants.size(); i-- > 0;) {

@@ -43,7 +43,7 @@ void EdgeOwners::hand_over(Index edge, std::span<const std::array<Index, 6>> tet
   for (const Index tet : tets_around_[edge]) {
     const auto& edges = tet_edges[tet];
     const auto owned =
-        std::count_if(edges.begin(), edges.end(), [&](Index e) { return owners_[e] == tet; });
+        std::count_if(edges.begin(), edges.end(), [&](Index e) { return (*this)[e] == tet; });
     const bool has_edge = std::ranges::find(edges, edge) != edges.end();  // it may have moved away
     if (volumes.is_alive(tet) && has_edge && owned < fewest) {
       fewest = owned;

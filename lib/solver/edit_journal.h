@@ -51,10 +51,11 @@ struct EditJournal {
     bool was_added;
   };
 
-  bool is_open = false;              ///< the edit was not taken back, and none is under way
-  bool is_growth = false;            ///< it added constraints, or gave some other vertices
-  std::uint64_t fingerprint = 0;     ///< of the edit and its result
-  std::uint64_t version_before = 0;  ///< of the topology
+  bool is_open = false;                   ///< the edit was not taken back, and none is under way
+  bool is_growth = false;                 ///< it added constraints, or gave some other vertices
+  std::uint64_t fingerprint = 0;          ///< of the edit and its result
+  std::uint64_t version_before = 0;       ///< of the topology
+  std::vector<const void*> participants;  ///< who followed it
   std::size_t vertex_count = 0, tet_count = 0, edge_count = 0, link_count = 0;  ///< before
   std::vector<PhaseKind> opened_groups;  ///< of constraints, by their kind
   std::vector<Index> tets;               ///< removed

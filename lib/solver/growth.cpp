@@ -159,10 +159,11 @@ void add_vertex(SolverData& data, Index first, Index second, float share) {
       state.falling.push_back(between(state.falling[a], state.falling[b]));
     }
   }
+  const Index body = data.body_of_vertex(first);  // while both arrays below count alike
   data.previous.push_back(data.particles.back());
   data.place_of_vertex.push_back(place);
   data.vertex_masses.push_back(0);
-  data.later_vertex_bodies.push_back(data.body_of_vertex(first));
+  data.later_vertex_bodies.push_back(body);
   data.vertex_tets.resize(place + 1);
   data.vertex_links.resize(place + 1);
 }

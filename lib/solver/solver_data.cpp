@@ -359,8 +359,12 @@ void SolverData::undo_edit() {
   for (; !journal.masses.empty(); journal.masses.pop_back()) {
     const EditJournal::Mass& before = journal.masses.back();
     vertex_masses[before.vertex] = before.mass;
-    set_inverse_mass(before.vertex, before.w);
+    for (Index i = 0; i < copy_count(); ++i) {  // those that had stopped move on, see below
+      copy(i).particles[place_of_vertex[before.vertex]].w = before.w;
+    }
+    log_vertex(before.vertex);
   }
+  const bool lets_go = release_vertices_from(static_cast<Index>(journal.vertex_count));
   if (journal.is_growth) {
     undo_growth(*this);
   }
@@ -388,8 +392,25 @@ void SolverData::undo_edit() {
     copy(i).color_attachments();
     changes.tools = true;
   }
-  update_plan(releases);
+  update_plan(releases || lets_go);
   topology_version = journal.version_before;
+}
+
+bool SolverData::release_vertices_from(Index end) {
+  bool lets_go = false;
+  for (Index i = 0; i < copy_count(); ++i) {
+    std::size_t released = 0;
+    for (ToolState& tool : copy(i).tools) {
+      released += std::erase_if(tool.attachments,
+                                [&](const Attachment& held) { return held.vertex >= end; });
+    }
+    if (released > 0) {
+      copy(i).color_attachments();
+      changes.tools = true;
+      lets_go = true;
+    }
+  }
+  return lets_go;
 }
 
 void SolverData::forget_releases(Index index, Index tool) {

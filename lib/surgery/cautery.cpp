@@ -30,7 +30,7 @@ constexpr float kLeastChange = 0.01F;
 
 Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
                  const CauteryOptions& options)
-    : options_(options), rest_volumes_(bodies.size()) {
+    : followed_(solver), options_(options), rest_volumes_(bodies.size()) {
   if (!(options.contact_radius > 0) || !std::isfinite(options.contact_radius)) {
     throw InvalidArgument("contact_radius is " + std::to_string(options.contact_radius) +
                           " m; it must be positive and finite");
@@ -45,6 +45,13 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
   }
   check_range("dry_water", options.dry_water, 0, 1);
   check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
+  if (!solver.bodies().empty()) {
+    const Body& last = solver.bodies().back();
+    if (solver.vertex_count() > last.first_vertex + last.vertex_count ||
+        static_cast<Index>(solver.tets().size()) > last.first_tet + last.tet_count) {
+      throw InvalidArgument("edits have split tissue; a cautery must be made before");
+    }
+  }
   for (const CauteryBody& entry : bodies) {
     const Body& body = solver.body(entry.body);
     if (std::any_of(bodies_.begin(), bodies_.end(),
@@ -65,10 +72,6 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
                             std::to_string(body.tet_count));
     }
     bodies_.push_back(body);
-    if (solver.vertex_count() >
-        solver.bodies().back().first_vertex + solver.bodies().back().vertex_count) {
-      throw InvalidArgument("edits brought new vertices; a cautery must be made before");
-    }
     fields_.emplace_back(*entry.mesh, entry.tissue, body);
   }
   EditResult gone;
@@ -115,7 +118,8 @@ double Cautery::shrunk(double water) const {
 }
 
 std::vector<Cautery::Share> Cautery::find_touched_vertices(
-    std::span<const Eigen::Vector3f> positions, std::size_t i, const Eigen::Vector3f& tip) const {
+    const Solver& solver, std::span<const Eigen::Vector3f> positions, std::size_t i,
+    const Eigen::Vector3f& tip) const {
   const HeatField& field = fields_[i];
   const auto is_wet = [&](Index v) { return field.water()[v] > options_.dry_water; };
   const auto vertex_count = static_cast<Index>(field.water().size());
@@ -131,10 +135,18 @@ std::vector<Cautery::Share> Cautery::find_touched_vertices(
   if (touches_dry) {
     // through dry tissue the current goes on to the wet tissue behind it
     std::vector<double> behind(nearness.size(), 0.0);
-    for (const Edge& edge : field.edges()) {
-      for (const auto& [near, far] : {std::pair(edge[0], edge[1]), std::pair(edge[1], edge[0])}) {
-        if (nearness[near] > 0 && !is_wet(near) && is_wet(far) && field.has_tissue(far)) {
-          behind[far] = std::max(behind[far], nearness[near]);
+    for (Index t = 0; t < static_cast<Index>(field.tets().size()); ++t) {
+      if (!solver.is_tet_alive(field.scene_tet(t))) {
+        continue;
+      }
+      for (const Index near : field.tets()[t]) {
+        if (!(nearness[near] > 0) || is_wet(near)) {
+          continue;
+        }
+        for (const Index far : field.tets()[t]) {
+          if (is_wet(far)) {
+            behind[far] = std::max(behind[far], nearness[near]);
+          }
         }
       }
     }
@@ -247,6 +259,7 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
                           std::to_string(dt) +
                           " s: the tip must be finite, the power >= 0, the time positive");
   }
+  followed_.check(solver, "a cautery");
   const std::vector<Eigen::Vector3f> positions = solver.positions();
   CauteryReport report;
   std::vector<std::vector<Share>> touched(fields_.size());
@@ -254,7 +267,7 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
   double weight = 0;
   if (power > 0) {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      touched[i] = find_touched_vertices(positions, i, tip);
+      touched[i] = find_touched_vertices(solver, positions, i, tip);
       report.contact_vertices += static_cast<Index>(touched[i].size());
       for (const Share& share : touched[i]) {
         weight += share.weight;
@@ -283,8 +296,10 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
         std::min(power * dt * share.weight / weight, options_.link_energy - link_doses_[share.id]);
     link_doses_[share.id] += energy;
     link_energy_spent_ += energy;
-    if (!(link_doses_[share.id] < options_.link_energy)) {
-      edit.remove_links.push_back(share.id);
+  }
+  for (Index l = 0; l < static_cast<Index>(link_doses_.size()); ++l) {
+    if (!(link_doses_[l] < options_.link_energy) && solver.is_link_alive(l)) {
+      edit.remove_links.push_back(l);
     }
   }
   report.energy = energy_in() - energy_before;
@@ -292,17 +307,22 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
   if (!edit.remove_tets.empty() || !edit.remove_links.empty() || !edit.rest_lengths.empty() ||
       !edit.rest_volumes.empty()) {
     std::vector<EditParticipant*> all(participants.begin(), participants.end());
-    all.push_back(this);
+    if (std::find(all.begin(), all.end(), this) == all.end()) {
+      all.push_back(this);
+    }
     report.edit = apply_edit(solver, edit, all);
     report.request = std::move(edit);
   }
   return report;
 }
 
-void Cautery::validate(const Solver&, const TopologyEdit&) const {}
+void Cautery::validate(const Solver& solver, const TopologyEdit&) const {
+  followed_.check(solver, "a cautery");
+}
 
 void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
+  followed_.apply(result);
   for (HeatField& field : fields_) {
     field.apply(solver, edit, result);
   }
@@ -311,6 +331,7 @@ void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
 
 void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
                    const EditResult& result) noexcept {
+  followed_.undo();
   for (HeatField& field : fields_) {
     field.undo(solver, edit, result);
   }

@@ -236,6 +236,8 @@ void ConnectiveTissue::read_ends(const Solver& solver) {
     throw InvalidArgument("strand " + std::to_string(strands_.size() - 1) +
                           " has links that the solver lacks; join organs before making a solver");
   }
+  followed_.check(solver, "connective tissue");
+  events_.reserve(strands_.size());  // apply() allocates nothing
   positions_.resize(ends_.size());
   solver.read_positions(ends_, positions_);
 }
@@ -293,14 +295,19 @@ EditResult ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep
     return nothing;
   }
   all_participants_.assign(participants.begin(), participants.end());
-  all_participants_.push_back(this);
+  if (std::ranges::find(all_participants_, this) == all_participants_.end()) {
+    all_participants_.push_back(this);
+  }
   return apply_edit(solver, edit_, all_participants_);
 }
 
-void ConnectiveTissue::validate(const Solver&, const TopologyEdit&) const {}
+void ConnectiveTissue::validate(const Solver& solver, const TopologyEdit&) const {
+  followed_.check(solver, "connective tissue");
+}
 
 void ConnectiveTissue::apply(const Solver& solver, const TopologyEdit& edit,
                              const EditResult& result) noexcept {
+  followed_.apply(result);
   undone_events_ = events_.size();
   for (std::size_t i = 0; i < result.links.size(); ++i) {
     const Index strand = find_strand(strands_, result.links[i]);
@@ -321,6 +328,7 @@ void ConnectiveTissue::apply(const Solver& solver, const TopologyEdit& edit,
 
 void ConnectiveTissue::undo(const Solver& solver, const TopologyEdit& edit,
                             const EditResult&) noexcept {
+  followed_.undo();
   for (std::size_t i = undone_events_; i < events_.size(); ++i) {
     is_whole_[events_[i].strand] = true;
   }

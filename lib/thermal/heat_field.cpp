@@ -281,10 +281,12 @@ void HeatField::add_vertex(Index scene_vertex, Index first, Index second, double
   vertex_ids_.added.push_back(scene_vertex);
   resize(added + 1, tets_.size(), edges_.size());
   const auto between = [&](auto& values) {
-    values[added] =
-        first == second ? values[first] : (1 - share) * values[first] + share * values[second];
+    values[added] = std::lerp(values[first], values[second], share);  // never beyond either
   };
-  between(rest_positions_);
+  rest_positions_[added] =
+      first == second
+          ? rest_positions_[first]
+          : Eigen::Vector3d((1 - share) * rest_positions_[first] + share * rest_positions_[second]);
   between(temperatures_);
   between(peaks_);
   between(water_);
@@ -330,9 +332,12 @@ void HeatField::replace_corner(Index tet, Index from, Index to) noexcept {
   link_tet(tet);
 }
 
-void HeatField::validate(const Solver&, const TopologyEdit&) const {}
+void HeatField::validate(const Solver& solver, const TopologyEdit&) const {
+  followed_.check(solver, "a heat field");
+}
 
 void HeatField::apply(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
+  followed_.apply(result);
   removed_before_ = removed_;
   vertices_before_ = vertex_ids_.size();
   tets_before_ = tet_ids_.size();
@@ -408,6 +413,7 @@ void HeatField::apply(const Solver&, const TopologyEdit& edit, const EditResult&
 }
 
 void HeatField::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
+  followed_.undo();
   const HeatLedger before = has_stepped_ ? ledger() : HeatLedger{};
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
     const Index t = find_tet(result.first_new_tet + static_cast<Index>(i));

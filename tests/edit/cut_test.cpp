@@ -359,7 +359,6 @@ TEST_CASE("cut: surfaces without a side are refused") {
   };
   const std::vector<Vector3f> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5F, 0.5F, 1}};
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  refuse({}, "no triangle");
   refuse({{{0, 0, 0}, {1, nan, 0}, {1, 1, 0}}, {{0, 1, 2}}}, "point 1");
   refuse({square, {{0, 1, 2}, {0, 2, 5}}}, "triangle 1 of the cut's surface has point 5");
   refuse({square, {{0, 1, -1}}}, "point -1");
@@ -389,6 +388,8 @@ TEST_CASE("cut: a blade may rest, turn and go back") {
   CHECK(surface.points.size() == 7);
   CHECK(surface.triangles.size() == 5);
   CHECK(sweep_blade({}).triangles.empty());
+  const EditModel rest(testing::make_box({2, 2, 2}, kEdge));
+  CHECK(plan(rest, sweep_blade({}), {}).new_tets.empty());
 
   // a trembling hand: to x = 2 in all, with steps back
   std::vector<BladeEdge> trembling;

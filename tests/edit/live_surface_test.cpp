@@ -227,7 +227,7 @@ TEST_CASE("live surface: it refuses to go on after an edit that it missed", "[un
   apply_edit(solver, {.remove_tets = {3}}, participants);
   apply_edit(solver, {.remove_tets = {4}});
   CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {5}}, participants),
-                    ContainsSubstring("follows topology version 1, but the solver is at 2"));
+                    ContainsSubstring("at topology version 1, the solver at 2"));
   CHECK(solver.is_tet_alive(5));
   check_surface(LiveSurface(solver, 0), solver, 0);
 }

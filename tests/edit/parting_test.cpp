@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/live_boundary.h"
@@ -17,6 +19,7 @@
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
+#include "support/meshes.h"
 #include "support/plan_checks.h"
 #include "support/solver_digest.h"
 
@@ -391,6 +394,55 @@ TEST_CASE("cut: a bad cut is refused by name and changes nothing", "[unit]") {
   refuse({.new_tets = {{0, {tet[0], tet[0], tet[2], tet[3]}}}}, "it must be positive");
   refuse({.new_vertices = middle, .new_tets = {{0, {n, tet[1], tet[2], tet[3]}}}},
          "new tets fill 0.5");
+}
+
+// Would catch a vertex that takes its body from another than the one that it came from.
+TEST_CASE("cut: a copy of a copy is of the same body, and a jaw finds it", "[unit]") {
+  const TetMesh mesh = testing::make_box({2, 2, 2}, 4e-3);
+  Scene scene;
+  scene.add_body("first", mesh);
+  scene.add_body("second", mesh);
+  Solver solver(scene, {.backend = BackendKind::serial});
+  Index copied = 0;
+  for (int round = 0; round < 3; ++round) {
+    const Index copy = solver.vertex_count();
+    Index tet = 0;
+    while (std::ranges::find(solver.tets()[tet], copied) == solver.tets()[tet].end()) {
+      ++tet;
+    }
+    apply_edit(solver, {.new_vertices = {{copied, copied}}, .corner_moves = {{tet, copied, copy}}});
+    CHECK(solver.body_of_vertex(copy) == 0);
+    const std::vector<Index> near =
+        find_vertices_near(solver, 0, mesh.positions()[0].cast<float>(), 1e-3F);
+    CHECK(std::ranges::find(near, copy) != near.end());
+    if (round == 1) {
+      copied = copy;
+    }
+  }
+}
+
+// Would catch a tool that holds, or a list that names, a vertex that is not there any more.
+TEST_CASE("undo: tools let go of what the edit brought, and nobody watches it", "[unit]") {
+  const TetMesh mesh = testing::make_box({2, 2, 2}, 4e-3);
+  Scene scene;
+  scene.add_body("block", mesh);
+  Solver solver(scene, {.backend = BackendKind::serial});
+  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const Index copy = solver.vertex_count();
+  Index tet = 0;
+  while (std::ranges::find(solver.tets()[tet], 0) == solver.tets()[tet].end()) {
+    ++tet;
+  }
+  const TopologyEdit edit{.new_vertices = {{0, 0}}, .corner_moves = {{tet, 0, copy}}};
+  const EditResult result = apply_edit(solver, edit);
+  solver.grasp(tool, std::array{copy, Index{5}});
+  solver.watch(std::array{copy});
+  CHECK_THROWS_WITH(undo_edit(solver, edit, result), testing::ContainsSubstring("watched"));
+  solver.watch({});
+  undo_edit(solver, edit, result);
+  REQUIRE(solver_data(solver).tools[0].attachments.size() == 1);
+  CHECK(solver_data(solver).tools[0].attachments[0].vertex == 5);
+  CHECK(solver.step(1e-3F).non_finite_vertices == 0);
 }
 
 }  // namespace pbdsurg

@@ -213,4 +213,30 @@ TEST_CASE("transaction: a world that takes edits back goes on as one that never 
   CHECK(goes_on.strands.whole_count() < static_cast<Index>(slabs.strands.strands().size()));
 }
 
+// Would catch ids that are read as those of another topology, or tissue that is taken off twice.
+TEST_CASE("transaction: who missed an edit, or is named twice, is refused", "[unit]") {
+  const Slabs slabs;
+  World world(slabs);
+  std::vector<EditParticipant*> twice = world.all();
+  twice.push_back(&world.pieces);
+  CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {0}}, twice),
+                    testing::ContainsSubstring("participant 5"));
+  CHECK(world.solver.is_tet_alive(0));
+  // listed or not, they take part once
+  world.cautery.update(world.solver, {6e-3F, 6e-3F, 4.2e-3F}, 8, kTimeStep, world.all());
+  world.strands.separate(world.solver, {}, world.all());
+
+  const std::vector<EditParticipant*> views = world.all_but(&world.cautery);
+  const TopologyEdit edit{.remove_tets = {0}};
+  const EditResult result = apply_edit(world.solver, edit, views);
+  CHECK_THROWS_WITH(world.cautery.update(world.solver, {0, 0, 0}, 8, kTimeStep),
+                    testing::ContainsSubstring("take part in every edit"));
+  CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {1}}, world.all()),
+                    testing::ContainsSubstring("a cautery is at topology version"));
+  CHECK_THROWS_WITH(undo_edit(world.solver, edit, result, world.all()),
+                    testing::ContainsSubstring("with the participants that it had"));
+  undo_edit(world.solver, edit, result, views);
+  apply_edit(world.solver, edit, world.all());  // all are where they were
+}
+
 }  // namespace pbdsurg

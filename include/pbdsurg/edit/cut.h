@@ -102,11 +102,11 @@ struct CutPlan {
 ///
 /// Cost: O(vertices + tets) to find what is near, then vertices near the surface times triangles.
 /// @param copy  the one whose positions count
+/// @return  an empty edit and the front given if there is no triangle: the blade rested
 /// @throws InvalidArgument  naming the vertex of the front or the point that is not finite or does
-/// not exist, the triangle
-///                          without area, the edge with more than two triangles or where they are
-///                          wound differently or folded flat, the option out of range, or if there
-///                          is no triangle
+///                          not exist, the triangle without area, the edge with more than two
+///                          triangles or where they are wound differently or folded flat, or the
+///                          option out of range
 [[nodiscard]] CutPlan plan_cut(const Solver& solver, const CutSurface& surface,
                                const CutOptions& options = {}, Index copy = 0);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/edit/undo_array.h"
 #include "pbdsurg/mesh/topology.h"
@@ -62,8 +63,9 @@ class LivePieces final : public EditParticipant {
 
   /// Adds to an edit, before it is applied, the removal of parts that its removals would free and
   /// that have fewer than `smallest` tetrahedra, so that crumbs go in the same transaction. A part
-  /// with tissue that the edit moves or splits stays, and so does the largest of each piece,
+  /// with tissue that the edit moves, splits or links stays, and so does the largest of each piece,
   /// however small. Ids that apply_edit() refuses are passed over. Cost: as of the edit.
+  /// @throws InvalidArgument  if the pieces have missed an edit
   Crumbs add_crumbs(const Solver& solver, TopologyEdit& edit, Index smallest);
 
   /// Vertices that the searches of the last edit, or for its crumbs, have visited.
@@ -139,9 +141,8 @@ class LivePieces final : public EditParticipant {
   IndexLists vertex_tets_;
   UndoArray<Index> first_later_;  // [vertex_count] in later_tets_
   UndoArray<LaterTet> later_tets_;
-  Index first_freed_;
-  std::uint64_t topology_version_;
-  std::uint64_t topology_version_before_;
+  Index first_freed_, first_freed_before_;
+  FollowedVersion followed_;
 
   // scratch of searches
   std::vector<Part> parts_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/edit/undo_array.h"
 #include "pbdsurg/solver/solver.h"
@@ -116,8 +117,7 @@ class LiveSurface final : public EditParticipant {
   std::uint64_t version_ = 1;
   std::uint64_t version_before_ = 1;  // the last edit
   std::vector<Index> changes_;        // slot of change v at v % size, for the last `size` changes
-  std::uint64_t topology_version_;
-  std::uint64_t topology_version_before_;
+  FollowedVersion followed_;
 };
 
 }  // namespace pbdsurg

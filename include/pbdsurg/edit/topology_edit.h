@@ -49,7 +49,8 @@ struct LinkMove {
 };
 
 /// A tetrahedron that takes over part of another's tissue: material, density, rest shape. The other
-/// goes; all that take its place together fill it.
+/// goes; all that take its place together fill it. That they do not overlap, and that neighbours
+/// are split alike where they share an edge, is the caller's to see to: only volumes are checked.
 struct NewTet {
   Index parent;  ///< live, not moved and not removed by the same edit
   /// Corners of the parent, copies of these, or new vertices on edges of the parent.
@@ -133,10 +134,13 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
 /// Takes back the last edit: topology, rest values, masses, colours, the order of constraints, what
 /// tools held. Vertices that had tissue before and after the edit stay where they are now and
 /// others are where the edit found them; so if nothing moved since, all bits are those of before
-/// the edit, and so are those of all later steps. Participants are those of the edit.
-/// @param edit    as given to apply_edit()
-/// @param result  as it returned
-/// @throws InvalidArgument  if the last edit is another or was taken back; then nothing has changed
+/// the edit, and so are those of all later steps. Tools let go of vertices that the edit brought.
+/// @param edit          as given to apply_edit()
+/// @param result        as it returned
+/// @param participants  those of the edit, in their order
+/// @throws InvalidArgument  if the last edit is another or was taken back, had other participants,
+/// or
+///                          brought a vertex that is watched; then nothing has changed
 void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
                std::span<EditParticipant* const> participants = {});
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
@@ -104,7 +105,8 @@ class Cautery final : public EditParticipant {
     Index id;  // vertex of the body, or link
     double weight;
   };
-  std::vector<Share> find_touched_vertices(std::span<const Eigen::Vector3f> positions,
+  std::vector<Share> find_touched_vertices(const Solver& solver,
+                                           std::span<const Eigen::Vector3f> positions,
                                            std::size_t i, const Eigen::Vector3f& tip) const;
   std::vector<Share> find_touched_links(const Solver& solver,
                                         std::span<const Eigen::Vector3f> positions,
@@ -114,6 +116,7 @@ class Cautery final : public EditParticipant {
   [[nodiscard]] double energy_in() const noexcept;
   void follow_sizes(const Solver& solver) noexcept;
 
+  FollowedVersion followed_;
   CauteryOptions options_;
   std::vector<Body> bodies_;
   std::vector<HeatField> fields_;

@@ -13,6 +13,7 @@
 
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
@@ -133,6 +134,7 @@ class ConnectiveTissue final : public EditParticipant {
   template <class Visit>
   void visit_whole(Visit visit) const;
 
+  FollowedVersion followed_;
   std::vector<Strand> strands_;
   std::vector<bool> is_whole_;       // [strand_count]
   std::vector<StrandEvent> events_;  // has room for all strands

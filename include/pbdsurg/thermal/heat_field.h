@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
@@ -87,7 +88,7 @@ class HeatField final : public EditParticipant {
   /// [tet_count] vertices of the body, those of removed tetrahedra included
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
 
-  /// [edge_count] vertices of the body, smaller first
+  /// [edge_count] vertices of the body, smaller first; those without tissue any more included
   [[nodiscard]] std::span<const Edge> edges() const noexcept { return edges_; }
 
   /// [edge_count] W/K, of living tissue, before any limit for the sake of the time step
@@ -165,6 +166,7 @@ class HeatField final : public EditParticipant {
   template <class Visit>
   void visit_tets(Index vertex, Visit visit) const;
 
+  FollowedVersion followed_;
   TissueProperties tissue_;
   SceneIds vertex_ids_, tet_ids_;
   std::vector<Eigen::Vector3d> rest_positions_;          // [vertex_count] m

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Which topology a participant of edits is at.
+
+#include <cstdint>
+
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg {
+
+/// The version of the topology that a participant follows: after an edit that it missed, its ids
+/// would mean something else.
+class FollowedVersion {
+ public:
+  /// Of a solver that was never edited.
+  FollowedVersion() = default;
+  explicit FollowedVersion(const Solver& solver) : now_(solver.topology_version()) {}
+
+  /// For the participant's validate(), and for all else that it does with the solver.
+  /// @param who  names the participant in the error, for example "a heat field"
+  /// @throws InvalidArgument  if the solver's topology is another
+  void check(const Solver& solver, const char* who) const;
+
+  /// For the participant's apply() and undo().
+  void apply(const EditResult& result) noexcept {
+    before_ = now_;
+    now_ = result.topology_version;
+  }
+  void undo() noexcept { now_ = before_; }
+
+ private:
+  std::uint64_t now_ = 0;
+  std::uint64_t before_ = 0;  // the last edit
+};
+
+}  // namespace pbdsurg

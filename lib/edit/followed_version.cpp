@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/followed_version.h"
+
+#include <string>
+
+#include "pbdsurg/core/error.h"
+
+namespace pbdsurg {
+
+void FollowedVersion::check(const Solver& solver, const char* who) const {
+  if (solver.topology_version() != now_) {
+    throw InvalidArgument(std::string(who) + " is at topology version " + std::to_string(now_) +
+                          ", the solver at " + std::to_string(solver.topology_version()) +
+                          ": it must take part in every edit");
+  }
+}
+
+}  // namespace pbdsurg
