@@ -482,15 +482,19 @@ class CutPlanner {
     return v < vertex_count_ ? NewVertex{v, v, 0} : edit_.new_vertices[v - vertex_count_];
   }
 
+  // What a vertex was split into. Two searches, for clang 14 takes no subrange of this library.
+  [[nodiscard]] std::span<const Part> parts_of(Index vertex) const {
+    return {std::ranges::lower_bound(parts_, vertex, {}, &Part::vertex),
+            std::ranges::upper_bound(parts_, vertex, {}, &Part::vertex)};
+  }
+
   // Vertices of parted faces, of this cut and the ones before, that were not split, and parted
   // faces that have no others, as they are after the edit.
   [[nodiscard]] CutFront remaining_front() const {
     CutFront front;
     std::ranges::set_union(parted_vertices_, sorted_front_vertices(),
                            std::back_inserter(front.vertices));
-    std::erase_if(front.vertices, [&](Index v) {
-      return std::ranges::equal_range(parts_, v, {}, &Part::vertex).size() > 1;
-    });
+    std::erase_if(front.vertices, [&](Index v) { return parts_of(v).size() > 1; });
     for (const PartedFace& face : parted_faces_) {
       Triangle held;
       bool is_closed = true;
@@ -534,14 +538,14 @@ class CutPlanner {
       }
       const Link& link = tissue_.links[l];
       for (const Index end : {link.first, link.second}) {
-        const auto [begin, stop] = std::ranges::equal_range(parts_, end, {}, &Part::vertex);
-        if (stop - begin < 2) {
+        const std::span<const Part> parts = parts_of(end);
+        if (parts.size() < 2) {
           continue;
         }
         const Vector3d middle = 0.5 * (position(link.first) + position(link.second));
         const int side = sign_of(sides_.locate(middle).height);
-        const auto part = std::find_if(begin, stop, [&](const Part& p) { return p.side == side; });
-        if (part != stop && part->holder != end) {
+        const auto part = std::ranges::find(parts, side, &Part::side);
+        if (part != parts.end() && part->holder != end) {
           edit_.link_moves.push_back({l, end, part->holder});
         }
       }
