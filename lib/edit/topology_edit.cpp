@@ -143,7 +143,9 @@ void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& resul
     throw InvalidArgument(
         "an edit is taken back with the participants that it had, in their order");
   }
-  const auto is_of_edit = [&](Index place) { return place >= data.vertex_count_before_edit(); };
+  const auto is_of_edit = [&](Index place) {  // new vertices have the places that follow
+    return static_cast<std::size_t>(place) >= data.journal.vertex_count;
+  };
   if (std::ranges::any_of(data.watched_places, is_of_edit)) {
     throw InvalidArgument("a vertex that the edit brought is watched; watch others first");
   }

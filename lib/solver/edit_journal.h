@@ -51,11 +51,10 @@ struct EditJournal {
     bool was_added;
   };
 
-  bool is_open = false;                   ///< the edit was not taken back, and none is under way
-  bool is_growth = false;                 ///< it added constraints, or gave some other vertices
-  std::uint64_t fingerprint = 0;          ///< of the edit and its result
-  std::uint64_t version_before = 0;       ///< of the topology
-  std::vector<const void*> participants;  ///< who followed it
+  bool is_open = false;              ///< the edit was not taken back, and none is under way
+  bool is_growth = false;            ///< it added constraints, or gave some other vertices
+  std::uint64_t fingerprint = 0;     ///< of the edit and its result
+  std::uint64_t version_before = 0;  ///< of the topology
   std::size_t vertex_count = 0, tet_count = 0, edge_count = 0, link_count = 0;  ///< before
   std::vector<PhaseKind> opened_groups;  ///< of constraints, by their kind
   std::vector<Index> tets;               ///< removed
@@ -63,10 +62,11 @@ struct EditJournal {
   std::vector<Count> edge_tets;          ///< before each change
   std::vector<Ends> edges, links;        ///< before each change
   std::vector<Entry> tet_entries, link_entries;
-  std::vector<Mass> masses;           ///< before each change
-  std::vector<Index> stopped;         ///< places of vertices that lost their last tetrahedron
-  std::vector<VertexMotion> motions;  ///< [copy][stopped]
-  std::vector<Release> releases;      ///< by tools of vertices without tissue
+  std::vector<Mass> masses;               ///< before each change
+  std::vector<Index> stopped;             ///< places of vertices that lost their last tetrahedron
+  std::vector<VertexMotion> motions;      ///< [copy][stopped]
+  std::vector<Release> releases;          ///< by tools of vertices without tissue
+  std::vector<const void*> participants;  ///< who followed the edit, in their order
 
   /// The vertex-block method's before constraints were added, which lays its rows out anew.
   std::optional<VertexMethod> before_growth;
@@ -78,7 +78,7 @@ struct EditJournal {
     };
     return (before_growth ? before_growth->blocks.memory_bytes() : 0) +
            bytes_of(opened_groups, tets, shapes, edge_tets, edges, links, tet_entries, link_entries,
-                    masses, stopped, motions, releases);
+                    masses, stopped, motions, releases, participants);
   }
 };
 

@@ -222,11 +222,6 @@ class SolverData : public CopyState {
   /// where vertices move again whose state a backend keeps, O(vertex_count).
   void undo_edit();
 
-  /// New vertices have the places that follow.
-  [[nodiscard]] Index vertex_count_before_edit() const noexcept {
-    return static_cast<Index>(journal.vertex_count);
-  }
-
   /// Lets tools of all copies go of vertices from an id on, which are about to go themselves.
   /// @return  whether any held one
   bool release_vertices_from(Index end);

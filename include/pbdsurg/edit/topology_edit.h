@@ -125,9 +125,10 @@ class EditParticipant {
 EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
                       std::span<EditParticipant* const> participants = {});
 
-/// As above, into a result that is used again, so that no memory has to be found for it. Where an
-/// edit adds no more than there is spare room for (SolverOptions::spare), and changes no more than
-/// one before it, it allocates nothing; but in a joint plan, where edges change groups.
+/// As above, into a result that is used again, so that no memory has to be found for it. An edit
+/// that removes, changes rest values and adds links, no more of each than one before it and than
+/// there is spare room for (SolverOptions::spare), allocates nothing; but in a joint plan, where
+/// edges change groups. Parting and splitting allocate.
 void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
                 std::span<EditParticipant* const> participants = {});
 
