@@ -124,10 +124,14 @@ class CudaBackend final : public Backend {
     state_.read(copy, places, out, stream_.get());
   }
 
-  void read_motion(const SolverData& /*data*/, Index copy, std::span<const Index> places,
-                   std::span<VertexMotion> out) override {
+  void ask_for_motion(std::span<const Index> places) override {
     const CurrentDevice current(device_);
-    state_.read_motion(copy, places, out, stream_.get());
+    state_.ask_for_motion(places, stream_.get());
+  }
+
+  void collect_motion(Index copy, std::span<VertexMotion> out) override {
+    const CurrentDevice current(device_);
+    state_.collect_motion(copy, out, stream_.get());
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {

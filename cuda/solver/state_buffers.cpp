@@ -2,13 +2,15 @@
 #include "solver/state_buffers.h"
 
 #include <algorithm>
+#include <bit>
 #include <vector>
 
 #include "solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
 
-StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream) {
+StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream)
+    : copy_count_(data.copy_count()) {
   const std::size_t count = data.particles.size();
   std::vector<Index> vertex_of_place(count);
   for (std::size_t v = 0; v < count; ++v) {
@@ -72,21 +74,30 @@ void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eig
   }
 }
 
-void StateBuffers::read_motion(Index copy, std::span<const Index> places,
-                               std::span<VertexMotion> out, cudaStream_t stream) {
-  VertexMotion* const read = read_motion_.reserve(places.size());
-  const float* const falling = arrays_.falling == nullptr ? nullptr : arrays_.falling + start(copy);
-  gather_motion(arrays_.particles + start(copy), arrays_.velocities + start(copy), falling,
-                read_places_.upload(places, stream), read, static_cast<Index>(places.size()),
-                stream);
+void StateBuffers::ask_for_motion(std::span<const Index> places, cudaStream_t stream) {
+  constexpr std::size_t kLeastRoom = 1024;
+  const std::size_t size = static_cast<std::size_t>(copy_count_) * places.size();
+  if (size > motion_room_) {
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the read before may be at work
+    motion_room_ = std::bit_ceil(std::max(size, kLeastRoom));
+    motion_.reserve(motion_room_);
+    asked_places_.reserve(motion_room_);
+  }
+  gather_motion(
+      {arrays_.particles, arrays_.velocities, arrays_.falling, arrays_.count, copy_count_},
+      asked_places_.upload(places, stream), motion_.get(), static_cast<Index>(places.size()),
+      stream);
+}
+
+void StateBuffers::collect_motion(Index copy, std::span<VertexMotion> out, cudaStream_t stream) {
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
-  std::copy_n(read, out.size(), out.begin());
+  std::copy_n(motion_.get() + static_cast<std::size_t>(copy) * out.size(), out.size(), out.begin());
 }
 
 std::size_t StateBuffers::memory_bytes() const noexcept {
   return particles_.memory_bytes() + previous_.memory_bytes() + velocities_.memory_bytes() +
          falling_.memory_bytes() + flights_.memory_bytes() + vertex_of_place_.memory_bytes() +
-         read_places_.memory_bytes();
+         read_places_.memory_bytes() + asked_places_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

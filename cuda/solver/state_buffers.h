@@ -32,10 +32,13 @@ class StateBuffers {
   void read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
             cudaStream_t stream);
 
-  /// Reads how vertices of a copy move at some places. Waits.
+  /// Enqueues a read of how vertices of all copies move at some places. Waits only where there were
+  /// never so many.
+  void ask_for_motion(std::span<const Index> places, cudaStream_t stream);
+
+  /// What was asked for last, of a copy. Waits.
   /// @param out  [places.size()]
-  void read_motion(Index copy, std::span<const Index> places, std::span<VertexMotion> out,
-                   cudaStream_t stream);
+  void collect_motion(Index copy, std::span<VertexMotion> out, cudaStream_t stream);
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
@@ -50,9 +53,12 @@ class StateBuffers {
   DeviceBuffer<float> falling_;
   DeviceBuffer<Index> vertex_of_place_, read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
-  PinnedBuffer<VertexMotion> read_motion_;
+  DeviceBuffer<Index> asked_places_;
+  PinnedBuffer<VertexMotion> motion_;  // [copy][asked]
+  std::size_t motion_room_ = 0;
   PinnedBuffer<Particle> fetched_particles_;
   DeviceState arrays_{};
+  Index copy_count_;
 };
 
 }  // namespace pbdsurg::cuda

@@ -34,13 +34,16 @@ __global__ void gather(const Particle* particles, const Index* places, Vec3<floa
   }
 }
 
-__global__ void gather(const Particle* particles, const Velocity* velocities, const float* falling,
-                       const Index* places, VertexMotion* out, Index count) {
+__global__ void gather(MotionArrays arrays, const Index* places, VertexMotion* out, Index count) {
   const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < count) {
-    const Index place = places[i];
-    const Particle p = particles[place];
-    out[i] = {p.x, p.y, p.z, velocities[place], falling == nullptr ? 0.0F : falling[place]};
+    const std::size_t copy = blockIdx.y;
+    const std::size_t place =
+        copy * static_cast<std::size_t>(arrays.place_count) + static_cast<std::size_t>(places[i]);
+    const Particle p = arrays.particles[place];
+    out[copy * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] = {
+        p.x, p.y, p.z, arrays.velocities[place],
+        arrays.falling == nullptr ? 0.0F : arrays.falling[place]};
   }
 }
 
@@ -68,11 +71,11 @@ void gather_positions(const Particle* particles, const Index* places, Vec3<float
   }
 }
 
-void gather_motion(const Particle* particles, const Velocity* velocities, const float* falling,
-                   const Index* places, VertexMotion* out, Index count, cudaStream_t stream) {
+void gather_motion(const MotionArrays& arrays, const Index* places, VertexMotion* out, Index count,
+                   cudaStream_t stream) {
   if (count > 0) {
-    gather<<<blocks_for(count), kThreads, 0, stream>>>(particles, velocities, falling, places, out,
-                                                       count);
+    const dim3 blocks(blocks_for(count), static_cast<unsigned>(arrays.copy_count));
+    gather<<<blocks, kThreads, 0, stream>>>(arrays, places, out, count);
     check(cudaGetLastError(), "launching the kernel that gathers motion");
   }
 }

@@ -35,11 +35,18 @@ void write_words(const ArrayStarts& arrays, const WordChange* changes, Index cou
 void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
                       cudaStream_t stream);
 
+/// How vertices of all copies move.
+struct MotionArrays {
+  const Particle* particles;   ///< [copy][place_count]
+  const Velocity* velocities;  ///< likewise
+  const float* falling;        ///< likewise, or null for none: zero then
+  Index place_count, copy_count;
+};
+
 /// Copies how vertices move at some places.
-/// @param falling  null for none: zero then
-/// @param places   [count] on the device
-/// @param out      [count]
-void gather_motion(const Particle* particles, const Velocity* velocities, const float* falling,
-                   const Index* places, VertexMotion* out, Index count, cudaStream_t stream);
+/// @param places  [count] on the device
+/// @param out     [copy][count]
+void gather_motion(const MotionArrays& arrays, const Index* places, VertexMotion* out, Index count,
+                   cudaStream_t stream);
 
 }  // namespace pbdsurg::cuda

@@ -74,7 +74,6 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
 void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
                 std::span<EditParticipant* const> participants) {
   SolverData& data = solver_data(solver);
-  data.finish_running_step();
   check_participants(participants);
   check_edit(data, edit);
   for (const EditParticipant* participant : participants) {
@@ -82,7 +81,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   }
 
   for (Index copy = 0; copy < data.copy_count() && !edit.new_vertices.empty(); ++copy) {
-    data.fetch_state(copy);
+    data.fetch_state(copy);  // waits for a step that runs, which all else leaves alone
     data.changes.state[copy] = true;
   }
   find_stopping(data, edit, data.edit_buffer);

@@ -41,16 +41,6 @@ void Backend::read_positions(const SolverData& data, Index copy, std::span<const
   }
 }
 
-void Backend::read_motion(const SolverData& data, Index copy, std::span<const Index> places,
-                          std::span<VertexMotion> out) {
-  const CopyState& state = data.copy(copy);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Particle& p = state.particles[places[i]];
-    out[i] = {p.x, p.y, p.z, state.velocities[places[i]],
-              state.falling.empty() ? 0.0F : state.falling[places[i]]};
-  }
-}
-
 StepReport step_copies(SolverData& data, Backend& backend, float dt) {
   StepReport report;
   for (Index copy = 0; copy < data.copy_count(); ++copy) {

@@ -29,8 +29,11 @@ struct SolverOptions;
 /// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
 ///   fetch_state() or until the host rewrites them all. Inverse masses there are always valid.
 /// - Between start_step() and finish_step() none of its functions is called but name(),
-///   keeps_state(), memory_bytes() and the destructor, and what a step reads of SolverData does not
-///   change.
+///   keeps_state(), memory_bytes(), ask_for_motion() and the destructor.
+/// - Edits that bring no vertices happen there, too: topology, constraints, masses, vertex blocks,
+///   the plan and what tools hold may change under a running step, which has taken over what it
+///   needs; `changes` is then that of the next. What stays is the state, which and how many tools
+///   there are, their poses, and what is watched.
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -62,9 +65,14 @@ class Backend {
   virtual void read_positions(const SolverData& data, Index copy, std::span<const Index> places,
                               std::span<Eigen::Vector3f> out);
 
-  /// Reads how some vertices of a copy move, as read_positions() does positions.
-  virtual void read_motion(const SolverData& data, Index copy, std::span<const Index> places,
-                           std::span<VertexMotion> out);
+  /// Begins to read how some vertices of all copies move, as the last step begun leaves them; may
+  /// return before that step is done. One such read is kept, the last.
+  /// @param places  [n] see SolverData
+  virtual void ask_for_motion(std::span<const Index> /*places*/) {}
+
+  /// What was asked for, of a copy.
+  /// @param out  [n]
+  virtual void collect_motion(Index /*copy*/, std::span<VertexMotion> /*out*/) {}
 
   /// Bytes that it holds on a device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }

@@ -64,7 +64,8 @@ struct EditJournal {
   std::vector<Entry> tet_entries, link_entries;
   std::vector<Mass> masses;               ///< before each change
   std::vector<Index> stopped;             ///< places of vertices that lost their last tetrahedron
-  std::vector<VertexMotion> motions;      ///< [copy][stopped]
+  std::vector<VertexMotion> motions;      ///< [copy][stopped] as they moved before
+  std::vector<bool> is_motion_asked;      ///< [copy] the backend has its part of `motions`
   std::vector<Release> releases;          ///< by tools of vertices without tissue
   std::vector<const void*> participants;  ///< who followed the edit, in their order
 

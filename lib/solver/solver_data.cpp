@@ -83,16 +83,6 @@ void SolverData::read_positions(Index index, std::span<const Index> vertices,
   }
 }
 
-void SolverData::read_motion(Index index, std::span<const Index> places,
-                             std::span<VertexMotion> out) {
-  finish_running_step();
-  if (copy(index).is_state_current) {
-    backend->Backend::read_motion(*this, index, places, out);
-  } else {
-    backend->read_motion(*this, index, places, out);
-  }
-}
-
 void SolverData::set_inverse_mass(Index vertex, float w) {
   const Index place = place_of_vertex[vertex];
   for (Index i = 0; i < copy_count(); ++i) {
@@ -287,18 +277,34 @@ void SolverData::begin_edit(std::span<const Index> stopping) {
   for (const Index v : stopping) {
     journal.stopped.push_back(place_of_vertex[v]);
   }
-  journal.motions.resize(static_cast<std::size_t>(copy_count()) * stopping.size());
-  for (Index i = 0; i < copy_count() && !stopping.empty(); ++i) {
-    read_motion(i, journal.stopped,
-                std::span(journal.motions)
-                    .subspan(static_cast<std::size_t>(i) * stopping.size(), stopping.size()));
-  }
+  keep_motion();
   distances.begin_edit();
   volumes.begin_edit();
   neo_hookeans.begin_edit();
   strain_limits.begin_edit();
   edge_owners.begin_edit();
   vertex_method.blocks.begin_edit();
+}
+
+void SolverData::keep_motion() {
+  const std::size_t count = journal.stopped.size();
+  journal.motions.resize(static_cast<std::size_t>(copy_count()) * count);
+  journal.is_motion_asked.assign(static_cast<std::size_t>(copy_count()), false);
+  bool asks = false;
+  auto motion = journal.motions.begin();
+  for (Index i = 0; i < copy_count() && count > 0; ++i) {
+    const CopyState& state = copy(i);
+    if (state.is_state_current) {
+      std::ranges::transform(journal.stopped, motion,
+                             [&](Index place) { return state.motion_of(place); });
+    } else {
+      journal.is_motion_asked[i] = asks = true;
+    }
+    motion += static_cast<std::ptrdiff_t>(count);
+  }
+  if (asks) {
+    backend->ask_for_motion(journal.stopped);
+  }
 }
 
 void SolverData::end_edit(std::uint64_t fingerprint) {
@@ -313,6 +319,11 @@ void SolverData::undo_edit() {
   for (Index i = 0; i < copy_count() && changes_state; ++i) {
     fetch_state(i);
     changes.state[i] = true;
+    if (journal.is_motion_asked[i]) {
+      const std::size_t count = journal.stopped.size();
+      backend->collect_motion(
+          i, std::span(journal.motions).subspan(static_cast<std::size_t>(i) * count, count));
+    }
   }
   journal.is_open = false;  // nothing fails from here on
   const auto log_as = [&](PhaseKind kind) {

@@ -44,6 +44,12 @@ struct CopyState {
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
   StepReport last_report;
 
+  /// As it is here, see `is_state_current`.
+  [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
+    const Particle& p = particles[place];
+    return {p.x, p.y, p.z, velocities[place], falling.empty() ? 0.0F : falling[place]};
+  }
+
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).
   void color_attachments();
@@ -152,16 +158,12 @@ class SolverData : public CopyState {
   /// @param dt  s, as Solver::step() takes it
   void start_step(float dt);
 
-  /// Waits for the step that is running, if one is. All that reads or changes what a step does
-  /// calls this first.
+  /// Waits for the step that is running, if one is. All that reads the state, or changes what
+  /// Backend says must stay while a step runs, calls this first.
   void finish_running_step();
 
   /// Makes positions, velocities and `falling` of a copy those of now.
   void fetch_state(Index copy);
-
-  /// Reads how some vertices of a copy move, without fetching all.
-  /// @param places  [n]
-  void read_motion(Index copy, std::span<const Index> places, std::span<VertexMotion> out);
 
   /// Reads some positions of a copy, without fetching all.
   /// @param vertices  [n] scene vertices
@@ -213,6 +215,9 @@ class SolverData : public CopyState {
 
   /// Tells backends, and undo, that more changed than constraints that go or come back.
   void log_growth();
+
+  /// Keeps in mind how the vertices at EditJournal::stopped move; waits for no step.
+  void keep_motion();
 
   /// Gives the topology a new number.
   /// @param fingerprint  by which the edit is known

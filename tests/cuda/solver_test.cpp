@@ -12,6 +12,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "support/catch.h"
+#include "support/edits_within_steps.h"
 #include "support/eventful_program.h"
 #include "support/meshes.h"
 
@@ -405,6 +406,23 @@ TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refus
   CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("graph"));
   options.composition = PlanComposition::automatic;
   CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("cluster"));
+}
+
+// Would catch an edit that reaches a step at work, or an undo that brings vertices back as they
+// moved before that step.
+TEST_CASE("cuda solver: an edit within a step is one after it", "[device]") {
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
+  const Scene scene = make_eventful_scene(variant.mode, variant.damping);
+  SolverOptions options = options_of(variant);
+  options.backend = BackendKind::serial;
+  Solver after(scene, options);
+  options.backend = BackendKind::cuda;
+  Solver within(scene, options);
+
+  testing::check_edits_within_steps(within, after, [](const TopologyEdit&) {});
 }
 
 // Would catch a copy of all to the device for a change of a few.

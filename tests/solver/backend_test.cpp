@@ -14,6 +14,7 @@
 
 #include "solver/fake_device.h"
 #include "support/catch.h"
+#include "support/edits_within_steps.h"
 #include "support/eventful_program.h"
 #include "support/meshes.h"
 
@@ -118,6 +119,26 @@ TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
   static_cast<void>(solver.velocities());
   static_cast<void>(solver.state_hash());
   CHECK(device_of(solver).fetch_count == 1);
+}
+
+// Would catch an edit that a running step feels, that waits for it, or whose undo brings vertices
+// back as they moved before that step.
+TEST_CASE("backend: an edit within a step is one after it, and does not wait", "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const Variant variant =
+      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
+               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  SolverOptions options = testing::options_of(variant);
+  options.backend = BackendKind::serial;
+  Solver after(scene, options);
+  options.backend = BackendKind::cuda;
+  Solver within(scene, options);
+
+  testing::check_edits_within_steps(within, after, [&](const TopologyEdit& edit) {
+    REQUIRE(device_of(within).is_running() == edit.new_vertices.empty());
+  });
 }
 
 // Would catch a log that only grows, where nobody reads it.

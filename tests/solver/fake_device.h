@@ -114,19 +114,24 @@ class FakeDevice final : public Backend {
       }
     }
     dt_ = dt;
+    is_running_ = true;
     spoil(data);
   }
 
   // The work is done as late as can be.
   StepReport finish_step(SolverData& data) override {
-    if (data.changes.any()) {
-      throw Error("somebody changed what a running step reads");
+    if (data.changes.watched ||
+        data.changes.state != std::vector<bool>(data.changes.state.size()) ||
+        data.particles.size() != own_.particles.size() || data.tools.size() != own_.tools.size()) {
+      throw Error("somebody changed what must stay while a step runs");
     }
     const StepReport report = step_copies(own_, *serial_, dt_);
+    is_running_ = false;
+    answer();
     for (Index i = 0; i < data.copy_count(); ++i) {
       CopyState& copy = data.copy(i);
       for (std::size_t t = 0; t < copy.tools.size(); ++t) {
-        copy.tools[t].pose = copy.tools[t].target;
+        copy.tools[t].pose = own_.copy(i).tools[t].pose;
         copy.tools[t].force = own_.copy(i).tools[t].force;
       }
       copy.last_report = own_.copy(i).last_report;
@@ -152,14 +157,33 @@ class FakeDevice final : public Backend {
     Backend::read_positions(own_, copy, places, out);
   }
 
-  void read_motion(const SolverData& /*data*/, Index copy, std::span<const Index> places,
-                   std::span<VertexMotion> out) override {
-    Backend::read_motion(own_, copy, places, out);
+  void ask_for_motion(std::span<const Index> places) override {
+    asked_.assign(places.begin(), places.end());
+    if (!is_running_) {
+      answer();
+    }
   }
+
+  void collect_motion(Index copy, std::span<VertexMotion> out) override {
+    std::ranges::copy(motion_[copy], out.begin());
+  }
+
+  [[nodiscard]] bool is_running() const noexcept { return is_running_; }
 
   int fetch_count = 0;
 
  private:
+  void answer() {
+    motion_.resize(static_cast<std::size_t>(own_.copy_count()));
+    for (Index i = 0; i < own_.copy_count() && !asked_.empty(); ++i) {
+      motion_[i].clear();
+      for (const Index place : asked_) {
+        motion_[i].push_back(own_.copy(i).motion_of(place));
+      }
+    }
+    asked_.clear();
+  }
+
   // All but the state and what tools do.
   void take_all(const SolverData& data) {
     distances_ = {data.distances, static_cast<std::size_t>(data.distance_ids.count())};
@@ -327,6 +351,9 @@ class FakeDevice final : public Backend {
   std::vector<Index> watched_;
   std::unique_ptr<Backend> serial_ = make_serial_backend();
   float dt_ = 0;
+  bool is_running_ = false;
+  std::vector<Index> asked_;                       // while a step runs
+  std::vector<std::vector<VertexMotion>> motion_;  // [copy][asked]
 };
 
 /// While it lives, the CUDA backend is another.

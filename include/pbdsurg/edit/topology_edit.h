@@ -105,7 +105,10 @@ class EditParticipant {
                     const EditResult& result) noexcept = 0;
 };
 
-/// Changes a solver's topology between two steps: all of it, or nothing.
+/// Changes a solver's topology between two steps: all of it, or nothing. Between start_step() and
+/// finish_step() it changes that of the next step, with the same bits as after finish_step(). Only
+/// an edit that brings vertices, and undo_edit(), wait for the step that runs, and so do
+/// participants that read the state.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
 /// and links to a vertex that it was the last to use. Colours stay valid: what is added takes a
