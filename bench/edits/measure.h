@@ -28,16 +28,17 @@ struct EditTimes {
   int frames;
   Index deleted;         ///< in all
   double plain_step_ms;  ///< of a solver that is not edited, which takes turns
-  double step_ms;        ///< that follows an edit
+  double step_ms;        ///< that follows an edit, or with the edit within it
   double edit_ms;        ///< the whole transaction
   double us_per_deletion;
-  double added_ms;  ///< the edit, and what the step takes more than the plain one
+  double added_ms;  ///< by which the edit and the step exceed the plain one
 };
 
 /// All patterns and rates on one mesh.
 struct EditRun {
   std::string plan;
   std::string backend;
+  bool overlaps;  ///< edits go on while a device steps
   std::vector<EditTimes> times;
 };
 

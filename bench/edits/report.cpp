@@ -24,10 +24,9 @@ double added_share(const EditTimes& times) {
   return times.added_ms / times.plain_step_ms;
 }
 
-// A device hears of an edit in the next step; elsewhere what is added beside the edit is noise.
+// Within a device's step an edit costs what it adds; elsewhere what is added beside it is noise.
 double judged_share(const Measured& measured, const EditTimes& times) {
-  return measured.backend == "cuda" ? std::max(edit_share(times), added_share(times))
-                                    : edit_share(times);
+  return measured.run.overlaps ? added_share(times) : edit_share(times);
 }
 
 Json to_json(const Measured& measured, const EditTimes& times) {
@@ -35,6 +34,7 @@ Json to_json(const Measured& measured, const EditTimes& times) {
           {"mesh", measured.mesh},
           {"tets", measured.tets},
           {"plan", measured.run.plan},
+          {"overlapped", measured.run.overlaps},
           {"pattern", name_of(times.pattern)},
           {"deletions_per_s", times.deletions_per_s},
           {"frames", times.frames},
@@ -79,8 +79,8 @@ std::string verdict(const std::string& what, double value, double most) {
 constexpr const char* kLegend = R"(# Edits
 
 - tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field, a live surface and live pieces take part
-- one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is the edit and what the next step takes more
-- a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, which hears of an edit in the next step, what is added where that is more
+- one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is what edit and step take more. Threads step after the edit; a device steps meanwhile, so there a step is from its start to its report with the edit of the next in it
+- a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, what is added
 )";
 
 }  // namespace

@@ -7,7 +7,7 @@ run_table(edits 0 --quick --frames 6 --threads 2)
 string(JSON count LENGTH "${json}" edits)
 math(EXPR last "${count} - 1")
 foreach(i RANGE ${last})
-  foreach(key backend mesh tets plan pattern deletions_per_s frames deleted plain_step_ms step_ms
+  foreach(key backend mesh tets plan overlapped pattern deletions_per_s frames deleted plain_step_ms step_ms
       edit_ms_per_step us_per_edit added_ms_per_step edit_share added_share)
     string(JSON ${key} ERROR_VARIABLE missing GET "${json}" edits ${i} ${key})
     if(missing)
