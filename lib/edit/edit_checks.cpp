@@ -267,23 +267,8 @@ void check_new_links(const SolverData& data, const TopologyEdit& edit,
   }
 }
 
-}  // namespace
-
-void check_edit(SolverData& data, const TopologyEdit& edit) {
-  check_removals(data, edit);
-  check_rest_values(data, edit);
-  check_new_vertices(data, edit);
-  if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {
-    check_moves(data, edit);
-  }
-  if (!edit.new_tets.empty()) {
-    check_new_tets(data, edit);
-  }
-  check_use_of_new_vertices(data, edit);
-  find_stopping(data, edit, data.edit_buffer);
-  check_new_links(data, edit, data.edit_buffer);
-}
-
+// Vertices that an edit leaves without tetrahedra, ascending.
+// @param vertices  replaced
 void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector<Index>& vertices) {
   vertices.clear();
   const auto add_corners = [&](Index tet) {
@@ -313,6 +298,24 @@ void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector
     first = last;
   }
   vertices.erase(stopping, vertices.end());
+}
+
+}  // namespace
+
+std::span<const Index> check_edit(SolverData& data, const TopologyEdit& edit) {
+  check_removals(data, edit);
+  check_rest_values(data, edit);
+  check_new_vertices(data, edit);
+  if (!edit.corner_moves.empty() || !edit.link_moves.empty()) {
+    check_moves(data, edit);
+  }
+  if (!edit.new_tets.empty()) {
+    check_new_tets(data, edit);
+  }
+  check_use_of_new_vertices(data, edit);
+  find_stopping(data, edit, data.edit_buffer);
+  check_new_links(data, edit, data.edit_buffer);
+  return data.edit_buffer;
 }
 
 }  // namespace pbdsurg

@@ -4,6 +4,8 @@
 /// @file
 /// What an edit must fulfil.
 
+#include <span>
+
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "solver/solver_data.h"
@@ -12,11 +14,8 @@ namespace pbdsurg {
 
 /// Refuses a bad edit, and changes nothing but a buffer. Cost: proportional to the edit, but for
 /// sorting.
+/// @return  vertices that the edit leaves without tetrahedra, ascending, in that buffer
 /// @throws InvalidArgument  see apply_edit()
-void check_edit(SolverData& data, const TopologyEdit& edit);
-
-/// Vertices that an edit leaves without tetrahedra, ascending.
-/// @param vertices  replaced
-void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector<Index>& vertices);
+std::span<const Index> check_edit(SolverData& data, const TopologyEdit& edit);
 
 }  // namespace pbdsurg

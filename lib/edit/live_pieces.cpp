@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
 
 #include "solver/solver_data.h"
 
@@ -32,9 +33,6 @@ LivePieces::LivePieces(const Solver& solver) : followed_(solver) {
   const std::span<const Tet> tets = solver.tets();
   const auto tet_count = static_cast<Index>(tets.size());
   const Index vertex_count = solver.vertex_count();
-  vertex_tets_ = find_vertex_tets(vertex_count, tets);
-  first_later_ =
-      UndoArray(std::vector<Index>(static_cast<std::size_t>(vertex_count), kInvalidIndex));
   is_fixed_ = UndoArray(std::vector<std::uint8_t>(static_cast<std::size_t>(vertex_count), 0));
   tets_ =
       UndoArray(std::vector<PieceTet>(tets.size(), {kInvalidIndex, kInvalidIndex, kInvalidIndex}));
@@ -80,7 +78,7 @@ std::vector<Index> LivePieces::tets(Index piece) const {
 
 Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index smallest) {
   followed_.check(solver, "live pieces");
-  const std::span<const Tet> tets = solver.tets();
+  const SolverData& data = solver_data(solver);
   std::vector<Index> kept;  // ascending
   for (const CornerMove& move : edit.corner_moves) {
     kept.push_back(move.tet);
@@ -90,8 +88,8 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
   }
   for (const Link& link : edit.new_links) {
     for (const Index v : {link.first, link.second}) {
-      if (v >= 0 && v < first_later_.size()) {
-        for_each_tet_at(tets, v, [&](Index t) { kept.push_back(t); });
+      if (v >= 0 && v < is_fixed_.size()) {
+        for_each_tet_at(data, v, [&](Index t) { kept.push_back(t); });
       }
     }
   }
@@ -103,10 +101,10 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
     if (t >= 0 && t < tets_.size() && tets_[t].piece != kInvalidIndex && !leaving_[t]) {
       leaving_[t] = true;
       ++rests_[tets_[t].piece].leaving;
-      start_searches(tets[t], tets_[t].piece, add_group());
+      start_searches(data.tets[t], tets_[t].piece, add_group());
     }
   }
-  find_freed_parts(tets);
+  find_freed_parts(data);
   Crumbs crumbs;
   for (const Index id : freed_) {
     const Part& part = parts_[id];
@@ -116,8 +114,8 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
     const std::size_t before = edit.remove_tets.size();
     bool stays = false;
     for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
-      for_each_tet_at(tets, v, [&](Index t) {
-        if (tets[t][0] == v) {
+      for_each_tet_at(data, v, [&](Index t) {
+        if (data.tets[t][0] == v) {
           edit.remove_tets.push_back(t);
           stays |= std::binary_search(kept.begin(), kept.end(), t);
         }
@@ -148,15 +146,13 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
   pieces_.begin_edit();
   tets_.begin_edit();
   is_fixed_.begin_edit();
-  first_later_.begin_edit();
-  later_tets_.begin_edit();
   followed_.apply(result);
   rests_.resize(static_cast<std::size_t>(count()));
 
-  const std::span<const Tet> tets = solver.tets();
+  const SolverData& data = solver_data(solver);
+  const std::span<const Tet> tets = data.tets;
   for (Index v = is_fixed_.size(); v < solver.vertex_count(); ++v) {
     is_fixed_.push_back(is_fixed(solver, v));
-    first_later_.push_back(kInvalidIndex);
     part_of_.push_back(kInvalidIndex);
     next_.push_back(kInvalidIndex);
   }
@@ -166,16 +162,12 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
     tets_.push_back({kInvalidIndex, kInvalidIndex, kInvalidIndex});
     leaving_.push_back(false);
     add_tet(piece, id);
-    for (const Index v : tets[id]) {
-      add_later_tet(v, id);
-    }
     const Index group = add_group();
     start_searches(tets[tet.parent], piece, group);
     start_searches(tets[id], piece, group);
   }
   for (const CornerMove& move : edit.corner_moves) {
     const Index piece = tets_[move.tet].piece;
-    add_later_tet(move.to, move.tet);
     const Index group = add_group();
     start_search(move.from, piece, group);
     start_searches(tets[move.tet], piece, group);
@@ -199,11 +191,11 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
     count_anchor(result.first_new_vertex + i, 1);
   }
 
-  find_freed_parts(tets);
+  find_freed_parts(data);
   first_freed_before_ = first_freed_;
   first_freed_ = count();
   for (const Index part : freed_) {
-    free_part(tets, parts_[part]);
+    free_part(data, parts_[part]);
   }
   clear_searches();
 }
@@ -212,8 +204,6 @@ void LivePieces::undo(const Solver&, const TopologyEdit&, const EditResult&) noe
   pieces_.undo();
   tets_.undo();
   is_fixed_.undo();
-  first_later_.undo();
-  later_tets_.undo();
   part_of_.resize(static_cast<std::size_t>(is_fixed_.size()));
   next_.resize(part_of_.size());
   leaving_.resize(static_cast<std::size_t>(tets_.size()));
@@ -221,29 +211,14 @@ void LivePieces::undo(const Solver&, const TopologyEdit&, const EditResult&) noe
   followed_.undo();
 }
 
-// Calls visit(tet) for the tetrahedra that are at a vertex now.
+// Calls visit(tet) for the tetrahedra that are at a vertex now and stay.
 template <class Visit>
-void LivePieces::for_each_tet_at(std::span<const Tet> tets, Index vertex, Visit visit) const {
-  const auto visit_if_there = [&](Index t) {
-    const Tet& corners = tets[t];
-    if (tets_[t].piece != kInvalidIndex && !leaving_[t] &&
-        std::find(corners.begin(), corners.end(), vertex) != corners.end()) {
+void LivePieces::for_each_tet_at(const SolverData& data, Index vertex, Visit visit) const {
+  for (const Index t : data.vertex_tets[vertex]) {
+    if (!leaving_[t]) {
       visit(t);
     }
-  };
-  if (vertex < vertex_tets_.list_count()) {
-    for (const Index t : vertex_tets_[vertex]) {
-      visit_if_there(t);
-    }
   }
-  for (Index i = first_later_[vertex]; i != kInvalidIndex; i = later_tets_[i].next) {
-    visit_if_there(later_tets_[i].tet);
-  }
-}
-
-void LivePieces::add_later_tet(Index vertex, Index tet) {
-  later_tets_.push_back({tet, first_later_[vertex]});
-  first_later_.set(vertex, later_tets_.size() - 1);
 }
 
 void LivePieces::add_tet(Index piece, Index tet) {
@@ -274,14 +249,14 @@ void LivePieces::remove_tet(Index tet) {
 }
 
 // Makes a piece of its own of a part that is searched through.
-void LivePieces::free_part(std::span<const Tet> tets, const Part& part) {
+void LivePieces::free_part(const SolverData& data, const Part& part) {
   const Index id = count();
   pieces_.push_back({pieces_[part.piece].body, 0, 0, kInvalidIndex});
   Index anchors = 0;
   for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
     anchors += is_fixed_[v];
-    for_each_tet_at(tets, v, [&](Index t) {
-      if (tets[t][0] == v) {
+    for_each_tet_at(data, v, [&](Index t) {
+      if (data.tets[t][0] == v) {
         remove_tet(t);
         add_tet(id, t);
       }
@@ -354,13 +329,13 @@ void LivePieces::merge(Index into, Index part) {
 }
 
 // Visits one waiting vertex.
-void LivePieces::advance(std::span<const Tet> tets, Index part) {
+void LivePieces::advance(const SolverData& data, Index part) {
   VertexList& waiting = parts_[part].waiting;
   const Index vertex = waiting.first;
   waiting.first = next_[vertex];
   append(parts_[part].done, vertex);
-  for_each_tet_at(tets, vertex, [&](Index t) {
-    for (const Index v : tets[t]) {
+  for_each_tet_at(data, vertex, [&](Index t) {
+    for (const Index v : data.tets[t]) {
       if (part_of_[v] == kInvalidIndex) {
         part_of_[v] = part;
         seen_.push_back(v);
@@ -373,10 +348,10 @@ void LivePieces::advance(std::span<const Tet> tets, Index part) {
 }
 
 // Each tetrahedron counts at its first corner.
-void LivePieces::count_tets(std::span<const Tet> tets, Part& part) const {
+void LivePieces::count_tets(const SolverData& data, Part& part) const {
   for (Index v = part.done.first; v != kInvalidIndex; v = next_[v]) {
-    for_each_tet_at(tets, v, [&](Index t) {
-      if (tets[t][0] == v) {
+    for_each_tet_at(data, v, [&](Index t) {
+      if (data.tets[t][0] == v) {
         part.smallest_tet = part.tet_count == 0 ? t : std::min(part.smallest_tet, t);
         ++part.tet_count;
       }
@@ -386,7 +361,7 @@ void LivePieces::count_tets(std::span<const Tet> tets, Part& part) const {
 
 // Runs the searches; then all parts in freed_ are searched through, in the order of their smallest
 // tetrahedra.
-void LivePieces::find_freed_parts(std::span<const Tet> tets) {
+void LivePieces::find_freed_parts(const SolverData& data) {
   freed_.clear();
   while (!active_.empty()) {
     std::size_t still_active = 0;
@@ -400,12 +375,12 @@ void LivePieces::find_freed_parts(std::span<const Tet> tets) {
         rests_[part.piece].part = id;
       } else if (part.waiting.first == kInvalidIndex) {
         --group.active;
-        count_tets(tets, part);
+        count_tets(data, part);
         if (part.tet_count > 0) {
           freed_.push_back(id);
         }
       } else {
-        advance(tets, id);
+        advance(data, id);
         active_[still_active++] = id;
       }
     }
@@ -430,9 +405,9 @@ void LivePieces::find_freed_parts(std::span<const Tet> tets) {
     }
     const Index rest = find_root(parts_, rests_[piece].part);
     while (parts_[rest].waiting.first != kInvalidIndex) {
-      advance(tets, rest);
+      advance(data, rest);
     }
-    count_tets(tets, parts_[rest]);
+    count_tets(data, parts_[rest]);
     if (is_before(freed_[largest], rest)) {
       freed_[largest] = rest;
     }

@@ -5,6 +5,36 @@
 
 namespace pbdsurg {
 
+void prefetch_removals(const SolverData& data, std::span<const Index> tets) {
+  for (const Index t : tets) {
+    __builtin_prefetch(&data.tet_edges[t]);
+    __builtin_prefetch(&data.tet_masses[t]);
+    data.volumes.prefetch_location(t);
+    for (const Index v : data.tets[t]) {
+      __builtin_prefetch(data.vertex_tets[v].data());
+      __builtin_prefetch(&data.vertex_masses[v]);
+      __builtin_prefetch(&data.place_of_vertex[v]);
+    }
+  }
+  for (const Index t : tets) {
+    data.volumes.prefetch_removal(t);
+    for (const Index edge : data.tet_edges[t]) {
+      __builtin_prefetch(&data.edge_tets[edge]);
+      data.distances.prefetch_location(data.distance_ids.of_edge(edge));
+    }
+    for (const Index v : data.tets[t]) {
+      __builtin_prefetch(&data.particle(v));
+    }
+  }
+  for (const Index t : tets) {
+    for (const Index edge : data.tet_edges[t]) {
+      if (data.edge_tets[edge] == 1) {  // others may go, too, as the last of several
+        data.distances.prefetch_removal(data.distance_ids.of_edge(edge));
+      }
+    }
+  }
+}
+
 void remove_link(SolverData& data, Index link, EditResult& result) {
   const Index distance = data.distance_ids.of_link(link);
   data.distances.remove(distance);

@@ -4,11 +4,18 @@
 /// @file
 /// What goes in an edit, with all that only it held.
 
+#include <span>
+
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
+
+/// Asks for the memory that removals will need all at once: it lies scattered, and an edit would
+/// spend most of its time waiting for one part after the other.
+/// @param tets  live
+void prefetch_removals(const SolverData& data, std::span<const Index> tets);
 
 void remove_link(SolverData& data, Index link, EditResult& result);
 

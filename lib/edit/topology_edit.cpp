@@ -75,7 +75,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
                 std::span<EditParticipant* const> participants) {
   SolverData& data = solver_data(solver);
   check_participants(participants);
-  check_edit(data, edit);
+  const std::span<const Index> stopping = check_edit(data, edit);
   for (const EditParticipant* participant : participants) {
     participant->validate(solver, edit);
   }
@@ -84,8 +84,8 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
     data.fetch_state(copy);  // waits for a step that runs, which all else leaves alone
     data.changes.state[copy] = true;
   }
-  find_stopping(data, edit, data.edit_buffer);
-  data.begin_edit(data.edit_buffer);
+  prefetch_removals(data, edit.remove_tets);
+  data.begin_edit(stopping);
   clear(result);
   result.first_new_vertex = static_cast<Index>(data.particles.size());
   result.first_new_tet = static_cast<Index>(data.tets.size());

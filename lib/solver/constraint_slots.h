@@ -40,9 +40,7 @@ class ConstraintSlots {
   /// @param group_of  [id_count] kInvalidIndex where an id stands for no constraint
   ConstraintSlots(std::span<const Record> records, std::span<const Index> group_of,
                   Index group_count)
-      : groups_(static_cast<std::size_t>(group_count)),
-        group_of_id_(records.size(), kInvalidIndex),
-        slot_of_id_(records.size(), kInvalidIndex) {
+      : groups_(static_cast<std::size_t>(group_count)), locations_(records.size()) {
     // near constraints near each other, so that parts of a group touch different vertices
     std::vector<Index> order;
     for (std::size_t id = 0; id < records.size(); ++id) {
@@ -81,7 +79,7 @@ class ConstraintSlots {
   }
 
   /// Of a constraint: kInvalidIndex if there is none of that id, or none any more.
-  [[nodiscard]] Index group_of(Index id) const noexcept { return group_of_id_[id]; }
+  [[nodiscard]] Index group_of(Index id) const noexcept { return locations_[id].group; }
   [[nodiscard]] bool is_alive(Index id) const noexcept { return group_of(id) != kInvalidIndex; }
 
   /// Of a live constraint.
@@ -107,6 +105,25 @@ class ConstraintSlots {
     fill_idle_lanes(group);
   }
 
+  /// Prefetches where a constraint is; once that is near, what remove() needs.
+  void prefetch_location(Index id) const noexcept { __builtin_prefetch(&locations_[id]); }
+  void prefetch_removal(Index id) const noexcept {
+    if (!is_alive(id)) {
+      return;
+    }
+    const Group& group = groups_[group_of(id)];
+    const auto [block, lane] = place_of(id);
+    __builtin_prefetch(&group.ids[locations_[id].slot]);
+    for (const Block* const part : {&group.blocks[block], &group.blocks.back()}) {
+      for (const auto& corners : part->corners) {
+        __builtin_prefetch(&corners[lane]);
+      }
+      for (const auto& values : part->parameters) {
+        __builtin_prefetch(&values[lane]);
+      }
+    }
+  }
+
   void remove(Index id) {
     remember(id);
     take_out(id);
@@ -119,11 +136,8 @@ class ConstraintSlots {
   }
 
   /// Sets the number of ids; new ones stand for no constraint, and those that go must, too.
-  void set_id_count(std::size_t count) {
-    group_of_id_.resize(count, kInvalidIndex);
-    slot_of_id_.resize(count, kInvalidIndex);
-  }
-  [[nodiscard]] Index id_count() const noexcept { return static_cast<Index>(group_of_id_.size()); }
+  void set_id_count(std::size_t count) { locations_.resize(count); }
+  [[nodiscard]] Index id_count() const noexcept { return static_cast<Index>(locations_.size()); }
 
   /// Opens a group that follows the others, and is empty; or closes the last, which must be.
   void open_group() { groups_.emplace_back(); }
@@ -131,8 +145,7 @@ class ConstraintSlots {
 
   /// Makes room for ids, and for as many constraints more in each of some groups.
   void reserve(std::size_t ids, std::span<const Index> groups) {
-    group_of_id_.reserve(group_of_id_.size() + ids);
-    slot_of_id_.reserve(slot_of_id_.size() + ids);
+    locations_.reserve(locations_.size() + ids);
     for (const Index g : groups) {
       Group& group = groups_[g];
       const std::size_t blocks = (group.ids.size() + ids) / kBlockLanes + 1;
@@ -180,8 +193,8 @@ class ConstraintSlots {
 
   /// Bytes in use for constraints and their ids.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    std::size_t bytes = (group_of_id_.capacity() + slot_of_id_.capacity()) * sizeof(Index) +
-                        journal_.capacity() * sizeof(Before);
+    std::size_t bytes =
+        locations_.capacity() * sizeof(Location) + journal_.capacity() * sizeof(Before);
     for (const Group& group : groups_) {
       bytes += group.blocks.capacity() * sizeof(Block) +
                group.multipliers.capacity() * sizeof(Multipliers) +
@@ -196,6 +209,10 @@ class ConstraintSlots {
     std::vector<Multipliers> multipliers;  // [block]
     std::vector<Index> ids;                // [slot]
   };
+  struct Location {
+    Index group = kInvalidIndex;  // once removed
+    Index slot = kInvalidIndex;   // within the group
+  };
   struct Place {
     Index block, lane;
   };
@@ -208,7 +225,7 @@ class ConstraintSlots {
   };
 
   [[nodiscard]] Place place_of(Index id) const noexcept {
-    return {slot_of_id_[id] / kBlockLanes, slot_of_id_[id] % kBlockLanes};
+    return {locations_[id].slot / kBlockLanes, locations_[id].slot % kBlockLanes};
   }
 
   static Record get(const Block& block, Index lane) noexcept {
@@ -248,7 +265,7 @@ class ConstraintSlots {
 
   void remember(Index id) {
     if (is_alive(id)) {
-      journal_.push_back({id, group_of(id), slot_of_id_[id], record(id)});
+      journal_.push_back({id, group_of(id), locations_[id].slot, record(id)});
     } else {
       journal_.push_back({id, kInvalidIndex, kInvalidIndex, {}});
     }
@@ -264,11 +281,11 @@ class ConstraintSlots {
     for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
       group.multipliers[block].values[m][lane] = group.multipliers.back().values[m][last_lane];
     }
-    group.ids[slot_of_id_[id]] = last;
-    slot_of_id_[last] = slot_of_id_[id];
+    group.ids[locations_[id].slot] = last;
+    locations_[last].slot = locations_[id].slot;
     group.ids.pop_back();
     groups_changed_ = groups_changed_ || group.ids.empty();
-    group_of_id_[id] = kInvalidIndex;
+    locations_[id] = {};
     if (last_lane == 0) {
       group.blocks.pop_back();
       group.multipliers.pop_back();
@@ -287,8 +304,7 @@ class ConstraintSlots {
     const Index other = group.ids[before.slot];
     append(other, before.group, record(other));
     group.ids[before.slot] = before.id;
-    group_of_id_[before.id] = before.group;
-    slot_of_id_[before.id] = before.slot;
+    locations_[before.id] = {before.group, before.slot};
     const auto [block, lane] = place_of(before.id);
     put(group.blocks[block], lane, before.record);
   }
@@ -307,14 +323,12 @@ class ConstraintSlots {
     }
     group.ids.push_back(id);
     groups_changed_ = groups_changed_ || slot == 0;
-    group_of_id_[id] = group_index;
-    slot_of_id_[id] = slot;
+    locations_[id] = {group_index, slot};
     fill_idle_lanes(group);
   }
 
   std::vector<Group> groups_;
-  std::vector<Index> group_of_id_;  // [id] kInvalidIndex once removed
-  std::vector<Index> slot_of_id_;   // [id] within the group
+  std::vector<Location> locations_;  // [id]
   std::vector<Before> journal_;
   bool groups_changed_ = false;
 };

@@ -12,7 +12,6 @@
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/edit/undo_array.h"
-#include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
 
 namespace pbdsurg {
@@ -88,9 +87,6 @@ class LivePieces final : public EditParticipant {
   struct PieceTet {
     Index piece, next, previous;  // in the list of the piece
   };
-  struct LaterTet {
-    Index tet, next;
-  };
   struct VertexList {  // through next_
     Index first = kInvalidIndex;
     Index last = kInvalidIndex;
@@ -115,11 +111,10 @@ class LivePieces final : public EditParticipant {
   };
 
   template <class Visit>
-  void for_each_tet_at(std::span<const Tet> tets, Index vertex, Visit visit) const;
-  void add_later_tet(Index vertex, Index tet);
+  void for_each_tet_at(const SolverData& data, Index vertex, Visit visit) const;
   void add_tet(Index piece, Index tet);
   void remove_tet(Index tet);
-  void free_part(std::span<const Tet> tets, const Part& part);
+  void free_part(const SolverData& data, const Part& part);
 
   void append(VertexList& list, Index vertex);
   void join(VertexList& list, const VertexList& other);
@@ -128,19 +123,14 @@ class LivePieces final : public EditParticipant {
   void start_searches(const Tet& vertices, Index piece, Index group);
   void merge_groups(Index a, Index b);
   void merge(Index into, Index part);
-  void advance(std::span<const Tet> tets, Index part);
-  void count_tets(std::span<const Tet> tets, Part& part) const;
-  void find_freed_parts(std::span<const Tet> tets);
+  void advance(const SolverData& data, Index part);
+  void count_tets(const SolverData& data, Part& part) const;
+  void find_freed_parts(const SolverData& data);
   void clear_searches();
 
   UndoArray<Piece> pieces_;
   UndoArray<PieceTet> tets_;          // [tet_count]
   UndoArray<std::uint8_t> is_fixed_;  // [vertex_count] cannot move
-  // Tetrahedra at each vertex: those of the start, and those that edits brought, as lists. What is
-  // gone or has moved away stays in and is passed over.
-  IndexLists vertex_tets_;
-  UndoArray<Index> first_later_;  // [vertex_count] in later_tets_
-  UndoArray<LaterTet> later_tets_;
   Index first_freed_, first_freed_before_;
   FollowedVersion followed_;
 
