@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "solver/backend.h"
-#include "solver/build_constraints.h"
 
 namespace pbdsurg {
 namespace {
@@ -184,7 +183,7 @@ EdgeNumbers numbers_of(const SolverData& data, Index edge) {
     numbers.distance = data.distances.record(distance).parameters;
   }
   if (data.strain_limits.is_alive(edge)) {
-    numbers.limit = data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+    numbers.limit = data.strain_limits.record(edge).parameters;
   }
   return numbers;
 }
@@ -198,7 +197,7 @@ void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbe
   }
   if (numbers.limit) {
     const Index group = find_free_group(data, PhaseKind::strain_limit, ends);
-    data.strain_limits.add(edge, group, {data.places_of(ends), {*numbers.limit}});
+    data.strain_limits.add(edge, group, {data.places_of(ends), *numbers.limit});
   }
 }
 
@@ -221,8 +220,7 @@ void add_link(SolverData& data, const Link& link) {
   data.distances.set_id_count(static_cast<std::size_t>(data.distance_ids.count()));
   const Index group = find_free_group(data, PhaseKind::distance, ends);
   data.distances.add(distance, group,
-                     {data.places_of(ends),
-                      {link.rest_length, stiffness_in(data.options.mode, link.stiffness), 0}});
+                     {data.places_of(ends), link_numbers(link, data.options.mode)});
   data.add_link_at(link.first, id);
   data.add_link_at(link.second, id);
 }

@@ -4,12 +4,12 @@
 /// @file
 /// What edits add to a solver's data.
 
-#include <optional>
 #include <span>
 
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_plan.h"
 
+#include "solver/constraint_numbers.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -30,11 +30,7 @@ void add_vertex(SolverData& data, Index first, Index second, float share);
 /// @return  its id
 Index add_edge(SolverData& data, const Edge& ends);
 
-/// What pulls an edge: the numbers of its constraints, where it has such.
-struct EdgeNumbers {
-  std::optional<std::array<float, DistanceConstraint::kParameterCount>> distance;
-  std::optional<float> limit;
-};
+/// Of an edge, as they are now.
 [[nodiscard]] EdgeNumbers numbers_of(const SolverData& data, Index edge);
 
 /// Gives an edge its constraints, once tetrahedra have it.
