@@ -15,7 +15,7 @@ namespace pbdsurg {
 /// @throws InvalidArgument  see apply_edit()
 void check_edit(SolverData& data, const TopologyEdit& edit);
 
-/// Vertices that an edit leaves without tetrahedra, ascending.
+/// Vertices that an edit leaves without tissue, ascending.
 /// @param vertices  replaced
 void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector<Index>& vertices);
 

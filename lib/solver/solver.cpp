@@ -15,6 +15,7 @@
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
 #include "solver/neo_hookean_record.h"
+#include "solver/scene_checks.h"
 #include "solver/solver_data.h"
 #include "solver/solver_input.h"
 #include "solver/vertex_method.h"
@@ -73,16 +74,6 @@ void check_options(const SolverOptions& options) {
   check_choice("mode", options.mode, ProjectionMode::compliance);
   check_coloring_options(options.coloring);
   check_choice("composition", options.composition, PlanComposition::nested);
-}
-
-void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
-  for (const Body& body : bodies) {
-    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
-      throw InvalidArgument("body '" + body.name +
-                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
-                            "the compliance mode");
-    }
-  }
 }
 
 // Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
@@ -549,6 +540,11 @@ const Body& Solver::body(Index index) const {
                           std::to_string(data_->bodies.size()));
   }
   return data_->bodies[index];
+}
+
+bool Solver::is_body_alive(Index index) const {
+  static_cast<void>(body(index));  // throws if there is none
+  return data_->tissue_counts[index] > 0;
 }
 
 Index Solver::body_of_vertex(Index vertex) const {

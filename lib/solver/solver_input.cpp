@@ -124,6 +124,10 @@ std::unique_ptr<SolverData> build_solver_data(SolverInput input) {
   data.bodies = std::move(input.bodies);
   place_vertices(input, data);
   data.vertex_masses = std::move(input.vertex_masses);
+  data.tissue_counts.assign(data.bodies.size(), 0);
+  for (std::size_t v = 0; v < data.vertex_masses.size(); ++v) {
+    data.tissue_counts[data.body_of_vertex(static_cast<Index>(v))] += data.vertex_masses[v] > 0;
+  }
   data.tet_masses = std::move(input.tet_masses);
   take_topology(input, data);
   build_constraints(input.numbers, data);
