@@ -2,28 +2,23 @@
 #include "pbdsurg/contact/proximity.h"
 
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include "pbdsurg/core/error.h"
+
+#include "solver/solver_data.h"
 
 namespace pbdsurg {
 
 std::vector<Index> find_vertices_near(const Solver& solver, Index body,
                                       const Eigen::Vector3f& point, float radius) {
-  const Body& where = solver.body(body);
+  static_cast<void>(solver.body(body));  // throws if there is none
   if (!point.allFinite() || !(radius > 0) || !std::isfinite(radius)) {
     throw InvalidArgument("a search radius is " + std::to_string(radius) +
                           " m; point and radius must be finite, the radius positive");
   }
-  std::vector<Index> ids(static_cast<std::size_t>(where.vertex_count));
-  std::iota(ids.begin(), ids.end(), where.first_vertex);
-  const Body& last = solver.bodies().back();
-  for (Index v = last.first_vertex + last.vertex_count; v < solver.vertex_count(); ++v) {
-    if (solver.body_of_vertex(v) == body) {  // edits brought it
-      ids.push_back(v);
-    }
-  }
+  std::vector<Index> ids;
+  for_each_vertex_of(solver_data(solver), body, [&](Index v) { ids.push_back(v); });
   std::vector<Eigen::Vector3f> positions(ids.size());
   solver.read_positions(ids, positions);
   std::vector<Index> found;

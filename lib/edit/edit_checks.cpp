@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -46,10 +47,24 @@ void check_rest(const char* what, Index id, const char* quantity, float value) {
   }
 }
 
+// Tissue that an edit names must not be of a body that it removes.
+void check_stays(const SolverData& data, const TopologyEdit& edit, const std::string& what,
+                 Index body) {
+  if (std::ranges::count(edit.remove_bodies, body) > 0) {
+    throw InvalidArgument(what + " is of body '" + data.bodies[body].name +
+                          "', which the same edit removes");
+  }
+}
+
 void check_removals(SolverData& data, const TopologyEdit& edit) {
   std::vector<Index>& ids = data.edit_buffer;
   ids = edit.remove_tets;
   check_ids("tet", ids, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+  ids = edit.remove_bodies;
+  check_ids("body", ids, data.bodies.size(), [&](Index b) { return data.tissue_counts[b] > 0; });
+  for (const Index t : edit.remove_tets) {
+    check_stays(data, edit, name_of("tet", t), data.body_of_tet(t));
+  }
   ids = edit.remove_links;
   check_ids("link", ids, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
 }
@@ -100,6 +115,7 @@ void check_new_vertices(const SolverData& data, const TopologyEdit& edit) {
         throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
                               ", which no tetrahedron has");
       }
+      check_stays(data, edit, what, data.body_of_vertex(v));
     }
     if (data.body_of_vertex(vertex.first) != data.body_of_vertex(vertex.second)) {
       throw InvalidArgument(what + " lies between vertices " + std::to_string(vertex.first) +
@@ -148,6 +164,7 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
     id = {move.tet};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
     const std::string what = name_of("tet", move.tet);
+    check_stays(data, edit, what, data.body_of_tet(move.tet));
     if (std::ranges::binary_search(removed_tets, move.tet)) {
       throw InvalidArgument(what + " is moved and removed by one edit");
     }
@@ -190,6 +207,7 @@ void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
     const std::string what = name_of("new tet", static_cast<Index>(data.tets.size() + i));
     id = {tet.parent};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+    check_stays(data, edit, what, data.body_of_tet(tet.parent));
     if (std::ranges::binary_search(taken, tet.parent)) {
       throw InvalidArgument(what + ": its parent, tet " + std::to_string(tet.parent) +
                             ", is moved or removed by the same edit");
@@ -225,6 +243,29 @@ void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
   }
 }
 
+// What a scene and a solver of it have checked already is not checked again.
+void check_new_bodies(const SolverData& data, const TopologyEdit& edit) {
+  const Scene& scene = edit.new_bodies;
+  check_materials(scene.bodies(), data.options.mode);
+  check_vertex_method(scene, data.options);
+  for (const Body& body : scene.bodies()) {
+    if (std::ranges::count(data.bodies, body.name, &Body::name) > 0) {
+      throw InvalidArgument("there is a body named '" + body.name +
+                            "' already; names must differ, also from those of removed bodies");
+    }
+  }
+  const auto vertex_count = static_cast<std::size_t>(scene.vertex_count());
+  if (data.particles.size() + edit.new_vertices.size() + vertex_count >
+          static_cast<std::size_t>(kMostParticles) ||
+      data.tets.size() + edit.new_tets.size() + scene.tets().size() >
+          static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    throw InvalidArgument("with " + std::to_string(vertex_count) + " vertices and " +
+                          std::to_string(scene.tets().size()) +
+                          " tets of new bodies there would be more than " +
+                          std::to_string(kMostParticles) + " or 2147483647");
+  }
+}
+
 // Each new vertex must have tissue.
 void check_use_of_new_vertices(const SolverData& data, const TopologyEdit& edit) {
   const auto first = static_cast<Index>(data.particles.size());
@@ -252,14 +293,21 @@ void check_use_of_new_vertices(const SolverData& data, const TopologyEdit& edit)
 void check_new_links(const SolverData& data, const TopologyEdit& edit,
                      std::span<const Index> stopping) {
   const auto vertex_count = static_cast<Index>(data.particles.size());
+  const auto first_of_bodies = vertex_count + static_cast<Index>(edit.new_vertices.size());
+  const auto has_tissue = [&](Index v) {
+    if (v >= first_of_bodies) {
+      return edit.new_bodies.masses()[v - first_of_bodies] > 0;
+    }
+    return v >= vertex_count ||
+           (data.vertex_masses[v] > 0 && !std::ranges::binary_search(stopping, v));
+  };
   for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
     const Link& link = edit.new_links[i];
     const std::string what = name_of("link", static_cast<Index>(data.links.size() + i));
-    check_link(what, link, vertex_count + static_cast<Index>(edit.new_vertices.size()));
+    check_link(what, link, first_of_bodies + edit.new_bodies.vertex_count());
     check_vertex_link(data.options, what, link);
     for (const Index v : {link.first, link.second}) {
-      if (v < vertex_count &&
-          (!(data.vertex_masses[v] > 0) || std::ranges::binary_search(stopping, v))) {
+      if (!has_tissue(v)) {
         throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
                               ", which has no tissue left to hold it");
       }
@@ -267,7 +315,7 @@ void check_new_links(const SolverData& data, const TopologyEdit& edit,
   }
 }
 
-// Vertices that an edit leaves without tetrahedra, ascending.
+// Vertices that an edit leaves without tissue, ascending.
 // @param vertices  replaced
 void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector<Index>& vertices) {
   vertices.clear();
@@ -298,6 +346,14 @@ void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector
     first = last;
   }
   vertices.erase(stopping, vertices.end());
+  for (const Index body : edit.remove_bodies) {
+    for_each_vertex_of(data, body, [&](Index v) {
+      if (data.vertex_masses[v] > 0) {
+        vertices.push_back(v);
+      }
+    });
+  }
+  std::ranges::sort(vertices);
 }
 
 }  // namespace
@@ -313,6 +369,7 @@ std::span<const Index> check_edit(SolverData& data, const TopologyEdit& edit) {
     check_new_tets(data, edit);
   }
   check_use_of_new_vertices(data, edit);
+  check_new_bodies(data, edit);
   find_stopping(data, edit, data.edit_buffer);
   check_new_links(data, edit, data.edit_buffer);
   return data.edit_buffer;

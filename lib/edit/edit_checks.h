@@ -14,7 +14,7 @@ namespace pbdsurg {
 
 /// Refuses a bad edit, and changes nothing but a buffer. Cost: proportional to the edit, but for
 /// sorting.
-/// @return  vertices that the edit leaves without tetrahedra, ascending, in that buffer
+/// @return  vertices that the edit leaves without tissue, ascending, in that buffer
 /// @throws InvalidArgument  see apply_edit()
 std::span<const Index> check_edit(SolverData& data, const TopologyEdit& edit);
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 
 namespace pbdsurg {
 
@@ -13,6 +14,14 @@ void FollowedVersion::check(const Solver& solver, const char* who) const {
                           ", the solver at " + std::to_string(solver.topology_version()) +
                           ": it must take part in every edit");
   }
+}
+
+void FollowedVersion::renumber(const Renumbering& ids, const char* who) {
+  if (ids.version_before != now_) {
+    throw InvalidArgument(std::string(who) + " is at topology version " + std::to_string(now_) +
+                          ", the compaction was of version " + std::to_string(ids.version_before));
+  }
+  now_ = before_ = ids.version;
 }
 
 }  // namespace pbdsurg

@@ -33,7 +33,9 @@ LivePieces::LivePieces(const Solver& solver) : followed_(solver) {
   const std::span<const Tet> tets = solver.tets();
   const auto tet_count = static_cast<Index>(tets.size());
   const Index vertex_count = solver.vertex_count();
-  is_fixed_ = UndoArray(std::vector<std::uint8_t>(static_cast<std::size_t>(vertex_count), 0));
+  for (Index v = 0; v < vertex_count; ++v) {
+    is_fixed_.push_back(is_fixed(solver, v));
+  }
   tets_ =
       UndoArray(std::vector<PieceTet>(tets.size(), {kInvalidIndex, kInvalidIndex, kInvalidIndex}));
   part_of_.assign(static_cast<std::size_t>(vertex_count), kInvalidIndex);
@@ -47,18 +49,7 @@ LivePieces::LivePieces(const Solver& solver) : followed_(solver) {
     }
   }
   const Components components = find_components(vertex_count, live);
-  for (Index i = 0; i < components.count; ++i) {
-    pieces_.push_back({kInvalidIndex, 0, 0, kInvalidIndex});
-  }
-  for (Index v = 0; v < vertex_count; ++v) {
-    if (const Index i = components.of_vertex[v]; i != kInvalidIndex) {
-      Piece piece = pieces_[i];
-      piece.body = solver.body_of_vertex(v);
-      piece.anchor_count += is_fixed(solver, v);
-      pieces_.set(i, piece);
-      is_fixed_.set(v, is_fixed(solver, v));
-    }
-  }
+  add_pieces(solver, components, 0);
   for (Index t = 0; t < tet_count; ++t) {
     if (solver.is_tet_alive(t)) {
       add_tet(components.of_vertex[tets[t][0]], t);
@@ -198,6 +189,41 @@ void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,
     free_part(data, parts_[part]);
   }
   clear_searches();
+  add_bodies(solver, edit.new_bodies);
+}
+
+// Pieces that there are none of yet.
+// @param components  of vertices from the first on
+void LivePieces::add_pieces(const Solver& solver, const Components& components,
+                            Index first_vertex) {
+  const Index first_piece = count();
+  for (Index i = 0; i < components.count; ++i) {
+    pieces_.push_back({kInvalidIndex, 0, 0, kInvalidIndex});
+  }
+  for (std::size_t i = 0; i < components.of_vertex.size(); ++i) {
+    if (components.of_vertex[i] != kInvalidIndex) {
+      const Index v = first_vertex + static_cast<Index>(i);
+      const Index id = first_piece + components.of_vertex[i];
+      Piece piece = pieces_[id];
+      piece.body = solver.body_of_vertex(v);
+      piece.anchor_count += is_fixed_[v];
+      pieces_.set(id, piece);
+    }
+  }
+}
+
+// Pieces of bodies that came in: their vertices and tetrahedra are the last.
+void LivePieces::add_bodies(const Solver& solver, const Scene& bodies) {
+  const Index first_vertex = is_fixed_.size() - bodies.vertex_count();
+  const Index first_piece = count();
+  const Components components = find_components(bodies.vertex_count(), bodies.tets());
+  add_pieces(solver, components, first_vertex);
+  for (const Tet& tet : bodies.tets()) {
+    const Index id = tets_.size();
+    tets_.push_back({kInvalidIndex, kInvalidIndex, kInvalidIndex});
+    leaving_.push_back(false);
+    add_tet(first_piece + components.of_vertex[tet[0]], id);
+  }
 }
 
 void LivePieces::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {

@@ -7,6 +7,8 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "solver/solver_data.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -22,9 +24,9 @@ constexpr std::size_t kFewestChanges = 1024;
 
 LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
   const Body& own = solver.body(body);
-  const Body& last = solver.bodies().back();
-  tets_ = {own.first_tet, own.tet_count, last.first_tet + last.tet_count};
-  vertices_ = {own.first_vertex, own.vertex_count, last.first_vertex + last.vertex_count};
+  const SolverData& data = solver_data(solver);
+  tets_ = {own.first_tet, own.tet_count, data.first_later_tet(body)};
+  vertices_ = {own.first_vertex, own.vertex_count, data.first_later_vertex(body)};
   const Index own_tets = tets_.local(static_cast<Index>(solver.tets().size()));
   const Index own_vertices = vertices_.local(solver.vertex_count());
   faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own_tets), kGone));
@@ -94,6 +96,11 @@ void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
       if (own) {
         open(faces_.size() - 1);
       }
+    }
+  }
+  while (tets_.scene(faces_.size() / 4) < static_cast<Index>(solver.tets().size())) {
+    for (int i = 0; i < 4; ++i) {
+      faces_.push_back(kGone);  // of a body that comes in
     }
   }
   for (const Index tet : result.tets) {

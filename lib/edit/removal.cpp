@@ -70,6 +70,20 @@ void remove_tet(SolverData& data, Index tet, EditResult& result) {
   }
 }
 
+void remove_body(SolverData& data, Index body, EditResult& result) {
+  for_each_tet_of(data, body, [&](Index t) {
+    if (data.tet_alive[t]) {
+      remove_tet(data, t, result);
+    }
+  });
+  for_each_vertex_of(data, body, [&](Index v) {
+    if (data.vertex_masses[v] > 0) {  // a particle
+      data.set_mass(v, 0);
+      result.vertices.push_back(v);
+    }
+  });
+}
+
 void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result) {
   data.remove_tet_at(vertex, tet);
   if (data.vertex_tets[vertex].empty()) {

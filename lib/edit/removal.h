@@ -25,6 +25,9 @@ void remove_tet(SolverData& data, Index tet, EditResult& result);
 /// A vertex loses a tetrahedron and a quarter of its mass; without any it stops.
 void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result);
 
+/// Removes all tissue of a body: what it came with, and what edits split off it.
+void remove_body(SolverData& data, Index body, EditResult& result);
+
 /// Links and tools let go of vertices without tissue.
 void release_vertices(SolverData& data, EditResult& result);
 

@@ -49,9 +49,9 @@ EdgeNumbers part_numbers(const std::array<EdgeNumbers, 6>& parent, const std::ar
   }
   if (numbers.limit) {
     for (std::size_t e = 0; e < 6; ++e) {
-      lengths[e] = *parent[e].limit;
+      lengths[e] = (*parent[e].limit)[StrainLimitConstraint::kLimit];
     }
-    numbers.limit = length_between(a, b, lengths);
+    (*numbers.limit)[StrainLimitConstraint::kLimit] = length_between(a, b, lengths);
   }
   return numbers;
 }

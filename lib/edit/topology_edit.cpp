@@ -11,6 +11,7 @@
 #include "edit/part_tissue.h"
 #include "edit/removal.h"
 #include "edit/split_tets.h"
+#include "solver/add_bodies.h"
 #include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
@@ -80,7 +81,9 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
     participant->validate(solver, edit);
   }
 
-  for (Index copy = 0; copy < data.copy_count() && !edit.new_vertices.empty(); ++copy) {
+  const bool brings_bodies = !edit.new_bodies.bodies().empty();
+  const bool brings_vertices = brings_bodies || !edit.new_vertices.empty();
+  for (Index copy = 0; copy < data.copy_count() && brings_vertices; ++copy) {
     data.fetch_state(copy);  // waits for a step that runs, which all else leaves alone
     data.changes.state[copy] = true;
   }
@@ -91,6 +94,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   result.first_new_tet = static_cast<Index>(data.tets.size());
   result.first_new_link = static_cast<Index>(data.links.size());
   result.first_new_edge = static_cast<Index>(data.edges.size());
+  result.first_new_body = static_cast<Index>(data.bodies.size());
   for (const RestLengthChange& change : edit.rest_lengths) {
     set_rest_length(data, change);
   }
@@ -107,16 +111,27 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   for (const Index t : edit.remove_tets) {
     remove_tet(data, t, result);
   }
+  for (const Index body : edit.remove_bodies) {
+    remove_body(data, body, result);
+  }
   move_corners(data, edit, result);
   replace_parents(data, edit, result);
   release_vertices(data, result);
+  add_bodies(data, edit.new_bodies);
   for (const Link& link : edit.new_links) {
     add_link(data, link);
   }
-  if (edit.new_vertices.empty() && edit.new_tets.empty() && edit.new_links.empty()) {
-    refresh_vertices(data);
-  } else {
+  const Index first_of_bodies =
+      result.first_new_vertex + static_cast<Index>(edit.new_vertices.size());
+  for (Link link : edit.new_bodies.links()) {
+    link.first += first_of_bodies;
+    link.second += first_of_bodies;
+    add_link(data, link);
+  }
+  if (brings_vertices || !edit.new_tets.empty() || !edit.new_links.empty()) {
     finish_growth(data);
+  } else {
+    refresh_vertices(data);
   }
   data.update_plan(!data.journal.releases.empty());
   result.topology_version = data.last_topology_version + 1;

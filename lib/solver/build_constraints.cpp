@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
 #include <tuple>
 #include <vector>
 
 #include "pbdsurg/coloring/color.h"
 
-#include "solver/neo_hookean_record.h"
 #include "solver/nested_domains.h"
 
 namespace pbdsurg {
@@ -63,35 +61,56 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
   return group_count;
 }
 
-template <class Visit>
-void for_each_edge(const Scene& scene, const SolverData& data, Visit visit) {
-  std::size_t b = 0;  // edges are sorted, so their bodies ascend
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
-    const Edge& edge = data.edges[e];
-    while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
-      ++b;
+// Constraints of those elements that have numbers for them.
+// @param elements    [count] edges or tetrahedra
+// @param numbers_of  std::optional<Numbers<Constraint>>(element)
+template <class Constraint, class Element, class NumbersOf>
+ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Element>& elements,
+                                        const NestedDomains& domains, SolverData& data,
+                                        NumbersOf numbers_of) {
+  std::vector<ConstraintRecord<Constraint>> records(elements.size());
+  std::vector<Index> ids;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    if (const auto numbers = numbers_of(elements[i])) {
+      if constexpr (Constraint::kVertexCount == 2) {
+        records[i] = {data.places_of(data.edges[i]), *numbers};
+      } else {
+        records[i] = {data.places_of(data.tets[i]), *numbers};
+      }
+      ids.push_back(static_cast<Index>(i));
     }
-    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    visit(static_cast<Index>(e), length, data.bodies[b].material);
   }
+  const std::span<const ConstraintRecord<Constraint>> view(records);
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  const Index group_count = group_by_color(kind, view, ids, domains, data, group_of);
+  return {view, group_of, group_count};
 }
 
-void build_distances(const Scene& scene, const NestedDomains& domains, SolverData& data) {
+void build_volumes(const ConstraintNumbers& numbers, const NestedDomains& domains,
+                   SolverData& data) {
+  const bool is_joint = data.options.composition == PlanComposition::joint;
+  data.volumes = build_slots<VolumeConstraint>(is_joint ? PhaseKind::joint : PhaseKind::volume,
+                                               numbers.tets, domains, data,
+                                               [](const TetNumbers& tet) { return tet.volume; });
+}
+
+void build_distances(const ConstraintNumbers& numbers, const NestedDomains& domains,
+                     SolverData& data) {
   std::vector<ConstraintRecord<DistanceConstraint>> records;
   records.reserve(data.edges.size() + data.links.size());
   std::vector<Index> ids;
-  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back({data.places_of(data.edges[edge]),
-                       {static_cast<float>(length),
-                        stiffness_in(data.options.mode, material.stretch), material.damping}});
-    if (material.model == ElasticModel::springs) {
-      ids.push_back(edge);
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    const auto& distance = numbers.edges[e].distance;
+    if (distance) {
+      ids.push_back(static_cast<Index>(e));
     }
-  });
+    records.push_back(
+        {data.places_of(data.edges[e]), distance.value_or(Numbers<DistanceConstraint>{})});
+  }
   for (const Link& link : data.links) {
     ids.push_back(static_cast<Index>(records.size()));
-    records.push_back({data.places_of(Edge{link.first, link.second}),
-                       {link.rest_length, stiffness_in(data.options.mode, link.stiffness), 0}});
+    records.push_back(
+        {data.places_of(Edge{link.first, link.second}), link_numbers(link, data.options.mode)});
   }
   if (data.options.composition == PlanComposition::joint) {
     data.edge_owners =
@@ -113,84 +132,23 @@ void build_distances(const Scene& scene, const NestedDomains& domains, SolverDat
       view, group_of, data.joint_group(is_joint ? data.volumes.group_count() : 0, 0));
 }
 
-void build_volumes(const Scene& scene, const NestedDomains& domains, SolverData& data) {
-  std::vector<ConstraintRecord<VolumeConstraint>> records;
-  records.reserve(data.tets.size());
-  std::vector<Index> ids;
-  for (const Body& body : data.bodies) {
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      const double volume = tet_volume(scene.positions(), data.tets[t]);
-      records.push_back(
-          {data.places_of(data.tets[t]),
-           {static_cast<float>(volume), stiffness_in(data.options.mode, body.material.volume),
-            body.material.damping}});
-      if (has_volume_constraints(body)) {
-        ids.push_back(t);
-      }
-    }
-  }
-  const std::span<const ConstraintRecord<VolumeConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  const bool is_joint = data.options.composition == PlanComposition::joint;
-  const Index group_count = group_by_color(is_joint ? PhaseKind::joint : PhaseKind::volume, view,
-                                           ids, domains, data, group_of);
-  data.volumes = ConstraintSlots<VolumeConstraint>(view, group_of, group_count);
-}
-
-void build_neo_hookeans(const Scene& scene, const NestedDomains& domains, SolverData& data) {
-  std::vector<ConstraintRecord<NeoHookeanConstraint>> records(data.tets.size());
-  std::vector<Index> ids;
-  for (const Body& body : data.bodies) {
-    if (body.material.model != ElasticModel::neo_hookean) {
-      continue;
-    }
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      records[t] = make_neo_hookean(scene.positions(), data.tets[t], data.places_of(data.tets[t]),
-                                    body.material);
-      ids.push_back(t);
-    }
-  }
-  const std::span<const ConstraintRecord<NeoHookeanConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  const Index group_count =
-      group_by_color(PhaseKind::neo_hookean, view, ids, domains, data, group_of);
-  data.neo_hookeans = ConstraintSlots<NeoHookeanConstraint>(view, group_of, group_count);
-}
-
-void build_strain_limits(const Scene& scene, const NestedDomains& domains, SolverData& data) {
-  std::vector<ConstraintRecord<StrainLimitConstraint>> records;
-  std::vector<Index> ids;
-  for_each_edge(scene, data, [&](Index edge, double length, const Material& material) {
-    records.push_back(
-        {data.places_of(data.edges[edge]), {static_cast<float>(material.max_stretch * length)}});
-    if (std::isfinite(material.max_stretch)) {
-      ids.push_back(edge);
-    }
-  });
-  const std::span<const ConstraintRecord<StrainLimitConstraint>> view(records);
-  std::vector<Index> group_of(records.size(), kInvalidIndex);
-  const Index group_count =
-      group_by_color(PhaseKind::strain_limit, view, ids, domains, data, group_of);
-  data.strain_limits = ConstraintSlots<StrainLimitConstraint>(view, group_of, group_count);
-}
-
 }  // namespace
 
-float stiffness_in(ProjectionMode mode, const Stiffness& stiffness) noexcept {
-  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
-}
-
-void build_constraints(const Scene& scene, SolverData& data) {
+void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
   const NestedDomains domains = data.options.composition == PlanComposition::nested
-                                    ? NestedDomains(scene.vertex_count())
+                                    ? NestedDomains(static_cast<Index>(data.particles.size()))
                                     : NestedDomains();
   for (Index level = 0; level < domains.level_count(); ++level) {
     data.domain_counts.push_back(domains.domain_count(level));
   }
-  build_volumes(scene, domains, data);
-  build_distances(scene, domains, data);
-  build_neo_hookeans(scene, domains, data);
-  build_strain_limits(scene, domains, data);
+  build_volumes(numbers, domains, data);
+  build_distances(numbers, domains, data);
+  data.neo_hookeans =
+      build_slots<NeoHookeanConstraint>(PhaseKind::neo_hookean, numbers.tets, domains, data,
+                                        [](const TetNumbers& tet) { return tet.neo_hookean; });
+  data.strain_limits =
+      build_slots<StrainLimitConstraint>(PhaseKind::strain_limit, numbers.edges, domains, data,
+                                         [](const EdgeNumbers& edge) { return edge.limit; });
   std::stable_sort(data.constraint_phases.begin(), data.constraint_phases.end(),
                    [](const Phase& a, const Phase& b) {
                      return std::tie(a.level, a.domain, a.kind) <

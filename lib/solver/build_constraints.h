@@ -2,20 +2,16 @@
 #pragma once
 
 /// @file
-/// From bodies, materials and links to constraints in the order of the plan.
+/// From edges, tetrahedra and links to constraints in the order of the plan.
 
-#include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/solver/scene.h"
-
+#include "solver/constraint_numbers.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
 
-/// What a projection takes: a fraction, or a compliance, m/N.
-[[nodiscard]] float stiffness_in(ProjectionMode mode, const Stiffness& stiffness) noexcept;
-
 /// Makes all constraints, colours them and lists the phases that there can be.
-/// @param data  with options, bodies and topology
-void build_constraints(const Scene& scene, SolverData& data);
+/// @param numbers  of edges and tetrahedra
+/// @param data     with options, bodies, topology and places
+void build_constraints(const ConstraintNumbers& numbers, SolverData& data);
 
 }  // namespace pbdsurg

@@ -55,7 +55,8 @@ struct EditJournal {
   bool is_growth = false;            ///< it added constraints, or gave some other vertices
   std::uint64_t fingerprint = 0;     ///< of the edit and its result
   std::uint64_t version_before = 0;  ///< of the topology
-  std::size_t vertex_count = 0, tet_count = 0, edge_count = 0, link_count = 0;  ///< before
+  std::size_t body_count = 0, vertex_count = 0, tet_count = 0, edge_count = 0,
+              link_count = 0;            ///< before
   std::vector<PhaseKind> opened_groups;  ///< of constraints, by their kind
   std::vector<Index> tets;               ///< removed
   std::vector<Shape> shapes;             ///< before each change

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "solver/add_bodies.h"
 #include "solver/backend.h"
-#include "solver/build_constraints.h"
 
 namespace pbdsurg {
 namespace {
@@ -99,6 +99,17 @@ void close_group(SolverData& data, PhaseKind kind) {
   visit_slots(data, kind, [](auto& slots) { slots.close_group(); });
 }
 
+// Those that a new constraint may join, where they are free at its vertices.
+std::vector<Index> joinable_groups(const SolverData& data, PhaseKind kind) {
+  std::vector<Index> groups;
+  for (const Phase& phase : data.constraint_phases) {
+    if (phase.level == last_level(data) && takes(phase, kind)) {
+      groups.push_back(phase.color);
+    }
+  }
+  return groups;
+}
+
 // Room for so many constraints in each group that they may join, and some groups more: edits that
 // find no free one are rare. A type that the scene has none of needs none, but for links.
 void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
@@ -111,13 +122,7 @@ void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
   for (int i = 0; i < kSpareGroups; ++i) {
     open_group(data, kind);
   }
-  std::vector<Index> groups;
-  for (const Phase& phase : data.constraint_phases) {
-    if (phase.level == last_level(data) && is_of_kind(phase)) {
-      groups.push_back(phase.color);
-    }
-  }
-  visit_slots(data, kind, [&](auto& slots) { slots.reserve(count, groups); });
+  visit_slots(data, kind, [&](auto& slots) { slots.reserve(count, joinable_groups(data, kind)); });
 }
 
 }  // namespace
@@ -139,6 +144,15 @@ Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> v
   }
   data.journal.opened_groups.push_back(kind);
   return open_group(data, kind);
+}
+
+std::vector<Index> groups_to_join(SolverData& data, PhaseKind kind, Index count) {
+  std::vector<Index> groups = joinable_groups(data, kind);
+  while (groups.size() < static_cast<std::size_t>(count)) {
+    data.journal.opened_groups.push_back(kind);
+    groups.push_back(open_group(data, kind));
+  }
+  return groups;
 }
 
 void add_vertex(SolverData& data, Index first, Index second, float share) {
@@ -184,7 +198,18 @@ EdgeNumbers numbers_of(const SolverData& data, Index edge) {
     numbers.distance = data.distances.record(distance).parameters;
   }
   if (data.strain_limits.is_alive(edge)) {
-    numbers.limit = data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+    numbers.limit = data.strain_limits.record(edge).parameters;
+  }
+  return numbers;
+}
+
+TetNumbers tet_numbers_of(const SolverData& data, Index tet) {
+  TetNumbers numbers;
+  if (data.volumes.is_alive(tet)) {
+    numbers.volume = data.volumes.record(tet).parameters;
+  }
+  if (data.neo_hookeans.is_alive(tet)) {
+    numbers.neo_hookean = data.neo_hookeans.record(tet).parameters;
   }
   return numbers;
 }
@@ -198,7 +223,7 @@ void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbe
   }
   if (numbers.limit) {
     const Index group = find_free_group(data, PhaseKind::strain_limit, ends);
-    data.strain_limits.add(edge, group, {data.places_of(ends), {*numbers.limit}});
+    data.strain_limits.add(edge, group, {data.places_of(ends), *numbers.limit});
   }
 }
 
@@ -221,8 +246,7 @@ void add_link(SolverData& data, const Link& link) {
   data.distances.set_id_count(static_cast<std::size_t>(data.distance_ids.count()));
   const Index group = find_free_group(data, PhaseKind::distance, ends);
   data.distances.add(distance, group,
-                     {data.places_of(ends),
-                      {link.rest_length, stiffness_in(data.options.mode, link.stiffness), 0}});
+                     {data.places_of(ends), link_numbers(link, data.options.mode)});
   data.add_link_at(link.first, id);
   data.add_link_at(link.second, id);
 }
@@ -232,15 +256,23 @@ void finish_growth(SolverData& data) {
   if (data.backend->keeps_state()) {
     // tables of tools follow the number of vertices
     data.changes.tools = data.changes.tools || data.particles.size() > data.journal.vertex_count;
-  } else {
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      for (ToolState& tool : data.copy(i).tools) {  // no step allocates
-        tool.contacts.reserve(std::min(data.particles.size(),
-                                       static_cast<std::size_t>(data.options.contact_capacity)));
-      }
+  }
+  reserve_tools(data);
+  regrow_vertices(data);
+}
+
+void reserve_tools(SolverData& data) {
+  const std::size_t contacts =
+      data.backend->keeps_state()
+          ? 0
+          : std::min(data.particles.size(),
+                     static_cast<std::size_t>(data.options.contact_capacity));
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    for (ToolState& tool : data.copy(i).tools) {
+      tool.placed_capsules.reserve(tool.capsules.size());
+      tool.contacts.reserve(contacts);
     }
   }
-  regrow_vertices(data);
 }
 
 void undo_growth(SolverData& data) {
@@ -265,6 +297,7 @@ void undo_growth(SolverData& data) {
       return static_cast<std::size_t>(place) >= journal.vertex_count;
     });
   }
+  undo_bodies(data);
   data.later_tet_bodies.resize(data.later_tet_bodies.size() -
                                (data.tets.size() - journal.tet_count));
   data.tets.resize(journal.tet_count);

@@ -4,12 +4,13 @@
 /// @file
 /// What edits add to a solver's data.
 
-#include <optional>
 #include <span>
+#include <vector>
 
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_plan.h"
 
+#include "solver/constraint_numbers.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -21,6 +22,10 @@ namespace pbdsurg {
 /// @param kind  distance, volume, neo_hookean or strain_limit
 Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> vertices);
 
+/// Groups for constraints at vertices that have none, as many as asked for: those that a new
+/// constraint may join, in their order, and where these are too few, some that are opened.
+[[nodiscard]] std::vector<Index> groups_to_join(SolverData& data, PhaseKind kind, Index count);
+
 /// Adds a vertex to all copies that moves as the point on a segment, without mass yet. It is fixed
 /// if both ends are.
 /// @param share  of the way from `first` to `second`
@@ -30,12 +35,10 @@ void add_vertex(SolverData& data, Index first, Index second, float share);
 /// @return  its id
 Index add_edge(SolverData& data, const Edge& ends);
 
-/// What pulls an edge: the numbers of its constraints, where it has such.
-struct EdgeNumbers {
-  std::optional<std::array<float, DistanceConstraint::kParameterCount>> distance;
-  std::optional<float> limit;
-};
+/// Of an edge, as they are now.
 [[nodiscard]] EdgeNumbers numbers_of(const SolverData& data, Index edge);
+
+[[nodiscard]] TetNumbers tet_numbers_of(const SolverData& data, Index tet);
 
 /// Gives an edge its constraints, once tetrahedra have it.
 void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbers);
@@ -56,6 +59,9 @@ void finish_growth(SolverData& data);
 
 /// Takes back what the edit at hand added; constraints have gone already.
 void undo_growth(SolverData& data);
+
+/// Makes room for what tools can touch, so that no step allocates.
+void reserve_tools(SolverData& data);
 
 /// Makes the room that options ask for.
 void reserve_spare_room(SolverData& data);

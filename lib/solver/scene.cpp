@@ -52,6 +52,16 @@ void check_material(const std::string& what, const Material& material) {
 
 }  // namespace
 
+void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
+  for (const Body& body : bodies) {
+    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+      throw InvalidArgument("body '" + body.name +
+                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
+                            "the compliance mode");
+    }
+  }
+}
+
 void check_link(const std::string& what, const Link& link, Index vertex_count) {
   for (const Index v : {link.first, link.second}) {
     if (v < 0 || v >= vertex_count) {

@@ -4,24 +4,21 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <sstream>
 #include <string>
 #include <utility>
 
-#include "pbdsurg/coloring/constraint_vertices.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/mesh/topology.h"
 
 #include "coloring/coloring_options.h"
 #include "solver/backend.h"
-#include "solver/build_constraints.h"
 #include "solver/cuda_hook.h"
-#include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
-#include "solver/nested_domains.h"
+#include "solver/scene_checks.h"
 #include "solver/solver_data.h"
+#include "solver/solver_input.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg {
 namespace {
@@ -79,95 +76,6 @@ void check_options(const SolverOptions& options) {
   check_choice("composition", options.composition, PlanComposition::nested);
 }
 
-void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
-  for (const Body& body : bodies) {
-    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
-      throw InvalidArgument("body '" + body.name +
-                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
-                            "the compliance mode");
-    }
-  }
-}
-
-IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
-  std::vector<Edge> ends;
-  for (const Link& link : links) {
-    ends.push_back({link.first, link.second});
-  }
-  return find_vertex_constraints({std::span<const Edge>(ends), vertex_count});
-}
-
-void copy_topology(const Scene& scene, SolverData& data) {
-  data.tets.assign(scene.tets().begin(), scene.tets().end());
-  data.links.assign(scene.links().begin(), scene.links().end());
-  data.vertex_links = VertexLists(find_vertex_links(scene.vertex_count(), data.links));
-  data.vertex_tets = VertexLists(find_vertex_tets(scene.vertex_count(), data.tets));
-  data.edges = find_edges(data.tets);
-  data.distance_ids =
-      DistanceIds(static_cast<Index>(data.edges.size()), static_cast<Index>(data.links.size()));
-  data.tet_edges = find_tet_edges(data.tets, data.edges);
-  data.edge_tets.assign(data.edges.size(), 0);
-  data.tet_alive.assign(data.tets.size(), true);
-  for (std::size_t t = 0; t < data.tets.size(); ++t) {
-    for (const Index edge : data.tet_edges[t]) {
-      ++data.edge_tets[edge];
-    }
-  }
-}
-
-void copy_masses(const Scene& scene, SolverData& data) {
-  data.vertex_masses.assign(scene.masses().begin(), scene.masses().end());
-  data.tet_masses.resize(data.tets.size());
-  for (const Body& body : data.bodies) {
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      data.tet_masses[t] = body.material.density * tet_volume(scene.positions(), data.tets[t]);
-    }
-  }
-}
-
-std::string plan_name(const SolverOptions& options) {
-  const bool moves_vertices = options.method == SolverMethod::vertex_block;
-  const ColoringOptions coloring = moves_vertices ? vertex_coloring(options) : options.coloring;
-  std::string name = name_of(coloring.algorithm);
-  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
-    name += std::string(" by ") + name_of(coloring.order);
-  }
-  if (coloring.algorithm == ColoringAlgorithm::random_disc &&
-      coloring.disc.palette == Palette::conflicts) {
-    name += " by conflicts";
-  }
-  name += coloring.repair ? "+repair" : "";
-  name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
-  name += coloring.balance ? "+balance" : "";
-  if (moves_vertices) {
-    return name + ", vertices";
-  }
-  switch (options.composition) {
-    case PlanComposition::automatic:
-      break;
-    case PlanComposition::separate:
-      return name + ", distances then volumes";
-    case PlanComposition::joint:
-      return name + ", joint";
-    case PlanComposition::nested:
-      return name + ", nested";
-  }
-  return name;
-}
-
-std::unique_ptr<Backend> make_host_backend(const SolverOptions& options) {
-  if (options.backend == BackendKind::serial) {
-    return make_serial_backend();
-  }
-  std::unique_ptr<Backend> backend = make_threaded_backend(options);
-  if (backend == nullptr && options.backend == BackendKind::threaded) {
-    throw BackendUnavailable(
-        "the threaded backend has no kernels for this processor; it has them for x86-64 with "
-        "SSSE3, AVX2 or AVX-512");
-  }
-  return backend == nullptr ? make_serial_backend() : std::move(backend);
-}
-
 // Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
 // launches. The vertex-block method knows no joint plan.
 PlanComposition device_composition(const Scene& scene, const SolverOptions& options) {
@@ -178,44 +86,12 @@ PlanComposition device_composition(const Scene& scene, const SolverOptions& opti
 
 // All but a backend.
 // @param automatic  what an automatic composition is
-std::unique_ptr<SolverData> make_data(const Scene& scene, const SolverOptions& options,
+std::unique_ptr<SolverData> make_data(const Scene& scene, SolverOptions options,
                                       PlanComposition automatic) {
-  auto made = std::make_unique<SolverData>();
-  SolverData& data = *made;
-  data.options = options;
   if (options.composition == PlanComposition::automatic) {
-    data.options.composition = automatic;
+    options.composition = automatic;
   }
-  data.gravity = scene.gravity();
-  data.bodies.assign(scene.bodies().begin(), scene.bodies().end());
-
-  const std::size_t vertex_count = static_cast<std::size_t>(scene.vertex_count());
-  data.place_of_vertex = order_vertices(scene.positions());
-  data.particles.resize(vertex_count);
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    const Eigen::Vector3f x = scene.positions()[v].cast<float>();
-    const bool moves = scene.masses()[v] > 0 && !scene.is_fixed(static_cast<Index>(v));
-    data.particle(static_cast<Index>(v)) = {
-        x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / scene.masses()[v]) : 0.0F};
-  }
-  data.previous = data.particles;
-  data.velocities.assign(vertex_count, {});
-
-  copy_topology(scene, data);
-  copy_masses(scene, data);
-  build_constraints(scene, data);
-  data.has_damping = std::any_of(data.bodies.begin(), data.bodies.end(),
-                                 [](const Body& body) { return body.material.damping > 0; });
-  data.vertex_method = make_vertex_method(scene, data);
-  if (options.method == SolverMethod::vertex_block) {
-    data.falling.assign(vertex_count, 1.0F);
-  }
-  data.others.assign(static_cast<std::size_t>(options.copies) - 1, data);
-  reserve_spare_room(data);
-  data.changes.state.assign(static_cast<std::size_t>(options.copies), true);
-  data.plan.name = plan_name(data.options);
-  data.rebuild_plan();
-  return made;
+  return build_solver_data(input_of(scene, options));
 }
 
 // Null if any will do and there is none.
@@ -664,6 +540,11 @@ const Body& Solver::body(Index index) const {
                           std::to_string(data_->bodies.size()));
   }
   return data_->bodies[index];
+}
+
+bool Solver::is_body_alive(Index index) const {
+  static_cast<void>(body(index));  // throws if there is none
+  return data_->tissue_counts[index] > 0;
 }
 
 Index Solver::body_of_vertex(Index vertex) const {

@@ -98,12 +98,20 @@ void SolverData::set_inverse_mass(Index vertex, float w) {
 void SolverData::set_mass(Index vertex, double mass) {
   const float w = particle(vertex).w;
   journal.masses.push_back({vertex, vertex_masses[vertex], w});
-  vertex_masses[vertex] = mass;
+  count_mass(vertex, mass);
   if (mass == 0) {
     set_inverse_mass(vertex, 0);
   } else if (w > 0) {
     set_inverse_mass(vertex, static_cast<float>(1 / mass));
   }
+}
+
+void SolverData::count_mass(Index vertex, double mass) {
+  const int change = (mass > 0 ? 1 : 0) - (vertex_masses[vertex] > 0 ? 1 : 0);
+  if (change != 0) {
+    tissue_counts[body_of_vertex(vertex)] += change;
+  }
+  vertex_masses[vertex] = mass;
 }
 
 void SolverData::log_constraint(PhaseKind kind, Index id) {
@@ -192,6 +200,18 @@ Index SolverData::body_of_tet(Index tet) const noexcept {
   return static_cast<Index>(after - bodies.begin()) - 1;
 }
 
+Index SolverData::first_later_vertex(Index body) const noexcept {
+  const Body& own = bodies[body];
+  return std::max(own.first_vertex + own.vertex_count,
+                  static_cast<Index>(place_of_vertex.size() - later_vertex_bodies.size()));
+}
+
+Index SolverData::first_later_tet(Index body) const noexcept {
+  const Body& own = bodies[body];
+  return std::max(own.first_tet + own.tet_count,
+                  static_cast<Index>(tets.size() - later_tet_bodies.size()));
+}
+
 void SolverData::remove_edge(Index edge) {
   const Index distance = distance_ids.of_edge(edge);
   if (distances.is_alive(distance)) {
@@ -258,6 +278,7 @@ void SolverData::log_growth() {
 void SolverData::begin_edit(std::span<const Index> stopping) {
   journal.is_open = false;
   journal.is_growth = false;
+  journal.body_count = bodies.size();
   journal.vertex_count = particles.size();
   journal.tet_count = tets.size();
   journal.edge_count = edges.size();
@@ -369,7 +390,7 @@ void SolverData::undo_edit() {
   undo_entries(journal.link_entries, vertex_links);
   for (; !journal.masses.empty(); journal.masses.pop_back()) {
     const EditJournal::Mass& before = journal.masses.back();
-    vertex_masses[before.vertex] = before.mass;
+    count_mass(before.vertex, before.mass);
     for (Index i = 0; i < copy_count(); ++i) {  // those that had stopped move on, see below
       copy(i).particles[place_of_vertex[before.vertex]].w = before.w;
     }

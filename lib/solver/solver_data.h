@@ -64,6 +64,7 @@ class SolverData : public CopyState {
   SolverOptions options;
   Eigen::Vector3f gravity;
   std::vector<Body> bodies;
+  std::vector<Index> tissue_counts;  // [body] of its vertices that have mass
   std::vector<Index> later_vertex_bodies, later_tet_bodies;  // of what edits added, in its order
 
   std::vector<Index> place_of_vertex;  // [vertex_count]
@@ -178,6 +179,9 @@ class SolverData : public CopyState {
   /// @param mass  kg, >= 0
   void set_mass(Index vertex, double mass);
 
+  /// Sets a mass alone, and counts the tissue of its body.
+  void count_mass(Index vertex, double mass);
+
   // Entries of the log, for backends that need it.
   void log_constraint(PhaseKind kind, Index id);
   void log_tet(Index tet);
@@ -195,6 +199,10 @@ class SolverData : public CopyState {
 
   [[nodiscard]] Index body_of_vertex(Index vertex) const noexcept;
   [[nodiscard]] Index body_of_tet(Index tet) const noexcept;
+
+  /// The ids from which on those may be a body's that it did not come with.
+  [[nodiscard]] Index first_later_vertex(Index body) const noexcept;
+  [[nodiscard]] Index first_later_tet(Index body) const noexcept;
 
   /// Removes the constraints of an edge that has no tetrahedron any more.
   void remove_edge(Index edge);
@@ -244,6 +252,35 @@ class SolverData : public CopyState {
   void update_plan(bool releases);
 };
 
+/// Calls visit(vertex), visit(tet) for those of a body, dead ones, too; ids ascend. Cost: O(those
+/// that it came with, and all that edits brought).
+template <class Visit>
+void for_each_vertex_of(const SolverData& data, Index body, Visit visit) {
+  const Body& own = data.bodies[body];
+  for (Index v = own.first_vertex; v < own.first_vertex + own.vertex_count; ++v) {
+    visit(v);
+  }
+  const auto end = static_cast<Index>(data.place_of_vertex.size());
+  for (Index v = data.first_later_vertex(body); v < end; ++v) {
+    if (data.body_of_vertex(v) == body) {
+      visit(v);
+    }
+  }
+}
+template <class Visit>
+void for_each_tet_of(const SolverData& data, Index body, Visit visit) {
+  const Body& own = data.bodies[body];
+  for (Index t = own.first_tet; t < own.first_tet + own.tet_count; ++t) {
+    visit(t);
+  }
+  const auto end = static_cast<Index>(data.tets.size());
+  for (Index t = data.first_later_tet(body); t < end; ++t) {
+    if (data.body_of_tet(t) == body) {
+      visit(t);
+    }
+  }
+}
+
 /// Calls visit(tet) for those without constraints of their own, dead ones, too.
 template <class Visit>
 void for_each_tube_tet(const SolverData& data, Visit visit) {
@@ -257,8 +294,11 @@ void for_each_tube_tet(const SolverData& data, Visit visit) {
   }
   const auto first_later = static_cast<Index>(data.tets.size() - data.later_tet_bodies.size());
   for (std::size_t i = 0; i < data.later_tet_bodies.size(); ++i) {
-    if (is_tube(data.bodies[data.later_tet_bodies[i]])) {
-      visit(first_later + static_cast<Index>(i));
+    const Body& body = data.bodies[data.later_tet_bodies[i]];
+    const Index tet = first_later + static_cast<Index>(i);
+    const bool came_with_body = tet >= body.first_tet && tet < body.first_tet + body.tet_count;
+    if (is_tube(body) && !came_with_body) {
+      visit(tet);
     }
   }
 }

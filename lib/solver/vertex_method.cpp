@@ -84,22 +84,6 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
   return make_neo_hookean(rest, material);
 }
 
-// Colours the vertices and lays out their rows.
-VertexMethod lay_out(const SolverData& data, std::vector<VertexTet> tets,
-                     std::vector<VertexSpring> springs) {
-  std::vector<bool> moves;
-  for (const Particle& p : data.particles) {
-    moves.push_back(p.w > 0);
-  }
-  VertexMethod method;
-  method.blocks =
-      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
-  method.flights = data.particles;
-  method.first_holds.assign(data.particles.size(), kInvalidIndex);
-  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
-  return method;
-}
-
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
@@ -200,51 +184,65 @@ ColoringOptions vertex_coloring(const SolverOptions& options) {
   return coloring;
 }
 
-VertexMethod make_vertex_method(const Scene& scene, const SolverData& data) {
-  if (!is_used(data)) {
-    return {};
-  }
-  std::vector<VertexTet> tets(data.tets.size());
-  for (const Body& body : data.bodies) {
+std::vector<VertexTet> vertex_tets_at_rest(const Scene& scene) {
+  std::vector<VertexTet> tets(scene.tets().size());
+  for (const Body& body : scene.bodies()) {
     const Material& material = body.material;
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
       VertexTet& tet = tets[t];
       if (material.model == ElasticModel::neo_hookean) {
         std::array<Vec3<double>, 4> rest;
         for (std::size_t k = 0; k < 4; ++k) {
-          const Eigen::Vector3d& x = scene.positions()[data.tets[t][k]];
+          const Eigen::Vector3d& x = scene.positions()[scene.tets()[t][k]];
           rest[k] = {x.x(), x.y(), x.z()};
         }
         tet = make_neo_hookean(rest, material);
       } else if (material.has_volume_constraints) {
         tet.stiffness = 1 / material.volume.compliance;
-        tet.target = static_cast<float>(tet_volume(scene.positions(), data.tets[t]));
+        tet.target = static_cast<float>(tet_volume(scene.positions(), scene.tets()[t]));
         tet.volume_damping = material.damping * tet.stiffness;
       }
-      tet.vertices = data.places_of(data.tets[t]);
     }
   }
+  return tets;
+}
 
-  std::vector<VertexSpring> springs;
-  springs.reserve(data.edges.size() + data.links.size());
-  std::size_t b = 0;  // edges are sorted, so their bodies ascend
-  for (const Edge& edge : data.edges) {
-    while (edge[0] >= data.bodies[b].first_vertex + data.bodies[b].vertex_count) {
-      ++b;
+VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> tets) {
+  VertexMethod method;
+  if (!is_used(data)) {
+    return method;
+  }
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    tets[t].vertices = data.places_of(data.tets[t]);
+  }
+  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.distance_ids.count()));
+  const auto set_spring = [&](Index distance, const Edge& ends) {
+    VertexSpring& spring = springs[distance];
+    spring.vertices = data.places_of(ends);
+    if (data.distances.is_alive(distance)) {
+      const auto& numbers = data.distances.record(distance).parameters;
+      spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
+      spring.rest = numbers[DistanceConstraint::kRest];
+      spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
     }
-    const Material& material = data.bodies[b].material;
-    const bool is_spring = material.model == ElasticModel::springs;
-    const float stiffness = is_spring ? 1 / material.stretch.compliance : 0.0F;
-    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
-    springs.push_back({data.places_of(edge), stiffness, static_cast<float>(length),
-                       material.damping * stiffness});
+  };
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    set_spring(data.distance_ids.of_edge(static_cast<Index>(e)), data.edges[e]);
   }
-  for (const Link& link : data.links) {
-    springs.push_back({data.places_of(Edge{link.first, link.second}), 1 / link.stiffness.compliance,
-                       link.rest_length, 0});
+  for (std::size_t l = 0; l < data.links.size(); ++l) {
+    const Link& link = data.links[l];
+    set_spring(data.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
   }
-
-  return lay_out(data, std::move(tets), std::move(springs));
+  std::vector<bool> moves;
+  for (const Particle& p : data.particles) {
+    moves.push_back(p.w > 0);
+  }
+  method.blocks =
+      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
+  method.flights = data.particles;
+  method.first_holds.assign(data.particles.size(), kInvalidIndex);
+  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
+  return method;
 }
 
 void reserve_holds(SolverData& data) {
@@ -437,27 +435,8 @@ void regrow_vertices(SolverData& data) {
       tets[t] = make_neo_hookean(data.neo_hookeans.record(id),
                                  data.bodies[data.body_of_tet(id)].material);
     }
-    tets[t].vertices = data.places_of(data.tets[t]);
   }
-  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.distance_ids.count()));
-  const auto set_spring = [&](Index distance, const Edge& ends) {
-    VertexSpring& spring = springs[distance];
-    spring.vertices = data.places_of(ends);
-    if (data.distances.is_alive(distance)) {
-      const auto& numbers = data.distances.record(distance).parameters;
-      spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
-      spring.rest = numbers[DistanceConstraint::kRest];
-      spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
-    }
-  };
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
-    set_spring(data.distance_ids.of_edge(static_cast<Index>(e)), data.edges[e]);
-  }
-  for (std::size_t l = 0; l < data.links.size(); ++l) {
-    const Link& link = data.links[l];
-    set_spring(data.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
-  }
-  VertexMethod grown = lay_out(data, std::move(tets), std::move(springs));
+  VertexMethod grown = make_vertex_method(data, std::move(tets));
   data.journal.before_growth = std::move(method);
   method = std::move(grown);
 }

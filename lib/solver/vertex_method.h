@@ -50,8 +50,13 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 /// would be kept for want of a reason and takes up to twice the colours.
 [[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
 
+/// What a scene's tetrahedra add to the energy; their vertices are left out. [tet_count]
+[[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Scene& scene);
+
+/// Colours vertices and lays out their rows.
 /// @param data  with all else that a solver has
-[[nodiscard]] VertexMethod make_vertex_method(const Scene& scene, const SolverData& data);
+/// @param tets  [tet_count] their vertices are set here
+[[nodiscard]] VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> tets);
 
 /// Makes room for what tools can touch and hold, so that no step allocates.
 void reserve_holds(SolverData& data);

@@ -45,12 +45,14 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
   }
   check_range("dry_water", options.dry_water, 0, 1);
   check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
-  if (!solver.bodies().empty()) {
-    const Body& last = solver.bodies().back();
-    if (solver.vertex_count() > last.first_vertex + last.vertex_count ||
-        static_cast<Index>(solver.tets().size()) > last.first_tet + last.tet_count) {
-      throw InvalidArgument("edits have split tissue; a cautery must be made before");
-    }
+  Index vertex_count = 0, tet_count = 0;  // that came with bodies
+  for (const Body& body : solver.bodies()) {
+    vertex_count += body.vertex_count;
+    tet_count += body.tet_count;
+  }
+  if (solver.vertex_count() > vertex_count ||
+      static_cast<Index>(solver.tets().size()) > tet_count) {
+    throw InvalidArgument("edits have split tissue; a cautery must be made before");
   }
   for (const CauteryBody& entry : bodies) {
     const Body& body = solver.body(entry.body);

@@ -301,6 +301,27 @@ EditResult ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep
   return apply_edit(solver, edit_, all_participants_);
 }
 
+void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
+  followed_.renumber(ids, "connective tissue");
+  const auto count_left = [&](Index first, Index end) {
+    return static_cast<Index>(std::count_if(ids.links.begin() + first, ids.links.begin() + end,
+                                            [](Index id) { return id != kInvalidIndex; }));
+  };
+  Index end = 0, left = 0;  // before and after, of the links that were counted
+  for (Strand& strand : strands_) {
+    left += count_left(end, strand.first_link);
+    end = strand.first_link + strand.link_count;
+    const Index links = count_left(strand.first_link, end);
+    strand.first_link = left;
+    strand.link_count = links;
+    left += links;
+  }
+  for (StrandEvent& event : events_) {
+    event.link = kInvalidIndex;
+  }
+  collect_whole(solver.links());
+}
+
 void ConnectiveTissue::validate(const Solver& solver, const TopologyEdit&) const {
   followed_.check(solver, "connective tissue");
 }

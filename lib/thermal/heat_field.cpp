@@ -72,6 +72,26 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const 
   }
 }
 
+HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Solver& solver,
+                     Index body)
+    : HeatField(mesh, tissue, solver.body(body)) {
+  followed_ = FollowedVersion(solver);
+  const Body& place = solver.body(body);
+  bool is_whole = mesh.vertex_count() == place.vertex_count && mesh.tet_count() == place.tet_count;
+  for (Index t = 0; t < mesh.tet_count() && is_whole; ++t) {
+    Tet tet = mesh.tets()[t];
+    for (Index& v : tet) {
+      v += place.first_vertex;
+    }
+    is_whole =
+        solver.is_tet_alive(place.first_tet + t) && solver.tets()[place.first_tet + t] == tet;
+  }
+  if (!is_whole) {
+    throw InvalidArgument("body '" + place.name +
+                          "' is not of the mesh given, or edits have changed it");
+  }
+}
+
 Index HeatField::SceneIds::find(Index scene_id) const {
   if (scene_id >= first && scene_id < first + count) {
     return scene_id - first;
@@ -336,7 +356,8 @@ void HeatField::validate(const Solver& solver, const TopologyEdit&) const {
   followed_.check(solver, "a heat field");
 }
 
-void HeatField::apply(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
+void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
+                      const EditResult& result) noexcept {
   followed_.apply(result);
   removed_before_ = removed_;
   vertices_before_ = vertex_ids_.size();
@@ -356,7 +377,10 @@ void HeatField::apply(const Solver&, const TopologyEdit& edit, const EditResult&
     const Index t = find_tet(result.tets[i]);
     if (t != kInvalidIndex) {
       // the heat of parents, which follow what was asked for, stays with their children
-      removed_ += i < edit.remove_tets.size() ? heat_of(t) : 0;
+      const bool is_asked_for =
+          i < edit.remove_tets.size() ||
+          std::ranges::count(edit.remove_bodies, solver.body_of_tet(result.tets[i])) > 0;
+      removed_ += is_asked_for ? heat_of(t) : 0;
       unlink_tet(t);
       bounded_dt_ = 0;
     }

@@ -264,7 +264,20 @@ TopologyEdit EditTrial::make_edit(Choices& choices) const {
       add_rest_values(choices, edit);
     }
   }
+  if (choices.below(24) == 0) {
+    remove_body(choices, edit);
+  }
   return edit;
+}
+
+void EditTrial::remove_body(Choices& choices, TopologyEdit& edit) const {
+  const std::vector<Index> bodies =
+      find_all(solver_.bodies().size(), [&](Index b) { return solver_.is_body_alive(b); });
+  if (!bodies.empty()) {
+    const Index body = bodies[choices.below(index_of(bodies.size()))];
+    edit.remove_bodies = {body};
+    std::erase_if(edit.remove_tets, [&](Index t) { return solver_.body_of_tet(t) == body; });
+  }
 }
 
 // Of one kind that the edit does not have yet.
@@ -357,7 +370,7 @@ void EditTrial::spoil(Choices& choices, TopologyEdit& edit) const {
     return data.volumes.is_alive(t) || data.neo_hookeans.is_alive(t);
   };
   const std::size_t edges = data.edges.size(), tets = data.tets.size();
-  switch (choices.below(6)) {
+  switch (choices.below(7)) {
     case 0:
       insert(edit.remove_tets, bad_id(edit.remove_tets, tets, tet_alive, same, same));
       break;
@@ -389,6 +402,12 @@ void EditTrial::spoil(Choices& choices, TopologyEdit& edit) const {
     case 4:
       edit.rest_lengths.clear();
       edit.rest_lengths.push_back({choices.below(index_of(edges)), bad_value()});
+      break;
+    case 5:
+      insert(edit.remove_bodies,
+             bad_id(
+                 edit.remove_bodies, data.bodies.size(),
+                 [&](Index b) { return solver_.is_body_alive(b); }, same, same));
       break;
     default:
       edit.rest_volumes.clear();

@@ -86,6 +86,7 @@ class EditTrial {
   [[nodiscard]] TopologyEdit make_edit(Choices& choices) const;
   void add_removals(Choices& choices, TopologyEdit& edit) const;
   void add_rest_values(Choices& choices, TopologyEdit& edit) const;
+  void remove_body(Choices& choices, TopologyEdit& edit) const;
   void spoil(Choices& choices, TopologyEdit& edit) const;
 
   const EditScene* scene_;

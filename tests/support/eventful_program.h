@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/core/random.h"
@@ -66,7 +67,7 @@ class EventfulProgram {
 
   /// Before each step.
   void act(Solver& solver, int round) const {
-    constexpr int kActions = 19;
+    constexpr int kActions = 22;
     ToolPose pose = pose_;
     pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
     solver.move_tool(0, pose);
@@ -152,6 +153,21 @@ class EventfulProgram {
         undo_edit(solver, edit, result);
         break;
       }
+      case 18:
+        apply_edit(solver, {.new_bodies = guest(round)});
+        break;
+      case 19: {
+        const TopologyEdit edit{.remove_bodies = guests_in(solver), .new_bodies = guest(round)};
+        const EditResult result = apply_edit(solver, edit);
+        if (round % 2 == 0) {
+          solver.step(kEventfulTimeStep);
+        }
+        undo_edit(solver, edit, result);
+        break;
+      }
+      case 20:
+        apply_edit(solver, {.remove_bodies = guests_in(solver)});
+        break;
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
         break;
@@ -212,6 +228,31 @@ class EventfulProgram {
       v = (v + 1) % static_cast<Index>(rest_.size());
     }
     return v;
+  }
+
+  // A body with damping where the scene may have none, and a particle that hangs from it.
+  [[nodiscard]] static Scene guest(int round) {
+    const TetMesh mesh = make_box({2, 2, 2}, kEventfulEdge, 0.1, 9);
+    Material soft = elastic_material(mesh, 900, 20e3);
+    soft.max_stretch = 1.1F;
+    soft.damping = 1e-3F;
+    Scene bodies;
+    bodies.add_body("guest " + std::to_string(round), mesh, soft);
+    bodies.add_particles("bead " + std::to_string(round),
+                         std::vector<Eigen::Vector3d>{{0.01, 0.012, 0}}, 1e-5);
+    bodies.add_link({0, mesh.vertex_count(), 0.012F, {0.5F, 1e-3F}});
+    return bodies;
+  }
+
+  [[nodiscard]] static std::vector<Index> guests_in(const Solver& solver) {
+    std::vector<Index> guests;
+    for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
+      const std::string& name = solver.body(b).name;
+      if (solver.is_body_alive(b) && (name.starts_with("guest") || name.starts_with("bead"))) {
+        guests.push_back(b);
+      }
+    }
+    return guests;
   }
 
   // Of what has a rest length or a rest volume.

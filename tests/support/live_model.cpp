@@ -47,11 +47,14 @@ struct Fresh {
     const Body* body;
   };
 
-  Fresh(const Scene& scene, const Solver& solver, const std::vector<bool>& tet_alive)
+  Fresh(const Scene& scene, const Solver& solver, const std::vector<bool>& tet_alive,
+        const std::vector<bool>& body_removed)
       : vertex_tets(scene.vertex_count()), masses(scene.vertex_count()) {
     for (const Body& body : scene.bodies()) {
       for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
-        masses[v] = body.tet_count == 0 ? scene.masses()[v] : 0;
+        const bool is_particle =
+            body.tet_count == 0 && !body_removed[&body - scene.bodies().data()];
+        masses[v] = is_particle ? scene.masses()[v] : 0;
       }
       for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
         body_of_tet.push_back(&body);
@@ -135,6 +138,13 @@ void compare_masses(const Scene& scene, const Solver& solver, const Fresh& fresh
     } else {
       require(w == 0 && velocities[v].isZero(0), "rest of a vertex that cannot move", v);
     }
+  }
+  for (Index b = 0; b < index_of(scene.bodies().size()); ++b) {
+    const Body& body = scene.body(b);
+    const auto first = fresh.masses.begin() + body.first_vertex;
+    require(solver.is_body_alive(b) ==
+                std::any_of(first, first + body.vertex_count, [](double mass) { return mass > 0; }),
+            "tissue of body", b);
   }
 }
 
@@ -405,7 +415,8 @@ void compare_surface(const Solver& solver, const std::vector<bool>& tet_alive, I
 LiveModel::LiveModel(const Scene& scene, const Solver& solver)
     : scene_(&scene),
       tet_alive_(scene.tets().size(), true),
-      link_alive_(scene.links().size(), true) {
+      link_alive_(scene.links().size(), true),
+      body_removed_(scene.bodies().size(), false) {
   for (const auto& [a, b] : solver.edges()) {
     rest_lengths_.push_back(
         static_cast<float>((scene.positions()[a] - scene.positions()[b]).norm()));
@@ -428,11 +439,16 @@ void LiveModel::apply(const TopologyEdit& edit) {
   for (const Index l : edit.remove_links) {
     link_alive_[l] = false;
   }
+  for (const Index b : edit.remove_bodies) {
+    const Body& body = scene_->body(b);
+    std::fill_n(tet_alive_.begin() + body.first_tet, body.tet_count, false);
+    body_removed_[b] = true;
+  }
 }
 
 std::string LiveModel::difference(const Solver& solver) const {
   try {
-    const Fresh fresh(*scene_, solver, tet_alive_);
+    const Fresh fresh(*scene_, solver, tet_alive_, body_removed_);
     compare_topology(solver, fresh, tet_alive_);
     compare_masses(*scene_, solver, fresh);
     compare_distances(solver, fresh, rest_lengths_, link_alive_);

@@ -47,6 +47,7 @@ class LiveModel {
  private:
   const Scene* scene_;
   std::vector<bool> tet_alive_, link_alive_;
+  std::vector<bool> body_removed_;   // [body_count] as a whole
   std::vector<float> rest_lengths_;  // [edge_count] m
   std::vector<float> rest_volumes_;  // [tet_count] m^3
 };

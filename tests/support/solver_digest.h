@@ -77,6 +77,11 @@ inline std::uint64_t digest_of(const SolverData& data) {
   }
   digest.mix(data.distance_ids.count());
   digest.mix_all(data.tet_alive);
+  digest.mix(data.bodies.size());
+  digest.mix_all(data.tissue_counts);
+  digest.mix_all(data.later_vertex_bodies);
+  digest.mix_all(data.later_tet_bodies);
+  digest.mix(data.has_damping);
   digest.mix_all(data.tet_masses);
   digest.mix_all(data.vertex_masses);
   digest.mix_all(data.place_of_vertex);

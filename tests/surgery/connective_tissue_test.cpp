@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/surgery/cautery.h"
 
 #include "support/catch.h"
@@ -355,6 +357,56 @@ TEST_CASE("connective tissue: bad values are refused by name, and nothing is joi
   CHECK_THROWS_WITH(tissue.separate(solver, std::span(&blade, 1)),
                     ContainsSubstring("blade 0 is not finite"));
   CHECK(tissue.whole_count() == 1);
+}
+
+// Would catch strands that take each other's links, or come back to life, once links have new ids.
+TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
+  const StrandOptions options{.segments = 3, .particle_mass = 1e-6};
+  Slabs slabs(options), others(options);
+  Solver solver(slabs.scene), unchanged(others.scene);
+  Compaction compaction(solver);
+  for (auto& [of, tissue] :
+       {std::pair(&solver, &slabs.tissue), std::pair(&unchanged, &others.tissue)}) {
+    TopologyEdit edit;
+    for (Index s = 0; s < static_cast<Index>(tissue->strands().size()); s += 2) {
+      const Strand& strand = tissue->strands()[s];
+      for (Index k = 0; k <= s % 3; ++k) {  // some lose all
+        edit.remove_links.push_back(strand.first_link + k);
+      }
+    }
+    EditParticipant* const participants[] = {tissue};
+    apply_edit(*of, edit, participants);
+    if (of == &solver) {
+      compaction = Compaction(solver);
+    }
+  }
+  compaction.build();
+  const Renumbering ids = compaction.finish(solver);
+  slabs.tissue.renumber(solver, ids);
+  CHECK_THROWS_AS(slabs.tissue.renumber(solver, ids), InvalidArgument);
+  REQUIRE(slabs.tissue.whole_count() == others.tissue.whole_count());
+  CHECK(slabs.tissue.events().size() == others.tissue.events().size());
+  for (Index s = 0; s < static_cast<Index>(slabs.tissue.strands().size()); ++s) {
+    const Strand& now = slabs.tissue.strands()[s];
+    const Strand& before = others.tissue.strands()[s];
+    REQUIRE(slabs.tissue.is_whole(s) == others.tissue.is_whole(s));
+    Index left = 0;
+    for (Index k = 0; k < before.link_count; ++k) {
+      const Index id = ids.links[before.first_link + k];
+      REQUIRE((id == kInvalidIndex || id == now.first_link + left++));
+    }
+    REQUIRE(now.link_count == left);
+  }
+  // what parts from then on is counted at the same strands
+  const Index strand = 5;
+  for (auto& [of, tissue] :
+       {std::pair(&solver, &slabs.tissue), std::pair(&unchanged, &others.tissue)}) {
+    EditParticipant* const participants[] = {tissue};
+    apply_edit(*of, {.remove_links = {tissue->strands()[strand].first_link + 1}}, participants);
+    CHECK(tissue->events().back().strand == strand);
+    CHECK(!tissue->is_whole(strand));
+  }
+  CHECK(slabs.tissue.separate(solver).links.empty());
 }
 
 }  // namespace pbdsurg

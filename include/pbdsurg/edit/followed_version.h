@@ -11,6 +11,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// The version of the topology that a participant follows: after an edit that it missed, its ids
 /// would mean something else.
 class FollowedVersion {
@@ -30,6 +32,10 @@ class FollowedVersion {
     now_ = result.topology_version;
   }
   void undo() noexcept { now_ = before_; }
+
+  /// For participants that go along with a compaction.
+  /// @throws InvalidArgument  if it is of a solver at another topology
+  void renumber(const Renumbering& ids, const char* who);
 
  private:
   std::uint64_t now_ = 0;

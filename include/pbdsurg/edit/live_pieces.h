@@ -27,6 +27,7 @@ struct Crumbs {
 /// When an edit takes a piece apart, the part with most tetrahedra (of equal ones, that with the
 /// smallest tetrahedron id) keeps its id; the others get the ids that follow, in the order of their
 /// smallest tetrahedra. Ids are never used again; a piece that is all gone has no tetrahedra.
+/// Bodies that come in are pieces of their own.
 ///
 /// Follows edits: pass it to apply_edit() as a participant. Searches start from all vertices of
 /// what changed, advance in turns, and merge where they meet, until of those around each change one
@@ -41,7 +42,7 @@ class LivePieces final : public EditParticipant {
   /// How many pieces there ever were; ids are below.
   [[nodiscard]] Index count() const noexcept { return pieces_.size(); }
 
-  /// Pieces from here on are those that the last edit freed.
+  /// Pieces from here on are those that the last edit freed, then those of bodies it brought.
   [[nodiscard]] Index first_freed() const noexcept { return first_freed_; }
 
   /// The piece of a live tetrahedron, kInvalidIndex of one that is gone. @param tet  of the scene
@@ -112,6 +113,8 @@ class LivePieces final : public EditParticipant {
 
   template <class Visit>
   void for_each_tet_at(const SolverData& data, Index vertex, Visit visit) const;
+  void add_pieces(const Solver& solver, const Components& components, Index first_vertex);
+  void add_bodies(const Solver& solver, const Scene& bodies);
   void add_tet(Index piece, Index tet);
   void remove_tet(Index tet);
   void free_part(const SolverData& data, const Part& part);

@@ -76,7 +76,8 @@ class LiveSurface final : public EditParticipant {
             const EditResult& result) noexcept override;
 
  private:
-  // The body's first ids follow each other; those made by edits come after those of all bodies.
+  // What the body came with follows each other; from `later` on come those that edits brought, of
+  // all bodies.
   struct Numbering {
     Index first, count, later;
     [[nodiscard]] Index local(Index id) const noexcept {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
 
 namespace pbdsurg {
@@ -60,10 +61,14 @@ struct NewTet {
 /// What to change, all at once. Ids are those of the solver, which never change meaning. What is
 /// new gets the ids that follow: new_vertices[i] is vertex vertex_count() + i, new_tets[i]
 /// tetrahedron tets().size() + i, new_links[i] link links().size() + i, as they are before the
-/// edit; so entries of an edit can name its new vertices.
+/// edit; so entries of an edit can name its new vertices. Vertices, tetrahedra and links of
+/// new_bodies follow all of these, in the order of that scene.
 struct TopologyEdit {
   std::vector<Index> remove_tets{};
   std::vector<Index> remove_links{};
+  /// Whole bodies, particles included. Nothing of theirs can be moved, divided or linked by the
+  /// same edit, nor be listed in remove_tets.
+  std::vector<Index> remove_bodies{};
   std::vector<RestLengthChange> rest_lengths{};
   std::vector<RestVolumeChange> rest_volumes{};
   std::vector<NewVertex> new_vertices{};
@@ -71,17 +76,24 @@ struct TopologyEdit {
   std::vector<LinkMove> link_moves{};
   std::vector<NewTet> new_tets{};
   std::vector<Link> new_links{};
+  /// Bodies that come in, and links between these: at rest where the scene has them, without
+  /// speed, in all copies. Links to what is there already go to new_links. The scene's gravity is
+  /// of no account.
+  Scene new_bodies{};
 };
 
 /// What an edit did, consequences included. Vertices keep their ids for ever.
 struct EditResult {
-  std::vector<Index> tets;      ///< removed: as asked, then parents of new ones, each once
-  std::vector<Index> edges;     ///< whose last tetrahedron went, or moved away
-  std::vector<Index> links;     ///< as asked, then those to a vertex that lost its last tetrahedron
-  std::vector<Index> vertices;  ///< that lost their last tetrahedron: they stop, and tools let go
-  Index first_new_vertex = 0;   ///< new ones follow each other, in the order of the edit
+  /// Removed: as asked, then those of removed bodies, then parents of new ones, each once.
+  std::vector<Index> tets;
+  std::vector<Index> edges;  ///< whose last tetrahedron went, or moved away
+  std::vector<Index> links;  ///< as asked, then those to a vertex that lost its tissue
+  /// That lost their last tetrahedron, or were particles: they stop, and tools let go.
+  std::vector<Index> vertices;
+  Index first_new_vertex = 0;  ///< new ones follow each other, in the order of the edit
   Index first_new_tet = 0;
   Index first_new_link = 0;
+  Index first_new_body = 0;  ///< new_bodies.bodies()[i] is body first_new_body + i
   Index first_new_edge = 0;  ///< up to the solver's edge count after the edit
   std::uint64_t topology_version = 0;
 };
@@ -118,8 +130,13 @@ class EditParticipant {
 /// last tetrahedron to a copy stops, as one whose tetrahedra go. Where tetrahedra give way to
 /// others, mass and rest volume stay; momentum does wherever velocity is linear over the parent.
 ///
+/// A body that comes in is all that a scene's body is, and Solver::bodies() grows by it; it is
+/// coloured by itself, into the colours that there are. A body that goes keeps its number and its
+/// name, and Solver::is_body_alive() says that it is gone.
+///
 /// Cost: proportional to the change and to what tools hold, and to the number of phases where one
-/// of them comes or goes; participants add theirs. What adds anything costs O(vertex_count) with
+/// of them comes or goes; for a body that goes, to its size and all that edits brought so far;
+/// participants add theirs. What adds anything costs O(vertex_count) with
 /// the vertex-block method, which lays out its rows anew, and on a device, which has its state
 /// fetched and its buffers made anew.
 ///

@@ -275,13 +275,18 @@ class Solver {
 
   // --- topology, of all copies: see edit/topology_edit.h for changes ---------------------------
 
+  /// [body_count] all that there ever were: the scene's, then those that edits brought.
   [[nodiscard]] std::span<const Body> bodies() const noexcept;
 
   /// @throws InvalidArgument  naming the index and how many bodies there are
   [[nodiscard]] const Body& body(Index index) const;
 
-  /// The body of a vertex or of a tetrahedron. Those of bodies() have the ids that the scene gave
-  /// them; what edits add comes after all of these.
+  /// Whether any of its vertices has tissue: not of one that was removed, or has gone bit by bit.
+  /// @throws InvalidArgument  as body()
+  [[nodiscard]] bool is_body_alive(Index body) const;
+
+  /// The body of a vertex or of a tetrahedron. What a body came with has the ids that bodies()
+  /// says; what edits split off it has ids behind, among those of others.
   [[nodiscard]] Index body_of_vertex(Index vertex) const;
   [[nodiscard]] Index body_of_tet(Index tet) const;
 

@@ -13,6 +13,7 @@
 
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/scene.h"
@@ -41,7 +42,7 @@ struct StrandOptions {
 /// A strand: links in a row, from the first organ to the second.
 struct Strand {
   Index first_link;   ///< the others follow
-  Index link_count;   ///< >= 1
+  Index link_count;   ///< >= 1; after a compaction, of a strand that had parted, >= 0
   Index fibres;       ///< that run side by side in it
   float tear_length;  ///< m: longer, all links together, it tears
 };
@@ -57,7 +58,7 @@ enum class StrandLoss : std::uint8_t {
 /// A strand that parted.
 struct StrandEvent {
   Index strand;
-  Index link;  ///< of the solver, where it parted first
+  Index link;  ///< of the solver, where it parted first; kInvalidIndex after a compaction
   StrandLoss cause;
   std::uint64_t topology_version;  ///< of the edit
 };
@@ -118,6 +119,11 @@ class ConnectiveTissue final : public EditParticipant {
   ///                          passes through; then nothing has changed
   EditResult separate(Solver& solver, std::span<const BladeSweep> blades = {},
                       std::span<EditParticipant* const> participants = {});
+
+  /// Goes along with a compaction of the solver: strands and events keep their numbers. Links of
+  /// strands that parted are those that are left, which may be none.
+  /// @throws InvalidArgument  if this had missed an edit before
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   /// What the last separate() asked for, for undo_edit().
   [[nodiscard]] const TopologyEdit& last_edit() const noexcept { return edit_; }

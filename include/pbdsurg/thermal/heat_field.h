@@ -67,6 +67,11 @@ class HeatField final : public EditParticipant {
   ///                          outside [0, 1]
   HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Body& place = {});
 
+  /// Of a body whose solver was edited, for example by the edit that brought the body.
+  /// @param mesh  the body's rest mesh, of which nothing was changed
+  /// @throws InvalidArgument  as above, or if there is no such body or it is not of this mesh
+  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Solver& solver, Index body);
+
   /// Advances by dt with constant sources. Sources at vertices without tissue deliver nothing.
   /// @param dt  s, positive and finite
   /// @throws InvalidArgument  naming the source whose vertex is out of range or whose power is

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A solver without what is dead in it, made while it goes on.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/solver.h"
+
+namespace pbdsurg {
+
+/// From ids before a compaction to those after it; kInvalidIndex for what was dead. Of one body,
+/// and among links, the order stays.
+struct Renumbering {
+  std::vector<Index> vertices;  ///< [vertex_count before]
+  std::vector<Index> tets;      ///< [tet_count before]
+  std::vector<Index> edges;     ///< [edge_count before]
+  std::vector<Index> links;     ///< [link_count before]
+  std::vector<Index> bodies;    ///< [body_count before]
+  std::uint64_t version_before = 0;
+  std::uint64_t version = 0;  ///< of the topology, one that it never had
+};
+
+/// Gives a solver new ids, memory and colours, as if it were made of what lives in it: after many
+/// edits ids of the dead take room, what was added lies behind, and colours are more than need be.
+///
+///   Compaction compaction(solver);                      // between two steps
+///   std::thread worker([&] { compaction.build(); });    // meanwhile the solver steps
+///   ...
+///   const Renumbering ids = compaction.finish(solver);  // between two steps, nothing edited since
+///
+/// All that moves goes over: positions, velocities, tools, what they hold, what is watched, of all
+/// copies; so do rest values, masses and options as they are. Steps then do the same in another
+/// order of constraints. The edit before cannot be taken back any more, and snapshots from before
+/// are of another topology.
+///
+/// What follows edits is refused from then on: surfaces, pieces and heat fields are made anew;
+/// ConnectiveTissue::renumber() goes along. Heat and water do not go over yet.
+class Compaction {
+ public:
+  /// Copies what lives, and how near it lies in the first copy.
+  /// Cost: O(all that there ever was), of memory bandwidth.
+  explicit Compaction(const Solver& solver);
+  ~Compaction();
+  Compaction(Compaction&&) noexcept;
+  Compaction& operator=(Compaction&&) noexcept;
+
+  /// Colours and plans, in any thread; the solver may step, be read, written and edited meanwhile.
+  /// Of a solver on a CUDA device, on the device that is current in that thread.
+  /// Cost: that of making a solver.
+  /// @throws BackendUnavailable  if a device is lost
+  void build();
+
+  /// Puts what was built in the place of what the solver has; that is freed with this object.
+  /// Cost: O(V) per copy, to move the state.
+  /// @throws InvalidArgument  if nothing is built, it is used already, the solver is another or its
+  ///                          topology has changed since, or a vertex without tissue is watched;
+  ///                          then nothing has changed
+  [[nodiscard]] Renumbering finish(Solver& solver);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace pbdsurg

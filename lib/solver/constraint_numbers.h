@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What constraints have for numbers, apart from where their vertices are.
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/constraints/distance.h"
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/strain_limit.h"
+#include "pbdsurg/constraints/volume.h"
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/scene.h"
+
+namespace pbdsurg {
+
+template <class Constraint>
+using Numbers = std::array<float, Constraint::kParameterCount>;
+
+/// Of an edge, where it has such constraints.
+struct EdgeNumbers {
+  std::optional<Numbers<DistanceConstraint>> distance;
+  std::optional<Numbers<StrainLimitConstraint>> limit;
+};
+
+/// Of a tetrahedron.
+struct TetNumbers {
+  std::optional<Numbers<VolumeConstraint>> volume;
+  std::optional<Numbers<NeoHookeanConstraint>> neo_hookean;
+};
+
+/// Of some tissue.
+struct ConstraintNumbers {
+  std::vector<EdgeNumbers> edges;  ///< [edge_count]
+  std::vector<TetNumbers> tets;    ///< [tet_count]
+};
+
+/// What materials make of a scene's rest shape.
+/// @param edges  [edge_count] from find_edges() of the scene's tetrahedra
+[[nodiscard]] ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edges,
+                                                ProjectionMode mode);
+
+/// [tet_count] kg, of a scene.
+[[nodiscard]] std::vector<double> tet_masses_of(const Scene& scene);
+
+/// Whether any material has damping.
+[[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;
+
+[[nodiscard]] Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode);
+
+}  // namespace pbdsurg

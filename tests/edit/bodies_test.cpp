@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/live_boundary.h"
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/tissue.h"
+
+#include "solver/solver_data.h"
+#include "support/catch.h"
+#include "support/cuts.h"
+#include "support/eventful_program.h"
+#include "support/plan_checks.h"
+#include "support/solver_digest.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::digest_of;
+using testing::is_plan_valid;
+using testing::Variant;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+// A clot of springs, a thread, and in compliance mode a solid, linked.
+Scene make_guests(ProjectionMode mode, const std::string& suffix = "") {
+  constexpr double kAside = 0.05;  // m, from the eventful scene
+  const auto mesh_at = [&](double y) {
+    const TetMesh box = testing::make_box({3, 3, 2}, testing::kEventfulEdge, 0.1, 5);
+    std::vector<Eigen::Vector3d> positions(box.positions().begin(), box.positions().end());
+    for (Eigen::Vector3d& x : positions) {
+      x += Eigen::Vector3d(kAside, y, 0);
+    }
+    return TetMesh(positions, {box.tets().begin(), box.tets().end()});
+  };
+  Scene scene;
+  const TetMesh clot = mesh_at(0);
+  Material soft = elastic_material(clot, 1000, 10e3);
+  soft.damping = mode == ProjectionMode::compliance ? 2e-3F : 0;
+  soft.max_stretch = 1.2F;
+  Material solid{.model = ElasticModel::neo_hookean, .youngs_modulus = 3000};
+  scene.add_body("clot" + suffix, clot, soft);
+  scene.add_particles("thread" + suffix,
+                      std::vector<Eigen::Vector3d>{{kAside, 0.02, 0}, {kAside, 0.022, 0}}, 1e-5);
+  scene.add_body("swab" + suffix, mesh_at(0.024),
+                 mode == ProjectionMode::compliance ? solid : soft);
+  const Index thread = scene.body(1).first_vertex;
+  scene.add_link({0, thread, 0.02F, {0.5F, 1e-3F}});
+  scene.add_link({thread, thread + 1, 2e-3F, {0.5F, 1e-3F}});
+  scene.fix_vertices(2, std::array{Index{0}, Index{1}, Index{2}});
+  return scene;
+}
+
+// What a solver would be of a scene and its guests, from the start.
+Scene with_guests(Scene scene, ProjectionMode mode) {
+  const Scene guests = make_guests(mode);
+  const Index first = scene.vertex_count();
+  for (const Body& body : guests.bodies()) {
+    const auto positions = guests.positions().subspan(body.first_vertex, body.vertex_count);
+    if (body.tet_count == 0) {
+      scene.add_particles(body.name, positions, 1e-5);
+      continue;
+    }
+    std::vector<Tet> tets;
+    for (Tet tet : guests.tets().subspan(body.first_tet, body.tet_count)) {
+      for (Index& v : tet) {
+        v -= body.first_vertex;
+      }
+      tets.push_back(tet);
+    }
+    const Index id = scene.add_body(body.name, TetMesh({positions.begin(), positions.end()}, tets),
+                                    body.material);
+    for (Index v = 0; v < body.vertex_count; ++v) {
+      if (guests.is_fixed(body.first_vertex + v)) {
+        scene.fix_vertices(id, std::array{v});
+      }
+    }
+  }
+  for (Link link : guests.links()) {
+    link.first += first;
+    link.second += first;
+    scene.add_link(link);
+  }
+  return scene;
+}
+
+std::vector<Variant> variants() {
+  return {{},
+          {.damping = 0.01F},
+          {.composition = PlanComposition::joint},
+          {.composition = PlanComposition::nested},
+          {.mode = ProjectionMode::fraction},
+          {.max_colors = 5},
+          {.method = SolverMethod::vertex_block},
+          {.method = SolverMethod::vertex_block, .damping = 0.01F}};
+}
+
+SolverOptions serial_options(const Variant& variant, Index copies = 1) {
+  SolverOptions options = testing::options_of(variant);
+  options.backend = BackendKind::serial;
+  options.copies = copies;
+  return options;
+}
+
+// Would catch a guest that weighs, resists or is held otherwise than a body of the scene.
+void check_same_tissue(const Solver& late, const Solver& early) {
+  REQUIRE(late.bodies().size() == early.bodies().size());
+  REQUIRE(late.vertex_count() == early.vertex_count());
+  REQUIRE(std::ranges::equal(late.tets(), early.tets()));
+  REQUIRE(std::ranges::equal(late.edges(), early.edges()));
+  const SolverData& a = solver_data(late);
+  const SolverData& b = solver_data(early);
+  CHECK(a.vertex_masses == b.vertex_masses);
+  CHECK(a.tet_masses == b.tet_masses);
+  CHECK(a.tissue_counts == b.tissue_counts);
+  CHECK(a.has_damping == b.has_damping);
+  for (std::size_t i = 0; i < late.bodies().size(); ++i) {
+    CHECK(late.bodies()[i].name == early.bodies()[i].name);
+    CHECK(late.bodies()[i].first_vertex == early.bodies()[i].first_vertex);
+    CHECK(late.bodies()[i].first_tet == early.bodies()[i].first_tet);
+  }
+  for (Index v = 0; v < late.vertex_count(); ++v) {
+    REQUIRE(late.body_of_vertex(v) == early.body_of_vertex(v));
+    REQUIRE(a.particle(v).w == b.particle(v).w);
+  }
+  const auto equal_slots = [](const auto& slots, const auto& others, Index count) {
+    for (Index id = 0; id < count; ++id) {
+      if (slots.is_alive(id) != others.is_alive(id) ||
+          (slots.is_alive(id) && slots.record(id).parameters != others.record(id).parameters)) {
+        return false;
+      }
+    }
+    return true;
+  };
+  const auto tet_count = static_cast<Index>(late.tets().size());
+  CHECK(equal_slots(a.volumes, b.volumes, tet_count));
+  CHECK(equal_slots(a.neo_hookeans, b.neo_hookeans, tet_count));
+  for (Index t = 0; t < tet_count; ++t) {
+    REQUIRE(late.body_of_tet(t) == early.body_of_tet(t));
+    REQUIRE(std::ranges::equal(late.tet_edges(t), early.tet_edges(t)));
+  }
+  const auto edge_count = static_cast<Index>(late.edges().size());
+  CHECK(equal_slots(a.strain_limits, b.strain_limits, edge_count));
+  for (Index e = 0; e < edge_count; ++e) {
+    const Index i = a.distance_ids.of_edge(e), j = b.distance_ids.of_edge(e);
+    REQUIRE(a.distances.is_alive(i) == b.distances.is_alive(j));
+    REQUIRE((!a.distances.is_alive(i) ||
+             a.distances.record(i).parameters == b.distances.record(j).parameters));
+  }
+  for (Index l = 0; l < static_cast<Index>(late.links().size()); ++l) {
+    const auto record = a.distances.record(a.distance_ids.of_link(l));
+    const auto other = b.distances.record(b.distance_ids.of_link(l));
+    REQUIRE(record.parameters == other.parameters);
+    REQUIRE(late.links()[l].first == early.links()[l].first);
+    REQUIRE(late.links()[l].second == early.links()[l].second);
+  }
+}
+
+double farthest_apart(const Solver& a, const Solver& b, Index copy = 0) {
+  const auto x = a.positions(copy), y = b.positions(copy);
+  double farthest = 0;
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    farthest = std::max(farthest, double{(x[v] - y[v]).norm()});
+  }
+  return farthest;
+}
+
+}  // namespace
+
+TEST_CASE("bodies: one that comes in is what it would be in the scene", "[equivalence]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  Solver late(scene, serial_options(variant, 2));
+  const Solver early(with_guests(scene, variant.mode), serial_options(variant, 2));
+  const EditResult result = apply_edit(late, {.new_bodies = make_guests(variant.mode)});
+  CHECK(result.first_new_body == 3);
+  CHECK(result.first_new_vertex == scene.vertex_count());
+  CHECK(is_plan_valid(solver_data(late)));
+  check_same_tissue(late, early);
+  CHECK(farthest_apart(late, early, 0) == 0);
+  CHECK(farthest_apart(late, early, 1) == 0);
+}
+
+// Would catch constraints of a guest that no phase projects, or that are in one with others at
+// their vertices, and a falling guest that has not the scene's gravity.
+TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  Scene scene;
+  const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
+  scene.add_body("block", block, elastic_material(block, 1000, 20e3));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
+  SolverOptions options = serial_options(variant);
+  options.backend = backend;
+  options.substeps = 10;
+  options.iterations = 10;  // sweeps in another order come to the same
+  Solver late(scene, options), early(with_guests(scene, variant.mode), options);
+  apply_edit(late, {.new_bodies = make_guests(variant.mode)});
+  const auto start = late.positions();
+  for (int i = 0; i < 10; ++i) {
+    CHECK(late.step(kTimeStep).non_finite_vertices == 0);
+    early.step(kTimeStep);
+  }
+  CHECK(farthest_apart(late, early) < 0.02 * testing::kEventfulEdge);
+  const Index thread = late.body(2).first_vertex;
+  CHECK((late.positions()[thread] - start[thread]).norm() > 2e-4F);
+}
+
+// Would catch undo that leaves a body, its colours or a damped plan behind, and participants or
+// ids of later edits that a body confuses.
+TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[property]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Index copies = GENERATE(1, 3);
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  Solver solver(scene, serial_options(variant, copies));
+  Solver unedited(scene, serial_options(variant, copies));
+  for (Solver* each : {&solver, &unedited}) {
+    each->add_tool({}, ToolPose::Identity());
+  }
+  for (Index round = 0; round < 8; ++round) {
+    INFO("round " << round);
+    const std::string suffix = std::to_string(round);
+    for (Solver* each : {&solver, &unedited}) {
+      if (round % 2 == 1) {  // stays
+        apply_edit(*each, {.new_bodies = make_guests(variant.mode, suffix + " stays")});
+        const Index last = static_cast<Index>(each->bodies().size()) - 1;
+        apply_edit(*each, testing::part_vertex(*each, each->body(last).first_vertex + 21, round));
+        apply_edit(*each, testing::split_edge(*each, each->tet_edges(round)[0], 0.5F));
+        REQUIRE(each->body_of_vertex(each->vertex_count() - 1) == 0);
+        each->release(0);
+        each->grasp(0, std::array{Index{7}, each->body(last - 1).first_vertex}, 1e-4F);
+      }
+      each->step(kTimeStep);
+    }
+    const std::uint64_t before = digest_of(solver_data(solver));
+    REQUIRE(before == digest_of(solver_data(unedited)));
+    TopologyEdit edit{.new_bodies = make_guests(variant.mode, suffix)};
+    const Index first = solver.vertex_count();
+    edit.new_links.push_back(
+        {Index{9}, first + edit.new_bodies.body(1).first_vertex, 0.03F, {0.5F, 1e-3F}});
+    if (round > 1) {
+      edit.remove_bodies = {0, 3, 4};
+      edit.new_links.clear();
+    }
+    const EditResult result = apply_edit(solver, edit);
+    REQUIRE(digest_of(solver_data(solver)) != before);
+    REQUIRE(is_plan_valid(solver_data(solver)));
+    if (round % 4 == 2) {
+      solver.grasp(0, std::array{solver.vertex_count() - 1});
+    }
+    undo_edit(solver, edit, result);
+    REQUIRE(digest_of(solver_data(solver)) == before);
+    solver.step(kTimeStep);
+    unedited.step(kTimeStep);
+    for (Index copy = 0; copy < copies; ++copy) {
+      REQUIRE(solver.state_hash(copy) == unedited.state_hash(copy));
+    }
+  }
+}
+
+// Would catch tissue, mass, constraints, links or grasps that stay behind.
+TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Scene scene =
+      with_guests(testing::make_eventful_scene(variant.mode, variant.damping), variant.mode);
+  Solver solver(scene, serial_options(variant));
+  apply_edit(solver, testing::part_vertex(solver, scene.body(5).first_vertex + 21, 3));
+  apply_edit(solver, testing::split_edge(solver, solver.tet_edges(0)[0], 0.5F));
+  solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(0, std::array{scene.body(4).first_vertex, Index{5}, Index{60}});
+  const EditResult result = apply_edit(solver, {.remove_bodies = {4, 0, 5}});
+  for (Index b = 0; b < 6; ++b) {
+    CHECK(solver.is_body_alive(b) == (b == 1 || b == 2 || b == 3));
+    CHECK(solver.body(b).name == scene.body(b).name);
+  }
+  Index gone = 0;
+  for (Index v = 0; v < solver.vertex_count(); ++v) {
+    const bool lives = solver.is_body_alive(solver.body_of_vertex(v));
+    REQUIRE(solver.has_tissue(v) == lives);
+    gone += lives ? 0 : 1;
+  }
+  CHECK(static_cast<Index>(result.vertices.size()) == gone);
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    REQUIRE((!solver.is_tet_alive(t) || solver.is_body_alive(solver.body_of_tet(t))));
+  }
+  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+    REQUIRE((!solver.is_edge_alive(e) || solver.has_tissue(solver.edges()[e][0])));
+  }
+  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
+    CHECK(!solver.is_link_alive(l));  // each joined one of them
+  }
+  CHECK(solver_data(solver).tools[0].attachments.empty());
+  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+  apply_edit(solver, {.remove_bodies = {1, 2, 3}});
+  CHECK((solver.plan().phases.empty() || variant.method == SolverMethod::vertex_block));
+  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+}
+
+// Would catch a body that dies bit by bit and is taken for alive.
+TEST_CASE("bodies: one is alive while any of it is", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({1, 1, 1}, 4e-3));
+  Solver solver(scene);
+  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+    CHECK(solver.is_body_alive(0));
+    apply_edit(solver, {.remove_tets = {t}});
+  }
+  CHECK(!solver.is_body_alive(0));
+  CHECK_THROWS_AS(static_cast<void>(solver.is_body_alive(1)), InvalidArgument);
+  CHECK_THROWS_WITH(apply_edit(solver, {.remove_bodies = {0}}),
+                    ContainsSubstring("body 0 was removed before"));
+}
+
+// Would catch a view that takes another body's tetrahedra for its own, or misses those of its own.
+TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[property]") {
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  Solver solver(scene, {.backend = BackendKind::serial});
+  std::vector<LiveSurface> surfaces;
+  surfaces.reserve(16);
+  for (Index b = 0; b < 3; ++b) {
+    surfaces.emplace_back(solver, b);
+  }
+  LivePieces pieces(solver);
+  const auto participants = [&] {
+    std::vector<EditParticipant*> all{&pieces};
+    for (LiveSurface& surface : surfaces) {
+      all.push_back(&surface);
+    }
+    return all;
+  };
+  const auto check_views = [&] {
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+      const Index body = s < 3 ? static_cast<Index>(s) : static_cast<Index>(2 * s - 3);
+      std::vector<Triangle> shown, expected;
+      for (const Triangle& triangle : surfaces[s].triangles()) {
+        if (triangle != LiveSurface::kEmptyTriangle) {
+          shown.push_back(triangle);
+        }
+      }
+      for (const BoundaryTriangle& triangle : find_live_boundary(solver, body)) {
+        expected.push_back(triangle.vertices);
+      }
+      for (std::vector<Triangle>* triangles : {&shown, &expected}) {
+        for (Triangle& triangle : *triangles) {
+          std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+        }
+        std::ranges::sort(*triangles);
+      }
+      REQUIRE(shown == expected);
+    }
+    const LivePieces fresh(solver);
+    std::vector<std::array<Index, 3>> a, b;
+    for (Index i = 0; i < pieces.count(); ++i) {
+      if (pieces.tet_count(i) > 0) {
+        a.push_back({pieces.tets(i)[0], pieces.tet_count(i), pieces.body(i)});
+        REQUIRE(pieces.is_anchored(i) == fresh.is_anchored(fresh.piece_of(a.back()[0])));
+      }
+    }
+    for (Index i = 0; i < fresh.count(); ++i) {
+      b.push_back({fresh.tets(i)[0], fresh.tet_count(i), fresh.body(i)});
+    }
+    std::ranges::sort(a);
+    std::ranges::sort(b);
+    REQUIRE(a == b);
+  };
+  for (Index round = 0; round < 6; ++round) {
+    INFO("round " << round);
+    TopologyEdit edit{.new_bodies = make_guests(ProjectionMode::compliance, std::to_string(round))};
+    if (round < 4) {
+      edit.remove_tets = {3 * round, 3 * round + 1};
+    } else if (round == 4) {
+      edit.remove_bodies = {0, 5};
+    }
+    const EditResult result = apply_edit(solver, edit, participants());
+    check_views();
+    undo_edit(solver, edit, result, participants());
+    check_views();
+    apply_edit(solver, edit, participants());
+    CHECK(pieces.count() - pieces.first_freed() >= 2);
+    if (round == 0) {  // of clot and swab
+      surfaces.emplace_back(solver, 3);
+      surfaces.emplace_back(solver, 5);
+    }
+    check_views();
+    const Index vertex = solver.body(static_cast<Index>(solver.bodies().size()) - 1).first_vertex;
+    for (const Index v : {vertex + 20 + round, solver.body(1).first_vertex + round}) {
+      apply_edit(solver, testing::part_vertex(solver, v, round), participants());
+      check_views();
+    }
+  }
+}
+
+TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const auto mode = GENERATE(ProjectionMode::compliance, ProjectionMode::fraction);
+  if (method == SolverMethod::vertex_block && mode == ProjectionMode::fraction) {
+    return;
+  }
+  const Scene scene = testing::make_eventful_scene(mode, 0);
+  Solver solver(scene, {.method = method, .mode = mode, .backend = BackendKind::serial});
+  apply_edit(solver, {.remove_bodies = {1}});
+  const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
+    const std::uint64_t before = digest_of(solver_data(solver));
+    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
+    CHECK(digest_of(solver_data(solver)) == before);
+  };
+  const TetMesh box = testing::make_box({1, 1, 1}, 4e-3);
+  const auto scene_of = [&](const std::string& name, const Material& material = {}) {
+    Scene bodies;
+    bodies.add_body(name, box, material);
+    return bodies;
+  };
+  const Material soft = elastic_material(box, 1000, 1e4);
+  refuse({.new_bodies = scene_of("block", soft)}, "there is a body named 'block' already");
+  refuse({.new_bodies = scene_of("tube", soft)}, "there is a body named 'tube' already");
+  if (mode == ProjectionMode::fraction) {
+    refuse({.new_bodies = scene_of("solid 2", {.model = ElasticModel::neo_hookean})},
+           "body 'solid 2' is Neo-Hookean");
+  }
+  if (method == SolverMethod::vertex_block) {
+    refuse({.new_bodies = scene_of("rigid")}, "body 'rigid': stretch compliance is 0");
+  }
+  refuse({.remove_bodies = {3}}, "body 3 does not exist");
+  refuse({.remove_bodies = {-1}}, "body -1 does not exist");
+  refuse({.remove_bodies = {1}}, "body 1 was removed before");
+  refuse({.remove_bodies = {0, 2, 0}}, "body 0 is listed twice");
+  refuse({.remove_tets = {4}, .remove_bodies = {0}},
+         "tet 4 is of body 'block', which the same edit removes");
+  TopologyEdit edit = testing::part_vertex(solver, 5, 0);
+  edit.remove_bodies = {0};
+  refuse(edit, "is of body 'block', which the same edit removes");
+  edit = testing::split_edge(solver, solver.tet_edges(0)[0], 0.5F);
+  edit.remove_bodies = {0};
+  refuse(edit, "is of body 'block', which the same edit removes");
+  const Index other = scene.body(2).first_vertex;
+  refuse({.remove_bodies = {0}, .new_links = {{5, other, 0, {1, 1}}}},
+         "refers to vertex 5, which has no tissue left");
+  edit = {.new_links = {{5, solver.vertex_count() + box.vertex_count(), 0, {1, 1}}},
+          .new_bodies = scene_of("clot", soft)};
+  refuse(edit, "refers to vertex");
+  edit.new_links[0].second -= 1;
+  CHECK_NOTHROW(apply_edit(solver, edit));
+}
+
+}  // namespace pbdsurg

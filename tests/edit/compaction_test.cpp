@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/edit/compaction.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "solver/growth.h"
+#include "solver/solver_data.h"
+#include "support/catch.h"
+#include "support/cuts.h"
+#include "support/eventful_program.h"
+#include "support/plan_checks.h"
+#include "support/solver_digest.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+using testing::digest_of;
+using testing::is_plan_valid;
+using testing::Variant;
+
+constexpr float kTimeStep = testing::kEventfulTimeStep;
+
+std::vector<Variant> variants() {
+  return {{.damping = 0.01F},
+          {.composition = PlanComposition::joint},
+          {.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+          {.max_colors = 5},
+          {.method = SolverMethod::vertex_block},
+          {.method = SolverMethod::vertex_block, .damping = 0.01F}};
+}
+
+SolverOptions serial_options(const Variant& variant, Index copies = 1) {
+  SolverOptions options = testing::options_of(variant);
+  options.backend = BackendKind::serial;
+  options.copies = copies;
+  return options;
+}
+
+// Removals, shrinkage, cuts, a body that comes and one that goes.
+void edit_much(Solver& solver, ProjectionMode mode) {
+  for (Index round = 0; round < 6; ++round) {
+    apply_edit(solver, testing::eventful_edit(solver, round));
+    apply_edit(solver, testing::part_vertex(solver, 60 + 4 * round, 7));
+    Index edge = 11 * round;
+    while (!solver.is_edge_alive(edge)) {
+      ++edge;
+    }
+    apply_edit(solver, testing::split_edge(solver, edge, 0.4F));
+  }
+  Scene guests;
+  const TetMesh box = testing::make_box({2, 2, 2}, testing::kEventfulEdge);
+  guests.add_body("guest", box, elastic_material(box, 900, 1e4));
+  guests.add_particles("dust", std::vector<Eigen::Vector3d>{{0.03, 0, 0}, {0.03, 0.01, 0}}, 1e-5);
+  apply_edit(solver, {.new_bodies = guests});
+  const Index dust = solver.body(4).first_vertex;
+  apply_edit(solver, {.remove_bodies = {1},
+                      .new_links = {{0, solver.body(3).first_vertex, 0.01F, {0.5F, 1e-3F}},
+                                    {dust, 2, 0.01F, {0.5F, 1e-3F}}}});
+  if (mode == ProjectionMode::compliance) {
+    apply_edit(solver, {.rest_volumes = {{solver.body(2).first_tet + 1, 3e-9F}}});
+  }
+}
+
+Renumbering compact(Solver& solver) {
+  Compaction compaction(solver);
+  compaction.build();
+  return compaction.finish(solver);
+}
+
+}  // namespace
+
+// Would catch tissue, numbers, links or state that go missing or to others, and dead ones that
+// stay.
+TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  Solver solver(scene, serial_options(variant, 2)), before(scene, serial_options(variant, 2));
+  for (Solver* each : {&solver, &before}) {
+    edit_much(*each, variant.mode);
+    const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0, 0.016F, 0.006F);
+    each->add_tool({&capsule, 1}, pose);
+    each->add_tool({}, ToolPose::Identity());
+    each->grasp(1, std::array{each->body(2).first_vertex + 1, each->body(4).first_vertex}, 1e-4F,
+                1);
+    each->watch(std::array{each->body(2).first_vertex, Index{1}});
+    each->step(kTimeStep);
+  }
+  REQUIRE(digest_of(solver_data(solver)) == digest_of(solver_data(before)));
+  const std::size_t bytes = solver.memory_bytes();
+  const Renumbering ids = compact(solver);
+  CHECK(solver.memory_bytes() < bytes);
+  CHECK(is_plan_valid(solver_data(solver)));
+  CHECK(solver.topology_version() == ids.version);
+  CHECK(ids.version == before.topology_version() + 1);
+
+  CHECK(ids.bodies == std::vector<Index>{0, kInvalidIndex, 1, 2, 3});
+  for (Index b = 0; b < 5; ++b) {
+    CHECK(
+        (ids.bodies[b] == kInvalidIndex || solver.body(ids.bodies[b]).name == before.body(b).name));
+  }
+  const SolverData& a = solver_data(before);
+  const SolverData& c = solver_data(solver);
+  const auto mapped = [&](auto vertices) {
+    std::ranges::transform(vertices, vertices.begin(), [&](Index v) { return ids.vertices[v]; });
+    return vertices;
+  };
+  Index count = 0;
+  for (Index v = 0; v < before.vertex_count(); ++v) {
+    REQUIRE((ids.vertices[v] != kInvalidIndex) == before.has_tissue(v));
+    if (ids.vertices[v] != kInvalidIndex) {
+      ++count;
+      const Index now = ids.vertices[v];
+      REQUIRE(c.vertex_masses[now] == a.vertex_masses[v]);
+      REQUIRE(c.particle(now).w == a.particle(v).w);
+      REQUIRE(solver.body_of_vertex(now) == ids.bodies[before.body_of_vertex(v)]);
+      for (Index copy = 0; copy < 2; ++copy) {
+        const Index place = c.place_of_vertex[now], old_place = a.place_of_vertex[v];
+        REQUIRE(c.copy(copy).particles[place].x == a.copy(copy).particles[old_place].x);
+        REQUIRE(c.copy(copy).velocities[place].y == a.copy(copy).velocities[old_place].y);
+        REQUIRE(
+            (c.falling.empty() || c.copy(copy).falling[place] == a.copy(copy).falling[old_place]));
+      }
+    }
+  }
+  CHECK(count == solver.vertex_count());
+  count = 0;
+  for (Index t = 0; t < static_cast<Index>(before.tets().size()); ++t) {
+    REQUIRE((ids.tets[t] != kInvalidIndex) == before.is_tet_alive(t));
+    if (const Index now = ids.tets[t]; now != kInvalidIndex) {
+      ++count;
+      REQUIRE(solver.is_tet_alive(now));
+      REQUIRE(solver.tets()[now] == mapped(before.tets()[t]));
+      REQUIRE(c.tet_masses[now] == a.tet_masses[t]);
+      REQUIRE(solver.body_of_tet(now) == ids.bodies[before.body_of_tet(t)]);
+      const TetNumbers x = tet_numbers_of(a, t), y = tet_numbers_of(c, now);
+      REQUIRE(x.volume == y.volume);
+      REQUIRE(x.neo_hookean == y.neo_hookean);
+      for (std::size_t e = 0; e < 6; ++e) {
+        REQUIRE(solver.tet_edges(now)[e] == ids.edges[before.tet_edges(t)[e]]);
+      }
+    }
+  }
+  CHECK(count == static_cast<Index>(solver.tets().size()));
+  count = 0;
+  for (Index e = 0; e < static_cast<Index>(before.edges().size()); ++e) {
+    REQUIRE((ids.edges[e] != kInvalidIndex) == before.is_edge_alive(e));
+    if (const Index now = ids.edges[e]; now != kInvalidIndex) {
+      ++count;
+      Edge ends = mapped(before.edges()[e]);
+      std::ranges::sort(ends);
+      REQUIRE(solver.edges()[now] == ends);
+      const EdgeNumbers x = numbers_of(a, e), y = numbers_of(c, now);
+      REQUIRE(x.distance == y.distance);
+      REQUIRE(x.limit == y.limit);
+    }
+  }
+  CHECK(count == static_cast<Index>(solver.edges().size()));
+  count = 0;
+  for (Index l = 0; l < static_cast<Index>(before.links().size()); ++l) {
+    REQUIRE((ids.links[l] != kInvalidIndex) == before.is_link_alive(l));
+    if (const Index now = ids.links[l]; now != kInvalidIndex) {
+      REQUIRE(now == count++);
+      REQUIRE(solver.is_link_alive(now));
+      REQUIRE(solver.links()[now].first == ids.vertices[before.links()[l].first]);
+      REQUIRE(solver.links()[now].second == ids.vertices[before.links()[l].second]);
+      const Index i = a.distance_ids.of_link(l), j = c.distance_ids.of_link(now);
+      REQUIRE(a.distances.record(i).parameters == c.distances.record(j).parameters);
+    }
+  }
+  CHECK(count == static_cast<Index>(solver.links().size()));
+  for (Index copy = 0; copy < 2; ++copy) {
+    CHECK(std::ranges::equal(solver.watched_positions(copy), before.watched_positions(copy)));
+    CHECK(solver.last_report(copy).contacts == before.last_report(copy).contacts);
+    for (Index tool = 0; tool < 2; ++tool) {
+      CHECK(solver.tool_force(tool, copy) == before.tool_force(tool, copy));
+    }
+  }
+  CHECK(c.copy(1).tools[1].attachments.size() == 2);
+}
+
+// Would catch a solver that is pulled, held or pushed otherwise from then on.
+TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
+  Variant variant = GENERATE(from_range(variants()));
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
+  Material soft = elastic_material(block, 1000, 20e3);
+  soft.damping = variant.damping;
+  Scene scene;
+  scene.add_body("gone", testing::make_box({1, 1, 1}, testing::kEventfulEdge), soft);
+  scene.add_body("block", block, soft);
+  scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
+  scene.add_particles("bead", std::vector<Eigen::Vector3d>{{0.016, 0.02, 0}}, 1e-5);
+  const Index first = scene.body(1).first_vertex, bead = scene.body(2).first_vertex;
+  scene.add_link({bead, first + block.vertex_count() - 1, 0.013F, {0.5F, 1e-3F}});
+  SolverOptions options = serial_options(variant, 2);
+  options.backend = backend;
+  options.substeps = 10;
+  options.iterations = 10;  // sweeps in another order come to the same
+  Solver solver(scene, options), unchanged(scene, options);
+  for (Solver* each : {&solver, &unchanged}) {
+    apply_edit(*each, {.remove_bodies = {0}});
+    for (Index round = 0; round < 6; ++round) {
+      apply_edit(*each, testing::part_vertex(*each, first + 30 + 7 * round, 7));
+      apply_edit(*each, testing::split_edge(*each, each->tet_edges(20 + 9 * round)[1], 0.4F));
+    }
+    each->add_tool({}, ToolPose::Identity());
+    each->grasp(0, std::array{first + block.vertex_count() - 1}, 1e-4F, 1);
+    each->step(kTimeStep);
+  }
+  const Renumbering ids = compact(solver);
+  for (int i = 0; i < 5; ++i) {
+    solver.step(kTimeStep);
+    unchanged.step(kTimeStep);
+  }
+  for (Index copy = 0; copy < 2; ++copy) {
+    const auto now = solver.positions(copy), expected = unchanged.positions(copy);
+    double farthest = 0;
+    for (std::size_t v = 0; v < expected.size(); ++v) {
+      if (ids.vertices[v] != kInvalidIndex) {
+        farthest = std::max(farthest, double{(now[ids.vertices[v]] - expected[v]).norm()});
+      }
+    }
+    CHECK(farthest < 0.02 * testing::kEventfulEdge);
+  }
+  const Eigen::Vector3f force = solver.tool_force(0, 1), other = unchanged.tool_force(0, 1);
+  CHECK((force - other).norm() < 0.05F * other.norm());
+}
+
+// Would catch another order of vertices, constraints or rows than that of a fresh solver.
+TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh solver",
+          "[equivalence]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
+  Solver solver(scene, serial_options(variant, 2)), fresh(scene, serial_options(variant, 2));
+  const Renumbering ids = compact(solver);
+  std::vector<Index> same(static_cast<std::size_t>(scene.vertex_count()));
+  std::iota(same.begin(), same.end(), 0);
+  CHECK(ids.vertices == same);
+  CHECK(digest_of(solver_data(solver)) == digest_of(solver_data(fresh)));
+  for (int i = 0; i < 3; ++i) {
+    solver.step(kTimeStep);
+    fresh.step(kTimeStep);
+  }
+  CHECK(solver.state_hash(1) == fresh.state_hash(1));
+}
+
+// Would catch a build that touches the solver, which thread sanitizer sees, or depends on when it
+// runs.
+TEST_CASE("compaction: builds in another thread while the solver steps", "[property]") {
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  const SolverOptions options{.math = MathMode::strict, .threads = 2};
+  Solver solver(scene, options), other(scene, options);
+  edit_much(solver, ProjectionMode::compliance);
+  edit_much(other, ProjectionMode::compliance);
+  Compaction compaction(solver), in_turn(other);
+  std::thread worker([&] { compaction.build(); });
+  for (int i = 0; i < 5; ++i) {
+    solver.step(kTimeStep);
+  }
+  worker.join();
+  in_turn.build();
+  for (int i = 0; i < 5; ++i) {
+    other.step(kTimeStep);
+  }
+  CHECK(compaction.finish(solver).vertices == in_turn.finish(other).vertices);
+  solver.step(kTimeStep);
+  other.step(kTimeStep);
+  CHECK(solver.state_hash() == other.state_hash());
+  apply_edit(solver, testing::part_vertex(solver, 20, 3));
+  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+}
+
+TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit]") {
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  const SolverOptions options{.backend = BackendKind::serial};
+  Solver solver(scene, options), other(scene, options);
+  const TopologyEdit edit{.remove_bodies = {1}};
+  const EditResult result = apply_edit(solver, edit);
+  const Snapshot snapshot = solver.snapshot();
+  LivePieces pieces(solver);
+  Compaction compaction(solver);
+  const auto refuse = [&](Solver& of, const std::string& why) {
+    const std::uint64_t before = digest_of(solver_data(of));
+    CHECK_THROWS_WITH(static_cast<void>(compaction.finish(of)), ContainsSubstring(why));
+    CHECK(digest_of(solver_data(of)) == before);
+  };
+  refuse(solver, "finished once, after build()");
+  compaction.build();
+  refuse(other, "this is another");
+  const Index watched = solver.body(1).first_vertex;
+  solver.watch(std::array{Index{3}, watched});
+  refuse(solver, "vertex " + std::to_string(watched) + " is watched and has no tissue");
+  solver.watch({});
+  const TopologyEdit more{.remove_tets = {3}};
+  const EditResult of_more = apply_edit(solver, more);
+  refuse(solver, "was edited since");
+  undo_edit(solver, more, of_more);
+  CHECK(compaction.finish(solver).bodies[2] == 1);
+  refuse(solver, "finished once");
+  CHECK_THROWS_AS(undo_edit(solver, edit, result), InvalidArgument);
+  CHECK_THROWS_AS(solver.restore(snapshot), InvalidArgument);
+  EditParticipant* const stale[] = {&pieces};
+  CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {3}}, stale),
+                    ContainsSubstring("live pieces is at topology version"));
+  CHECK_NOTHROW(apply_edit(solver, {.remove_tets = {3}}));
+}
+
+// Would catch a solver of which nothing is left.
+TEST_CASE("compaction: an empty solver stays one", "[unit]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 1, 1}, 4e-3));
+  Solver solver(scene);
+  apply_edit(solver, {.remove_bodies = {0}});
+  compact(solver);
+  CHECK(solver.vertex_count() == 0);
+  CHECK(solver.bodies().empty());
+  CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+}
+
+}  // namespace pbdsurg
