@@ -2,6 +2,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -302,6 +303,38 @@ TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]
   apply_edit(solver, {.rest_lengths = {{2, half}}});
   CHECK(solver_data(solver).strain_limits.record(2).parameters[StrainLimitConstraint::kLimit] ==
         Approx(1.5 * half));
+}
+
+// Would catch limits of Neo-Hookean tissue that keep it as large as it was, or follow a tetrahedron
+// that changes alone as far as if all around the edge did.
+TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest volume", "[unit]") {
+  Scene scene;
+  scene.add_body("solid", testing::make_box({2, 2, 2}, 4e-3, 0.1),
+                 {.model = ElasticModel::neo_hookean, .max_stretch = 1.2F});
+  Solver solver(scene);
+  const SolverData& data = solver_data(solver);
+  const auto limit = [&](Index edge) {
+    return data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+  };
+  std::vector<float> before;
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    before.push_back(limit(static_cast<Index>(e)));
+  }
+  TopologyEdit all, one{.rest_volumes = {{5, 0.5F * 0.729F * solver.rest_volume(5)}}};
+  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
+    all.rest_volumes.push_back({t, 0.729F * solver.rest_volume(t)});
+  }
+  apply_edit(solver, all);
+  for (std::size_t e = 0; e < before.size(); ++e) {
+    REQUIRE(limit(static_cast<Index>(e)) == Approx(0.9F * before[e]));
+  }
+  apply_edit(solver, one);
+  for (std::size_t e = 0; e < before.size(); ++e) {
+    const bool is_of_tet = std::ranges::count(data.tet_edges[5], static_cast<Index>(e)) > 0;
+    const double share = is_of_tet ? 1.0 / data.edge_tets[e] : 0;
+    REQUIRE(limit(static_cast<Index>(e)) ==
+            Approx(0.9 * before[e] * std::pow(0.5, share / 3)).epsilon(1e-5));
+  }
 }
 
 // Would catch half an edit: after each refusal the state must be what it was, and step alike.
