@@ -121,6 +121,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   }
   move_corners(data, edit, result);
   replace_parents(data, edit, result);
+  sum_masses(data);
   release_vertices(data, result);
   for (const Link& link : edit.new_links) {
     add_link(data, link);

@@ -337,6 +337,36 @@ TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest vo
   }
 }
 
+// Would catch masses that are kept up by subtracting: what is left of a vertex when all but a
+// sliver of a sliver goes would be rounding, or nothing.
+TEST_CASE("topology edit: a sliver of slivers has the mass that it would have alone", "[unit]") {
+  Scene scene;
+  scene.add_body("tet",
+                 TetMesh({{0, 0, 0}, {1e-2, 0, 0}, {0, 1e-2, 0}, {0, 0, 1e-2}}, {{0, 1, 2, 3}}));
+  Solver solver(scene);
+  const SolverData& data = solver_data(solver);
+  constexpr int kSplits = 8;
+  Index sliver = 0, end = 1;
+  for (int i = 0; i < kSplits; ++i) {
+    const Index middle = solver.vertex_count();
+    TopologyEdit edit{.new_vertices = {{0, end, 0.01F}}, .new_tets = {{sliver, {0, middle, 2, 3}}}};
+    edit.new_tets.push_back({sliver, {middle, end, 2, 3}});
+    sliver = apply_edit(solver, edit).first_new_tet;
+    end = middle;
+  }
+  const double mass = data.tet_masses[sliver];
+  CHECK(mass == Approx(1000.0 / 6e6 * std::pow(0.01, kSplits)).epsilon(1e-5));
+  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
+    if (t != sliver && solver.is_tet_alive(t)) {
+      apply_edit(solver, {.remove_tets = {t}});
+    }
+  }
+  for (const Index v : data.tets[sliver]) {
+    CHECK(data.vertex_masses[v] == mass / 4);
+    CHECK(data.particle(v).w == static_cast<float>(4 / mass));
+  }
+}
+
 // Would catch half an edit: after each refusal the state must be what it was, and step alike.
 TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[unit]") {
   const Scene scene = make_two_blocks();

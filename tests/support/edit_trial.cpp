@@ -71,14 +71,17 @@ void EditTrial::edit(Choices& choices) {
 }
 
 std::string EditTrial::edit_and_undo(Choices& choices) {
-  const TopologyEdit edit = make_change(choices).edit;
+  const TopologyEdit change = make_change(choices).edit;
+  return edit_and_undo(change, choices.below(4) == 0);
+}
+
+std::string EditTrial::edit_and_undo(const TopologyEdit& change, bool steps) {
   const std::uint64_t before = digest_of(solver_data(solver_));
-  const EditResult result = apply(edit);
-  const bool steps = choices.below(4) == 0;
+  const EditResult result = apply(change);
   std::string wrong = steps ? step() : "";
-  undo_edit(solver_, edit, result, participants());
+  undo_edit(solver_, change, result, participants());
   if (serial_) {
-    undo_edit(*serial_, edit, result);
+    undo_edit(*serial_, change, result);
   }
   if (wrong.empty() && !steps && digest_of(solver_data(solver_)) != before) {
     wrong = "undo leaves something changed";

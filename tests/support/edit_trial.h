@@ -38,6 +38,7 @@ class EditTrial {
 
   /// Makes a good edit and takes it back, with or without a step in between.
   /// @return  what went wrong; empty if, without a step, all bits are those of before
+  [[nodiscard]] std::string edit_and_undo(const TopologyEdit& change, bool steps = false);
   [[nodiscard]] std::string edit_and_undo(Choices& choices);
 
   /// Tries a bad edit: a good one with something in it that must be refused.
