@@ -55,7 +55,8 @@ CutSurface sweep_blade(std::span<const BladeEdge> instants) {
 CutPlan plan_cut(const Solver& solver, const CutSurface& surface, const CutOptions& options,
                  Index copy) {
   const std::vector<Eigen::Vector3f> positions = solver.positions(copy);
-  CutTissue tissue{positions, solver.tets(), solver_data(solver).tet_alive, solver.links(), {}};
+  const SolverData& data = solver_data(solver);
+  CutTissue tissue{positions, data.tets, data.vertex_tets, data.tet_alive, data.links, {}};
   for (Index l = 0; l < static_cast<Index>(tissue.links.size()); ++l) {
     tissue.link_alive.push_back(solver.is_link_alive(l));
   }

@@ -31,11 +31,11 @@ std::uint8_t sides_outside(const Eigen::Vector3d& x, const Eigen::AlignedBox3d& 
   return static_cast<std::uint8_t>(bits);
 }
 
-// Vertices of tetrahedra whose box meets the other: a box lies beside it if all its corners are on
-// the outer side of one of the planes.
-std::vector<std::uint8_t> mark_reached(const CutTissue& tissue, const Eigen::AlignedBox3d& bounds) {
+// Live tetrahedra whose box meets the other: a box lies beside it if all its corners are on the
+// outer side of one of the planes.
+std::vector<Index> find_tets_at(const CutTissue& tissue, const Eigen::AlignedBox3d& bounds) {
   std::vector<std::uint8_t> outside(tissue.positions.size());
-  std::vector<std::uint8_t> marks(tissue.positions.size(), kFar);
+  std::vector<Index> tets;
   for (std::size_t v = 0; v < outside.size(); ++v) {
     outside[v] = sides_outside(tissue.positions[v].cast<double>(), bounds);
   }
@@ -43,10 +43,10 @@ std::vector<std::uint8_t> mark_reached(const CutTissue& tissue, const Eigen::Ali
     const auto& [a, b, c, d] = tissue.tets[t];
     if ((outside[a] & outside[b] & outside[c] & outside[d]) == 0 &&
         (outside[a] | outside[b] | outside[c] | outside[d]) < kNotFinite && tissue.tet_alive[t]) {
-      marks[a] = marks[b] = marks[c] = marks[d] = kReached;
+      tets.push_back(static_cast<Index>(t));
     }
   }
-  return marks;
+  return tets;
 }
 
 }  // namespace
@@ -61,22 +61,27 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
     std::ranges::for_each(face, [&](Index v) { check_front(v, vertex_count); });
   }
   CutNeighborhood near;
-  std::vector<std::uint8_t> marks = mark_reached(tissue, bounds);
-  for (const Triangle& face : front.closed_faces) {
-    std::ranges::for_each(face, [&](Index v) { marks[v] = kReached; });
-  }
+  std::vector<std::uint8_t> marks(vertex_count, kFar);
   const auto mark = [&](Index v, Mark as) {
     if (marks[v] == kFar) {
       marks[v] = as;
+      near.vertex_ids.push_back(v);
     }
   };
-  for (std::size_t t = 0; t < tissue.tets.size(); ++t) {
-    const auto& [a, b, c, d] = tissue.tets[t];
-    const auto is_reached = [&](Index v) { return marks[v] == kReached; };
-    if ((is_reached(a) || is_reached(b) || is_reached(c) || is_reached(d)) && tissue.tet_alive[t]) {
-      near.tet_ids.push_back(static_cast<Index>(t));
-      std::ranges::for_each(tissue.tets[t], [&](Index v) { mark(v, kBeside); });
-    }
+  for (const Index t : find_tets_at(tissue, bounds)) {
+    std::ranges::for_each(tissue.tets[t], [&](Index v) { mark(v, kReached); });
+  }
+  for (const Triangle& face : front.closed_faces) {
+    std::ranges::for_each(face, [&](Index v) { mark(v, kReached); });
+  }
+  for (const Index v : near.vertex_ids) {
+    const std::span<const Index> tets = tissue.vertex_tets[v];
+    near.tet_ids.insert(near.tet_ids.end(), tets.begin(), tets.end());
+  }
+  std::ranges::sort(near.tet_ids);
+  near.tet_ids.erase(std::unique(near.tet_ids.begin(), near.tet_ids.end()), near.tet_ids.end());
+  for (const Index t : near.tet_ids) {
+    std::ranges::for_each(tissue.tets[t], [&](Index v) { mark(v, kBeside); });
   }
   for (std::size_t l = 0; l < tissue.links.size(); ++l) {
     const Link& link = tissue.links[l];
@@ -91,12 +96,10 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
   }
   std::ranges::for_each(front.vertices, [&](Index v) { mark(v, kApart); });
 
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    if (marks[v] != kFar) {
-      near.vertex_ids.push_back(static_cast<Index>(v));
-      near.positions.push_back(tissue.positions[v]);
-      near.is_reached.push_back(marks[v] == kReached);
-    }
+  std::ranges::sort(near.vertex_ids);
+  for (const Index v : near.vertex_ids) {
+    near.positions.push_back(tissue.positions[v]);
+    near.is_reached.push_back(marks[v] == kReached);
   }
   const auto own = [&](Index v) {
     return static_cast<Index>(std::ranges::lower_bound(near.vertex_ids, v) -

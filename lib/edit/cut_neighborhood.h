@@ -12,12 +12,15 @@
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/cut.h"
 
+#include "solver/vertex_lists.h"
+
 namespace pbdsurg {
 
 /// Tissue as a cut finds it, in the ids of a solver.
 struct CutTissue {
   std::span<const Eigen::Vector3f> positions;  ///< [vertex_count] m
   std::span<const Tet> tets;                   ///< [tet_count]
+  const VertexLists& vertex_tets;              ///< [vertex_count] live ones at each vertex
   const std::vector<bool>& tet_alive;          ///< [tet_count]
   std::span<const Link> links;                 ///< [link_count]
   std::vector<bool> link_alive;                ///< [link_count]
