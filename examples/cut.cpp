@@ -2,38 +2,27 @@
 // Holds a block of tissue at both ends and draws a blade down through its middle while it sags.
 #include "pbdsurg/edit/cut.h"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <vector>
 
+#include "pbdsurg/edit/live_pieces.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
-#include "pbdsurg/mesh/topology.h"
 
 namespace {
 
 constexpr float kDensity = 1060;  // kg/m^3
 
-// What is left, as pieces that hang together, and the mass of each.
-void print_pieces(const pbdsurg::Solver& solver) {
-  std::vector<pbdsurg::Tet> live;
-  std::vector<double> masses;  // kg
-  for (pbdsurg::Index t = 0; t < static_cast<pbdsurg::Index>(solver.tets().size()); ++t) {
-    if (solver.is_tet_alive(t)) {
-      live.push_back(solver.tets()[t]);
-      masses.push_back(kDensity * solver.rest_volume(t));
+// The pieces that tissue hangs together in, and the mass of each.
+void print_pieces(const pbdsurg::Solver& solver, const pbdsurg::LivePieces& pieces) {
+  std::printf("%d piece(s):", pieces.count());
+  for (pbdsurg::Index piece = 0; piece < pieces.count(); ++piece) {
+    double mass = 0;  // kg
+    for (const pbdsurg::Index tet : pieces.tets(piece)) {
+      mass += kDensity * solver.rest_volume(tet);
     }
-  }
-  const auto pieces = pbdsurg::find_components(solver.vertex_count(), live);
-  std::vector<double> piece_masses(pieces.count, 0);
-  double mass = 0;
-  for (std::size_t i = 0; i < live.size(); ++i) {
-    piece_masses[pieces.of_vertex[live[i][0]]] += masses[i];
-    mass += masses[i];
-  }
-  std::printf("%zu tets, %.4f g in %d piece(s):", live.size(), 1e3 * mass, pieces.count);
-  for (const double piece : piece_masses) {
-    std::printf(" %.4f g", 1e3 * piece);
+    std::printf(" %d tets of %.4f g", pieces.tet_count(piece), 1e3 * mass);
   }
   std::printf("\n");
 }
@@ -51,7 +40,9 @@ int main() try {
   scene.add_body("block", block, pbdsurg::elastic_material(block, kDensity, 20e3));  // Pa
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.025; });
   pbdsurg::Solver solver(scene);
-  print_pieces(solver);
+  pbdsurg::LivePieces pieces(solver);
+  const std::array<pbdsurg::EditParticipant*, 1> participants{&pieces};
+  print_pieces(solver, pieces);
 
   pbdsurg::CutFront front;
   for (int frame = 0; frame < 30; ++frame) {
@@ -63,7 +54,7 @@ int main() try {
     const pbdsurg::CutPlan cut = pbdsurg::plan_cut(
         solver, pbdsurg::sweep_blade({{edge_at(height), edge_at(height - 0.002F)}}),
         {.front = front});
-    const pbdsurg::EditResult result = pbdsurg::apply_edit(solver, cut.edit);
+    const pbdsurg::EditResult result = pbdsurg::apply_edit(solver, cut.edit, participants);
     front = cut.front;  // where the next motion goes on
     if (!cut.edit.new_vertices.empty()) {
       std::printf("frame %2d: %3zu tets divided into %3zu, %3zu vertices more\n", frame,
@@ -73,7 +64,7 @@ int main() try {
       return 1;
     }
   }
-  print_pieces(solver);
+  print_pieces(solver, pieces);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "cut: %s\n", error.what());
   return 2;

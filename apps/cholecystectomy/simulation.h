@@ -68,6 +68,9 @@ class Simulation {
   /// @param seed   of the instruments' tremor
   Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options, std::uint64_t seed,
              StageTimes& times);
+  // participants of edits are known by where they are
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
 
   static constexpr double kTimeStep = 5e-3;  ///< s
 

@@ -13,6 +13,7 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "mesh/check_positive.h"
 #include "mesh/describe.h"
 #include "mesh/point_cells.h"
 #include "mesh/segment_crossing.h"
@@ -33,13 +34,6 @@ std::vector<Index> vertices_of(std::span<const BoundaryTriangle> triangles) {
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   return vertices;
-}
-
-void check_positive(const char* what, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(std::string(what) + " is " + describe(value) + unit +
-                          "; it must be positive and finite");
-  }
 }
 
 // The surface of a body, to ask what a straight way of limited length leaves, enters or crosses.

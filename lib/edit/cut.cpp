@@ -8,6 +8,7 @@
 
 #include "edit/cut_planner.h"
 #include "edit/cut_surface.h"
+#include "solver/solver_data.h"
 
 namespace pbdsurg {
 namespace {
@@ -54,10 +55,8 @@ CutSurface sweep_blade(std::span<const BladeEdge> instants) {
 CutPlan plan_cut(const Solver& solver, const CutSurface& surface, const CutOptions& options,
                  Index copy) {
   const std::vector<Eigen::Vector3f> positions = solver.positions(copy);
-  CutTissue tissue{positions, solver.tets(), {}, solver.links(), {}};
-  for (Index t = 0; t < static_cast<Index>(tissue.tets.size()); ++t) {
-    tissue.tet_alive.push_back(solver.is_tet_alive(t));
-  }
+  const SolverData& data = solver_data(solver);
+  CutTissue tissue{positions, data.tets, data.vertex_tets, data.tet_alive, data.links, {}};
   for (Index l = 0; l < static_cast<Index>(tissue.links.size()); ++l) {
     tissue.link_alive.push_back(solver.is_link_alive(l));
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
 #include <span>
 #include <string>
@@ -13,6 +12,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "edit/cut_neighborhood.h"
 #include "edit/cut_surface.h"
 
 namespace pbdsurg {
@@ -41,7 +41,7 @@ Vector3d mean(std::span<const Vector3d> points) {
   return sum / static_cast<double>(points.size());
 }
 
-// A live tetrahedron near the cut, or a child of one.
+// A tetrahedron near the cut, or a child of one.
 struct Piece {
   Tet corners;
   Index tet;  // its own id, or its parent's
@@ -63,15 +63,14 @@ struct PartedFace {
 
 class CutPlanner {
  public:
-  CutPlanner(const CutTissue& tissue, const CutSurface& surface, const CutOptions& options)
-      : tissue_(tissue),
+  CutPlanner(const CutNeighborhood& near, const CutSides& sides, const CutOptions& options)
+      : near_(near),
         options_(options),
-        sides_(surface),
-        vertex_count_(static_cast<Index>(tissue.positions.size())) {}
+        sides_(sides),
+        vertex_count_(static_cast<Index>(near.positions.size())) {}
 
   CutPlan plan() {
-    take_front();
-    find_tets_near();
+    sort_front();
     if (options_.style == CutStyle::through_tets) {
       find_vertex_sides();
       find_split_edges();
@@ -89,7 +88,7 @@ class CutPlanner {
  private:
   [[nodiscard]] Vector3d position(Index v) const {
     if (v < vertex_count_) {
-      return tissue_.positions[v].cast<double>();
+      return near_.positions[v].cast<double>();
     }
     const NewVertex& split = edit_.new_vertices[v - vertex_count_];
     const Vector3d first = position(split.first);
@@ -111,71 +110,26 @@ class CutPlanner {
     return std::abs(place.height) <= edge && place.beyond <= kRimReach * edge;
   }
 
-  void take_front() {
-    for (const Index v : options_.front.vertices) {
-      check_front(v);
-    }
-    for (Triangle face : options_.front.closed_faces) {
-      std::ranges::for_each(face, [&](Index v) { check_front(v); });
+  void sort_front() {
+    front_ = near_.front.closed_faces;
+    for (Triangle& face : front_) {
       std::sort(face.begin(), face.end());
-      front_.push_back(face);
     }
     std::sort(front_.begin(), front_.end());
   }
 
-  void check_front(Index v) const {
-    if (v < 0 || v >= vertex_count_) {
-      throw InvalidArgument("the cut's front has vertex " + std::to_string(v) +
-                            "; vertices must be in [0, " + std::to_string(vertex_count_) + ")");
-    }
-  }
-
-  // All tetrahedra at the vertices of those whose box meets the surface's, and of the front. A box
-  // lies beside the other if all its corners are on the outer side of one of the planes.
-  void find_tets_near() {
-    constexpr unsigned kNotFinite = 64;
-    std::vector<std::uint8_t> outside(tissue_.positions.size());  // bit for each plane
-    for (std::size_t v = 0; v < outside.size(); ++v) {
-      const Vector3d x = tissue_.positions[v].cast<double>();
-      unsigned bits = x.allFinite() ? 0 : kNotFinite;
-      for (int axis = 0; axis < 3; ++axis) {
-        bits |= (x[axis] < sides_.bounds().min()[axis]) << axis;
-        bits |= (x[axis] > sides_.bounds().max()[axis]) << (axis + 3);
-      }
-      outside[v] = static_cast<std::uint8_t>(bits);
-    }
-    reached_.assign(tissue_.positions.size(), 0);
-    for (std::size_t t = 0; t < tissue_.tets.size(); ++t) {
-      const auto& [a, b, c, d] = tissue_.tets[t];
-      const bool is_finite = (outside[a] | outside[b] | outside[c] | outside[d]) < kNotFinite;
-      if ((outside[a] & outside[b] & outside[c] & outside[d]) == 0 && is_finite &&
-          tissue_.tet_alive[t]) {
-        reached_[a] = reached_[b] = reached_[c] = reached_[d] = 1;
-      }
-    }
-    for (const Triangle& face : front_) {
-      reached_[face[0]] = reached_[face[1]] = reached_[face[2]] = 1;
-    }
-    for (Index t = 0; t < static_cast<Index>(tissue_.tets.size()); ++t) {
-      const auto& [a, b, c, d] = tissue_.tets[t];
-      if ((reached_[a] | reached_[b] | reached_[c] | reached_[d]) != 0 && tissue_.tet_alive[t]) {
-        near_.push_back(t);
-      }
-    }
-  }
-
   void find_vertex_sides() {
-    heights_.assign(tissue_.positions.size(), std::nan(""));
-    signs_.assign(tissue_.positions.size(), 0);
-    for (const Index t : near_) {
-      for (const Index v : tissue_.tets[t]) {
+    heights_.assign(near_.positions.size(), std::nan(""));
+    signs_.assign(near_.positions.size(), 0);
+    for (const Tet& tet : near_.tets) {
+      for (const Index v : tet) {
         if (std::isnan(heights_[v])) {
           heights_[v] = sides_.locate(position(v)).height;
           signs_[v] = sign_of(heights_[v]);
         }
       }
     }
-    for (const Index v : options_.front.vertices) {
+    for (const Index v : near_.front.vertices) {
       signs_[v] = 0;
     }
   }
@@ -194,7 +148,7 @@ class CutPlanner {
 
   // Whether the middle of a mixed tetrahedron's section lies on the surface.
   [[nodiscard]] bool is_entered(const Tet& tet) const {
-    if (!std::ranges::all_of(tet, [&](Index v) { return reached_[v] != 0; })) {
+    if (!std::ranges::all_of(tet, [&](Index v) { return near_.is_reached[v]; })) {
       return false;
     }
     std::vector<Vector3d> section;
@@ -215,10 +169,10 @@ class CutPlanner {
   // Edges of cut tetrahedra from one side to the other, after vertices next to a crossing were
   // taken to lie on the surface.
   void find_split_edges() {
-    std::vector<bool> is_snapped(tissue_.positions.size(), false);
-    is_cut_.assign(near_.size(), false);
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-      const Tet& tet = tissue_.tets[near_[i]];
+    std::vector<bool> is_snapped(near_.positions.size(), false);
+    is_cut_.assign(near_.tets.size(), false);
+    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
+      const Tet& tet = near_.tets[i];
       is_cut_[i] = is_mixed(tet) && is_entered(tet);
       if (!is_cut_[i]) {
         continue;
@@ -239,8 +193,8 @@ class CutPlanner {
         signs_[v] = 0;
       }
     }
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-      const Tet& tet = tissue_.tets[near_[i]];
+    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
+      const Tet& tet = near_.tets[i];
       is_cut_[i] = is_cut_[i] && is_mixed(tet);
       for (const auto& [j, k] : kTetEdges) {
         if (is_cut_[i] && is_crossed(tet[j], tet[k])) {
@@ -272,8 +226,8 @@ class CutPlanner {
 
   void divide() {
     std::vector<Tet> children;
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-      const Tet& tet = tissue_.tets[near_[i]];
+    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
+      const Tet& tet = near_.tets[i];
       children.assign(1, tet);
       if (is_mixed(tet)) {
         bisect_edges(tet, children);
@@ -281,7 +235,7 @@ class CutPlanner {
       const bool is_divided = children.size() > 1;
       for (const Tet& child : children) {
         const int side = is_divided && !is_cut_[i] ? 0 : side_of(child);
-        pieces_.push_back({child, near_[i], is_divided, side});
+        pieces_.push_back({child, static_cast<Index>(i), is_divided, side});
       }
     }
   }
@@ -314,8 +268,8 @@ class CutPlanner {
   }
 
   void take_whole() {
-    for (const Index t : near_) {
-      const Tet& tet = tissue_.tets[t];
+    for (Index t = 0; t < static_cast<Index>(near_.tets.size()); ++t) {
+      const Tet& tet = near_.tets[t];
       const std::array<Vector3d, 4> x{position(tet[0]), position(tet[1]), position(tet[2]),
                                       position(tet[3])};
       pieces_.push_back({tet, t, false, sign_of(sides_.locate(mean(x)).height)});
@@ -330,7 +284,7 @@ class CutPlanner {
       return true;
     }
     if (!std::ranges::all_of(face,
-                             [&](Index v) { return v >= vertex_count_ || reached_[v] != 0; })) {
+                             [&](Index v) { return v >= vertex_count_ || near_.is_reached[v]; })) {
       return false;
     }
     const std::array<Vector3d, 3> x{position(face[0]), position(face[1]), position(face[2])};
@@ -365,7 +319,7 @@ class CutPlanner {
 
   // [vertices, splits included] with pieces on both sides, or on the front: only there faces part
   [[nodiscard]] std::vector<bool> vertices_between() const {
-    const std::size_t all = tissue_.positions.size() + split_edges_.size();
+    const std::size_t all = near_.positions.size() + split_edges_.size();
     std::vector<bool> above(all, false), below(all, false);
     for (const Piece& piece : pieces_) {
       for (const Index v : piece.corners) {
@@ -511,7 +465,7 @@ class CutPlanner {
   }
 
   [[nodiscard]] std::vector<Index> sorted_front_vertices() const {
-    std::vector<Index> vertices = options_.front.vertices;
+    std::vector<Index> vertices = near_.front.vertices;
     std::sort(vertices.begin(), vertices.end());
     return vertices;
   }
@@ -532,11 +486,8 @@ class CutPlanner {
   }
 
   void move_links() {
-    for (Index l = 0; l < static_cast<Index>(tissue_.links.size()); ++l) {
-      if (!tissue_.link_alive[l]) {
-        continue;
-      }
-      const Link& link = tissue_.links[l];
+    for (Index l = 0; l < static_cast<Index>(near_.links.size()); ++l) {
+      const Link& link = near_.links[l];
       for (const Index end : {link.first, link.second}) {
         const std::span<const Part> parts = parts_of(end);
         if (parts.size() < 2) {
@@ -552,19 +503,17 @@ class CutPlanner {
     }
   }
 
-  const CutTissue& tissue_;
+  const CutNeighborhood& near_;
   const CutOptions& options_;
-  CutSides sides_;
+  const CutSides& sides_;
   Index vertex_count_;
   TopologyEdit edit_;
 
-  std::vector<std::uint8_t> reached_;  // [vertex_count] 1 if all tetrahedra there are in near_
-  std::vector<Index> near_;            // tetrahedra, ascending
-  std::vector<double> heights_;        // [vertex_count] m, of vertices near
-  std::vector<int> signs_;             // [vertex_count] of heights, 0 for snapped vertices
-  std::vector<bool> is_cut_;           // [near_]
-  std::vector<Edge> split_edges_;      // sorted; edge i has vertex vertex_count + i
-  std::vector<Piece> pieces_;          // by tetrahedron
+  std::vector<double> heights_;    // [vertex_count] m
+  std::vector<int> signs_;         // [vertex_count] of heights, 0 for snapped vertices
+  std::vector<bool> is_cut_;       // [tets]
+  std::vector<Edge> split_edges_;  // sorted; edge i has vertex vertex_count + i
+  std::vector<Piece> pieces_;      // by tetrahedron
   std::vector<std::array<Index, 4>> neighbors_;  // [pieces_] across from each corner
   std::vector<Triangle> front_;                  // as it was, each face ascending, sorted
   std::vector<PartedFace> parted_faces_;
@@ -583,7 +532,10 @@ CutPlan plan_cut(const CutTissue& tissue, const CutSurface& surface, const CutOp
   if (surface.triangles.empty()) {  // a blade that rests
     return {{}, options.front};
   }
-  return CutPlanner(tissue, surface, options).plan();
+  const CutSides sides(surface);
+  const CutNeighborhood near = find_neighborhood(tissue, sides.bounds(), options.front);
+  return with_solver_ids(CutPlanner(near, sides, options).plan(), near,
+                         static_cast<Index>(tissue.positions.size()));
 }
 
 }  // namespace pbdsurg

@@ -4,23 +4,11 @@
 /// @file
 /// Plans a cut on plain arrays.
 
-#include <Eigen/Core>
-#include <span>
-#include <vector>
-
-#include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/cut.h"
 
-namespace pbdsurg {
+#include "edit/cut_neighborhood.h"
 
-/// Tissue as a cut finds it, in the ids of a solver.
-struct CutTissue {
-  std::span<const Eigen::Vector3f> positions;  ///< [vertex_count] m
-  std::span<const Tet> tets;                   ///< [tet_count]
-  std::vector<bool> tet_alive;                 ///< [tet_count]
-  std::span<const Link> links;                 ///< [link_count]
-  std::vector<bool> link_alive;                ///< [link_count]
-};
+namespace pbdsurg {
 
 /// See the public function of this name.
 [[nodiscard]] CutPlan plan_cut(const CutTissue& tissue, const CutSurface& surface,

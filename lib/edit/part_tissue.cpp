@@ -49,7 +49,6 @@ void move_corner(SolverData& data, const CornerMove& move, EditResult& result) {
   std::ranges::replace(vertices, move.from, move.to);
   data.set_tet(move.tet, vertices, data.tet_edges[move.tet]);
   data.add_tet_at(move.to, move.tet);
-  data.set_mass(move.to, data.vertex_masses[move.to] + data.tet_masses[move.tet] / 4);
   take_from_vertex(data, move.from, move.tet, result);
   const Tet places = data.places_of(vertices);
   if (data.volumes.is_alive(move.tet)) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "edit/removal.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
@@ -71,15 +74,15 @@ void remove_tet(SolverData& data, Index tet, EditResult& result) {
 }
 
 void remove_body(SolverData& data, Index body, EditResult& result) {
+  for_each_vertex_of(data, body, [&](Index v) {
+    if (data.vertex_masses[v] > 0 && data.vertex_tets[v].empty()) {  // a particle
+      data.set_mass(v, 0);
+      result.vertices.push_back(v);
+    }
+  });
   for_each_tet_of(data, body, [&](Index t) {
     if (data.tet_alive[t]) {
       remove_tet(data, t, result);
-    }
-  });
-  for_each_vertex_of(data, body, [&](Index v) {
-    if (data.vertex_masses[v] > 0) {  // a particle
-      data.set_mass(v, 0);
-      result.vertices.push_back(v);
     }
   });
 }
@@ -87,10 +90,24 @@ void remove_body(SolverData& data, Index body, EditResult& result) {
 void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result) {
   data.remove_tet_at(vertex, tet);
   if (data.vertex_tets[vertex].empty()) {
-    data.set_mass(vertex, 0);
     result.vertices.push_back(vertex);
-  } else {
-    data.set_mass(vertex, data.vertex_masses[vertex] - data.tet_masses[tet] / 4);
+  }
+}
+
+void sum_masses(SolverData& data) {
+  std::vector<Index>& vertices = data.edit_buffer;
+  vertices.clear();
+  for (const EditJournal::Entry& entry : data.journal.tet_entries) {
+    vertices.push_back(entry.vertex);
+  }
+  std::ranges::sort(vertices);
+  const auto end = std::unique(vertices.begin(), vertices.end());
+  for (auto v = vertices.begin(); v != end; ++v) {
+    double mass = 0;
+    for (const Index tet : data.vertex_tets[*v]) {
+      mass += data.tet_masses[tet] / 4;
+    }
+    data.set_mass(*v, mass);
   }
 }
 

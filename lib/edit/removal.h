@@ -19,14 +19,19 @@ void prefetch_removals(const SolverData& data, std::span<const Index> tets);
 
 void remove_link(SolverData& data, Index link, EditResult& result);
 
-/// Removes a tetrahedron, edges that it was the last to use, and its mass.
+/// Removes a tetrahedron and edges that it was the last to use.
 void remove_tet(SolverData& data, Index tet, EditResult& result);
 
-/// A vertex loses a tetrahedron and a quarter of its mass; without any it stops.
+/// A vertex loses a tetrahedron; without any it stops.
 void take_from_vertex(SolverData& data, Index vertex, Index tet, EditResult& result);
 
 /// Removes all tissue of a body: what it came with, and what edits split off it.
 void remove_body(SolverData& data, Index body, EditResult& result);
+
+/// Vertices whose tetrahedra changed get a quarter of the mass of each that they have now: summed,
+/// for what is left after subtracting may be rounding alone where slivers remain.
+/// Cost: proportional to the tetrahedra at these vertices.
+void sum_masses(SolverData& data);
 
 /// Links and tools let go of vertices without tissue.
 void release_vertices(SolverData& data, EditResult& result);

@@ -101,7 +101,6 @@ Part add_part(SolverData& data, const NewTet& tet, const Shares& shares,
   data.set_tet(id, tet.vertices, edges);
   for (const Index v : tet.vertices) {
     data.add_tet_at(v, id);
-    data.set_mass(v, data.vertex_masses[v] + data.tet_masses[id] / 4);
   }
   Part part{id, {}, {}};
   const Tet places = data.places_of(tet.vertices);

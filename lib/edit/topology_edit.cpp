@@ -2,6 +2,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "pbdsurg/core/error.h"
@@ -19,17 +20,19 @@
 namespace pbdsurg {
 namespace {
 
+void scale_limit(SolverData& data, Index edge, float factor) {
+  if (data.strain_limits.is_alive(edge)) {
+    const float limit = data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+    data.strain_limits.set_parameter(edge, StrainLimitConstraint::kLimit, limit * factor);
+    data.log_constraint(PhaseKind::strain_limit, edge);
+  }
+}
+
 // A strain limit keeps its share of the rest length.
 void set_rest_length(SolverData& data, const RestLengthChange& change) {
   const Index distance = data.distance_ids.of_edge(change.edge);
-  if (data.strain_limits.is_alive(change.edge)) {
-    const float before = data.distances.record(distance).parameters[DistanceConstraint::kRest];
-    const float limit =
-        data.strain_limits.record(change.edge).parameters[StrainLimitConstraint::kLimit];
-    data.strain_limits.set_parameter(change.edge, StrainLimitConstraint::kLimit,
-                                     limit * (change.rest_length / before));
-    data.log_constraint(PhaseKind::strain_limit, change.edge);
-  }
+  const float before = data.distances.record(distance).parameters[DistanceConstraint::kRest];
+  scale_limit(data, change.edge, change.rest_length / before);
   data.distances.set_parameter(distance, DistanceConstraint::kRest, change.rest_length);
   data.log_constraint(PhaseKind::distance, distance);
   set_vertex_rest_length(data, distance, change.rest_length);
@@ -37,6 +40,14 @@ void set_rest_length(SolverData& data, const RestLengthChange& change) {
 
 void set_rest_volume(SolverData& data, const RestVolumeChange& change) {
   if (data.neo_hookeans.is_alive(change.tet)) {
+    // an edge has no rest length of its own: where all n tetrahedra around it change alike, n times
+    // the n-th root makes it follow their sides
+    const double ratio =
+        double{change.rest_volume} / rest_volume(data.neo_hookeans.record(change.tet));
+    for (const Index edge : data.tet_edges[change.tet]) {
+      scale_limit(data, edge,
+                  static_cast<float>(std::pow(ratio, 1.0 / (3 * data.edge_tets[edge]))));
+    }
     set_rest_volume(data.neo_hookeans, change.tet, change.rest_volume);
     data.log_constraint(PhaseKind::neo_hookean, change.tet);
   } else {
@@ -116,6 +127,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   }
   move_corners(data, edit, result);
   replace_parents(data, edit, result);
+  sum_masses(data);
   release_vertices(data, result);
   add_bodies(data, edit.new_bodies);
   for (const Link& link : edit.new_links) {

@@ -64,6 +64,12 @@ class DistanceIds {
     edges_of_later_.reserve(edges_of_later_.size() + edges + links);
   }
 
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return (later_edges_.capacity() + later_links_.capacity() + edges_of_later_.capacity()) *
+           sizeof(Index);
+  }
+
  private:
   Index first_edges_ = 0, first_links_ = 0;
   std::vector<Index> later_edges_, later_links_;  // distances

@@ -5,6 +5,7 @@
 /// Which tetrahedron projects an edge, in a joint plan.
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,14 @@ class EdgeOwners {
 
   /// Takes back all that was handed over since begin_edit().
   void undo() noexcept;
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return (owners_.capacity() + tets_around_.offsets.capacity() +
+            tets_around_.entries.capacity()) *
+               sizeof(Index) +
+           journal_.capacity() * sizeof(Before);
+  }
 
  private:
   struct Before {

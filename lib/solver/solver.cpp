@@ -269,7 +269,9 @@ std::size_t Solver::memory_bytes() const noexcept {
   return state_bytes +
          bytes_of(data.place_of_vertex, data.previous, data.tets, data.edges, data.links,
                   data.tet_edges, data.edge_tets, data.tet_masses, data.vertex_masses,
-                  data.constraint_phases) +
+                  data.constraint_phases, data.later_vertex_bodies, data.later_tet_bodies) +
+         data.vertex_tets.memory_bytes() + data.vertex_links.memory_bytes() +
+         data.distance_ids.memory_bytes() + data.edge_owners.memory_bytes() +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
          data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes() +

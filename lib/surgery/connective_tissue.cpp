@@ -11,6 +11,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
+#include "mesh/check_positive.h"
 #include "mesh/describe.h"
 #include "mesh/segment_crossing.h"
 
@@ -19,13 +20,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-void check_positive(const char* what, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(std::string(what) + " is " + describe(value) + unit +
-                          "; it must be positive and finite");
-  }
-}
 
 void check(const StrandOptions& options) {
   if (options.segments < 1) {
@@ -85,16 +79,16 @@ Index find_torn_link(const Strand& strand, std::span<const Vector3f> ends) {
 }
 
 bool crosses(const BladeSweep& blade, const Vector3f& first, const Vector3f& second) {
-  Eigen::AlignedBox3f link(first), sweep(blade.now[0]);
+  Eigen::AlignedBox3f link(first), sweep(blade.now.first);
   link.extend(second);
-  sweep.extend(blade.now[1]).extend(blade.before[0]).extend(blade.before[1]);
+  sweep.extend(blade.now.second).extend(blade.before.first).extend(blade.before.second);
   if (!link.intersects(sweep)) {
     return false;
   }
   const Vector3d a = first.cast<double>(), b = second.cast<double>();
-  const std::array<Vector3d, 4> corners{blade.before[0].cast<double>(),
-                                        blade.before[1].cast<double>(), blade.now[1].cast<double>(),
-                                        blade.now[0].cast<double>()};
+  const std::array<Vector3d, 4> corners{
+      blade.before.first.cast<double>(), blade.before.second.cast<double>(),
+      blade.now.second.cast<double>(), blade.now.first.cast<double>()};
   return segment_crosses(a, b, corners[0], corners[1], corners[2]) ||
          segment_crosses(a, b, corners[0], corners[2], corners[3]);
 }
@@ -113,8 +107,8 @@ Index find_cut_link(const Strand& strand, std::span<const Vector3f> ends,
 
 void check(std::span<const BladeSweep> blades) {
   for (std::size_t i = 0; i < blades.size(); ++i) {
-    for (const auto& edge : {blades[i].before, blades[i].now}) {
-      if (!edge[0].allFinite() || !edge[1].allFinite()) {
+    for (const BladeEdge& edge : {blades[i].before, blades[i].now}) {
+      if (!edge.first.allFinite() || !edge.second.allFinite()) {
         throw InvalidArgument("blade " + std::to_string(i) + " is not finite");
       }
     }

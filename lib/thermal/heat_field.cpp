@@ -9,15 +9,10 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "mesh/check_positive.h"
+
 namespace pbdsurg {
 namespace {
-
-void check_positive(const char* what, double value) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) +
-                          "; it must be positive and finite");
-  }
-}
 
 // Conductance of the six edges of a tetrahedron: -k V grad N_i . grad N_j, W/K.
 std::array<double, 6> edge_conductances(std::span<const Eigen::Vector3d> x, const Tet& tet,
@@ -50,9 +45,9 @@ HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const 
       temperatures_(rest_positions_.size(), kBodyTemperature),
       peaks_(temperatures_),
       water_(rest_positions_.size(), 1.0) {
-  check_positive("tissue density", tissue.density);
-  check_positive("tissue specific heat", tissue.specific_heat);
-  check_positive("tissue conductivity", tissue.conductivity);
+  check_positive("tissue density", tissue.density, " kg/m^3");
+  check_positive("tissue specific heat", tissue.specific_heat, " J/(kg K)");
+  check_positive("tissue conductivity", tissue.conductivity, " W/(m K)");
   if (!(tissue.water_fraction >= 0) || !(tissue.water_fraction <= 1)) {
     throw InvalidArgument("tissue water fraction is " + std::to_string(tissue.water_fraction) +
                           "; it must be in [0, 1]");
@@ -227,7 +222,7 @@ void HeatField::boil(Index vertex) {
 }
 
 void HeatField::step(double dt, std::span<const HeatSource> sources) {
-  check_positive("dt", dt);
+  check_positive("dt", dt, " s");
   for (const HeatSource& source : sources) {
     if (source.vertex < 0 || source.vertex >= static_cast<Index>(temperatures_.size())) {
       throw InvalidArgument("heat source at vertex " + std::to_string(source.vertex) +

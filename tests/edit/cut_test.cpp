@@ -31,7 +31,14 @@ CutPlan plan_with_front(const EditModel& model, const CutSurface& surface,
   for (const Vector3d& x : model.positions) {
     positions.push_back(x.cast<float>());
   }
-  return plan_cut({positions, model.tets, model.alive, model.links,
+  VertexLists vertex_tets;
+  vertex_tets.resize(static_cast<Index>(positions.size()));
+  for (std::size_t t = 0; t < model.tets.size(); ++t) {
+    for (std::size_t k = 0; k < 4 && model.alive[t]; ++k) {
+      vertex_tets.insert(model.tets[t][k], static_cast<Index>(t));
+    }
+  }
+  return plan_cut({positions, model.tets, vertex_tets, model.alive, model.links,
                    std::vector<bool>(model.links.size(), true)},
                   surface, options);
 }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
@@ -17,6 +19,22 @@ namespace pbdsurg {
 using testing::EditScene;
 using testing::EditTrial;
 
+namespace {
+
+// With each number replaced by 1.
+std::string with_ones(const std::string& text) {
+  std::string ones;
+  for (const char letter : text) {
+    const bool is_digit = letter >= '0' && letter <= '9';
+    if (!is_digit || ones.empty() || ones.back() != '1') {
+      ones += is_digit ? '1' : letter;
+    }
+  }
+  return ones;
+}
+
+}  // namespace
+
 // Would catch whatever an edit forgets, doubles or leaves behind, in any plan. scripts/soak goes on
 // with other seeds.
 TEST_CASE("edit equivalence: after any edits all is as if made of what is left", "[property]") {
@@ -27,6 +45,67 @@ TEST_CASE("edit equivalence: after any edits all is as if made of what is left",
   }
 }
 
+// Would catch the same, and what the steps between edits see of it, with threads and vector
+// registers: each state is that of the serial backend, bit for bit.
+TEST_CASE("edit equivalence: threads keep the serial bits through any edits", "[property]") {
+  for (std::uint64_t seed = 0; seed < PBDSURG_EDIT_TRIALS / 10; ++seed) {
+    const std::string wrong =
+        testing::run_edit_trial(testing::bytes_of_trial(seed), BackendKind::threaded);
+    INFO("seed " << seed);
+    REQUIRE(wrong == "");
+  }
+}
+
+// Would catch a rule that no longer refuses what it is for, or that no bad edit tries.
+TEST_CASE("edit equivalence: bad edits break each rule, and change nothing", "[property]") {
+  std::set<std::string> rules{
+      "does not exist; ids must be in",
+      "was removed before",
+      "is listed twice in one edit",
+      "; it must be positive and finite",
+      "belongs to a Neo-Hookean body",
+      "belongs to a body without volume constraints",
+      "; ids must be in",
+      ", which no tetrahedron has",
+      "of different bodies",
+      ": the share is",
+      ", which is no new copy of it",
+      "tet 1 is moved twice",
+      "link 1 is moved twice",
+      "tet 1 is moved and removed",
+      "link 1 is moved and removed",
+      "has no corner at vertex",
+      "has no end at vertex",
+      "is moved or removed by the same edit",
+      "refers to a vertex that does not exist",
+      "has a vertex that is neither a corner of",
+      "of the volume of tet",
+      "they must fill it",
+      "would have no tetrahedron",
+      "to itself",
+      "has rest length",
+      ": fraction is",
+      ": compliance is",
+      ", which has no tissue left to hold it",
+      "is null or takes part already",
+  };
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    const std::vector<std::uint8_t> bytes = testing::random_bytes(seed, 1000);
+    testing::Choices choices(bytes);
+    const EditScene& scene = choices.one_of(testing::edit_scenes());
+    EditTrial trial(scene, testing::edit_options(scene)[0]);
+    trial.edit(choices);
+    for (int i = 0; i < 10; ++i) {
+      INFO("seed " << seed << ", edit " << i);
+      REQUIRE(trial.try_bad_edit(choices) == "");
+      const std::string refusal = with_ones(trial.refusal());
+      std::erase_if(
+          rules, [&](const std::string& rule) { return refusal.find(rule) != std::string::npos; });
+    }
+  }
+  CHECK(rules == std::set<std::string>{});
+}
+
 // Would catch the same where plans have domains, which small scenes have not.
 TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
   const TetMesh mesh = testing::make_box({24, 18, 15}, 2e-3, 0.1);
@@ -34,7 +113,7 @@ TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
   block.scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   const std::vector<std::uint8_t> bytes = testing::random_bytes(GENERATE(1, 2), 1000);
   testing::Choices choices(bytes);
-  EditTrial trial(block, {.composition = PlanComposition::nested});
+  EditTrial trial(block, {.math = MathMode::strict, .composition = PlanComposition::nested});
   const auto levels = trial.solver().plan().phases.back().level;
   REQUIRE(levels > 0);
   while (!choices.is_spent()) {
@@ -45,28 +124,38 @@ TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
   CHECK(trial.difference() == "");
 }
 
-// Would catch what piles up edit by edit: memory, phases, masses that rounding leaves behind.
+// Would catch what piles up edit by edit: memory, phases, masses that rounding leaves behind; and
+// an undo that fails where little or nothing is left.
 TEST_CASE("edit equivalence: an organ is deleted tetrahedron by tetrahedron", "[property]") {
   OrganRecipe recipe = organ_recipe(Organ::liver);
-  recipe.options.vertex_count = 400;
+  recipe.options.vertex_count = PBDSURG_EDIT_TRIALS / 4;
   const TetMesh mesh = tetrahedralize(recipe.shape, recipe.options).mesh;
   EditScene organ{"organ", {}, mesh};
   organ.scene.add_body("organ", mesh, elastic_material(mesh, 1000, 20e3));
   organ.scene.fix_vertices(0, std::vector<Index>{0, 1, 2});
   const PlanComposition composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
-  EditTrial trial(
-      organ,
-      {.substeps = 2, .backend = BackendKind::threaded, .threads = 2, .composition = composition});
+  EditTrial trial(organ, {.substeps = 2,
+                          .backend = BackendKind::threaded,
+                          .math = MathMode::strict,
+                          .threads = 2,
+                          .composition = composition});
   std::vector<Index> order(static_cast<std::size_t>(mesh.tet_count()));
   std::iota(order.begin(), order.end(), Index{0});
   std::sort(order.begin(), order.end(),
             [](Index a, Index b) { return random_bits(9, a) < random_bits(9, b); });
   const std::size_t memory = trial.solver().memory_bytes();
-  int edits = 0;
-  for (const Index tet : order) {
-    trial.edit({.remove_tets = {tet}});
-    REQUIRE(trial.step() == "");
-    if (++edits % 100 == 0) {
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const TopologyEdit edit{.remove_tets = {order[i]}};
+    const std::size_t left = order.size() - i;
+    if (left % 500 == 0 || left < 10) {
+      REQUIRE(trial.edit_and_undo(edit) == "");
+      REQUIRE(trial.edit_and_undo(edit, true) == "");
+    }
+    trial.edit(edit);
+    if (left % 10 == 0 || left < 100) {
+      REQUIRE(trial.step() == "");
+    }
+    if (left % 1000 == 0) {
       REQUIRE(trial.difference() == "");
     }
   }

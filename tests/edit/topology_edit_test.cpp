@@ -2,6 +2,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -302,6 +303,68 @@ TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]
   apply_edit(solver, {.rest_lengths = {{2, half}}});
   CHECK(solver_data(solver).strain_limits.record(2).parameters[StrainLimitConstraint::kLimit] ==
         Approx(1.5 * half));
+}
+
+// Would catch limits of Neo-Hookean tissue that keep it as large as it was, or follow a tetrahedron
+// that changes alone as far as if all around the edge did.
+TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest volume", "[unit]") {
+  Scene scene;
+  scene.add_body("solid", testing::make_box({2, 2, 2}, 4e-3, 0.1),
+                 {.model = ElasticModel::neo_hookean, .max_stretch = 1.2F});
+  Solver solver(scene);
+  const SolverData& data = solver_data(solver);
+  const auto limit = [&](Index edge) {
+    return data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+  };
+  std::vector<float> before;
+  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+    before.push_back(limit(static_cast<Index>(e)));
+  }
+  TopologyEdit all, one{.rest_volumes = {{5, 0.5F * 0.729F * solver.rest_volume(5)}}};
+  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
+    all.rest_volumes.push_back({t, 0.729F * solver.rest_volume(t)});
+  }
+  apply_edit(solver, all);
+  for (std::size_t e = 0; e < before.size(); ++e) {
+    REQUIRE(limit(static_cast<Index>(e)) == Approx(0.9F * before[e]));
+  }
+  apply_edit(solver, one);
+  for (std::size_t e = 0; e < before.size(); ++e) {
+    const bool is_of_tet = std::ranges::count(data.tet_edges[5], static_cast<Index>(e)) > 0;
+    const double share = is_of_tet ? 1.0 / data.edge_tets[e] : 0;
+    REQUIRE(limit(static_cast<Index>(e)) ==
+            Approx(0.9 * before[e] * std::pow(0.5, share / 3)).epsilon(1e-5));
+  }
+}
+
+// Would catch masses that are kept up by subtracting: what is left of a vertex when all but a
+// sliver of a sliver goes would be rounding, or nothing.
+TEST_CASE("topology edit: a sliver of slivers has the mass that it would have alone", "[unit]") {
+  Scene scene;
+  scene.add_body("tet",
+                 TetMesh({{0, 0, 0}, {1e-2, 0, 0}, {0, 1e-2, 0}, {0, 0, 1e-2}}, {{0, 1, 2, 3}}));
+  Solver solver(scene);
+  const SolverData& data = solver_data(solver);
+  constexpr int kSplits = 8;
+  Index sliver = 0, end = 1;
+  for (int i = 0; i < kSplits; ++i) {
+    const Index middle = solver.vertex_count();
+    TopologyEdit edit{.new_vertices = {{0, end, 0.01F}}, .new_tets = {{sliver, {0, middle, 2, 3}}}};
+    edit.new_tets.push_back({sliver, {middle, end, 2, 3}});
+    sliver = apply_edit(solver, edit).first_new_tet;
+    end = middle;
+  }
+  const double mass = data.tet_masses[sliver];
+  CHECK(mass == Approx(1000.0 / 6e6 * std::pow(0.01, kSplits)).epsilon(1e-5));
+  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
+    if (t != sliver && solver.is_tet_alive(t)) {
+      apply_edit(solver, {.remove_tets = {t}});
+    }
+  }
+  for (const Index v : data.tets[sliver]) {
+    CHECK(data.vertex_masses[v] == mass / 4);
+    CHECK(data.particle(v).w == static_cast<float>(4 / mass));
+  }
 }
 
 // Would catch half an edit: after each refusal the state must be what it was, and step alike.

@@ -4,52 +4,49 @@
 /// @file
 /// An edited scene as plainly as can be, to compare a solver with.
 
-#include <string>
+#include <Eigen/Core>
+#include <map>
 #include <vector>
 
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/thermal/heat_field.h"
 
 namespace pbdsurg::testing {
 
-/// Knows what is alive and its rest values, and finds all else afresh whenever it is asked: edges,
-/// masses, constraints, surface. Nothing is kept up, so nothing can lag behind.
-class LiveModel {
- public:
-  /// @param solver  of the scene, not edited; the scene must outlive the model
-  LiveModel(const Scene& scene, const Solver& solver);
+/// What an edited scene is made of. Edges are known by their vertices; what follows from live
+/// tetrahedra (masses, constraints, surfaces, pieces) is not kept, so it cannot lag behind: see
+/// model_difference.h.
+struct LiveModel {
+  explicit LiveModel(const Scene& scene);
 
-  /// @param edit  that the solver accepted
-  void apply(const TopologyEdit& edit);
+  /// @param solver  before the edit, which it accepts
+  void apply(const Solver& solver, const TopologyEdit& edit);
 
-  /// What of a solver is not as it must be, the first of it, in words; empty if all is. It sees
-  /// topology, masses, every constraint with its vertices and parameters, colours and phases, who
-  /// owns edges in a joint plan, and the surface.
-  /// Cost: O(n log n) in the scene.
-  [[nodiscard]] std::string difference(const Solver& solver) const;
+  [[nodiscard]] Index vertex_count() const { return static_cast<Index>(points.size()); }
+  [[nodiscard]] const Body& body_of_tet(Index tet) const { return scene->body(tet_bodies[tet]); }
 
-  /// The same of a heat field that followed the edits of a body and has not been heated: heat must
-  /// spread as in one that is made of what is left.
-  /// @param mesh  the body's rest mesh
-  [[nodiscard]] std::string difference(const HeatField& field, const TetMesh& mesh,
-                                       const TissueProperties& tissue, Index body) const;
-
-  /// The same of the surface of a body, and of the pieces of all.
-  [[nodiscard]] std::string difference(const LiveSurface& surface, const Solver& solver,
-                                       Index body) const;
-  [[nodiscard]] std::string difference(const LivePieces& pieces, const Solver& solver) const;
+  const Scene* scene;                   // must outlive this
+  std::vector<Eigen::Vector3d> points;  // [vertex_count] m, at rest
+  std::vector<Index> vertex_bodies;     // [vertex_count]
+  std::vector<bool> is_fixed;           // [vertex_count]
+  std::vector<Tet> tets;                // [tet_count]
+  std::vector<bool> tet_alive;          // [tet_count]
+  std::vector<Index> tet_bodies;        // [tet_count]
+  std::vector<float> rest_volumes;      // [tet_count] m^3
+  std::vector<Link> links;              // [link_count]
+  std::vector<bool> link_alive;         // [link_count] unless an end has lost its tissue
+  std::map<Edge, float> rest_lengths;   // m, of edges that are or were
+  std::map<Edge, float> limits;         // m, the same where stretch is limited
 
  private:
-  const Scene* scene_;
-  std::vector<bool> tet_alive_, link_alive_;
-  std::vector<bool> body_removed_;   // [body_count] as a whole
-  std::vector<float> rest_lengths_;  // [edge_count] m
-  std::vector<float> rest_volumes_;  // [tet_count] m^3
+  void change_volume(const RestVolumeChange& change);
+  void move_corner(const CornerMove& move);
+  void add_tet(const NewTet& tet, const TopologyEdit& edit, Index first_new_vertex);
 };
+
+/// An edge by its vertices, smaller first.
+[[nodiscard]] Edge edge_between(Index a, Index b);
 
 }  // namespace pbdsurg::testing

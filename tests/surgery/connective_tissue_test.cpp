@@ -181,7 +181,7 @@ TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[propert
   const Vector3d way(10e-3, 10e-3 * (random(5) - 0.5), 1e-3 * (random(6) - 0.5));
   const auto blade_at = [&](double share) {
     const Vector3d start = corner + share * way;
-    return std::array<Vector3f, 2>{start.cast<float>(), (start + edge).cast<float>()};
+    return BladeEdge{start.cast<float>(), (start + edge).cast<float>()};
   };
 
   std::set<Index> expected;  // strands
@@ -353,7 +353,7 @@ TEST_CASE("connective tissue: bad values are refused by name, and nothing is joi
   CHECK_THROWS_WITH(tissue.separate(earlier), ContainsSubstring("before making a solver"));
   Solver solver(scene);
   BladeSweep blade{{Vector3f::Zero(), Vector3f::Ones()}, {Vector3f::Zero(), Vector3f::Ones()}};
-  blade.now[1].x() = std::numeric_limits<float>::infinity();
+  blade.now.second.x() = std::numeric_limits<float>::infinity();
   CHECK_THROWS_WITH(tissue.separate(solver, std::span(&blade, 1)),
                     ContainsSubstring("blade 0 is not finite"));
   CHECK(tissue.whole_count() == 1);

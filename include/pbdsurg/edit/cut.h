@@ -29,6 +29,12 @@ struct BladeEdge {
   Eigen::Vector3f second;  ///< m, world
 };
 
+/// That edge on its way from one instant to another: two triangles.
+struct BladeSweep {
+  BladeEdge before;
+  BladeEdge now;
+};
+
 /// What a blade sweeps: two triangles between each two instants. Left out are those without area,
 /// as from a blade that rests or slides along itself, and those that turn back on the way before,
 /// as from a trembling hand: by more than 150 degrees.
@@ -91,8 +97,10 @@ struct CutPlan {
 ///
 /// A blade that goes on gives each plan what it swept since the one before, and the front of that,
 /// where the cut goes on although tissue has moved. Sweeping again what it swept before would cut
-/// anew what has moved across it, and may loosen crumbs. Tissue that passes the blade from one plan
-/// to the next, faster than the blade, is not cut.
+/// anew what has moved across it, and may loosen crumbs. Tissue is taken where it lies: what passes
+/// the blade from one plan to the next, faster than that moves, is not cut. Where tissue moves and
+/// the blade hardly does, add to the blade's way the tissue's, turned round: sweep from where the
+/// blade would have been before, had it moved with the tissue near it, to where it is.
 ///
 /// Links are not cut. Those at a vertex that is split go to the copy on that side of the surface
 /// on which their middle lies.
@@ -100,7 +108,8 @@ struct CutPlan {
 /// The edit is for apply_edit() before anything else happens to the solver. Tetrahedra with a
 /// vertex that is not finite are not cut.
 ///
-/// Cost: O(vertices + tets) to find what is near, then vertices near the surface times triangles.
+/// Cost: some nanoseconds for each vertex and tetrahedron to find what is near, then vertices near
+/// the surface times triangles.
 /// @param copy  the one whose positions count
 /// @return  an empty edit and the front given if there is no triangle: the blade rested
 /// @throws InvalidArgument  naming the vertex of the front or the point that is not finite or does

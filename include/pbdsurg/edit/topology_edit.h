@@ -21,7 +21,9 @@ struct RestLengthChange {
 };
 
 /// A new rest volume of a live tetrahedron of a body with volume constraints or of a Neo-Hookean
-/// body, whose rest shape is then scaled evenly.
+/// body, whose rest shape is then scaled evenly. Strain limits of such a body follow: each of the n
+/// tetrahedra around an edge scales its limit by the n-th root of what it scales its own sides by,
+/// so that the limit follows in full where all change alike.
 struct RestVolumeChange {
   Index tet;
   float rest_volume;  ///< m^3, positive and finite

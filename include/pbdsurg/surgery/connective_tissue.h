@@ -5,7 +5,6 @@
 /// Connective tissue between organs: strands that stretch, tear, and are cut or burnt apart.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,6 +13,7 @@
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/edit/cut.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/scene.h"
@@ -61,12 +61,6 @@ struct StrandEvent {
   Index link;  ///< of the solver, where it parted first; kInvalidIndex after a compaction
   StrandLoss cause;
   std::uint64_t topology_version;  ///< of the edit
-};
-
-/// A blade's straight edge on its way from one place to another, as two triangles.
-struct BladeSweep {
-  std::array<Eigen::Vector3f, 2> before;  ///< m, its ends
-  std::array<Eigen::Vector3f, 2> now;     ///< m
 };
 
 /// Strands between organs, and what became of them. Deterministic.

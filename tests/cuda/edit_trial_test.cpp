@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/edit_trial.h"
+
+#include <cstdint>
+#include <string>
+
+#include "support/catch.h"
+
+namespace pbdsurg {
+
+// Would catch a device that misses anything of an edit or its undo, in steps between any of them:
+// stream, graph and cluster in turn, each state that of the serial backend, bit for bit.
+TEST_CASE("cuda edits: any edits leave the serial bits", "[device]") {
+  constexpr std::uint64_t kTrials = 300;
+  for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
+    const std::string wrong =
+        testing::run_edit_trial(testing::bytes_of_trial(seed), BackendKind::cuda);
+    INFO("seed " << seed);
+    REQUIRE(wrong == "");
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/edit_maker.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "solver/solver_data.h"
+#include "support/cuts.h"
+
+namespace pbdsurg::testing {
+namespace {
+
+constexpr Stiffness kLink{0.5F, 1e-3F};
+
+}  // namespace
+
+CutPlan make_cut(const Solver& solver, const CutFront& front, Choices& choices) {
+  const auto is_alive = [&](Index t) { return solver.is_tet_alive(t); };
+  const std::vector<Index> tets = find_all(solver.tets().size(), is_alive);
+  if (tets.empty()) {
+    return {};
+  }
+  const std::vector<Eigen::Vector3f> x = solver.positions();
+  const Tet& tet = solver.tets()[choices.one_of(tets)];
+  const Eigen::Vector3f middle = (x[tet[0]] + x[tet[1]] + x[tet[2]] + x[tet[3]]) / 4;
+  const float edge = std::max((x[tet[1]] - x[tet[0]]).norm(), (x[tet[2]] - x[tet[3]]).norm());
+  const auto direction = [&] {
+    Eigen::Vector3f way;
+    for (int axis = 0; axis < 3; ++axis) {
+      way[axis] = static_cast<float>(choices.share() - 0.5);
+    }
+    const float length = edge * static_cast<float>(1 + 3 * choices.share());
+    return Eigen::Vector3f(length * (way + Eigen::Vector3f::Constant(1e-3F)).normalized());
+  };
+  const Eigen::Vector3f along = direction(), way = direction();
+  const auto blade_at = [&](const Eigen::Vector3f& center) {
+    return BladeEdge{center - along / 2, center + along / 2};
+  };
+  const std::array instants{blade_at(middle - way / 2), blade_at(middle + way / 2)};
+  CutOptions options{
+      .style = choices.below(3) == 0 ? CutStyle::along_faces : CutStyle::through_tets,
+      .snap = choices.one_of(std::array{0.05F, 0.2F, 0.4F}),
+      .front = front};
+  return plan_cut(solver, sweep_blade(instants), options);
+}
+
+EditMaker::EditMaker(const Solver& solver, Choices& choices, TopologyEdit edit)
+    : solver_(solver), choices_(choices), edit_(std::move(edit)), uses_(solver.tets().size()) {
+  for (const Index t : edit_.remove_tets) {
+    uses_[t] = Use::gone;
+  }
+  for (const CornerMove& move : edit_.corner_moves) {
+    uses_[move.tet] = Use::moved;
+  }
+  for (const NewTet& tet : edit_.new_tets) {
+    uses_[tet.parent] = Use::gone;
+  }
+}
+
+void EditMaker::add() {
+  switch (choices_.below(8)) {
+    case 0:
+    case 1:
+      remove_tets();
+      break;
+    case 2:
+      remove_links();
+      break;
+    case 3:
+      change_rest_lengths();
+      break;
+    case 4:
+      change_rest_volumes();
+      break;
+    case 5:
+    case 6:
+      part_vertex();
+      break;
+    default:
+      split_edge();
+  }
+}
+
+std::vector<Index> EditMaker::free_tets() const {
+  return find_all(uses_.size(),
+                  [&](Index t) { return solver_.is_tet_alive(t) && uses_[t] == Use::none; });
+}
+
+std::vector<Index> EditMaker::tets_at(Index vertex) const {
+  return find_all(uses_.size(), [&](Index t) {
+    return solver_.is_tet_alive(t) && has_corner(solver_.tets()[t], vertex);
+  });
+}
+
+bool EditMaker::is_link_free(Index link) const {
+  return solver_.is_link_alive(link) && std::ranges::count(edit_.remove_links, link) == 0 &&
+         std::ranges::count(edit_.link_moves, link, &LinkMove::link) == 0;
+}
+
+Index EditMaker::add_vertex(Index first, Index second, float share) {
+  edit_.new_vertices.push_back({first, second, share});
+  return solver_.vertex_count() + static_cast<Index>(edit_.new_vertices.size()) - 1;
+}
+
+// A few, or all around a vertex.
+void EditMaker::remove_tets() {
+  std::vector<Index> tets = free_tets();
+  if (tets.empty()) {
+    return;
+  }
+  if (choices_.below(3) == 0) {
+    const Index vertex = solver_.tets()[choices_.one_of(tets)][choices_.below(4)];
+    std::erase_if(tets, [&](Index t) { return !has_corner(solver_.tets()[t], vertex); });
+  } else {
+    tets = pick_some(std::move(tets), 6, choices_);
+  }
+  for (const Index t : tets) {
+    edit_.remove_tets.push_back(t);
+    uses_[t] = Use::gone;
+  }
+}
+
+void EditMaker::remove_links() {
+  const auto is_free = [&](Index l) { return is_link_free(l); };
+  for (const Index l : pick_some(find_all(solver_.links().size(), is_free), 3, choices_)) {
+    edit_.remove_links.push_back(l);
+  }
+}
+
+void EditMaker::change_rest_lengths() {
+  const SolverData& data = solver_data(solver_);
+  const auto is_spring = [&](Index e) {
+    return data.distances.is_alive(data.distance_ids.of_edge(e));
+  };
+  edit_.rest_lengths.clear();
+  for (const Index e : pick_some(find_all(data.edges.size(), is_spring), 5, choices_)) {
+    const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
+    edit_.rest_lengths.push_back({e, factor * solver_.rest_length(e)});
+  }
+}
+
+void EditMaker::change_rest_volumes() {
+  const SolverData& data = solver_data(solver_);
+  const auto has_volume = [&](Index t) {
+    return data.volumes.is_alive(t) || data.neo_hookeans.is_alive(t);
+  };
+  edit_.rest_volumes.clear();
+  for (const Index t : pick_some(find_all(data.tets.size(), has_volume), 5, choices_)) {
+    const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
+    edit_.rest_volumes.push_back({t, factor * solver_.rest_volume(t)});
+  }
+}
+
+// What is around a vertex goes with it or with one of a few copies, links there, too.
+void EditMaker::part_vertex() {
+  std::vector<Index> tets = free_tets();
+  if (tets.empty()) {
+    return;
+  }
+  const Index vertex = solver_.tets()[choices_.one_of(tets)][choices_.below(4)];
+  std::array<Index, 3> holders{vertex, kInvalidIndex, kInvalidIndex};
+  const Index holder_count = 2 + choices_.below(2);
+  for (const Index t : tets_at(vertex)) {
+    const auto is_this = [&](const CornerMove& move) {
+      return move.tet == t && move.from == vertex;
+    };
+    const Index holder = choices_.below(holder_count);
+    if (holder == 0 || uses_[t] == Use::gone || std::ranges::any_of(edit_.corner_moves, is_this)) {
+      continue;
+    }
+    if (holders[holder] == kInvalidIndex) {
+      holders[holder] = add_vertex(vertex, vertex, 0);
+    }
+    edit_.corner_moves.push_back({t, vertex, holders[holder]});
+    uses_[t] = Use::moved;
+  }
+  for (Index l = 0; l < static_cast<Index>(solver_.links().size()); ++l) {
+    const Link& link = solver_.links()[l];
+    if (is_link_free(l) && (link.first == vertex || link.second == vertex)) {
+      const Index holder = choices_.below(holder_count);
+      if (holder > 0 && holders[holder] != kInvalidIndex) {
+        edit_.link_moves.push_back({l, vertex, holders[holder]});
+      }
+    }
+  }
+}
+
+// All tetrahedra around an edge are bisected, and sometimes part there.
+void EditMaker::split_edge() {
+  const std::vector<Index> tets = free_tets();
+  if (tets.empty()) {
+    return;
+  }
+  const Tet& tet = solver_.tets()[choices_.one_of(tets)];
+  const auto [i, j] = choices_.one_of(kTetEdges);
+  const Index a = tet[i], b = tet[j];
+  std::vector<Index> ring = tets_at(a);
+  std::erase_if(ring, [&](Index t) { return !has_corner(solver_.tets()[t], b); });
+  if (std::ranges::any_of(ring, [&](Index t) { return uses_[t] != Use::none; })) {
+    return;
+  }
+  const float share = choices_.one_of(std::array{0.1F, 0.3F, 0.5F, 0.6F, 0.9F});
+  const Index near_a = add_vertex(a, b, share);
+  const Index near_b = choices_.below(3) == 0 ? add_vertex(a, b, share) : near_a;
+  for (const Index t : ring) {
+    for (const auto& [gone, middle] : {std::pair(b, near_a), std::pair(a, near_b)}) {
+      NewTet part{t, solver_.tets()[t]};
+      std::ranges::replace(part.vertices, gone, middle);
+      edit_.new_tets.push_back(part);
+    }
+    uses_[t] = Use::gone;
+  }
+}
+
+// Between what has tissue whatever the edit does, or comes with it.
+void EditMaker::add_links() {
+  std::vector<Index> ends = find_all(static_cast<std::size_t>(solver_.vertex_count()),
+                                     [&](Index v) { return solver_.has_tissue(v); });
+  std::vector<bool> may_stop(static_cast<std::size_t>(solver_.vertex_count()));
+  for (std::size_t t = 0; t < uses_.size(); ++t) {
+    for (const Index v : solver_.tets()[t]) {
+      may_stop[v] = may_stop[v] || uses_[t] != Use::none;
+    }
+  }
+  std::erase_if(ends, [&](Index v) { return may_stop[v]; });
+  for (std::size_t i = 0; i < edit_.new_vertices.size(); ++i) {
+    ends.push_back(solver_.vertex_count() + static_cast<Index>(i));
+  }
+  for (Index count = choices_.below(3); count >= 0; --count) {
+    const std::vector<Index> pair = pick_some(ends, 2, choices_);
+    if (pair.size() == 2) {
+      edit_.new_links.push_back({pair[0], pair[1], 2e-3F, kLink});
+    }
+  }
+}
+
+}  // namespace pbdsurg::testing

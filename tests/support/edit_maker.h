@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Random good edits, of everything that an edit can hold.
+
+#include <vector>
+
+#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/choices.h"
+
+namespace pbdsurg::testing {
+
+/// A cut by a random blade near tissue that is there, or the same blade's further way.
+[[nodiscard]] CutPlan make_cut(const Solver& solver, const CutFront& front, Choices& choices);
+
+/// Puts an edit together that its solver accepts: what one part of it takes, no other touches.
+class EditMaker {
+ public:
+  /// @param edit  a good one, to which more is added
+  EditMaker(const Solver& solver, Choices& choices, TopologyEdit edit = {});
+
+  /// Adds some change of a random kind, but links.
+  void add();
+
+  /// Adds links, to new vertices, too: last, for what they hold on to must stay.
+  void add_links();
+
+  [[nodiscard]] const TopologyEdit& edit() const { return edit_; }
+
+ private:
+  enum class Use : unsigned char { none, moved, gone };
+
+  [[nodiscard]] std::vector<Index> free_tets() const;
+  [[nodiscard]] std::vector<Index> tets_at(Index vertex) const;
+  [[nodiscard]] bool is_link_free(Index link) const;
+  Index add_vertex(Index first, Index second, float share);
+  void remove_tets();
+  void remove_links();
+  void change_rest_lengths();
+  void change_rest_volumes();
+  void part_vertex();
+  void split_edge();
+
+  const Solver& solver_;
+  Choices& choices_;
+  TopologyEdit edit_;
+  std::vector<Use> uses_;  // [tet_count]
+};
+
+}  // namespace pbdsurg::testing

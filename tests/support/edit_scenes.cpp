@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/edit_scenes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
+#include "pbdsurg/core/random.h"
+
+#include "support/meshes.h"
+
+namespace pbdsurg::testing {
+namespace {
+
+constexpr double kEdge = 4e-3;  // m
+constexpr Stiffness kLink{0.5F, 1e-3F};
+
+Index index_of(std::size_t i) {
+  return static_cast<Index>(i);
+}
+
+// A box of which some tetrahedra were split around a vertex within, again and again: vertices have
+// from three to many neighbours.
+TetMesh make_irregular_mesh(int splits, std::uint64_t seed) {
+  const TetMesh box = make_box({2, 1, 1}, 2 * kEdge, 0.1, seed);
+  std::vector<Eigen::Vector3d> points(box.positions().begin(), box.positions().end());
+  std::vector<Tet> tets(box.tets().begin(), box.tets().end());
+  for (int i = 0; i < splits; ++i) {
+    const std::size_t split = random_bits(seed, i) % tets.size();
+    const Tet parent = tets[split];
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Index v : parent) {
+      middle += points[v] / 4;
+    }
+    const Index added = index_of(points.size());
+    points.push_back(middle);
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      Tet part = parent;
+      part[corner] = added;
+      if (corner == 0) {
+        tets[split] = part;
+      } else {
+        tets.push_back(part);
+      }
+    }
+  }
+  return {std::move(points), std::move(tets)};
+}
+
+TetMesh make_small_organ() {
+  OrganRecipe recipe = organ_recipe(Organ::liver);
+  recipe.options.vertex_count = 90;
+  return tetrahedralize(recipe.shape, recipe.options).mesh;
+}
+
+EditScene make_one_body(const char* name, TetMesh mesh) {
+  Scene scene;
+  scene.add_body(name, mesh, elastic_material(mesh, 1000, 20e3));
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  scene.fix_where(
+      0, [&](const Eigen::Vector3d& x) { return x.x() < box.min().x() + 0.1 * box.sizes().x(); });
+  return {name, std::move(scene), std::move(mesh), {}};
+}
+
+EditScene make_linked_bodies() {
+  TetMesh block = make_box({2, 2, 2}, kEdge, 0.1);
+  const TetMesh tube = make_box({3, 1, 1}, kEdge, 0.1, 2);
+  Material soft = elastic_material(block, 1000, 20e3);
+  soft.max_stretch = 1.2F;
+  soft.damping = 1e-3F;
+  Material walls = elastic_material(tube, 1000, 20e3);
+  walls.has_volume_constraints = false;
+  Scene scene;
+  scene.add_body("block", block, soft);
+  scene.add_body("tube", tube, walls);
+  for (Index v = 0; v < tube.vertex_count(); ++v) {
+    scene.add_link({v, block.vertex_count() + v, 1e-3F, kLink});
+    scene.add_link({v + 3, block.vertex_count() + v, 2e-3F, kLink});
+  }
+  scene.fix_vertices(0, std::array<Index, 3>{0, 1, 2});
+  return {"linked bodies", std::move(scene), std::move(block), {}};
+}
+
+EditScene make_solids() {
+  TetMesh solid = make_box({2, 2, 1}, kEdge, 0.1, 3);
+  const TetMesh block = make_box({2, 1, 1}, kEdge, 0.1, 4);
+  Scene scene;
+  scene.add_body("solid", solid, {.model = ElasticModel::neo_hookean, .max_stretch = 1.3F});
+  scene.add_body("block", block, elastic_material(block, 1000, 20e3));
+  const std::array<Eigen::Vector3d, 3> thread{
+      {{0, 0, -kEdge}, {kEdge, 0, -kEdge}, {2 * kEdge, 0, -kEdge}}};
+  const Index particles = scene.add_particles("thread", thread, 1e-5);
+  for (Index i = 0; i < 3; ++i) {
+    const Index particle = scene.body(particles).first_vertex + i;
+    scene.add_link({2 * i, particle, 1e-3F, kLink});
+    scene.add_link({particle, scene.body(1).first_vertex + i, 1e-3F, kLink});
+  }
+  scene.add_link({scene.body(particles).first_vertex, scene.body(particles).first_vertex + 1,
+                  static_cast<float>(kEdge), kLink});
+  return {"solids and a thread", std::move(scene), std::move(solid), {}};
+}
+
+EditScene make_joined_bodies() {
+  TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
+  std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
+  for (Eigen::Vector3d& x : points) {
+    x.z() += 1.5 * kEdge;
+  }
+  const TetMesh upper(points, {lower.tets().begin(), lower.tets().end()});
+  Scene scene;
+  scene.add_body("lower", lower, elastic_material(lower, 1000, 20e3));
+  scene.add_body("upper", upper, elastic_material(upper, 1000, 20e3));
+  scene.fix_vertices(0, std::array<Index, 3>{0, 1, 2});
+  ConnectiveTissue strands;
+  const auto links = scattered_links(lower, upper, {.max_distance = kEdge, .density = 2e5});
+  strands.join(scene, 0, 1, links, {.segments = 2, .slack = 0.1});
+  return {"joined bodies", std::move(scene), std::move(lower), std::move(strands)};
+}
+
+}  // namespace
+
+const std::vector<EditScene>& edit_scenes() {
+  static const std::vector<EditScene> scenes = [] {
+    std::vector<EditScene> all;
+    all.push_back(make_one_body("lattice", make_box({3, 2, 2}, kEdge, 0.1)));
+    all.push_back(make_one_body("irregular", make_irregular_mesh(20, 7)));
+    all.push_back(make_one_body("organ", make_small_organ()));
+    all.push_back(make_linked_bodies());
+    all.push_back(make_solids());
+    all.push_back(make_joined_bodies());
+    return all;
+  }();
+  return scenes;
+}
+
+std::vector<SolverOptions> edit_options(const EditScene& scene) {
+  const SolverOptions base{.substeps = 2, .damping = 1, .backend = BackendKind::serial};
+  std::vector<SolverOptions> all(7, base);
+  all[1].composition = PlanComposition::joint;
+  all[1].coloring.balance = true;
+  all[2].composition = PlanComposition::nested;
+  all[2].coloring = {.algorithm = ColoringAlgorithm::random_disc};
+  all[3].coloring = {.max_colors = 5};
+  all[4].composition = PlanComposition::joint;
+  all[4].coloring = {.max_colors = 5};
+  all[5].method = SolverMethod::vertex_block;
+  all[6].composition = PlanComposition::joint;
+  all[6].mode = ProjectionMode::fraction;
+  for (const std::size_t separate : {0, 3, 5}) {
+    all[separate].composition = PlanComposition::separate;
+  }
+  const bool has_solid = std::ranges::any_of(scene.scene.bodies(), [](const Body& body) {
+    return body.material.model == ElasticModel::neo_hookean;
+  });
+  if (has_solid) {  // whose energy fractions do not follow
+    all.pop_back();
+  }
+  return all;
+}
+
+}  // namespace pbdsurg::testing

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/edit_spoiler.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "solver/solver_data.h"
+#include "support/cuts.h"
+
+namespace pbdsurg::testing {
+namespace {
+
+constexpr Stiffness kLink{0.5F, 1e-3F};
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+
+Index index_of(std::size_t i) {
+  return static_cast<Index>(i);
+}
+
+// Each function says whether it found what it needs.
+class Spoiler {
+ public:
+  Spoiler(const Solver& solver, Choices& choices, TopologyEdit& edit)
+      : solver_(solver),
+        data_(solver_data(solver)),
+        choices_(choices),
+        edit_(edit),
+        live_tets_(find_all(data_.tets.size(), [&](Index t) { return data_.tet_alive[t]; })),
+        live_links_(find_all(data_.links.size(), [&](Index l) { return data_.is_link_alive(l); })),
+        tissue_(find_all(data_.particles.size(),
+                         [&](Index v) { return !data_.vertex_tets[v].empty(); })) {}
+
+  bool spoil() {
+    switch (choices_.below(8)) {
+      case 0:
+        return spoil_removal();
+      case 1:
+        return spoil_rest_value();
+      case 2:
+        return spoil_new_vertex();
+      case 3:
+        return spoil_corner_move();
+      case 4:
+        return spoil_link_move();
+      case 5:
+      case 6:
+        return spoil_new_tet();
+      default:
+        return spoil_new_link();
+    }
+  }
+
+ private:
+  bool spoil_removal() {
+    if (choices_.below(2) == 0) {
+      spoil_ids(edit_.remove_tets, data_.tets.size(), live_tets_, [](Index t) { return t; });
+    } else {
+      spoil_ids(edit_.remove_links, data_.links.size(), live_links_, [](Index l) { return l; });
+    }
+    return true;
+  }
+
+  bool spoil_rest_value() {
+    const float bad_value = choices_.one_of(std::array{0.0F, -1e-3F, kNan, kInfinite, -0.0F});
+    const auto springs = find_all(data_.edges.size(), [&](Index e) {
+      return data_.distances.is_alive(data_.distance_ids.of_edge(e));
+    });
+    const auto volumes = find_all(data_.tets.size(), [&](Index t) {
+      return data_.volumes.is_alive(t) || data_.neo_hookeans.is_alive(t);
+    });
+    switch (choices_.below(4)) {
+      case 0:
+        edit_.rest_lengths = {{choices_.below(index_of(data_.edges.size())), bad_value}};
+        break;
+      case 1:
+        edit_.rest_volumes = {{choices_.below(index_of(data_.tets.size())), bad_value}};
+        break;
+      case 2:
+        spoil_ids(edit_.rest_lengths, data_.edges.size(), springs, [](Index e) {
+          return RestLengthChange{e, 1e-3F};
+        });
+        break;
+      default:
+        spoil_ids(edit_.rest_volumes, data_.tets.size(), volumes, [](Index t) {
+          return RestVolumeChange{t, 1e-9F};
+        });
+    }
+    return true;
+  }
+
+  // What is there already keeps its id, and what is added is used, so that this is all that is bad.
+  bool spoil_new_vertex() {
+    if (live_tets_.empty()) {
+      return false;
+    }
+    const Index place = add_part();
+    NewVertex& vertex = edit_.new_vertices[place];
+    switch (choices_.below(4)) {
+      case 0:
+        (choices_.below(2) == 0 ? vertex.first : vertex.second) =
+            bad_vertex(solver_.vertex_count());
+        return true;
+      case 1: {
+        const auto bare =
+            find_all(data_.particles.size(), [&](Index v) { return data_.vertex_tets[v].empty(); });
+        if (bare.empty()) {
+          return false;
+        }
+        vertex.second = choices_.one_of(bare);
+        return true;
+      }
+      case 2: {
+        const Index body = data_.body_of_vertex(vertex.first);
+        std::vector<Index> others = tissue_;
+        std::erase_if(others, [&](Index v) { return data_.body_of_vertex(v) == body; });
+        if (others.empty()) {
+          return false;
+        }
+        vertex.second = choices_.one_of(others);
+        return true;
+      }
+      default:
+        vertex.share = choices_.one_of(std::array{-0.1F, 1.1F, kNan, kInfinite});
+        return true;
+    }
+  }
+
+  bool spoil_corner_move() {
+    if (live_tets_.empty()) {
+      return false;
+    }
+    if (choices_.below(4) == 0) {
+      const std::size_t count = data_.tets.size();
+      spoil_ids(edit_.corner_moves, count, live_tets_, [](Index t) { return CornerMove{t, 0, 0}; });
+      return true;
+    }
+    const CornerMove good = add_move();
+    CornerMove& move = edit_.corner_moves.back();
+    switch (choices_.below(4)) {
+      case 0:
+        edit_.remove_tets.push_back(move.tet);
+        return true;
+      case 1:
+        move.from =
+            choices_.below(2) == 0 ? bad_vertex(solver_.vertex_count()) : choices_.one_of(tissue_);
+        return !has_corner(solver_.tets()[move.tet], move.from);
+      case 2:
+        move.to = bad_copy(move.to, good.from);
+        return true;
+      default:
+        edit_.corner_moves.insert(edit_.corner_moves.begin(), good);
+        return true;
+    }
+  }
+
+  bool spoil_link_move() {
+    const std::size_t count = data_.links.size();
+    if (choices_.below(4) == 0) {
+      spoil_ids(edit_.link_moves, count, live_links_, [](Index l) { return LinkMove{l, 0, 0}; });
+      return true;
+    }
+    std::vector<Index> links = live_links_;
+    std::erase_if(links, [&](Index l) { return data_.vertex_tets[data_.links[l].first].empty(); });
+    if (links.empty()) {
+      return false;
+    }
+    const Index link = choices_.one_of(links);
+    const Index from = data_.links[link].first;
+    const LinkMove good{link, from, add_copy(from)};
+    edit_.link_moves.push_back(good);
+    LinkMove& move = edit_.link_moves.back();
+    switch (choices_.below(4)) {
+      case 0:
+        edit_.remove_links.push_back(link);
+        return true;
+      case 1:
+        move.from = choices_.one_of(tissue_);
+        return move.from != from && move.from != data_.links[link].second;
+      case 2:
+        move.to = bad_copy(move.to, from);
+        return true;
+      default:
+        edit_.link_moves.insert(edit_.link_moves.begin(), good);
+        return true;
+    }
+  }
+
+  bool spoil_new_tet() {
+    if (live_tets_.empty()) {
+      return false;
+    }
+    add_part();
+    NewTet& tet = edit_.new_tets.back();
+    const auto end = solver_.vertex_count() + index_of(edit_.new_vertices.size());
+    switch (choices_.below(9)) {
+      case 0: {
+        const auto dead = find_all(data_.tets.size(), [&](Index t) { return !data_.tet_alive[t]; });
+        tet.parent = dead.empty() || choices_.below(2) == 0
+                         ? bad_vertex(index_of(data_.tets.size()))
+                         : choices_.one_of(dead);
+        return true;
+      }
+      case 1:
+        edit_.remove_tets.push_back(tet.parent);
+        return true;
+      case 2: {
+        const Index from = solver_.tets()[tet.parent][choices_.below(4)];
+        edit_.new_vertices.push_back({from, from, 0});
+        edit_.corner_moves.push_back({tet.parent, from, end});
+        return true;
+      }
+      case 3:
+        tet.vertices[choices_.below(4)] = bad_vertex(end);
+        return true;
+      case 4: {
+        std::vector<Index> others = tissue_;
+        std::erase_if(others, [&](Index v) { return has_corner(solver_.tets()[tet.parent], v); });
+        if (others.empty()) {
+          return false;
+        }
+        tet.vertices[choices_.below(4)] = choices_.one_of(others);
+        return true;
+      }
+      case 5:  // inside out
+        std::swap(tet.vertices[1], tet.vertices[2]);
+        return true;
+      case 6:  // flat
+        tet.vertices[1] = tet.vertices[2];
+        return true;
+      case 7:  // too little
+        edit_.new_tets.pop_back();
+        return true;
+      default:  // too much
+        edit_.new_tets.push_back(tet);
+        return true;
+    }
+  }
+
+  bool spoil_new_link() {
+    if (tissue_.empty()) {
+      return false;
+    }
+    const Index end = solver_.vertex_count() + index_of(edit_.new_vertices.size());
+    const Index vertex = choices_.one_of(tissue_);
+    Link link{tissue_.front() == vertex ? tissue_.back() : tissue_.front(), vertex, 1e-3F, kLink};
+    switch (choices_.below(7)) {
+      case 0:
+        link.first = link.second;
+        break;
+      case 1:
+        (choices_.below(2) == 0 ? link.first : link.second) = bad_vertex(end);
+        break;
+      case 2:
+        link.rest_length = choices_.one_of(std::array{-1e-3F, kNan, kInfinite});
+        break;
+      case 3:
+        link.stiffness.fraction = choices_.one_of(std::array{-0.5F, 1.5F, kNan});
+        break;
+      case 4:
+        link.stiffness.compliance = choices_.one_of(std::array{-1e-3F, kNan, kInfinite});
+        break;
+      case 5: {
+        const auto gone =
+            find_all(data_.particles.size(), [&](Index v) { return !solver_.has_tissue(v); });
+        if (gone.empty()) {
+          return false;
+        }
+        link.second = choices_.one_of(gone);
+        break;
+      }
+      default:  // where tissue goes with the edit
+        edit_ = {};
+        std::ranges::copy(data_.vertex_tets[vertex], std::back_inserter(edit_.remove_tets));
+    }
+    edit_.new_links.push_back(link);
+    return true;
+  }
+
+  // An id that is out of range, or dead, or twice in the list, in some place of it.
+  template <class Entry, class MakeEntry>
+  void spoil_ids(std::vector<Entry>& entries, std::size_t count, const std::vector<Index>& live,
+                 MakeEntry make) {
+    const auto insert = [&](const Entry& bad) {
+      entries.insert(entries.begin() + choices_.below(index_of(entries.size()) + 1), bad);
+    };
+    const auto dead =
+        find_all(count, [&](Index id) { return !std::ranges::binary_search(live, id); });
+    switch (choices_.below(3)) {
+      case 0:
+        if (!dead.empty()) {
+          insert(make(choices_.one_of(dead)));
+          return;
+        }
+        [[fallthrough]];
+      case 1:
+        if (!live.empty()) {
+          entries.push_back(make(choices_.one_of(live)));
+          insert(entries.back());
+          return;
+        }
+        [[fallthrough]];
+      default:
+        insert(make(bad_vertex(index_of(count))));
+    }
+  }
+
+  // Out of range.
+  Index bad_vertex(Index count) {
+    switch (choices_.below(3)) {
+      case 0:
+        return count + choices_.below(3);
+      case 1:
+        return -1 - choices_.below(3);
+      default:
+        return std::numeric_limits<Index>::max() - choices_.below(2);
+    }
+  }
+
+  // Something else than a new copy of a vertex. @param to  a good one, the last of the edit
+  Index bad_copy(Index to, Index from) {
+    switch (choices_.below(3)) {
+      case 0:
+        return from;
+      case 1:
+        return bad_vertex(to + 1);
+      default:
+        edit_.new_vertices.push_back({choices_.one_of(tissue_), from, 0.5F});
+        return to + 1;
+    }
+  }
+
+  Index add_copy(Index vertex) {
+    edit_.new_vertices.push_back({vertex, vertex, 0});
+    return solver_.vertex_count() + index_of(edit_.new_vertices.size()) - 1;
+  }
+
+  // A good move, unless the edit has taken the tetrahedron for something else.
+  CornerMove add_move() {
+    const Index tet = choices_.one_of(live_tets_);
+    const Index from = solver_.tets()[tet][choices_.below(4)];
+    edit_.corner_moves.push_back({tet, from, add_copy(from)});
+    return edit_.corner_moves.back();
+  }
+
+  // Two new tetrahedra for one, and the vertex between them, in an edit without others.
+  // @return  the vertex's place in the edit
+  Index add_part() {
+    edit_.corner_moves.clear();
+    edit_.new_tets.clear();
+    edit_.new_vertices.clear();
+    edit_.link_moves.clear();
+    edit_.remove_tets.clear();
+    edit_.new_links.clear();
+    const Index t = choices_.one_of(live_tets_);
+    const Tet& parent = solver_.tets()[t];
+    edit_.new_vertices.push_back({parent[0], parent[1], 0.5F});
+    for (const Index gone : {parent[0], parent[1]}) {
+      edit_.new_tets.push_back({t, parent});
+      std::ranges::replace(edit_.new_tets.back().vertices, gone, solver_.vertex_count());
+    }
+    return 0;
+  }
+
+  const Solver& solver_;
+  const SolverData& data_;
+  Choices& choices_;
+  TopologyEdit& edit_;
+  std::vector<Index> live_tets_, live_links_, tissue_;
+};
+
+}  // namespace
+
+void spoil(const Solver& solver, Choices& choices, TopologyEdit& edit) {
+  if (choices.below(16) == 0) {  // a vertex that nothing uses
+    const auto has_tissue = [&](Index v) { return !solver_data(solver).vertex_tets[v].empty(); };
+    const auto vertices = find_all(static_cast<std::size_t>(solver.vertex_count()), has_tissue);
+    if (!vertices.empty()) {
+      const Index vertex = choices.one_of(vertices);
+      edit.new_vertices.push_back({vertex, vertex, 0});
+      return;
+    }
+  }
+  if (!Spoiler(solver, choices, edit).spoil()) {
+    edit.remove_tets.push_back(-1);
+  }
+}
+
+}  // namespace pbdsurg::testing

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/model_difference.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "pbdsurg/mesh/topology.h"
+
+#include "solver/neo_hookean_record.h"
+#include "solver/solver_data.h"
+
+namespace pbdsurg::testing {
+namespace {
+
+struct Mismatch : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+void require(bool holds, const char* what, Index id) {
+  if (!holds) {
+    throw Mismatch(std::string(what) + " (" + std::to_string(id) + ")");
+  }
+}
+
+bool is_near(double actual, double expected, double share) {
+  return std::abs(actual - expected) <= share * std::abs(expected);
+}
+
+float pick(const Stiffness& stiffness, const Solver& solver) {
+  return solver.options().mode == ProjectionMode::fraction ? stiffness.fraction
+                                                           : stiffness.compliance;
+}
+
+constexpr double kRounding = 1e-5;  // of single precision, edit by edit
+
+Index index_of(std::size_t i) {
+  return static_cast<Index>(i);
+}
+
+/// What follows from the live tetrahedra and nothing else.
+struct Fresh {
+  struct LiveEdge {
+    Edge vertices;
+    Index tets;  ///< around it
+    const Body* body;
+  };
+
+  explicit Fresh(const LiveModel& model)
+      : vertex_tets(model.points.size()), masses(model.points.size()) {
+    for (Index v = 0; v < model.scene->vertex_count(); ++v) {
+      if (model.scene->body(model.vertex_bodies[v]).tet_count == 0) {
+        masses[v] = model.scene->masses()[v];
+      }
+    }
+    for (std::size_t t = 0; t < model.tets.size(); ++t) {
+      if (!model.tet_alive[t]) {
+        continue;
+      }
+      const Body& body = model.body_of_tet(index_of(t));
+      const Tet& tet = model.tets[t];
+      const double volume = tet_volume(model.points, tet);
+      for (const Index v : tet) {
+        ++vertex_tets[v];
+        masses[v] += body.material.density * volume / 4;
+      }
+      for (const auto& [a, b] : kTetEdges) {
+        edges.push_back({edge_between(tet[a], tet[b]), 1, &body});
+      }
+    }
+    std::ranges::sort(edges, {}, &LiveEdge::vertices);
+    std::size_t count = 0;
+    for (const LiveEdge& edge : edges) {
+      if (count > 0 && edges[count - 1].vertices == edge.vertices) {
+        ++edges[count - 1].tets;
+      } else {
+        edges[count++] = edge;
+      }
+    }
+    edges.resize(count);
+  }
+
+  [[nodiscard]] const LiveEdge* find(const Edge& vertices) const {
+    const auto found = std::ranges::lower_bound(edges, vertices, {}, &LiveEdge::vertices);
+    return found != edges.end() && found->vertices == vertices ? &*found : nullptr;
+  }
+
+  std::vector<Index> vertex_tets;  // [vertex_count]
+  std::vector<double> masses;      // [vertex_count] kg
+  std::vector<LiveEdge> edges;     // sorted
+};
+
+void compare_topology(const Solver& solver, const Fresh& fresh, const LiveModel& model) {
+  const SolverData& data = solver_data(solver);
+  require(solver.vertex_count() == model.vertex_count(), "vertices", solver.vertex_count());
+  require(solver.tets().size() == model.tets.size(), "tets", index_of(solver.tets().size()));
+  require(solver.links().size() == model.links.size(), "links", index_of(solver.links().size()));
+  std::size_t live = 0;
+  for (std::size_t e = 0; e < solver.edges().size(); ++e) {
+    const Fresh::LiveEdge* edge = fresh.find(solver.edges()[e]);
+    live += edge != nullptr;
+    require(data.edge_tets[e] == (edge != nullptr ? edge->tets : 0), "tets around edge",
+            index_of(e));
+    require(solver.is_edge_alive(index_of(e)) == (edge != nullptr), "edge alive", index_of(e));
+  }
+  require(live == fresh.edges.size(), "live edges", index_of(live));
+  for (std::size_t t = 0; t < model.tets.size(); ++t) {
+    require(solver.is_tet_alive(index_of(t)) == model.tet_alive[t], "tet alive", index_of(t));
+    if (model.tet_alive[t]) {
+      require(solver.tets()[t] == model.tets[t], "vertices of tet", index_of(t));
+      require(data.body_of_tet(index_of(t)) == model.tet_bodies[t], "body of tet", index_of(t));
+      for (std::size_t e = 0; e < 6; ++e) {
+        const Tet& tet = solver.tets()[t];
+        const Index a = tet[kTetEdges[e][0]], b = tet[kTetEdges[e][1]];
+        require(solver.edges()[solver.tet_edges(index_of(t))[e]] ==
+                    Edge{std::min(a, b), std::max(a, b)},
+                "edges of tet", index_of(t));
+      }
+    }
+  }
+}
+
+void compare_masses(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
+  const SolverData& data = solver_data(solver);
+  const auto velocities = solver.velocities();
+  for (Index v = 0; v < model.vertex_count(); ++v) {
+    const double mass = fresh.masses[v];
+    const float w = data.particle(v).w;
+    require(data.body_of_vertex(v) == model.vertex_bodies[v], "body of vertex", v);
+    require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v],
+            "tets at vertex", v);
+    require(solver.has_tissue(v) == (mass > 0), "tissue at vertex", v);
+    require(mass > 0 ? is_near(data.vertex_masses[v], mass, 1e-9) : data.vertex_masses[v] == 0,
+            "mass of vertex", v);
+    if (mass > 0 && !model.is_fixed[v]) {
+      require(is_near(w, 1 / mass, 1e-6), "inverse mass of vertex", v);
+    } else {
+      require(w == 0 && velocities[v].isZero(0), "rest of a vertex that cannot move", v);
+    }
+  }
+}
+
+void compare_distances(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
+  const SolverData& data = solver_data(solver);
+  const auto expect = [&](Index id, const Edge& vertices, float rest, float stiffness,
+                          float damping, const char* what) {
+    const auto [places, parameters] = data.distances.record(id);
+    require(places == data.places_of(vertices) && is_near(parameters[0], rest, kRounding) &&
+                parameters[1] == stiffness && parameters[2] == damping,
+            what, id);
+  };
+  for (std::size_t e = 0; e < solver.edges().size(); ++e) {
+    const Fresh::LiveEdge* edge = fresh.find(solver.edges()[e]);
+    const bool is_spring = edge != nullptr && edge->body->material.model == ElasticModel::springs;
+    const bool is_limited = edge != nullptr && std::isfinite(edge->body->material.max_stretch);
+    const Index id = index_of(e);
+    const Index distance = data.distance_ids.of_edge(id);
+    require(data.distances.is_alive(distance) == is_spring, "distance of edge", id);
+    require(data.strain_limits.is_alive(id) == is_limited, "strain limit of edge", id);
+    if (is_spring) {
+      const Material& material = edge->body->material;
+      expect(distance, edge->vertices, model.rest_lengths.at(edge->vertices),
+             pick(material.stretch, solver), material.damping, "distance of edge");
+    }
+    if (is_limited) {
+      const auto limit = data.strain_limits.record(id);
+      require(limit.places == data.places_of(edge->vertices) &&
+                  is_near(limit.parameters[StrainLimitConstraint::kLimit],
+                          model.limits.at(edge->vertices), kRounding),
+              "strain limit of edge", id);
+    }
+  }
+  for (std::size_t l = 0; l < model.links.size(); ++l) {
+    const Link& link = model.links[l];
+    const Index id = data.distance_ids.of_link(index_of(l));
+    const bool is_alive =
+        model.link_alive[l] && fresh.masses[link.first] > 0 && fresh.masses[link.second] > 0;
+    require(solver.is_link_alive(index_of(l)) == is_alive, "link alive", index_of(l));
+    if (is_alive) {
+      require(solver.links()[l].first == link.first && solver.links()[l].second == link.second,
+              "ends of link", index_of(l));
+      expect(id, {link.first, link.second}, link.rest_length, pick(link.stiffness, solver), 0,
+             "distance of link");
+    }
+  }
+}
+
+void compare_tets(const LiveModel& model, const Solver& solver) {
+  const SolverData& data = solver_data(solver);
+  for (std::size_t i = 0; i < model.tets.size(); ++i) {
+    const Index t = index_of(i);
+    const Body& body = model.body_of_tet(t);
+    const Material& material = body.material;
+    const bool is_solid = model.tet_alive[i] && material.model == ElasticModel::neo_hookean;
+    const bool has_volume = model.tet_alive[i] && has_volume_constraints(body);
+    require(data.volumes.is_alive(t) == has_volume, "volume of tet", t);
+    require(data.neo_hookeans.is_alive(t) == is_solid, "neo-hookean of tet", t);
+    if (!model.tet_alive[i]) {
+      continue;
+    }
+    const Tet places = data.places_of(model.tets[i]);
+    if (has_volume) {
+      const auto record = data.volumes.record(t);
+      require(record.places == places &&
+                  is_near(record.parameters[VolumeConstraint::kRest], model.rest_volumes[i],
+                          kRounding) &&
+                  record.parameters[1] == pick(material.volume, solver) &&
+                  record.parameters[2] == material.damping,
+              "volume of tet", t);
+    }
+    if (is_solid) {
+      const auto record = data.neo_hookeans.record(t);
+      auto expected = make_neo_hookean(model.points, model.tets[i], places, material);
+      const double share = model.rest_volumes[i] / tet_volume(model.points, model.tets[i]);
+      for (int p = 0; p < 9; ++p) {
+        expected.parameters[NeoHookeanConstraint::kInverseShape + p] /=
+            static_cast<float>(std::cbrt(share));
+      }
+      expected.parameters[NeoHookeanConstraint::kStiffness] *= static_cast<float>(share);
+      require(record.places == places, "vertices of neo-hookean", t);
+      const auto largest_shape = [](const auto& parameters) {
+        return *std::max_element(parameters.begin() + NeoHookeanConstraint::kInverseShape,
+                                 parameters.begin() + NeoHookeanConstraint::kInverseShape + 9);
+      };
+      const double size = std::abs(largest_shape(expected.parameters));
+      for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
+        const bool is_shape =
+            p >= NeoHookeanConstraint::kInverseShape && p < NeoHookeanConstraint::kInverseShape + 9;
+        const double error = std::abs(record.parameters[p] - expected.parameters[p]);
+        require(error <= 1e-4 * (is_shape ? size : std::abs(expected.parameters[p])),
+                "parameters of neo-hookean", t);
+      }
+    }
+  }
+}
+
+// Blocks are full but for the last, whose idle lanes repeat it, and no two constraints of a group
+// that is projected at once share a vertex.
+// @param is_serial  [group_count]
+// @param domains    [group_count] level and domain
+template <class Constraint>
+void compare_groups(const ConstraintSlots<Constraint>& slots, const SolverData& data,
+                    const std::vector<bool>& is_serial, const char* what) {
+  std::vector<Index> seen(data.particles.size(), kInvalidIndex);  // group that last used a place
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    const auto ids = slots.ids(group);
+    const auto blocks = slots.blocks(group);
+    require(blocks.size() == (ids.size() + kBlockLanes - 1) / kBlockLanes, what, group);
+    for (const Index id : ids) {
+      require(slots.group_of(id) == group, what, id);
+      for (const Index place : slots.record(id).places) {
+        require(is_serial[group] || seen[place] != group, what, id);
+        seen[place] = group;
+      }
+    }
+    for (std::size_t lane = ids.size(); lane < blocks.size() * kBlockLanes; ++lane) {
+      const std::size_t last = (ids.size() - 1) % kBlockLanes;
+      for (const auto& corner : blocks.back().corners) {
+        require(corner[lane % kBlockLanes] == corner[last], what, group);
+      }
+      for (const auto& parameter : blocks.back().parameters) {
+        require(parameter[lane % kBlockLanes] == parameter[last], what, group);
+      }
+    }
+  }
+}
+
+void compare_colors(const SolverData& data) {
+  std::vector<bool> distances(static_cast<std::size_t>(data.distances.group_count()));
+  std::vector<bool> volumes(static_cast<std::size_t>(data.volumes.group_count()));
+  std::vector<bool> neo_hookeans(static_cast<std::size_t>(data.neo_hookeans.group_count()));
+  std::vector<bool> strain_limits(static_cast<std::size_t>(data.strain_limits.group_count()));
+  std::map<std::pair<Index, Index>, Index> domain_of;  // of (level, place)
+  const auto claim = [&](const auto& slots, Index group, const Phase& phase) {
+    if (data.domain_counts.size() > 1) {
+      for (const Index id : slots.ids(group)) {
+        for (const Index place : slots.record(id).places) {
+          require(domain_of.try_emplace({phase.level, place}, phase.domain).first->second ==
+                      phase.domain,
+                  "domains that share a place", place);
+        }
+      }
+    }
+  };
+  for (const Phase& phase : data.constraint_phases) {
+    const auto color = static_cast<std::size_t>(phase.color);
+    switch (phase.kind) {
+      case PhaseKind::distance:
+        distances[color] = phase.serial;
+        claim(data.distances, phase.color, phase);
+        break;
+      case PhaseKind::joint:
+        for (Index place = 0; place < 6; ++place) {
+          distances[data.joint_group(phase.color, place)] = phase.serial;
+        }
+        [[fallthrough]];
+      case PhaseKind::volume:
+        volumes[color] = phase.serial;
+        claim(data.volumes, phase.color, phase);
+        break;
+      case PhaseKind::neo_hookean:
+        neo_hookeans[color] = phase.serial;
+        claim(data.neo_hookeans, phase.color, phase);
+        break;
+      case PhaseKind::strain_limit:
+        strain_limits[color] = phase.serial;
+        claim(data.strain_limits, phase.color, phase);
+        break;
+      default:
+        require(false, "kind of a constraint's phase", static_cast<Index>(phase.kind));
+    }
+  }
+  compare_groups(data.distances, data, distances, "group of distances");
+  compare_groups(data.volumes, data, volumes, "group of volumes");
+  compare_groups(data.neo_hookeans, data, neo_hookeans, "group of neo-hookeans");
+  compare_groups(data.strain_limits, data, strain_limits, "group of strain limits");
+}
+
+void compare_plan(const SolverData& data) {
+  if (data.options.method == SolverMethod::vertex_block) {
+    return;
+  }
+  std::size_t next = 0;
+  for (const Phase& phase : data.constraint_phases) {
+    if (data.constraint_count(phase) > 0) {
+      require(next < data.plan.phases.size() && data.plan.phases[next].kind == phase.kind &&
+                  data.plan.phases[next].color == phase.color,
+              "phase", index_of(next));
+      ++next;
+    }
+  }
+  require(next == data.plan.phases.size(), "phases", index_of(next));
+}
+
+// Of a joint plan: edges that are as they were have an owner; those that edits made, and those
+// whose owner they took, may be on their own.
+void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
+  const SolverData& data = solver_data(solver);
+  const bool is_joint = data.options.composition == PlanComposition::joint;
+  const bool has_grown = model.tets.size() > model.scene->tets().size() ||
+                         model.vertex_count() > model.scene->vertex_count();
+  std::vector<bool> has_phase(static_cast<std::size_t>(data.distances.group_count()));
+  for (const Phase& phase : data.constraint_phases) {
+    if (phase.kind == PhaseKind::distance) {
+      has_phase[phase.color] = true;
+    }
+  }
+  for (std::size_t i = 0; i < data.edges.size(); ++i) {
+    const Index e = index_of(i);
+    const Index distance = data.distance_ids.of_edge(e);
+    if (!data.distances.is_alive(distance)) {
+      continue;
+    }
+    const Index owner = data.edge_owners[e];
+    const bool may_be_alone =
+        !is_joint || has_grown || !has_volume_constraints(*fresh.find(data.edges[i])->body);
+    if (owner == kInvalidIndex) {
+      require(may_be_alone && has_phase[data.distances.group_of(distance)], "owner of edge", e);
+      continue;
+    }
+    require(is_joint && data.tet_alive[owner], "owner of edge", e);
+    const auto& edges = data.tet_edges[owner];
+    const auto place = std::ranges::find(edges, e) - edges.begin();
+    require(
+        place < 6 && data.distances.group_of(distance) ==
+                         data.joint_group(data.volumes.group_of(owner), static_cast<Index>(place)),
+        "group of an owned edge", e);
+  }
+}
+
+}  // namespace
+
+std::string difference(const LiveModel& model, const Solver& solver) {
+  try {
+    const Fresh fresh(model);
+    compare_topology(solver, fresh, model);
+    compare_masses(model, solver, fresh);
+    compare_distances(model, solver, fresh);
+    compare_tets(model, solver);
+    compare_owners(model, solver, fresh);
+    compare_colors(solver_data(solver));
+    compare_plan(solver_data(solver));
+    return {};
+  } catch (const Mismatch& mismatch) {
+    return mismatch.what();
+  }
+}
+
+}  // namespace pbdsurg::testing
