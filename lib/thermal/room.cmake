@@ -1,3 +1,5 @@
 pbdsurg_room(thermal
-  HEADERS heat_field.h tissue.h
-  SOURCES heat_field.cpp)
+  HEADERS disk_source.h generator.h heat_field.h surface_map.h surface_texture.h thermal_model.h tissue.h
+          tissue_color.h tissue_state.h
+  SOURCES disk_source.cpp generator.cpp heat_field.cpp surface_map.cpp surface_texture.cpp
+          thermal_model.cpp tissue.cpp)
