@@ -1,3 +1,3 @@
 pbdsurg_room(thermal
-  HEADERS heat_field.h thermal_mesh.h tissue.h
-  SOURCES heat_field.cpp thermal_mesh.cpp)
+  HEADERS heat_field.h thermal_mesh.h thermal_model.h tissue.h tissue_state.h
+  SOURCES heat_field.cpp thermal_mesh.cpp thermal_model.cpp tissue.cpp)
