@@ -1,3 +1,4 @@
 pbdsurg_room(thermal
   HEADERS heat_field.h thermal_mesh.h thermal_model.h tissue.h tissue_state.h
-  SOURCES heat_field.cpp thermal_mesh.cpp thermal_model.cpp tissue.cpp)
+  SOURCES heat_field.cpp heat_region.cpp heat_step.cpp local_system.cpp thermal_mesh.cpp
+          thermal_model.cpp tissue.cpp)

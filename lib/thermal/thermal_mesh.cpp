@@ -3,33 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg {
-namespace {
-
-void check_positive(const std::string& what, double value) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(what + " is " + std::to_string(value) +
-                          "; it must be positive and finite");
-  }
-}
-
-void check_tissue(const TissueProperties& tissue) {
-  check_positive("tissue density", tissue.density);
-  check_positive("tissue specific heat", tissue.specific_heat);
-  check_positive("tissue conductivity", tissue.conductivity);
-  if (!(tissue.water_fraction >= 0) || !(tissue.water_fraction <= 1)) {
-    throw InvalidArgument("tissue water fraction is " + std::to_string(tissue.water_fraction) +
-                          "; it must be in [0, 1]");
-  }
-}
-
-}  // namespace
 
 ThermalMesh::ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue) {
   check_tissue(tissue);
