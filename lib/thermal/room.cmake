@@ -1,3 +1,3 @@
 pbdsurg_room(thermal
   HEADERS heat_field.h tissue.h
-  SOURCES heat_field.cpp)
+  SOURCES heat_field.cpp local_system.cpp)
