@@ -33,10 +33,14 @@ struct LinearSolveReport {
 /// Rows are local ids, which the caller gives to vertices. A row whose added part is infinite is
 /// held: it keeps its x; so does one with nothing on its diagonal, which nothing couples. Solved
 /// by conjugate gradients, preconditioned by the diagonal and, where the caller groups the rows,
-/// by a correction that is constant in each group. Sums run over fixed pieces, so the bits are the
-/// same for any number of threads. Allocates nothing while sizes are not larger than before.
+/// by a correction that is constant in each group, which halves the iterations of a potential
+/// (bench/potential_bench.cpp) and would not help where the added part prevails. Sums run over
+/// fixed pieces of the rows, so the bits are the same for any number of threads. Allocates nothing
+/// while sizes are not larger than before.
 class LocalSystem {
  public:
+  static constexpr Index kMostGroups = 64;
+
   /// @param team  shares the work on systems that are large enough; may be null; outlives this
   explicit LocalSystem(StepTeam* team = nullptr) : team_(team) {}
 
@@ -58,6 +62,11 @@ class LocalSystem {
   /// @param added  [row_count] what the diagonal has beyond couplings, >= 0; infinite: held
   void set_added(std::span<const double> added);
 
+  /// Adds a correction that is constant in each group of consecutive rows to the preconditioner.
+  /// @param starts  [group_count + 1] first row of each group, ascending, from 0 to row_count();
+  ///                at most kMostGroups groups
+  void set_groups(std::span<const Index> starts);
+
   [[nodiscard]] Index row_count() const noexcept { return static_cast<Index>(diagonal_.size()); }
 
   /// out_i = sum_j c_ij (x_j - x_i): exactly zero for a uniform x.
@@ -71,6 +80,42 @@ class LocalSystem {
   /// @param x  [row_count] where to start; the solution
   LinearSolveReport solve(std::span<const double> b, std::span<double> x,
                           const LinearSolveOptions& options);
+
+ private:
+  // What one row takes of one tetrahedron that it is a corner of.
+  struct RowTet {
+    Index tet;
+    int corner;
+    std::array<Index, 3> entries;  // of the row, one for each other corner
+  };
+
+  template <class Job>
+  void share(const Job& job) const;  // calls job(worker) on every thread
+  [[nodiscard]] Index piece_count() const { return static_cast<Index>(pieces_.size()) - 1; }
+  void sum_row(Index row, std::span<const std::array<double, 6>> conductances);
+  template <class Worker>
+  void iterate(const Worker& worker, std::span<const double> b, std::span<double> x,
+               const LinearSolveOptions& options, LinearSolveReport& report);
+  void prepare();
+  void invert_groups();
+
+  StepTeam* team_;
+  std::vector<Index> row_tet_starts_;  // [row_count + 1]
+  std::vector<RowTet> row_tets_;       // [4 tet_count] those of a row in the order of tets
+  std::vector<Index> starts_;          // [row_count + 1]
+  std::vector<Index> columns_;         // [entry_count]
+  std::vector<double> couplings_;      // [entry_count] c_ij
+  std::vector<double> added_;          // [row_count]
+  std::vector<double> diagonal_;       // [row_count]
+  std::vector<double> inverses_;       // [row_count] of the diagonal; 0: held
+  std::vector<Index> pieces_;          // [piece_count + 1] first rows
+  bool is_grouped_ = false;            // then the pieces are the groups
+  bool is_prepared_ = false;
+  std::vector<double> group_inverse_;                   // [group_count, group_count]
+  std::vector<Index> marks_;                            // [row_count] scratch of set_rows()
+  std::vector<Index> group_of_;                         // [row_count] scratch of invert_groups()
+  std::vector<double> residual_, direction_, product_;  // [row_count]
+  std::vector<double> sums_, other_sums_, group_residuals_;  // [piece_count]
 };
 
 }  // namespace pbdsurg
