@@ -177,8 +177,8 @@ void Cautery::collect_changes(const Solver& solver, TopologyEdit& edit) const {
   for (const Index e : shrinking) {
     const auto [a, b] = solver.edges()[e];
     const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
-    const auto length = static_cast<float>(
-        rest_length * shrunk((field_.water()[a] + field_.water()[b]) / 2));
+    const auto length =
+        static_cast<float>(rest_length * shrunk((field_.water()[a] + field_.water()[b]) / 2));
     if (length < (1 - kLeastChange) * solver.rest_length(e)) {
       edit.rest_lengths.push_back({e, length});
     }

@@ -16,15 +16,6 @@
 namespace pbdsurg {
 namespace {
 
-ThermalMesh make_mesh(const Solver& solver, std::span<const ThermalBody> bodies,
-                      const ThermalModel& model) {
-  std::vector<ThermalBody> all(bodies.begin(), bodies.end());
-  for (ThermalBody& body : all) {
-    body.tissue = model.tissue.value_or(body.tissue);
-  }
-  return {solver, all};
-}
-
 void check_range(const char* what, double value, double low, double high) {
   if (!(value >= low) || !(value <= high)) {
     throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
@@ -71,16 +62,19 @@ HeatField::RegionPointer::~RegionPointer() = default;
 
 HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model,
                      const HeatOptions& options)
-    : HeatField(ThermalMesh(mesh, model.tissue.value_or(tissue)), model, options) {}
+    : HeatField(ThermalMesh(mesh, tissue), model, options) {}
 
 HeatField::HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
                      const ThermalModel& model, const HeatOptions& options)
-    : HeatField(make_mesh(solver, bodies, model), model, options) {}
+    : HeatField(ThermalMesh(solver, bodies), model, options) {}
 
 HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOptions& options)
     : mesh_(std::move(mesh)), model_(model), options_(options), region_(options) {
   check_model(model);
   check_options(options);
+  if (model.tissue) {
+    mesh_.set_tissue(*model.tissue);
+  }
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
   if (options_.active_rise == 0) {
     pending_.resize(temperatures_.size());
@@ -128,9 +122,9 @@ HeatField::Heat HeatField::heat_per_mass(Index vertex) const {
 
 HeatField::Heat HeatField::heat_of(Index tet) const {
   Heat sum;
+  const double mass = mesh_.tissues()[mesh_.tissue_of_tet(tet)].density * mesh_.volume(tet) / 4;
   for (const Index v : mesh_.tets()[tet]) {
     const Heat heat = heat_per_mass(v);
-    const double mass = tissue(v).density * mesh_.volume(tet) / 4;
     sum.sensible += mass * heat.sensible;
     sum.latent += mass * heat.latent;
   }

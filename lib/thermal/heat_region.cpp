@@ -69,10 +69,10 @@ void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {
   conductances_.clear();
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const Index v = vertices_[i];
-    const Index tissue = mesh.tissue_of_vertex(v);
-    double volume = 0;
+    double mass = 0;
     mesh.for_each_tet(v, [&](Index t) {
-      volume += mesh.volume(t) / 4;
+      const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(t)];
+      mass += tissue.density * mesh.volume(t) / 4;
       const Tet& corners = mesh.tets()[t];
       Tet rows;
       std::transform(corners.begin(), corners.end(), rows.begin(),
@@ -84,11 +84,11 @@ void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {
         tets_.push_back(rows);
         conductances_.push_back(mesh.edge_coefficients(t));
         for (double& conductance : conductances_.back()) {
-          conductance *= mesh.tissues()[tissue].conductivity;
+          conductance *= tissue.conductivity;
         }
       }
     });
-    masses_[i] = volume > 0 ? mesh.tissues()[tissue].density * volume : 0;
+    masses_[i] = mass;
     surfaces_[i] = needs_surfaces ? mesh.surface_share(v) : 0;
   }
   system_.set_rows(static_cast<Index>(vertices_.size()), tets_);

@@ -260,6 +260,11 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
   check(dt, sources, tet_sources);
   activate(sources, tet_sources);
   HeatReport report;
+  report.slivers = mesh_.sliver_count();
+  has_stepped_ = true;
+  if (region_->vertices().empty()) {
+    return report;
+  }
   int rings = kRings;
   do {
     fill_rows(dt, sources, tet_sources);
@@ -274,8 +279,6 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
     rings *= 2;
   } while (report.accepted && grow_rim(rings));
   report.active_vertices = static_cast<Index>(region_->vertices().size());
-  report.slivers = mesh_.sliver_count();
-  has_stepped_ = true;
   if (report.accepted) {
     balance(dt);
     advance_state(dt, report);

@@ -39,8 +39,8 @@ struct CauteryReport {
 ///
 /// Only vertices are sensed: where edges are longer than the contact radius, a tip between them
 /// touches nothing. Edits made elsewhere must name the cautery as a participant, so that its field
-/// follows. Undoing an edit does not take back the heat that led to it: what heat removed goes again
-/// in the next update.
+/// follows. Undoing an edit does not take back the heat that led to it: what heat removed goes
+/// again in the next update.
 class Cautery final : public EditParticipant {
  public:
   /// Tetrahedra that are gone already are left out.

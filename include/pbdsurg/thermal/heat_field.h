@@ -105,6 +105,9 @@ class HeatField final : public EditParticipant {
   HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
             const ThermalModel& model = {}, const HeatOptions& options = {});
 
+  /// @throws InvalidArgument  naming the setting or option that is out of range
+  HeatField(ThermalMesh mesh, const ThermalModel& model = {}, const HeatOptions& options = {});
+
   /// Advances by dt with constant sources; several at one place add up. Sources where no tissue is
   /// left, and at held vertices, deliver nothing.
   /// @param dt  s, positive and finite
@@ -193,7 +196,6 @@ class HeatField final : public EditParticipant {
     double sensible = 0, latent = 0;
   };
 
-  HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOptions& options);
   void resize(std::size_t vertex_count);
   [[nodiscard]] const TissueProperties& tissue(Index vertex) const;
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;
