@@ -274,8 +274,9 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
     report.iterations += solve.iterations;
     report.residual = solve.residual;
     report.converged = solve.converged;
-    report.accepted = std::all_of(increments_.begin(), increments_.end(),
-                                  [](double d) { return std::isfinite(d); });
+    report.accepted =
+        std::isfinite(solve.residual) && std::all_of(increments_.begin(), increments_.end(),
+                                                     [](double d) { return std::isfinite(d); });
     rings *= 2;
   } while (report.accepted && grow_rim(rings));
   report.active_vertices = static_cast<Index>(region_->vertices().size());
