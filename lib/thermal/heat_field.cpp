@@ -218,6 +218,7 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
                       const EditResult& result) noexcept {
   vertices_before_ = temperatures_.size();
   ledger_before_ = ledger_;
+  pending_before_ = pending_.size();
   has_stepped_ = false;
   // the heat of parents, which follow what was asked for, stays with their children
   for (std::size_t i = 0; i < edit.remove_tets.size(); ++i) {
@@ -253,11 +254,15 @@ void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
     ledger_ = ledger_before_;
   }
   resize(vertices_before_);
-  const auto is_gone = [&](Index v) { return v >= mesh_.vertex_count(); };
-  std::erase_if(pending_, is_gone);
-  std::erase_if(held_, is_gone);
-  pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
-  region_->drop_from(mesh_.vertex_count());
+  if (has_stepped_) {
+    const auto is_gone = [&](Index v) { return v >= mesh_.vertex_count(); };
+    std::erase_if(pending_, is_gone);
+    pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
+    region_->drop_from(mesh_.vertex_count());
+  } else {
+    pending_.resize(pending_before_);
+  }
+  std::erase_if(held_, [&](Index v) { return v >= mesh_.vertex_count(); });
   region_->mark_changed();
 }
 

@@ -240,8 +240,9 @@ void HeatField::shrink() {
     return;
   }
   seeds_.clear();
-  for (const Index v : region_->vertices()) {
-    if (is_warm(temperatures_[v], options_.active_rise) && mesh_.has_tissue(v)) {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Index v = region_->vertices()[i];
+    if (rows_[i].capacity > 0 && is_warm(temperatures_[v], options_.active_rise)) {
       seeds_.push_back(v);
     }
   }

@@ -239,7 +239,7 @@ class HeatField final : public EditParticipant {
 
   // for the undo of the last edit
   HeatLedger ledger_before_;
-  std::size_t vertices_before_ = 0;
+  std::size_t vertices_before_ = 0, pending_before_ = 0;
   bool has_stepped_ = false;  // since that edit
 };
 
