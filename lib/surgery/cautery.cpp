@@ -189,15 +189,11 @@ HeatState Cautery::state(const Solver& solver, std::size_t i, Index tet) const {
   if (!solver.is_tet_alive(field.scene_tet(tet))) {
     return HeatState::vaporised;
   }
-  const int boiling = field.boiling_vertices(tet);
-  if (boiling < 2) {
-    return boiling == 0 ? HeatState::normal : HeatState::heated;
-  }
   double water = 0;
   for (const Index v : field.tets()[tet]) {
     water += field.water()[v] / 4;
   }
-  return boiling == 4 && water <= options_.dry_water ? HeatState::vaporised : HeatState::burning;
+  return heat_state(RemovalRule::water, field.boiling_vertices(tet), water, options_.dry_water);
 }
 
 void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const {

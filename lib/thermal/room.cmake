@@ -1,3 +1,4 @@
 pbdsurg_room(thermal
-  HEADERS heat_field.h tissue.h
-  SOURCES heat_field.cpp local_system.cpp)
+  HEADERS heat_field.h potential_field.h thermal_mesh.h thermal_model.h tissue.h tissue_state.h
+  SOURCES heat_field.cpp local_system.cpp potential_field.cpp potential_region.cpp thermal_mesh.cpp thermal_model.cpp
+          tissue.cpp)

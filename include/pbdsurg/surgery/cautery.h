@@ -5,7 +5,6 @@
 /// An electrosurgical hook: heat where it touches, tissue that shrinks and goes, links that part.
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,17 +15,9 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/thermal/tissue_state.h"
 
 namespace pbdsurg {
-
-/// State of a tetrahedron under heat (algorithm 2 of Pan et al. 2020), by how many of its vertices
-/// have boiled.
-enum class HeatState : std::uint8_t {
-  normal,     ///< none
-  heated,     ///< one: no change of volume
-  burning,    ///< two or more: volume and the edges between boiled vertices shrink
-  vaporised,  ///< all four, and its water is gone: removed
-};
 
 struct CauteryOptions {
   double contact_radius = 1.5e-3;  ///< m, reach of the tip into tissue
