@@ -3,38 +3,40 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg {
-namespace {
 
-void check_positive(const std::string& what, double value) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(what + " is " + std::to_string(value) +
-                          "; it must be positive and finite");
+ThermalMesh::ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue)
+    : ThermalMesh(mesh, std::span(&tissue, 1),
+                  std::vector<Index>(static_cast<std::size_t>(mesh.tet_count()), 0)) {}
+
+ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const TissueProperties> tissues,
+                         std::span<const Index> tet_tissues)
+    : tissues_(tissues.begin(), tissues.end()) {
+  std::for_each(tissues.begin(), tissues.end(), check_tissue);
+  if (tet_tissues.size() != mesh.tets().size()) {
+    throw InvalidArgument(std::to_string(tet_tissues.size()) + " tissues are given for " +
+                          std::to_string(mesh.tet_count()) + " tets; one each");
   }
-}
-
-void check_tissue(const TissueProperties& tissue) {
-  check_positive("tissue density", tissue.density);
-  check_positive("tissue specific heat", tissue.specific_heat);
-  check_positive("tissue conductivity", tissue.conductivity);
-  if (!(tissue.water_fraction >= 0) || !(tissue.water_fraction <= 1)) {
-    throw InvalidArgument("tissue water fraction is " + std::to_string(tissue.water_fraction) +
-                          "; it must be in [0, 1]");
+  for (std::size_t t = 0; t < tet_tissues.size(); ++t) {
+    if (tet_tissues[t] < 0 || tet_tissues[t] >= static_cast<Index>(tissues.size())) {
+      throw InvalidArgument("tet " + std::to_string(t) + " is of tissue " +
+                            std::to_string(tet_tissues[t]) + "; there are " +
+                            std::to_string(tissues.size()));
+    }
   }
-}
-
-}  // namespace
-
-ThermalMesh::ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue) {
-  check_tissue(tissue);
   resize(mesh.positions().size(), mesh.tets().size());
-  add_body(mesh, tissue, 0, 0);
+  add_body(mesh, 0, 0, 0);
+  std::copy(tet_tissues.begin(), tet_tissues.end(), tet_tissues_.begin());
+  for (Index t = mesh.tet_count() - 1; t >= 0; --t) {
+    for (const Index v : tets_[t]) {
+      vertex_tissues_[v] = tet_tissues_[t];
+    }
+  }
   link_all();
 }
 
@@ -65,7 +67,8 @@ ThermalMesh::ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodi
                             std::to_string(body.tet_count));
     }
     check_tissue(entry.tissue);
-    add_body(*entry.mesh, entry.tissue, body.first_vertex, body.first_tet);
+    add_body(*entry.mesh, body.first_vertex, body.first_tet, static_cast<Index>(tissues_.size()));
+    tissues_.push_back(entry.tissue);
   }
   for (Index t = 0; t < tet_count(); ++t) {
     alive_[t] = alive_[t] != 0 && solver.is_tet_alive(t) ? 1 : 0;
@@ -73,20 +76,22 @@ ThermalMesh::ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodi
   link_all();
 }
 
-void ThermalMesh::add_body(const TetMesh& mesh, const TissueProperties& tissue, Index first_vertex,
-                           Index first_tet) {
-  const auto index = static_cast<Index>(tissues_.size());
-  tissues_.push_back(tissue);
+void ThermalMesh::set_tissue(const TissueProperties& tissue) {
+  check_tissue(tissue);
+  std::fill(tissues_.begin(), tissues_.end(), tissue);
+}
+
+void ThermalMesh::add_body(const TetMesh& mesh, Index first_vertex, Index first_tet, Index tissue) {
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     points_[first_vertex + v] = mesh.positions()[v];
-    vertex_tissues_[first_vertex + v] = index;
+    vertex_tissues_[first_vertex + v] = tissue;
   }
   for (Index t = 0; t < mesh.tet_count(); ++t) {
     Tet& tet = tets_[first_tet + t] = mesh.tets()[t];
     for (Index& v : tet) {
       v += first_vertex;
     }
-    tet_tissues_[first_tet + t] = index;
+    tet_tissues_[first_tet + t] = tissue;
     alive_[first_tet + t] = 1;
     measure(first_tet + t);
   }
@@ -188,8 +193,10 @@ double ThermalMesh::volume_share(Index vertex) const noexcept {
 }
 
 double ThermalMesh::mass(Index vertex) const noexcept {
-  const Index tissue = vertex_tissues_[vertex];
-  return tissue == kInvalidIndex ? 0 : tissues_[tissue].density * volume_share(vertex);
+  double sum = 0;
+  for_each_tet(vertex,
+               [&](Index t) { sum += tissues_[tet_tissues_[t]].density * volumes_[t] / 4; });
+  return sum;
 }
 
 bool ThermalMesh::has_tissue(Index vertex) const noexcept {

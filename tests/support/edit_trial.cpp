@@ -189,7 +189,7 @@ std::vector<SolverOptions> edit_options(const EditScene& scene) {
 EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options)
     : scene_(&scene),
       solver_(scene.scene, options),
-      heat_(scene.first_mesh, kLiver, solver_.body(0)),
+      heat_(solver_, std::array{ThermalBody{0, &scene.first_mesh, kLiver}}),
       pieces_(solver_),
       model_(scene.scene, solver_) {
   for (Index body = 0; body < index_of(solver_.bodies().size()); ++body) {
@@ -247,7 +247,7 @@ std::string EditTrial::step() {
 std::string EditTrial::difference() const {
   std::string wrong = model_.difference(solver_);
   if (wrong.empty()) {
-    wrong = model_.difference(heat_, scene_->first_mesh, kLiver, 0);
+    wrong = model_.difference(heat_, {0, &scene_->first_mesh, kLiver});
   }
   for (std::size_t body = 0; body < surfaces_.size() && wrong.empty(); ++body) {
     wrong = model_.difference(surfaces_[body], solver_, index_of(body));

@@ -449,33 +449,37 @@ std::string LiveModel::difference(const Solver& solver) const {
   }
 }
 
-std::string LiveModel::difference(const HeatField& field, const TetMesh& mesh,
-                                  const TissueProperties& tissue, Index body) const {
+std::string LiveModel::difference(const HeatField& field, const ThermalBody& body) const {
   constexpr double kTimeStep = 0.02;  // s
   constexpr double kPower = 0.05;     // W
-  const Body& where = scene_->body(body);
+  const Body& where = scene_->body(body.body);
+  // in the scene's numbering of vertices
+  std::vector<Eigen::Vector3d> points(field.mesh().rest_positions().begin(),
+                                      field.mesh().rest_positions().end());
   std::vector<Tet> live;
   for (Index t = 0; t < where.tet_count; ++t) {
     if (tet_alive_[where.first_tet + t]) {
-      live.push_back(mesh.tets()[t]);
+      live.push_back(body.mesh->tets()[t]);
+      for (Index& v : live.back()) {
+        v += where.first_vertex;
+      }
     }
   }
-  HeatField expected(TetMesh({mesh.positions().begin(), mesh.positions().end()}, live), tissue,
-                     where);
+  const Index first = live.empty() ? 0 : live.front()[0], last = live.empty() ? 0 : live.back()[3];
+  HeatField expected(TetMesh(std::move(points), std::move(live)), body.tissue);
   HeatField actual = field;
-  const std::vector<HeatSource> sources{{live.empty() ? 0 : live.front()[0], kPower},
-                                        {live.empty() ? 0 : live.back()[3], kPower}};
+  const std::vector<HeatSource> sources{{first, kPower}, {last, kPower}};
   for (int i = 0; i < 3; ++i) {
     expected.step(kTimeStep, sources);
     actual.step(kTimeStep, sources);
   }
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (actual.has_tissue(v) != expected.has_tissue(v) ||
-        !is_near(actual.temperatures()[v], expected.temperatures()[v], 1e-9)) {
+  for (Index v = 0; v < actual.mesh().vertex_count(); ++v) {
+    if (actual.capacity(v) != expected.capacity(v) ||
+        actual.temperatures()[v] != expected.temperatures()[v]) {
       return "temperature at vertex (" + std::to_string(v) + ")";
     }
   }
-  return is_near(actual.ledger().in, expected.ledger().in, 1e-9) ? "" : "heat delivered";
+  return actual.ledger().in == expected.ledger().in ? "" : "heat delivered";
 }
 
 std::string LiveModel::difference(const LiveSurface& surface, const Solver& solver,

@@ -35,9 +35,7 @@ class LiveModel {
 
   /// The same of a heat field that followed the edits of a body and has not been heated: heat must
   /// spread as in one that is made of what is left.
-  /// @param mesh  the body's rest mesh
-  [[nodiscard]] std::string difference(const HeatField& field, const TetMesh& mesh,
-                                       const TissueProperties& tissue, Index body) const;
+  [[nodiscard]] std::string difference(const HeatField& field, const ThermalBody& body) const;
 
   /// The same of the surface of a body, and of the pieces of all.
   [[nodiscard]] std::string difference(const LiveSurface& surface, const Solver& solver,

@@ -39,6 +39,13 @@ class ThermalMesh final : public EditParticipant {
   /// @throws InvalidArgument  naming the property of the tissue that is out of range
   ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue);
 
+  /// The same in layers. Tissue between layers has the water and the laws of state of the
+  /// tetrahedron with the smallest id; mass and conductivity are those of each tetrahedron.
+  /// @param tet_tissues  [tet_count] which of the tissues each tetrahedron is of
+  /// @throws InvalidArgument  naming the tetrahedron whose tissue is out of range, or as above
+  ThermalMesh(const TetMesh& mesh, std::span<const TissueProperties> tissues,
+              std::span<const Index> tet_tissues);
+
   /// Bodies of a scene. Tetrahedra that are gone already are left out. Cost: O(V + T).
   /// @throws InvalidArgument  naming the body that is not there or is given twice, whose mesh is
   ///                          missing or not of its size, or whose tissue is out of range, or if
@@ -55,10 +62,14 @@ class ThermalMesh final : public EditParticipant {
   /// [tet_count] corners, those of removed tetrahedra included
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
 
+  /// Makes all of it of one tissue.
+  /// @throws InvalidArgument  naming the property that is out of range
+  void set_tissue(const TissueProperties& tissue);
+
   /// Whether a tetrahedron is of a conducting body and lives.
   [[nodiscard]] bool is_alive(Index tet) const { return alive_[tet] != 0; }
 
-  /// [body_count] in the order in which the bodies were given
+  /// [tissue_count] in the order in which bodies or layers were given
   [[nodiscard]] std::span<const TissueProperties> tissues() const noexcept { return tissues_; }
 
   /// Which of tissues() a vertex or a tetrahedron is of, removed ones included; kInvalidIndex for
@@ -125,8 +136,7 @@ class ThermalMesh final : public EditParticipant {
             const EditResult& result) noexcept override;
 
  private:
-  void add_body(const TetMesh& mesh, const TissueProperties& tissue, Index first_vertex,
-                Index first_tet);
+  void add_body(const TetMesh& mesh, Index first_vertex, Index first_tet, Index tissue);
   void link_all();
   void resize(std::size_t vertex_count, std::size_t tet_count);
   void measure(Index tet) noexcept;
@@ -136,7 +146,7 @@ class ThermalMesh final : public EditParticipant {
   void touch(Index tet);
 
   FollowedVersion followed_;
-  std::vector<TissueProperties> tissues_;            // [body_count]
+  std::vector<TissueProperties> tissues_;            // [tissue_count]
   std::vector<Eigen::Vector3d> points_;              // [vertex_count] m
   std::vector<Index> vertex_tissues_;                // [vertex_count]
   std::vector<Tet> tets_;                            // [tet_count]
