@@ -84,12 +84,12 @@ std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> posi
     const auto [a, b, c] = kTetTriangles[i];
     areas[i] = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
   }
-  const double volume =
-      std::max((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]) / 6, kLeastVolume * rest_volume);
+  const double volume = std::abs((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0])) / 6;
+  const double counted = std::max(volume, kLeastVolume * rest_volume);
   std::array<double, 6> coefficients;
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = kTetEdges[k];
-    coefficients[k] = -areas[a].dot(areas[b]) / (9 * volume);
+    coefficients[k] = -areas[a].dot(areas[b]) / (9 * counted);
   }
   return coefficients;
 }
