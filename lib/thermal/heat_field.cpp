@@ -33,10 +33,10 @@ void check_options(const HeatOptions& options) {
   check_range("threads", options.threads, 1, 256);
 }
 
-void check_power(const std::string& where, double power) {
+void check_power(const char* what, Index id, double power) {
   if (!(power >= 0) || !std::isfinite(power)) {
-    throw InvalidArgument("heat source at " + where + " has a power of " + std::to_string(power) +
-                          " W; it must be >= 0 and finite");
+    throw InvalidArgument(std::string(what) + " " + std::to_string(id) + " has a power of " +
+                          std::to_string(power) + " W; it must be >= 0 and finite");
   }
 }
 
@@ -185,11 +185,11 @@ void HeatField::check(double dt, std::span<const HeatSource> sources,
   }
   for (const HeatSource& source : sources) {
     check_id("heat source at vertex", source.vertex, mesh_.vertex_count());
-    check_power("vertex " + std::to_string(source.vertex), source.power);
+    check_power("heat source at vertex", source.vertex, source.power);
   }
   for (const TetHeatSource& source : tet_sources) {
     check_id("heat source at tet", source.tet, mesh_.tet_count());
-    check_power("tet " + std::to_string(source.tet), source.power);
+    check_power("heat source at tet", source.tet, source.power);
   }
 }
 
