@@ -62,13 +62,14 @@ Surface make_surface(const Simulation& simulation, Index b) {
     }
     surface.triangles.push_back(local);
   }
-  if (const auto burn = burn_index(static_cast<Organ>(b))) {
-    const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
+  if (is_burnable(static_cast<Organ>(b))) {
+    const pbdsurg::HeatField& field = simulation.cautery.field();
     for (Index v = 0; v < body.vertex_count; ++v) {
-      const double whitened = (field.peak_temperatures()[v] - kCoagulationBegins) /
-                              (kCoagulationEnds - kCoagulationBegins);
+      const double whitened =
+          (field.peak_temperatures()[body.first_vertex + v] - kCoagulationBegins) /
+          (kCoagulationEnds - kCoagulationBegins);
       surface.coagulation.push_back(static_cast<float>(std::clamp(whitened, 0.0, 1.0)));
-      surface.charring.push_back(static_cast<float>(1 - field.water()[v]));
+      surface.charring.push_back(static_cast<float>(1 - field.water()[body.first_vertex + v]));
     }
   }
   return surface;

@@ -2,7 +2,6 @@
 #include "recorders.h"
 
 #include <cstdio>
-#include <optional>
 #include <utility>
 
 #include <unistd.h>
@@ -82,24 +81,18 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
   for (const Eigen::Vector3f& x : solver.positions()) {
     mesh.points.push_back(x.cast<double>());
   }
-  temperature.values.assign(mesh.points.size(), static_cast<float>(pbdsurg::kBodyTemperature));
-  water.values.assign(mesh.points.size(), 1.0F);
+  const pbdsurg::HeatField& heat = simulation.cautery.field();
+  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+    temperature.values.push_back(static_cast<float>(heat.temperatures()[v]));
+    water.values.push_back(static_cast<float>(heat.water()[v]));
+  }
   for (std::size_t b = 0; b < solver.bodies().size(); ++b) {
     const pbdsurg::Body& body = solver.bodies()[b];
-    const std::optional<std::size_t> burn = burn_index(static_cast<Organ>(b));
-    if (burn) {
-      const pbdsurg::HeatField& field = simulation.cautery.field(*burn);
-      for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {
-        temperature.values[body.first_vertex + v] = static_cast<float>(field.temperatures()[v]);
-        water.values[body.first_vertex + v] = static_cast<float>(field.water()[v]);
-      }
-    }
     for (pbdsurg::Index t = 0; t < body.tet_count; ++t) {
       if (solver.is_tet_alive(body.first_tet + t)) {
         mesh.tets.push_back(solver.tets()[body.first_tet + t]);
         body_of_tet.values.push_back(static_cast<float>(b));
-        state.values.push_back(burn ? static_cast<float>(simulation.cautery.state(solver, *burn, t))
-                                    : 0.0F);
+        state.values.push_back(static_cast<float>(simulation.cautery.state(t)));
       }
     }
   }

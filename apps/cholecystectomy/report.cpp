@@ -83,7 +83,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
                   const Recovery& recovery, std::uint64_t seed,
                   const std::vector<std::string>& organ_notes) {
   const pbdsurg::Solver& solver = simulation.solver;
-  const pbdsurg::HeatLedger ledger = simulation.cautery.ledger();
+  const pbdsurg::HeatLedger ledger = simulation.cautery.field().ledger();
   const double links = simulation.cautery.link_energy_spent();
   char hash[17];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(solver.state_hash()));

@@ -16,7 +16,7 @@ namespace cholecystectomy {
 namespace {
 
 using pbdsurg::Capsule;
-using pbdsurg::CauteryBody;
+using pbdsurg::ThermalBody;
 
 std::int64_t now() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -38,8 +38,8 @@ const std::vector<Capsule>& grasper_capsules() {
 
 constexpr std::array<Organ, 3> kBurnable{Organ::gallbladder, Organ::liver, Organ::calot_fat};
 
-std::vector<CauteryBody> burnable(const SurgicalScene& scene) {
-  std::vector<CauteryBody> bodies;
+std::vector<ThermalBody> burnable(const SurgicalScene& scene) {
+  std::vector<ThermalBody> bodies;
   for (const Organ organ : kBurnable) {
     bodies.push_back(
         {body_of(organ), &scene.meshes[body_of(organ)], scene.tissues[body_of(organ)]});
@@ -72,12 +72,8 @@ void aim(Instrument& instrument) {
 
 }  // namespace
 
-std::optional<std::size_t> burn_index(Organ organ) {
-  const auto found = std::find(kBurnable.begin(), kBurnable.end(), organ);
-  if (found == kBurnable.end()) {
-    return std::nullopt;
-  }
-  return static_cast<std::size_t>(found - kBurnable.begin());
+bool is_burnable(Organ organ) {
+  return std::find(kBurnable.begin(), kBurnable.end(), organ) != kBurnable.end();
 }
 
 StageTimer::StageTimer(StageTimes& times, const std::string& stage)

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,8 +58,7 @@ struct Instrument {
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };
 
-/// Which heat field of the cautery belongs to an organ, if it can be burnt.
-std::optional<std::size_t> burn_index(Organ organ);
+bool is_burnable(Organ organ);
 
 class Simulation {
  public:
@@ -89,7 +87,7 @@ class Simulation {
 
   /// Energy that the hook has delivered so far, into tissue and links, J.
   [[nodiscard]] double energy_in() const {
-    return cautery.ledger().in + cautery.link_energy_spent();
+    return cautery.field().ledger().in + cautery.link_energy_spent();
   }
 
   [[nodiscard]] double time() const noexcept {

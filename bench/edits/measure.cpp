@@ -39,7 +39,7 @@ struct Moving {
 struct Edited : Moving {
   Edited(const TetMesh& mesh, const Scene& scene, const SolverOptions& options)
       : Moving(scene, options),
-        cautery(solver, std::array{CauteryBody{0, &mesh, kGallbladderWall}}),
+        cautery(solver, std::array{ThermalBody{0, &mesh, kGallbladderWall}}),
         surface(solver, 0),
         pieces(solver),
         participants{&cautery, &surface, &pieces} {}

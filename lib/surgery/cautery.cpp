@@ -28,9 +28,9 @@ constexpr float kLeastChange = 0.01F;
 
 }  // namespace
 
-Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
+Cautery::Cautery(const Solver& solver, std::span<const ThermalBody> bodies,
                  const CauteryOptions& options)
-    : followed_(solver), options_(options), rest_volumes_(bodies.size()) {
+    : options_(options), field_(solver, bodies) {
   if (!(options.contact_radius > 0) || !std::isfinite(options.contact_radius)) {
     throw InvalidArgument("contact_radius is " + std::to_string(options.contact_radius) +
                           " m; it must be positive and finite");
@@ -45,71 +45,10 @@ Cautery::Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
   }
   check_range("dry_water", options.dry_water, 0, 1);
   check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
-  Index vertex_count = 0, tet_count = 0;  // that came with bodies
-  for (const Body& body : solver.bodies()) {
-    vertex_count += body.vertex_count;
-    tet_count += body.tet_count;
-  }
-  if (solver.vertex_count() > vertex_count ||
-      static_cast<Index>(solver.tets().size()) > tet_count) {
-    throw InvalidArgument("edits have split tissue; a cautery must be made before");
-  }
-  for (const CauteryBody& entry : bodies) {
-    const Body& body = solver.body(entry.body);
-    if (std::any_of(bodies_.begin(), bodies_.end(),
-                    [&](const Body& other) { return other.name == body.name; })) {
-      throw InvalidArgument("body '" + body.name + "' is given twice");
-    }
-    if (entry.mesh == nullptr) {
-      throw InvalidArgument("no mesh is given for body '" + body.name + "'");
-    }
-    if (!(entry.tissue.water_fraction > 0)) {
-      throw InvalidArgument("the tissue of body '" + body.name +
+  for (const ThermalBody& body : bodies) {
+    if (!(body.tissue.water_fraction > 0)) {
+      throw InvalidArgument("the tissue of body '" + solver.body(body.body).name +
                             "' has no water; without it nothing would ever vaporise");
-    }
-    if (entry.mesh->vertex_count() != body.vertex_count ||
-        entry.mesh->tet_count() != body.tet_count) {
-      throw InvalidArgument("the mesh given for body '" + body.name + "' has " +
-                            std::to_string(entry.mesh->tet_count()) + " tets; the body has " +
-                            std::to_string(body.tet_count));
-    }
-    bodies_.push_back(body);
-    fields_.emplace_back(*entry.mesh, entry.tissue, body);
-  }
-  EditResult gone;
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (!solver.is_tet_alive(t)) {
-      gone.tets.push_back(t);
-    }
-  }
-  for (HeatField& field : fields_) {
-    field.apply(solver, {}, gone);
-  }
-  follow_sizes(solver);
-}
-
-// Rest values and doses of what is new, none of what is no more. Rest values are those of the rest
-// mesh, which is what heat shrinks from.
-void Cautery::follow_sizes(const Solver& solver) noexcept {
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const HeatField& field = fields_[i];
-    std::vector<float>& volumes = rest_volumes_[i];
-    std::size_t t = volumes.size();
-    volumes.resize(field.tets().size());
-    for (; t < volumes.size(); ++t) {
-      volumes[t] = static_cast<float>(tet_volume(field.rest_positions(), field.tets()[t]));
-    }
-  }
-  std::size_t e = rest_lengths_.size();
-  rest_lengths_.resize(solver.edges().size());
-  for (; e < rest_lengths_.size(); ++e) {
-    for (const HeatField& field : fields_) {
-      const Index a = field.find_vertex(solver.edges()[e][0]);
-      if (a != kInvalidIndex) {
-        const Index b = field.find_vertex(solver.edges()[e][1]);
-        rest_lengths_[e] =
-            static_cast<float>((field.rest_positions()[a] - field.rest_positions()[b]).norm());
-      }
     }
   }
   link_doses_.resize(solver.links().size());
@@ -120,16 +59,14 @@ double Cautery::shrunk(double water) const {
 }
 
 std::vector<Cautery::Share> Cautery::find_touched_vertices(
-    const Solver& solver, std::span<const Eigen::Vector3f> positions, std::size_t i,
-    const Eigen::Vector3f& tip) const {
-  const HeatField& field = fields_[i];
-  const auto is_wet = [&](Index v) { return field.water()[v] > options_.dry_water; };
-  const auto vertex_count = static_cast<Index>(field.water().size());
-  std::vector<double> nearness(static_cast<std::size_t>(vertex_count), 0.0);
+    std::span<const Eigen::Vector3f> positions, const Eigen::Vector3f& tip) const {
+  const ThermalMesh& mesh = field_.mesh();
+  const auto is_wet = [&](Index v) { return field_.water()[v] > options_.dry_water; };
+  std::vector<double> nearness(positions.size(), 0.0);
   bool touches_dry = false;
-  for (Index v = 0; v < vertex_count; ++v) {
-    const double distance = (positions[field.scene_vertex(v)] - tip).norm();
-    if (distance < options_.contact_radius && field.has_tissue(v)) {
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const double distance = (positions[v] - tip).norm();
+    if (distance < options_.contact_radius && mesh.has_tissue(v)) {
       nearness[v] = 1 - distance / options_.contact_radius;
       touches_dry = touches_dry || !is_wet(v);
     }
@@ -137,15 +74,15 @@ std::vector<Cautery::Share> Cautery::find_touched_vertices(
   if (touches_dry) {
     // through dry tissue the current goes on to the wet tissue behind it
     std::vector<double> behind(nearness.size(), 0.0);
-    for (Index t = 0; t < static_cast<Index>(field.tets().size()); ++t) {
-      if (!solver.is_tet_alive(field.scene_tet(t))) {
+    for (Index t = 0; t < mesh.tet_count(); ++t) {
+      if (!mesh.is_alive(t)) {
         continue;
       }
-      for (const Index near : field.tets()[t]) {
+      for (const Index near : mesh.tets()[t]) {
         if (!(nearness[near] > 0) || is_wet(near)) {
           continue;
         }
-        for (const Index far : field.tets()[t]) {
+        for (const Index far : mesh.tets()[t]) {
           if (is_wet(far)) {
             behind[far] = std::max(behind[far], nearness[near]);
           }
@@ -157,7 +94,7 @@ std::vector<Cautery::Share> Cautery::find_touched_vertices(
     }
   }
   std::vector<Share> touched;
-  for (Index v = 0; v < vertex_count; ++v) {
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (nearness[v] > 0 && is_wet(v)) {
       touched.push_back({v, nearness[v]});
     }
@@ -186,53 +123,52 @@ std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
   return touched;
 }
 
-HeatState Cautery::state(const Solver& solver, std::size_t i, Index tet) const {
-  const HeatField& field = fields_[i];
-  if (!solver.is_tet_alive(field.scene_tet(tet))) {
-    return HeatState::vaporised;
+HeatState Cautery::state(Index tet) const {
+  const ThermalMesh& mesh = field_.mesh();
+  if (!mesh.is_alive(tet)) {
+    return mesh.tissue_of_tet(tet) == kInvalidIndex ? HeatState::normal : HeatState::vaporised;
   }
   double water = 0;
-  for (const Index v : field.tets()[tet]) {
-    water += field.water()[v] / 4;
+  for (const Index v : mesh.tets()[tet]) {
+    water += field_.water()[v] / 4;
   }
-  return heat_state(RemovalRule::water, field.boiling_vertices(tet), water, options_.dry_water);
+  return heat_state(RemovalRule::water, field_.boiled_vertices(tet), water, options_.dry_water);
 }
 
-void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const {
-  const HeatField& field = fields_[i];
-  const Body& body = bodies_[i];
+void Cautery::collect_changes(const Solver& solver, TopologyEdit& edit) const {
+  const ThermalMesh& mesh = field_.mesh();
   std::vector<Index> shrinking;
-  for (Index t = 0; t < static_cast<Index>(field.tets().size()); ++t) {
-    const Index scene_tet = field.scene_tet(t);
-    if (!solver.is_tet_alive(scene_tet)) {
+  for (Index t = 0; t < mesh.tet_count(); ++t) {
+    if (!mesh.is_alive(t)) {
       continue;
     }
-    const HeatState now = state(solver, i, t);
+    const HeatState now = state(t);
     if (now == HeatState::vaporised) {
-      edit.remove_tets.push_back(scene_tet);
+      edit.remove_tets.push_back(t);
       continue;
     }
     if (now != HeatState::burning) {
       continue;
     }
-    std::array<double, 4> water;
-    std::array<bool, 4> boiling;
-    for (int k = 0; k < 4; ++k) {
-      const Index v = field.tets()[t][k];
-      water[k] = field.water()[v];
-      boiling[k] = field.has_boiled(v);
+    double water = 0;
+    std::array<bool, 4> boiled;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Index v = mesh.tets()[t][k];
+      water += field_.water()[v] / 4;
+      boiled[k] = field_.has_boiled(v);
     }
-    const bool is_neo_hookean = body.material.model == ElasticModel::neo_hookean;
-    if (is_neo_hookean || body.material.has_volume_constraints) {
-      const double factor = shrunk((water[0] + water[1] + water[2] + water[3]) / 4);
-      const float volume = rest_volumes_[i][t] * static_cast<float>(factor * factor * factor);
-      if (volume < (1 - kLeastChange) * solver.rest_volume(scene_tet)) {
-        edit.rest_volumes.push_back({scene_tet, volume});
+    const Material& material = solver.body(solver.body_of_tet(t)).material;
+    const bool is_neo_hookean = material.model == ElasticModel::neo_hookean;
+    if (is_neo_hookean || material.has_volume_constraints) {
+      const double factor = shrunk(water);
+      const auto volume = static_cast<float>(mesh.volume(t) * factor * factor * factor);
+      if (volume < (1 - kLeastChange) * solver.rest_volume(t)) {
+        edit.rest_volumes.push_back({t, volume});
       }
     }
     for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
-      if (boiling[kTetEdges[e][0]] && boiling[kTetEdges[e][1]]) {
-        shrinking.push_back(solver.tet_edges(scene_tet)[e]);
+      if (boiled[kTetEdges[e][0]] && boiled[kTetEdges[e][1]]) {
+        shrinking.push_back(solver.tet_edges(t)[e]);
       }
     }
   }
@@ -240,9 +176,9 @@ void Cautery::collect_changes(const Solver& solver, std::size_t i, TopologyEdit&
   shrinking.erase(std::unique(shrinking.begin(), shrinking.end()), shrinking.end());
   for (const Index e : shrinking) {
     const auto [a, b] = solver.edges()[e];
-    const double water =
-        (field.water()[field.find_vertex(a)] + field.water()[field.find_vertex(b)]) / 2;
-    const float length = rest_lengths_[e] * static_cast<float>(shrunk(water));
+    const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
+    const auto length =
+        static_cast<float>(rest_length * shrunk((field_.water()[a] + field_.water()[b]) / 2));
     if (length < (1 - kLeastChange) * solver.rest_length(e)) {
       edit.rest_lengths.push_back({e, length});
     }
@@ -257,19 +193,16 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
                           std::to_string(dt) +
                           " s: the tip must be finite, the power >= 0, the time positive");
   }
-  followed_.check(solver, "a cautery");
+  field_.validate(solver, {});
   const std::vector<Eigen::Vector3f> positions = solver.positions();
   CauteryReport report;
-  std::vector<std::vector<Share>> touched(fields_.size());
-  std::vector<Share> links;
+  std::vector<Share> touched, links;
   double weight = 0;
   if (power > 0) {
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      touched[i] = find_touched_vertices(solver, positions, i, tip);
-      report.contact_vertices += static_cast<Index>(touched[i].size());
-      for (const Share& share : touched[i]) {
-        weight += share.weight;
-      }
+    touched = find_touched_vertices(positions, tip);
+    report.contact_vertices = static_cast<Index>(touched.size());
+    for (const Share& share : touched) {
+      weight += share.weight;
     }
     links = find_touched_links(solver, positions, tip);
     report.contact_links = static_cast<Index>(links.size());
@@ -280,14 +213,12 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
 
   TopologyEdit edit;
   const double energy_before = energy_in();
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    std::vector<HeatSource> sources;
-    for (const Share& share : touched[i]) {
-      sources.push_back({share.id, power * share.weight / weight});
-    }
-    fields_[i].step(dt, sources);
-    collect_changes(solver, i, edit);
+  std::vector<HeatSource> sources;
+  for (const Share& share : touched) {
+    sources.push_back({share.id, power * share.weight / weight});
   }
+  field_.step(dt, sources);
+  collect_changes(solver, edit);
   for (const Share& share : links) {
     // a link takes no more than parts it
     const double energy =
@@ -314,46 +245,24 @@ CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double
   return report;
 }
 
-void Cautery::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, "a cautery");
+void Cautery::validate(const Solver& solver, const TopologyEdit& edit) const {
+  field_.validate(solver, edit);
 }
 
 void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
-  followed_.apply(result);
-  for (HeatField& field : fields_) {
-    field.apply(solver, edit, result);
-  }
-  follow_sizes(solver);
+  field_.apply(solver, edit, result);
+  link_doses_.resize(solver.links().size());
 }
 
 void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
                    const EditResult& result) noexcept {
-  followed_.undo();
-  for (HeatField& field : fields_) {
-    field.undo(solver, edit, result);
-  }
-  follow_sizes(solver);
+  field_.undo(solver, edit, result);
+  link_doses_.resize(solver.links().size());
 }
 
 double Cautery::energy_in() const noexcept {
-  double sum = link_energy_spent_;
-  for (const HeatField& field : fields_) {
-    sum += field.energy_in();
-  }
-  return sum;
-}
-
-HeatLedger Cautery::ledger() const {
-  HeatLedger sum;
-  for (const HeatField& field : fields_) {
-    const HeatLedger ledger = field.ledger();
-    sum.in += ledger.in;
-    sum.sensible += ledger.sensible;
-    sum.latent += ledger.latent;
-    sum.removed += ledger.removed;
-  }
-  return sum;
+  return field_.ledger().in + link_energy_spent_;
 }
 
 }  // namespace pbdsurg

@@ -48,7 +48,7 @@ struct World {
   explicit World(const Slabs& slabs, const SolverOptions& options = {.damping = 20})
       : solver(slabs.scene, options),
         cautery(solver,
-                std::array{CauteryBody{0, &slabs.lower, kFat}, CauteryBody{1, &slabs.upper, kFat}},
+                std::array{ThermalBody{0, &slabs.lower, kFat}, ThermalBody{1, &slabs.upper, kFat}},
                 {.link_energy = 0.05}),
         strands(slabs.strands),
         surfaces{LiveSurface(solver, 0), LiveSurface(solver, 1)},
@@ -123,11 +123,9 @@ void check_views(const World& world) {
 }
 
 void check_heat(const World& world, double energy_before) {
-  for (std::size_t i = 0; i < 2; ++i) {
-    const HeatField& field = world.cautery.field(i);
-    REQUIRE(std::ranges::all_of(field.temperatures(), [](double t) { return t > 0 && t < 101; }));
-  }
-  const HeatLedger ledger = world.cautery.ledger();
+  const HeatField& field = world.cautery.field();
+  REQUIRE(std::ranges::all_of(field.temperatures(), [](double t) { return t > 0 && t < 101; }));
+  const HeatLedger& ledger = field.ledger();
   const double energy = ledger.sensible + ledger.latent + ledger.removed;
   REQUIRE(energy == testing::Approx(energy_before).epsilon(1e-9).margin(1e-12));
 }
@@ -156,7 +154,7 @@ TEST_CASE("transaction: all that follows topology follows cuts", "[property]") {
   Index divided = 0;
   for (Index round = 0; round < 12; ++round) {
     world.burn_and_tear({6e-3F, 6e-3F, 4.2e-3F});
-    const HeatLedger before = world.cautery.ledger();
+    const HeatLedger before = world.cautery.field().ledger();
     const CutOptions options{.style =
                                  round % 3 == 2 ? CutStyle::along_faces : CutStyle::through_tets};
     const TopologyEdit cut = plan_cut(world.solver, random_cut(1, round), options).edit;
@@ -203,8 +201,8 @@ TEST_CASE("transaction: a world that takes edits back goes on as one that never 
     goes_on.solver.step(kTimeStep);
     REQUIRE(tries.solver.state_hash() == goes_on.solver.state_hash());
     REQUIRE(tries.strands.whole_count() == goes_on.strands.whole_count());
-    REQUIRE(tries.cautery.ledger().sensible == goes_on.cautery.ledger().sensible);
-    REQUIRE(tries.cautery.ledger().removed == goes_on.cautery.ledger().removed);
+    REQUIRE(tries.cautery.field().ledger().sensible == goes_on.cautery.field().ledger().sensible);
+    REQUIRE(tries.cautery.field().ledger().removed == goes_on.cautery.field().ledger().removed);
     for (Index body = 0; body < 2; ++body) {
       REQUIRE(shown_by(tries.surfaces[body]) == shown_by(goes_on.surfaces[body]));
     }
@@ -232,7 +230,7 @@ TEST_CASE("transaction: who missed an edit, or is named twice, is refused", "[un
   CHECK_THROWS_WITH(world.cautery.update(world.solver, {0, 0, 0}, 8, kTimeStep),
                     testing::ContainsSubstring("take part in every edit"));
   CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {1}}, world.all()),
-                    testing::ContainsSubstring("a cautery is at topology version"));
+                    testing::ContainsSubstring("a thermal mesh is at topology version"));
   CHECK_THROWS_WITH(undo_edit(world.solver, edit, result, world.all()),
                     testing::ContainsSubstring("with the participants that it had"));
   undo_edit(world.solver, edit, result, views);

@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/tissue.h"
@@ -28,13 +26,6 @@ struct CauteryOptions {
                                    ///< crowds in what is thin
 };
 
-/// A body that the hook may burn.
-struct CauteryBody {
-  Index body;           ///< of the solver
-  const TetMesh* mesh;  ///< its rest mesh; used during construction only
-  TissueProperties tissue;
-};
-
 /// What one update did.
 struct CauteryReport {
   Index contact_vertices = 0;
@@ -44,19 +35,19 @@ struct CauteryReport {
   EditResult edit;       ///< what went
 };
 
-/// Couples a hook's tip to heat fields and to topology. Deterministic.
+/// Couples a hook's tip to a heat field and to topology. Deterministic.
 ///
 /// Only vertices are sensed: where edges are longer than the contact radius, a tip between them
-/// touches nothing. Edits made elsewhere must name the cautery as a participant, so that its fields
-/// follow. Undoing an edit does not take back the heat that led to it: what heat removed goes again
-/// in the next update.
+/// touches nothing. Edits made elsewhere must name the cautery as a participant, so that its field
+/// follows. Undoing an edit does not take back the heat that led to it: what heat removed goes
+/// again in the next update.
 class Cautery final : public EditParticipant {
  public:
   /// Tetrahedra that are gone already are left out.
   /// @throws InvalidArgument  naming the option out of range, the body that is not there, is given
   ///                          twice or has no water, or whose mesh is missing or not of its size,
   ///                          or if edits brought new vertices already
-  Cautery(const Solver& solver, std::span<const CauteryBody> bodies,
+  Cautery(const Solver& solver, std::span<const ThermalBody> bodies,
           const CauteryOptions& options = {});
 
   /// Applies power at the tip for dt, lets heat spread, shrinks, removes and cuts.
@@ -68,18 +59,17 @@ class Cautery final : public EditParticipant {
   /// @param tip    m, in the world
   /// @param power  W, >= 0
   /// @param dt     s
-  /// @param participants  further holders of topology, beside the heat fields
+  /// @param participants  further holders of topology, beside the heat field
   /// @throws InvalidArgument  for a value out of range; then nothing has changed. What another
   ///                          participant throws to refuse the edit passes through: the heat has
   ///                          been delivered then, and the edit is tried again in the next update.
   CauteryReport update(Solver& solver, const Eigen::Vector3f& tip, double power, double dt,
                        std::span<EditParticipant* const> participants = {});
 
-  /// The heat field of the i-th body given to the constructor.
-  [[nodiscard]] const HeatField& field(std::size_t i) const { return fields_[i]; }
+  [[nodiscard]] const HeatField& field() const noexcept { return field_; }
 
-  /// State of a tetrahedron of the i-th body. @param tet  of the body, as its field counts them
-  [[nodiscard]] HeatState state(const Solver& solver, std::size_t i, Index tet) const;
+  /// State of a tetrahedron; normal where the hook may not burn. @param tet  of the scene
+  [[nodiscard]] HeatState state(Index tet) const;
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
@@ -87,33 +77,26 @@ class Cautery final : public EditParticipant {
   void undo(const Solver& solver, const TopologyEdit& edit,
             const EditResult& result) noexcept override;
 
-  /// Sum over all fields, and what went into links, J.
-  [[nodiscard]] HeatLedger ledger() const;
+  /// What went into links, J.
   [[nodiscard]] double link_energy_spent() const noexcept { return link_energy_spent_; }
 
  private:
   struct Share {
-    Index id;  // vertex of the body, or link
+    Index id;  // vertex or link
     double weight;
   };
-  std::vector<Share> find_touched_vertices(const Solver& solver,
-                                           std::span<const Eigen::Vector3f> positions,
-                                           std::size_t i, const Eigen::Vector3f& tip) const;
+  std::vector<Share> find_touched_vertices(std::span<const Eigen::Vector3f> positions,
+                                           const Eigen::Vector3f& tip) const;
   std::vector<Share> find_touched_links(const Solver& solver,
                                         std::span<const Eigen::Vector3f> positions,
                                         const Eigen::Vector3f& tip) const;
-  void collect_changes(const Solver& solver, std::size_t i, TopologyEdit& edit) const;
+  void collect_changes(const Solver& solver, TopologyEdit& edit) const;
   [[nodiscard]] double shrunk(double water) const;
   [[nodiscard]] double energy_in() const noexcept;
-  void follow_sizes(const Solver& solver) noexcept;
 
-  FollowedVersion followed_;
   CauteryOptions options_;
-  std::vector<Body> bodies_;
-  std::vector<HeatField> fields_;
-  std::vector<std::vector<float>> rest_volumes_;  // [body][tet] m^3, of living tissue
-  std::vector<float> rest_lengths_;               // [edge] m, of living tissue
-  std::vector<double> link_doses_;                // [link] J
+  HeatField field_;
+  std::vector<double> link_doses_;  // [link] J
   double link_energy_spent_ = 0;
 };
 

@@ -2,134 +2,173 @@
 #pragma once
 
 /// @file
-/// Temperature and water of a body, heated from outside.
+/// Temperature and state of living tissue, heated from outside.
 
-#include <Eigen/Core>
-#include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/thermal_mesh.h"
+#include "pbdsurg/thermal/thermal_model.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace pbdsurg {
 
+class HeatRegion;
+
 /// Heat delivered to one vertex.
 struct HeatSource {
-  Index vertex;  ///< of the body
+  Index vertex;
   double power;  ///< W
 };
 
-/// Where the energy went since the start, J. What came in equals the sum of the other three, which
-/// are counted separately.
-struct HeatLedger {
-  double in = 0;        ///< delivered by sources
-  double sensible = 0;  ///< held as temperature above body temperature
-  double latent = 0;    ///< held by living tissue as boiled-off water
-  double removed = 0;   ///< taken away with removed tetrahedra
+/// Heat delivered evenly within one tetrahedron.
+struct TetHeatSource {
+  Index tet;
+  double power;  ///< W
 };
 
-/// Heat conduction on the rest mesh with boiling, stepped explicitly.
+/// Where the energy went since the start, J. What came in equals the sum of the others, which are
+/// counted separately.
+struct HeatLedger {
+  double in = 0;         ///< from sources, and from vertices whose temperature is held or set
+  double sensible = 0;   ///< held as temperature above body temperature
+  double latent = 0;     ///< went with steam: latent heat, and what warmed that water
+  double removed = 0;    ///< taken away with removed tetrahedra, what their steam took included
+  double surface = 0;    ///< given to the ambient
+  double perfusion = 0;  ///< carried off by blood
+};
+
+/// How heat is computed.
+struct HeatOptions {
+  /// K from body temperature: what is nearer to it, and has no neighbour beyond, rests. 0: the
+  /// whole mesh takes part in every step.
+  double active_rise = 0.1;
+  double tolerance = 1e-6;    ///< of the linear system's residual, relative; (0, 1)
+  int most_iterations = 200;  ///< of its solver, >= 1
+  int threads = 1;            ///< 1 to 256, for large regions; bits do not depend on it
+  ThreadWait wait = ThreadWait::yield;
+};
+
+/// What one step did.
+struct HeatReport {
+  Index active_vertices = 0;
+  int iterations = 0;
+  double residual = 0;  ///< relative, of the linear system
+  /// Whether the tolerance was reached. If not, energy is still accounted for.
+  bool converged = true;
+  /// Whether the step was taken; one whose result would not be finite is not.
+  bool accepted = true;
+  double hottest = kBodyTemperature;  ///< degrees Celsius, of what takes part
+  Index slivers = 0;                  ///< ThermalMesh::sliver_count()
+};
+
+/// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
+/// damage. Temperature moves with the tissue.
 ///
-/// Linear finite elements with lumped mass: dT_i/dt = sum_j k_ij (T_j - T_i) / M_i + q_i / M_i.
-/// Edges whose assembled k_ij is negative, which obtuse tetrahedra cause, conduct nothing: less
-/// accurate there, but no temperature leaves the range of those around it. A vertex at 100 degrees
-/// stays there until its water has boiled away (excess-heat correction, exactly conservative);
-/// perfusion and surface loss are neglected, which is justified for activations of seconds.
-/// Explicit steps are subdivided for stability; where slivers would need more than kMostSubsteps,
-/// conduction through their edges is limited instead: energy is still conserved, but heat spreads
-/// more slowly there (limited_edge_count() says how many). Deterministic.
+/// Linear finite elements with lumped mass on the rest mesh, stepped by the theta method in
+/// increment form (the generalised trapezoidal rule: Hughes, The Finite Element Method, 8.2; for an
+/// equation of first order also what is left of Newmark's scheme, whose gamma is theta):
+///   (M + theta dt (K + R + B)) d = dt (b - (K + R + B) T),  T += d,
+/// with M_i = rho c(w) V_i, (K T)_i = sum_j K_ij (T_j - T_i), R the perfusion of Pennes' equation,
+/// + G (T_body - T), which ends where tissue coagulates, and B loss at the surface, + h A (T_amb -
+/// T). Where linear elements have negative conductances they stay, so linear fields stay exact. A
+/// vertex at 100 degrees then stays there until its water has boiled away; damage and char
+/// follow from the temperature (thermal/tissue_state.h).
 ///
-/// Follows edits of its body: pass it to apply_edit() as a participant. A new vertex starts with
-/// the temperature, water and peak between those of the two that it lies between, by its share.
-/// These are then what they were all along its edge, so tetrahedra that are divided hold as much
-/// heat and steam as before (lumping is exact for what is linear within a tetrahedron), and no
-/// temperature leaves the range of those around it. An undo gives removed tissue back as warm as
-/// its vertices are then; what that brings in, if steps were taken since, is taken from
-/// HeatLedger::removed.
+/// Only the part takes part in which tissue is warm or heated, and some rings around it; its rim is
+/// insulated. It grows as it warms and shrinks as it cools. A step costs O(that part), whatever the
+/// size of the mesh, and allocates nothing unless the part grows beyond what it was. The same calls
+/// give the same bits for any number of threads. Copies share their threads: one may step at a
+/// time.
 ///
-/// Vertices and tetrahedra of the body have their own numbering here: those of the mesh, then new
-/// ones as edits brought them. Cost of a step, and of the step after an edit once more: O(vertices
-/// + edges) of the body; of an edit and its undo: O(changed).
+/// Follows edits as a participant, in O(changed); the next step takes up what changed. A new
+/// vertex starts between the two that it lies between, by its share: water, peak and state as
+/// such, temperature so that tetrahedra that are divided hold as much heat and steam as before; no
+/// temperature leaves the range of those around it. An undo gives removed tissue back as
+/// warm as its vertices are then; what that brings in, if steps were taken since, is taken from
+/// HeatLedger::removed. All in the scene's numbering; vertices without tissue keep what they had.
 class HeatField final : public EditParticipant {
  public:
-  static constexpr int kMostSubsteps = 16;  ///< per call of step()
+  /// One body by itself, with the ids of its mesh.
+  /// @throws InvalidArgument  naming the property, setting or option that is out of range
+  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model = {},
+            const HeatOptions& options = {});
 
-  /// @param mesh   the body's rest mesh, whole: a field made after an edit does not know of that
-  /// @param place  the body's place in the scene's numbering, of which first_vertex and first_tet
-  ///               are used
-  /// @throws InvalidArgument  naming the property that is not positive, or the water fraction
-  ///                          outside [0, 1]
-  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Body& place = {});
+  /// Bodies of a scene.
+  /// @throws InvalidArgument  as ThermalMesh and above
+  HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
+            const ThermalModel& model = {}, const HeatOptions& options = {});
 
-  /// Of a body whose solver was edited, for example by the edit that brought the body.
-  /// @param mesh  the body's rest mesh, of which nothing was changed
-  /// @throws InvalidArgument  as above, or if there is no such body or it is not of this mesh
-  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const Solver& solver, Index body);
+  /// @throws InvalidArgument  naming the setting or option that is out of range
+  HeatField(ThermalMesh mesh, const ThermalModel& model = {}, const HeatOptions& options = {});
 
-  /// Advances by dt with constant sources. Sources at vertices without tissue deliver nothing.
+  /// Advances by dt with constant sources; several at one place add up. Sources where no tissue is
+  /// left, and at held vertices, deliver nothing.
   /// @param dt  s, positive and finite
-  /// @throws InvalidArgument  naming the source whose vertex is out of range or whose power is
-  ///                          negative or not finite; then nothing has changed
-  void step(double dt, std::span<const HeatSource> sources);
+  /// @throws InvalidArgument  naming the source whose vertex or tetrahedron is out of range or
+  ///                          whose power is negative or not finite; then nothing has changed
+  HeatReport step(double dt, std::span<const HeatSource> sources,
+                  std::span<const TetHeatSource> tet_sources = {});
 
-  /// [vertex_count] degrees Celsius
+  /// Sets temperatures, counted as energy that came in. Cost: O(n).
+  /// @param vertices      [n] with tissue, each once
+  /// @param temperatures  [n] degrees Celsius
+  /// @throws InvalidArgument  naming the vertex that is out of range or without tissue, or the
+  ///                          temperature that is not finite, or if sizes differ; nothing changes
+  void set_temperatures(std::span<const Index> vertices, std::span<const double> temperatures);
+
+  /// Holds vertices at their temperature from now on, instead of those held before: a heated jaw,
+  /// a boundary of a test. Heat that this takes counts as coming in. They do not boil.
+  /// @param vertices  [n] each once
+  /// @throws InvalidArgument  naming the vertex out of range; then nothing has changed
+  void hold(std::span<const Index> vertices);
+
+  /// The tissue there is. Its topology follows edits through this field.
+  [[nodiscard]] const ThermalMesh& mesh() const noexcept { return mesh_; }
+  [[nodiscard]] const ThermalModel& model() const noexcept { return model_; }
+
+  // All [vertex_count] of mesh().
+
+  /// degrees Celsius
   [[nodiscard]] std::span<const double> temperatures() const noexcept { return temperatures_; }
 
-  /// [vertex_count] degrees Celsius, the highest so far: unlike the temperature it never falls
+  /// degrees Celsius, the highest so far: unlike the temperature it never falls
   [[nodiscard]] std::span<const double> peak_temperatures() const noexcept { return peaks_; }
 
-  /// [vertex_count] share of the original water that is left, 1 to 0, never rising
+  /// share of the original water that is left, 1 to 0, never rising
   [[nodiscard]] std::span<const double> water() const noexcept { return water_; }
 
-  /// Whether any tetrahedron is left at a vertex. @param vertex  of the body
-  [[nodiscard]] bool has_tissue(Index vertex) const { return capacities_[vertex] > 0; }
+  /// share not yet coagulated, exp(-Omega) of the damage integral, 1 to 0, never rising
+  [[nodiscard]] std::span<const double> survival() const noexcept { return survival_; }
 
-  /// [tet_count] vertices of the body, those of removed tetrahedra included
-  [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
+  /// share of collagen not yet denatured, 1 to 0, never rising
+  [[nodiscard]] std::span<const double> collagen() const noexcept { return collagen_; }
 
-  /// [edge_count] vertices of the body, smaller first; those without tissue any more included
-  [[nodiscard]] std::span<const Edge> edges() const noexcept { return edges_; }
+  /// share that is char, 0 to 1, never falling
+  [[nodiscard]] std::span<const double> charred() const noexcept { return charred_; }
 
-  /// [edge_count] W/K, of living tissue, before any limit for the sake of the time step
-  [[nodiscard]] std::span<const double> conductances() const noexcept { return conductances_; }
+  /// J/K of living tissue at a vertex, with the water that is left. Cost: O(tets at it).
+  [[nodiscard]] double capacity(Index vertex) const;
 
-  /// [vertex_count] J/K, of living tissue
-  [[nodiscard]] std::span<const double> capacities() const noexcept { return capacities_; }
-
-  /// [vertex_count] m, of the rest mesh, and where new vertices would lie in it
-  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept {
-    return rest_positions_;
-  }
-
-  /// Between the body's numbering and the scene's; kInvalidIndex for what is not of the body.
-  [[nodiscard]] Index scene_vertex(Index vertex) const { return vertex_ids_.scene_id(vertex); }
-  [[nodiscard]] Index scene_tet(Index tet) const { return tet_ids_.scene_id(tet); }
-  [[nodiscard]] Index find_vertex(Index scene_vertex) const {
-    return vertex_ids_.find(scene_vertex);
-  }
-  [[nodiscard]] Index find_tet(Index scene_tet) const { return tet_ids_.find(scene_tet); }
-
-  /// Whether a vertex has ever reached the boiling temperature. @param vertex  of the body
+  /// Whether a vertex has ever reached the boiling temperature.
   [[nodiscard]] bool has_boiled(Index vertex) const {
     return peaks_[vertex] >= kBoilingTemperature;
   }
 
   /// How many of a tetrahedron's vertices have boiled.
-  /// @param tet  of the body
-  [[nodiscard]] int boiling_vertices(Index tet) const;
+  [[nodiscard]] int boiled_vertices(Index tet) const;
 
-  /// J delivered by sources so far.
-  [[nodiscard]] double energy_in() const noexcept { return in_; }
+  /// Vertices that the last step worked on, ascending. Valid until the next call that changes
+  /// anything.
+  [[nodiscard]] std::span<const Index> active_vertices() const noexcept;
 
-  /// Where that energy is. Cost: O(vertices).
-  [[nodiscard]] HeatLedger ledger() const noexcept;
-  [[nodiscard]] Index limited_edge_count() const noexcept { return limited_edge_count_; }
+  [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
@@ -138,68 +177,69 @@ class HeatField final : public EditParticipant {
             const EditResult& result) noexcept override;
 
  private:
-  // Ids of the scene: at first a range, then some of those that edits brought, ascending.
-  struct SceneIds {
-    Index first = 0;
-    Index count = 0;
-    std::vector<Index> added{};
+  // Copies with its owner.
+  class RegionPointer {
+   public:
+    explicit RegionPointer(const HeatOptions& options);
+    RegionPointer(const RegionPointer& other);
+    RegionPointer(RegionPointer&&) noexcept;
+    RegionPointer& operator=(RegionPointer other) noexcept;
+    ~RegionPointer();
+    HeatRegion* operator->() const noexcept { return region_.get(); }
 
-    [[nodiscard]] Index scene_id(Index own) const {
-      return own < count ? first + own : added[own - count];
-    }
-    [[nodiscard]] Index find(Index scene_id) const;
-    [[nodiscard]] std::size_t size() const {
-      return static_cast<std::size_t>(count) + added.size();
-    }
+   private:
+    std::unique_ptr<HeatRegion> region_;
   };
 
-  void link_tet(Index tet) noexcept;
-  void unlink_tet(Index tet) noexcept;
-  void add_vertex(Index scene_vertex, Index first, Index second, double share);
-  void add_tet(Index scene_tet, const Tet& vertices);
-  void find_tet_edges(Index tet);
-  [[nodiscard]] Index find_or_add_edge(Index a, Index b);
-  void replace_corner(Index tet, Index from, Index to) noexcept;
-  void sum_tet(Index tet) noexcept;
-  void sum_vertex(Index vertex) noexcept;
-  void sum_edge(Index edge) noexcept;
-  void resize(std::size_t vertex_count, std::size_t tet_count, std::size_t edge_count);
-  void bound_step(double dt);
-  void boil(Index vertex);
-  [[nodiscard]] double heat_of(Index tet) const noexcept;
-  [[nodiscard]] double latent_rise() const noexcept;
-  template <class Visit>
-  void visit_tets(Index vertex, Visit visit) const;
+  // Of a vertex or a tetrahedron, J.
+  struct Heat {
+    double sensible = 0, latent = 0;
+  };
 
-  FollowedVersion followed_;
-  TissueProperties tissue_;
-  SceneIds vertex_ids_, tet_ids_;
-  std::vector<Eigen::Vector3d> rest_positions_;          // [vertex_count] m
-  std::vector<Tet> tets_;                                // [tet_count]
-  std::vector<Edge> edges_;                              // [edge_count]
-  std::vector<std::array<Index, 6>> tet_edges_;          // [tet_count]
-  std::vector<std::array<double, 6>> tet_conductances_;  // [tet_count] W/K, of each edge
-  std::vector<double> tet_masses_;                       // [tet_count] kg
-  // The live tetrahedra at each vertex, ascending, so that sums over them depend on what lives
-  // alone and not on how it came to be: corner 4 t + k is followed by next_corners_[t][k].
-  std::vector<Index> first_corners_;                // [vertex_count]
-  std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
+  void resize(std::size_t vertex_count);
+  [[nodiscard]] const TissueProperties& tissue(Index vertex) const;
+  [[nodiscard]] Heat heat_per_mass(Index vertex) const;
+  [[nodiscard]] Heat heat_of(Index tet) const;
+  [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
+  [[nodiscard]] bool is_warm(double temperature, double rise) const;
+  void check(double dt, std::span<const HeatSource> sources,
+             std::span<const TetHeatSource> tet_sources) const;
+  void activate(std::span<const HeatSource> sources, std::span<const TetHeatSource> tet_sources);
+  void fill_rows(double dt, std::span<const HeatSource> sources,
+                 std::span<const TetHeatSource> tet_sources);
+  bool grow_rim(int rings);
+  [[nodiscard]] double held_flow(std::span<const double> flows) const;
+  void balance(double dt);
+  void advance_state(double dt, HeatReport& report);
+  void shrink();
+  void add_vertex(Index vertex, const NewVertex& added);
 
-  std::vector<double> conductances_;  // [edge_count] W/K, sum over live tetrahedra
-  std::vector<double> limited_;       // [edge_count] W/K, as used with the current substep
-  std::vector<double> capacities_;    // [vertex_count] J/K of live tissue
-  std::vector<double> temperatures_, peaks_, water_;  // [vertex_count]
-  std::vector<double> flows_;                         // [vertex_count] W, scratch
-  double bounded_dt_ = 0;  // the dt for which substeps_ and limited_ hold
-  int substeps_ = 1;
-  Index limited_edge_count_ = 0;
-  double in_ = 0, removed_ = 0;  // J, of the ledger
+  ThermalMesh mesh_;
+  ThermalModel model_;
+  HeatOptions options_;
+  std::vector<double> temperatures_, peaks_, water_, survival_, collagen_, charred_;
+  std::vector<Index> held_;
+  HeatLedger ledger_;
+  RegionPointer region_;
+  std::vector<Index> pending_;  // vertices that may be warm and not yet in the region
+  Index most_warm_ = 0;         // vertices, since the region was laid out
+
+  // of the rows of the region, scratch
+  struct Row {
+    double temperature, capacity;  // degrees Celsius, J/K
+    double perfusion, surface;     // W/K
+    double power;                  // W
+    bool is_held;
+  };
+  std::vector<Row> rows_;
+  std::vector<double> row_temperatures_, flows_, added_, right_, increments_;
+  std::vector<double> held_increments_;
+  std::vector<Index> seeds_;
 
   // for the undo of the last edit
-  double removed_before_ = 0;  // J
-  std::size_t vertices_before_ = 0, tets_before_ = 0, edges_before_ = 0;
-  std::vector<std::array<Index, 6>> moved_edges_;  // of the tetrahedron of each corner move
-  bool has_stepped_ = false;                       // since that edit
+  HeatLedger ledger_before_;
+  std::size_t vertices_before_ = 0, pending_before_ = 0;
+  bool has_stepped_ = false;  // since that edit
 };
 
 }  // namespace pbdsurg

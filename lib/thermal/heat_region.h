@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The warm part of a thermal mesh, and the linear system of conduction in it.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/thermal_mesh.h"
+
+#include "solver/step_team.h"
+#include "thermal/local_system.h"
+
+namespace pbdsurg {
+
+/// Some vertices of a mesh, ascending: the rows of a system. Tetrahedra conduct whose corners are
+/// all among them, so the rim is insulated. Two regions of the same vertices and living tissue are
+/// the same to the bit, however they came to be.
+class HeatRegion {
+ public:
+  /// @param threads  >= 1, those that share large systems
+  HeatRegion(int threads, ThreadWait wait)
+      : team_(threads > 1 ? std::make_shared<StepTeam>(threads, wait) : nullptr),
+        system_(team_.get()) {}
+
+  [[nodiscard]] std::span<const Index> vertices() const noexcept { return vertices_; }
+
+  /// The row of a vertex, kInvalidIndex outside.
+  [[nodiscard]] Index row(Index vertex) const {
+    return vertex < static_cast<Index>(rows_.size()) ? rows_[vertex] : kInvalidIndex;
+  }
+
+  // of a row, valid after update()
+
+  /// Whether all neighbours are in the region, too.
+  [[nodiscard]] bool is_inner(Index row) const { return inner_[row] != 0; }
+  [[nodiscard]] double mass(Index row) const { return masses_[row]; }       ///< kg
+  [[nodiscard]] double surface(Index row) const { return surfaces_[row]; }  ///< m^2, if asked for
+  [[nodiscard]] LocalSystem& system() noexcept { return system_; }          ///< couplings in W/K
+  [[nodiscard]] const LocalSystem& system() const noexcept { return system_; }
+
+  /// Adds seeds and some rings of neighbours around them. Cost: O(added + region log region).
+  void add(const ThermalMesh& mesh, std::span<const Index> seeds, int rings);
+
+  /// Drops all vertices. Those that an undo did away with must be dropped before the next use.
+  void clear();
+  void drop_from(Index first_vertex);
+
+  /// Tells that tetrahedra in the region may have changed.
+  void mark_changed() noexcept { has_changed_ = true; }
+
+  /// Makes rows and system anew if anything has changed. Cost: O(region) then.
+  /// @param needs_surfaces  the same in every call
+  void update(const ThermalMesh& mesh, bool needs_surfaces);
+
+ private:
+  std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
+  LocalSystem system_;
+  std::vector<Index> vertices_;  // ascending
+  std::vector<Index> rows_;      // [vertices of the mesh]
+  bool has_changed_ = false;
+  std::vector<std::uint8_t> inner_;        // [row_count]
+  std::vector<double> masses_, surfaces_;  // [row_count]
+  // scratch
+  std::vector<Tet> tets_;                            // rows at corners
+  std::vector<std::array<double, 6>> conductances_;  // [tets_] W/K
+  std::vector<Index> front_, next_front_;
+  std::vector<std::uint32_t> seen_at_;  // [vertices of the mesh] the search that saw it last
+  std::uint32_t search_ = 0;
+};
+
+}  // namespace pbdsurg
