@@ -134,7 +134,7 @@ std::string EditTrial::difference() const {
   if (wrong.empty()) {
     wrong = testing::difference(model_, strands_, solver_);
   }
-  return wrong.empty() ? testing::difference(model_, cautery_.field(0), kLiver) : wrong;
+  return wrong.empty() ? testing::difference(model_, cautery_.field(), kLiver) : wrong;
 }
 
 // Some changes, or a cut and perhaps more; with links to what stays, and without crumbs.
