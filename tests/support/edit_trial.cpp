@@ -20,7 +20,7 @@ namespace {
 constexpr float kTimeStep = 1e-3F;  // s
 
 Cautery make_cautery(const EditScene& scene, const Solver& solver) {
-  const CauteryBody body{0, &scene.first_mesh, kLiver};
+  const ThermalBody body{0, &scene.first_mesh, kLiver};
   return {solver, {&body, 1}};
 }
 
