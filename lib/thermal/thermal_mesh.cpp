@@ -247,7 +247,7 @@ void ThermalMesh::validate(const Solver& solver, const TopologyEdit&) const {
   followed_.check(solver, "a thermal mesh");
 }
 
-void ThermalMesh::apply(const Solver& solver, const TopologyEdit& edit,
+void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
                         const EditResult& result) noexcept {
   followed_.apply(result);
   ++version_;
@@ -255,7 +255,13 @@ void ThermalMesh::apply(const Solver& solver, const TopologyEdit& edit,
   vertices_before_ = points_.size();
   tets_before_ = tets_.size();
   slivers_before_ = sliver_count_;
-  resize(static_cast<std::size_t>(solver.vertex_count()), solver.tets().size());
+  const Scene& bodies = edit.new_bodies;  // which have no tissue here
+  if (!edit.new_vertices.empty() || !edit.new_tets.empty() || !bodies.bodies().empty()) {
+    resize(static_cast<std::size_t>(result.first_new_vertex) + edit.new_vertices.size() +
+               static_cast<std::size_t>(bodies.vertex_count()),
+           static_cast<std::size_t>(result.first_new_tet) + edit.new_tets.size() +
+               bodies.tets().size());
+  }
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
     const NewVertex& added = edit.new_vertices[i];
     const std::size_t v = static_cast<std::size_t>(result.first_new_vertex) + i;
