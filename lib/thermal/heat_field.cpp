@@ -378,8 +378,9 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
     if (t != kInvalidIndex) {
       // the heat of parents, which follow what was asked for, stays with their children
       const bool is_asked_for =
-          i < edit.remove_tets.size() ||
-          std::ranges::count(edit.remove_bodies, solver.body_of_tet(result.tets[i])) > 0;
+          i < edit.remove_tets.size() || std::ranges::any_of(edit.remove_bodies, [&](Index body) {
+            return solver.body_of_tet(result.tets[i]) == body;
+          });
       removed_ += is_asked_for ? heat_of(t) : 0;
       unlink_tet(t);
       bounded_dt_ = 0;
