@@ -234,7 +234,7 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
     CHECK(farthest < 0.02 * testing::kEventfulEdge);
   }
   const Eigen::Vector3f force = solver.tool_force(0, 1), other = unchanged.tool_force(0, 1);
-  CHECK((force - other).norm() < 0.05F * other.norm());
+  CHECK((force - other).norm() < 0.1F * other.norm());
 }
 
 // Would catch another order of vertices, constraints or rows than that of a fresh solver.

@@ -195,6 +195,7 @@ class FakeDevice final : public Backend {
     own_.options = data.options;
     own_.gravity = data.gravity;
     own_.bodies = data.bodies;
+    own_.later_tet_bodies = data.later_tet_bodies;
     own_.place_of_vertex = data.place_of_vertex;
     own_.domain_counts = data.domain_counts;
     own_.tets = data.tets;

@@ -482,4 +482,27 @@ TEST_CASE("heat field: bad values are refused by name", "[unit]") {
   CHECK(field.temperatures()[0] == kBodyTemperature);
 }
 
+// Would catch a field of a late body that is refused or at the wrong ids, and heat that is not
+// counted when its body goes.
+TEST_CASE("heat field: of a body that comes in late, and goes with its heat", "[unit]") {
+  const TetMesh box = testing::make_box({2, 2, 2}, 2e-3);
+  Scene scene, late;
+  scene.add_body("block", box);
+  late.add_body("clot", box);
+  Solver solver(scene);
+  HeatField first(box, kLiver, solver.body(0));
+  EditParticipant* const one[] = {&first};
+  apply_edit(solver, {.remove_tets = {0}, .new_bodies = late}, one);
+  CHECK_THROWS_WITH(HeatField(box, kLiver, solver, 0), ContainsSubstring("body 'block'"));
+  HeatField field(box, kLiver, solver, 1);
+  CHECK(field.scene_vertex(3) == box.vertex_count() + 3);
+  const HeatSource source{4, 1.0};
+  field.step(0.1, {&source, 1});
+  const double held = field.ledger().in;
+  EditParticipant* const both[] = {&first, &field};
+  apply_edit(solver, {.remove_bodies = {1}}, both);
+  CHECK(field.ledger().removed == Approx(held));
+  CHECK(first.ledger().removed == 0);
+}
+
 }  // namespace pbdsurg
