@@ -15,9 +15,6 @@ constexpr Index kGone = -1;  // its tetrahedron is not, or not of the body
 constexpr Index kOpen = -2;  // within an edit: neither joined nor on the surface yet
 constexpr Index kOnSurface = -3;
 
-// The smallest memory of changes.
-constexpr std::size_t kFewestChanges = 1024;
-
 }  // namespace
 
 LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
@@ -29,7 +26,6 @@ LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
   const Index own_vertices = vertices_.local(solver.vertex_count());
   faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own_tets), kGone));
   vertex_triangles_ = UndoArray(std::vector<Index>(static_cast<std::size_t>(own_vertices), 0));
-  changes_.resize(kFewestChanges);
   for (Index face = 0; face < faces_.size(); ++face) {
     const Index tet = tets_.scene(face / 4);
     if (solver.is_tet_alive(tet) && solver.body_of_tet(tet) == body) {
@@ -41,33 +37,8 @@ LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
   // what follows is smaller
   open_ = std::vector<Index>();
   sorted_open_ = std::vector<OpenFace>();
-  changes_.resize(std::max(changes_.size(), static_cast<std::size_t>(slot_count())));
-  version_ = version_before_ = 1;
-}
-
-void LiveSurface::collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
-  ranges.clear();
-  if (since == 0 || version_ - since > changes_.size()) {
-    ranges.push_back({0, slot_count()});
-    return;
-  }
-  for (std::uint64_t v = since; v < version_; ++v) {
-    const Index slot = changes_[v % changes_.size()];
-    if (slot < slot_count()) {
-      ranges.push_back({slot, slot + 1});
-    }
-  }
-  std::sort(ranges.begin(), ranges.end(),
-            [](const SlotRange& a, const SlotRange& b) { return a.first < b.first; });
-  std::size_t count = 0;
-  for (const SlotRange& range : ranges) {
-    if (count > 0 && range.first < ranges[count - 1].end + kJoinedGap) {
-      ranges[count - 1].end = range.end;
-    } else {
-      ranges[count++] = range;
-    }
-  }
-  ranges.resize(count);
+  changes_ = ChangeLog(slot_count());
+  version_before_ = version();
 }
 
 void LiveSurface::validate(const Solver& solver, const TopologyEdit&) const {
@@ -81,7 +52,7 @@ void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
   }
   triangles_.begin_edit();
   origins_.begin_edit();
-  version_before_ = version_;
+  version_before_ = version();
   followed_.apply(result);
 
   while (vertices_.scene(vertex_triangles_.size()) < solver.vertex_count()) {
@@ -125,15 +96,7 @@ void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,
 }
 
 void LiveSurface::undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept {
-  // readers follow what changes back
-  const std::uint64_t end = version_;
-  if (end - version_before_ <= changes_.size()) {
-    for (std::uint64_t v = version_before_; v < end; ++v) {
-      note_change(changes_[v % changes_.size()]);
-    }
-  } else {
-    version_ += changes_.size() + 1;
-  }
+  changes_.note_again(version_before_);  // readers follow what changes back
   for (UndoArray<Index>* array : {&faces_, &free_slots_, &vertex_triangles_}) {
     array->undo();
   }
@@ -214,7 +177,7 @@ void LiveSurface::show_open_faces(const Solver& solver) {
     for (const Index v : triangle) {
       vertex_triangles_.set(vertices_.local(v), vertex_triangles_[vertices_.local(v)] + 1);
     }
-    note_change(slot);
+    changes_.note(slot);
   }
   open_.clear();
 }
@@ -226,12 +189,7 @@ void LiveSurface::hide(Index slot) {
   triangles_.set(slot, kEmptyTriangle);
   origins_.set(slot, {});
   free_slots_.push_back(slot);
-  note_change(slot);
-}
-
-void LiveSurface::note_change(Index slot) noexcept {
-  changes_[version_ % changes_.size()] = slot;
-  ++version_;
+  changes_.note(slot);
 }
 
 }  // namespace pbdsurg

@@ -1,5 +1,5 @@
 pbdsurg_room(edit
-  HEADERS cut.h followed_version.h live_boundary.h live_pieces.h live_surface.h topology_edit.h undo_array.h
-  SOURCES cut.cpp cut_planner.cpp cut_surface.cpp edit_checks.cpp fingerprint.cpp followed_version.cpp live_boundary.cpp
+  HEADERS change_log.h cut.h followed_version.h live_boundary.h live_pieces.h live_surface.h topology_edit.h undo_array.h
+  SOURCES change_log.cpp cut.cpp cut_planner.cpp cut_surface.cpp edit_checks.cpp fingerprint.cpp followed_version.cpp live_boundary.cpp
           live_pieces.cpp live_surface.cpp part_tissue.cpp removal.cpp split_tets.cpp
           topology_edit.cpp)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/edit/undo_array.h"
@@ -20,12 +21,6 @@ namespace pbdsurg {
 struct TetFace {
   Index tet = kInvalidIndex;
   Index face = 0;  ///< in kTetTriangles: it lies opposite to this corner
-};
-
-/// Slots first, ..., end - 1.
-struct SlotRange {
-  Index first;
-  Index end;
 };
 
 /// Boundary triangles of a body's live tetrahedra, in slots that make an index buffer: a triangle
@@ -57,7 +52,7 @@ class LiveSurface final : public EditParticipant {
   }
 
   /// Grows with every slot that changes, back as well as forth. Above zero.
-  [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
+  [[nodiscard]] std::uint64_t version() const noexcept { return changes_.version(); }
 
   /// Which slots a reader has to copy that has seen a version: any number of readers, each with its
   /// own. Ranges are ascending; those less than kJoinedGap apart are one, because a call costs a
@@ -65,8 +60,10 @@ class LiveSurface final : public EditParticipant {
   /// Cost: O(k log k) in the k changes since.
   /// @param since   a version() read before; zero for a reader that has seen none
   /// @param ranges  replaced
-  void collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const;
-  static constexpr Index kJoinedGap = 16;
+  void collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
+    changes_.collect(since, slot_count(), ranges);
+  }
+  static constexpr Index kJoinedGap = ChangeLog::kJoinedGap;
 
   /// @throws InvalidArgument  if the surface has missed an edit
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
@@ -101,7 +98,6 @@ class LiveSurface final : public EditParticipant {
   void join_open_faces(const Solver& solver);
   void show_open_faces(const Solver& solver);
   void hide(Index slot);
-  void note_change(Index slot) noexcept;
 
   Numbering tets_, vertices_;
   // [4 * own tets] for face 4 * local tet + place: the face it shares, or a state below zero
@@ -114,9 +110,8 @@ class LiveSurface final : public EditParticipant {
   std::vector<Index> open_;
   std::vector<OpenFace> sorted_open_;
 
-  std::uint64_t version_ = 1;
+  ChangeLog changes_;
   std::uint64_t version_before_ = 1;  // the last edit
-  std::vector<Index> changes_;        // slot of change v at v % size, for the last `size` changes
   FollowedVersion followed_;
 };
 
