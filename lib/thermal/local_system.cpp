@@ -160,10 +160,27 @@ void LocalSystem::flows(std::span<const double> x, std::span<double> out) const 
   });
 }
 
+double LocalSystem::coupling_sum(Index row) const {
+  return std::accumulate(couplings_.begin() + starts_[row], couplings_.begin() + starts_[row + 1],
+                         0.0);
+}
+
+void LocalSystem::sum_at_corners(std::span<const double> values, std::span<double> out) const {
+  share([&](const Worker& worker) {
+    worker.for_each_piece(piece_count(), [&](Index piece) {
+      for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
+        out[row] = 0;
+        for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
+          out[row] += values[row_tets_[i].tet];
+        }
+      }
+    });
+  });
+}
+
 void LocalSystem::prepare() {
   for (std::size_t row = 0; row < diagonal_.size(); ++row) {
-    const double sum = std::accumulate(couplings_.begin() + starts_[row],
-                                       couplings_.begin() + starts_[row + 1], added_[row]);
+    const double sum = added_[row] + coupling_sum(static_cast<Index>(row));
     const bool is_free = sum > 0 && std::isfinite(sum);
     diagonal_[row] = is_free ? sum : 0;
     inverses_[row] = is_free ? 1 / sum : 0;
@@ -251,6 +268,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
       squares += residual * residual * inverses_[row];
       residual_[row] = inverses_[row] > 0 ? residual : 0;
       direction_[row] = 0;
+      product_[row] = 0;
       total += residual_[row];
     }
     sums_[piece] = squares;
@@ -296,6 +314,9 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
     worker.for_each_piece(pieces, [&](Index piece) {
       double curvature = 0;
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
+        if (inverses_[row] == 0) {
+          continue;
+        }
         double value = diagonal_[row] * direction_[row];
         for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
           value -= couplings_[e] * direction_[columns_[e]];
@@ -316,7 +337,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
       double squares_here = 0, total = 0;
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         x[row] += length * direction_[row];
-        residual_[row] -= inverses_[row] > 0 ? length * product_[row] : 0;
+        residual_[row] -= length * product_[row];
         squares_here += residual_[row] * residual_[row] * inverses_[row];
         total += residual_[row];
       }

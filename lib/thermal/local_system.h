@@ -74,6 +74,14 @@ class LocalSystem {
   /// @param out  [row_count]
   void flows(std::span<const double> x, std::span<double> out) const;
 
+  /// sum_j c_ij of a row, which is what couplings have on the diagonal
+  [[nodiscard]] double coupling_sum(Index row) const;
+
+  /// out_i = the sum of values over the tetrahedra that have row i as a corner.
+  /// @param values  [tet_count]
+  /// @param out     [row_count]
+  void sum_at_corners(std::span<const double> values, std::span<double> out) const;
+
   /// Solves A x = b on the free rows. Without an answer in the iterations allowed, x is the best
   /// so far, in energy.
   /// @param b  [row_count] those of held rows count nothing

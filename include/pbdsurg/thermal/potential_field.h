@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Electric potential around an electrode that touches tissue, and the heat of its current.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/thermal_mesh.h"
+
+namespace pbdsurg {
+
+/// A vertex that the electrode touches.
+struct PatchVertex {
+  Index vertex;
+  /// Share of the vertex's part of the surface that is touched, (0, 1]. At 1 the vertex has the
+  /// potential of the electrode; a lesser share adds the resistance by which a smaller disk
+  /// exceeds a larger one, so that contact is made and broken smoothly.
+  double weight;
+};
+
+struct PotentialOptions {
+  double region_radii = 10;           ///< radius of the region over that of the contact, > 1
+  double tolerance = 1e-3;            ///< of the residual, (0, 1); the power's error is its square
+  int most_iterations = 200;          ///< >= 0
+  double conductivity_change = 0.05;  ///< relative, beyond which a solution is out of date, >= 0
+  int threads = 1;                    ///< >= 0; 0: one a processor; the bits are the same for all
+  ThreadWait wait = ThreadWait::yield;
+};
+
+struct PotentialReport {
+  double conductance = 0;  ///< S, between electrode and ground; 0: an open circuit
+  bool is_closed = false;  ///< whether current has a way from the electrode to ground
+  bool is_new = false;     ///< whether this call solved, or found its last solution good enough
+  int iterations = 0;      ///< of the last solution, as what follows
+  double residual = 0;     ///< relative
+  bool has_converged = true;
+  Index vertex_count = 0;  ///< of the region
+  Index lost_count = 0;    ///< vertices of the patch that no conducting tetrahedron has
+};
+
+/// div(sigma grad u) = 0 in a region around the electrode: u is 1 on it and 0 at ground, and no
+/// current leaves elsewhere. Linear finite elements; displacement current is neglected (in liver at
+/// 500 kHz it makes the admittance 1.13 times as large, in other tissue less).
+///
+/// The region is what conducting tetrahedra join to the patch within region_radii radii of the
+/// contact, where ground begins: that leaves out (2 / pi) / region_radii of the resistance of a
+/// disk on a half-space, and with a prescribed power hardly any of the heat. A radius counts as at
+/// least half an edge of the mesh, for so does a disk that one vertex stands for; and the ball is
+/// at most as wide as 0.9 of its body's longest side, so that every whole body has a ground. A
+/// piece cut off within the ball has none: an open circuit without heat, and so is an empty or a
+/// lost patch. Tissue that the patch does not reach has no heat, and no potential.
+///
+/// Heat for a voltage U is U^2 times what is given here for one volt, and sums to U^2 conductance
+/// to rounding, converged or not: scaled to a wanted power, that is always right.
+///
+/// Does not follow edits by itself; solve() sees that its ThermalMesh has. Deterministic: the same
+/// calls give the same bits for any number of threads. Allocates nothing while regions are not
+/// larger than before.
+class PotentialField {
+ public:
+  /// @param mesh  must outlive this
+  /// @throws InvalidArgument  naming the option that is out of range
+  explicit PotentialField(const ThermalMesh& mesh, const PotentialOptions& options = {});
+  ~PotentialField();
+  PotentialField(const PotentialField&) = delete;
+  PotentialField& operator=(const PotentialField&) = delete;
+
+  /// What the electrode touches from now on; empty: nothing. Those without tissue, now or later, do
+  /// not count.
+  /// @param area  m^2 of contact, which gives the size of the region; positive and finite, or
+  ///              anything for an empty patch
+  /// @throws InvalidArgument  naming the vertex that is out of range or given twice, the weight
+  ///                          outside (0, 1], or the area; then nothing has changed
+  void set_patch(std::span<const PatchVertex> patch, double area);
+
+  /// Vertices at potential 0, in place of the ball around the patch; none: the ball. The patch
+  /// prevails where both have a vertex.
+  /// @throws InvalidArgument  naming the vertex that is out of range; then nothing has changed
+  void set_ground(std::span<const Index> vertices);
+
+  /// Solves for one volt, from where the last solution ended, if the patch, the topology or a
+  /// conductivity of the region changed enough; else nothing is done but to look.
+  /// @param conductivities  [tet_count] S/m, >= 0 and finite where tetrahedra of the region live
+  /// @param positions       [vertex_count] m, for the current shape of the tissue, in which
+  ///                        flattened tetrahedra count as of a tenth of their rest volume; empty:
+  ///                        the shape at rest. Moves count where they exceed conductivity_change of
+  ///                        an edge's length.
+  /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
+  ///                          is negative or not finite, or the vertex whose position is not
+  ///                          finite; then nothing has changed
+  /// Cost: O(region), and of a new region once more; see bench/potential_bench.cpp.
+  const PotentialReport& solve(std::span<const double> conductivities,
+                               std::span<const Eigen::Vector3f> positions = {});
+
+  [[nodiscard]] const PotentialReport& report() const noexcept;
+
+  /// [vertex_count of the region] ids
+  [[nodiscard]] std::span<const Index> vertices() const noexcept;
+
+  /// [vertex_count of the region] share of the electrode's voltage, in [0, 1] but for obtuse
+  /// tetrahedra and the tolerance
+  [[nodiscard]] std::span<const double> potentials() const noexcept;
+
+  /// [vertex_count of the region] W/V^2: a quarter of the heat of each tetrahedron, and that of a
+  /// contact that is less than whole; sums to the conductance.
+  [[nodiscard]] std::span<const double> vertex_heat() const noexcept;
+
+  /// [tet_count of the region] ids
+  [[nodiscard]] std::span<const Index> tets() const noexcept;
+
+  /// [tet_count of the region] W/V^2: sigma V |grad u|^2
+  [[nodiscard]] std::span<const double> tet_heat() const noexcept;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace pbdsurg
