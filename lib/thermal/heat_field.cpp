@@ -33,10 +33,10 @@ void check_options(const HeatOptions& options) {
   check_range("threads", options.threads, 1, 256);
 }
 
-void check_power(const std::string& where, double power) {
+void check_power(const char* what, Index id, double power) {
   if (!(power >= 0) || !std::isfinite(power)) {
-    throw InvalidArgument("heat source at " + where + " has a power of " + std::to_string(power) +
-                          " W; it must be >= 0 and finite");
+    throw InvalidArgument(std::string(what) + " " + std::to_string(id) + " has a power of " +
+                          std::to_string(power) + " W; it must be >= 0 and finite");
   }
 }
 
@@ -185,11 +185,11 @@ void HeatField::check(double dt, std::span<const HeatSource> sources,
   }
   for (const HeatSource& source : sources) {
     check_id("heat source at vertex", source.vertex, mesh_.vertex_count());
-    check_power("vertex " + std::to_string(source.vertex), source.power);
+    check_power("heat source at vertex", source.vertex, source.power);
   }
   for (const TetHeatSource& source : tet_sources) {
     check_id("heat source at tet", source.tet, mesh_.tet_count());
-    check_power("tet " + std::to_string(source.tet), source.power);
+    check_power("heat source at tet", source.tet, source.power);
   }
 }
 
@@ -218,6 +218,7 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
                       const EditResult& result) noexcept {
   vertices_before_ = temperatures_.size();
   ledger_before_ = ledger_;
+  pending_before_ = pending_.size();
   has_stepped_ = false;
   // the heat of parents, which follow what was asked for, stays with their children
   for (std::size_t i = 0; i < edit.remove_tets.size(); ++i) {
@@ -253,11 +254,15 @@ void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
     ledger_ = ledger_before_;
   }
   resize(vertices_before_);
-  const auto is_gone = [&](Index v) { return v >= mesh_.vertex_count(); };
-  std::erase_if(pending_, is_gone);
-  std::erase_if(held_, is_gone);
-  pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
-  region_->drop_from(mesh_.vertex_count());
+  if (has_stepped_) {
+    const auto is_gone = [&](Index v) { return v >= mesh_.vertex_count(); };
+    std::erase_if(pending_, is_gone);
+    pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
+    region_->drop_from(mesh_.vertex_count());
+  } else {
+    pending_.resize(pending_before_);
+  }
+  std::erase_if(held_, [&](Index v) { return v >= mesh_.vertex_count(); });
   region_->mark_changed();
 }
 

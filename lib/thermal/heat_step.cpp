@@ -240,8 +240,9 @@ void HeatField::shrink() {
     return;
   }
   seeds_.clear();
-  for (const Index v : region_->vertices()) {
-    if (is_warm(temperatures_[v], options_.active_rise) && mesh_.has_tissue(v)) {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Index v = region_->vertices()[i];
+    if (rows_[i].capacity > 0 && is_warm(temperatures_[v], options_.active_rise)) {
       seeds_.push_back(v);
     }
   }
@@ -274,8 +275,9 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
     report.iterations += solve.iterations;
     report.residual = solve.residual;
     report.converged = solve.converged;
-    report.accepted = std::all_of(increments_.begin(), increments_.end(),
-                                  [](double d) { return std::isfinite(d); });
+    report.accepted =
+        std::isfinite(solve.residual) && std::all_of(increments_.begin(), increments_.end(),
+                                                     [](double d) { return std::isfinite(d); });
     rings *= 2;
   } while (report.accepted && grow_rim(rings));
   report.active_vertices = static_cast<Index>(region_->vertices().size());

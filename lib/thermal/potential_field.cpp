@@ -84,12 +84,12 @@ std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> posi
     const auto [a, b, c] = kTetTriangles[i];
     areas[i] = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
   }
-  const double volume =
-      std::max((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]) / 6, kLeastVolume * rest_volume);
+  const double volume = std::abs((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0])) / 6;
+  const double counted = std::max(volume, kLeastVolume * rest_volume);
   std::array<double, 6> coefficients;
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = kTetEdges[k];
-    coefficients[k] = -areas[a].dot(areas[b]) / (9 * volume);
+    coefficients[k] = -areas[a].dot(areas[b]) / (9 * counted);
   }
   return coefficients;
 }
@@ -126,6 +126,9 @@ struct PotentialField::Work {
   void find_seeds(std::span<const double> conductivities);
   [[nodiscard]] Contact measure_contact() const;
   [[nodiscard]] bool suits(const Contact& now, std::span<const double> conductivities) const;
+  [[nodiscard]] bool is_seed(Index vertex) const;
+  [[nodiscard]] bool is_given_ground(Index vertex) const;
+  [[nodiscard]] bool overrides_ground() const;
   void find_region(const Contact& now, std::span<const double> conductivities);
   void enter_region(const Contact& now);
   void leave_region();
@@ -149,7 +152,8 @@ struct PotentialField::Work {
 
   bool is_patch_new = true;
   bool is_region_old = true;
-  std::uint64_t version = 0;  // of the mesh when the region was found
+  bool has_overridden_ground = false;  // when the region was found
+  std::uint64_t version = 0;           // of the mesh when the region was found
   RegionSearch search;
   PotentialRegion region, next;
   Contact contact;         // of the last solution
@@ -339,29 +343,41 @@ bool PotentialField::Work::suits(const Contact& now, std::span<const double> con
     return true;
   }
   const double growth = now.reach / region_contact.reach;
-  return ground.empty() && region.piece_count == 1 && growth <= kMostGrowth &&
-         growth >= 1 / kMostGrowth &&
-         (now.centre - region_contact.centre).norm() <= kMostShift * region_contact.reach &&
+  const bool is_in_middle =
+      growth <= kMostGrowth && growth >= 1 / kMostGrowth &&
+      (now.centre - region_contact.centre).norm() <= kMostShift * region_contact.reach;
+  return region.piece_count == 1 &&
+         (ground.empty() ? is_in_middle : !has_overridden_ground && !overrides_ground()) &&
          std::all_of(seeds.begin(), seeds.end(), [&](const PatchVertex& seed) {
            const Index row = search.row_of(seed.vertex);
            return row != kInvalidIndex && region.is_ground[row] == 0;
          });
 }
 
+bool PotentialField::Work::is_seed(Index vertex) const {
+  const auto found =
+      std::lower_bound(seeds.begin(), seeds.end(), vertex,
+                       [](const PatchVertex& seed, Index v) { return seed.vertex < v; });
+  return found != seeds.end() && found->vertex == vertex;
+}
+
+bool PotentialField::Work::is_given_ground(Index vertex) const {
+  return std::binary_search(ground.begin(), ground.end(), vertex);
+}
+
+bool PotentialField::Work::overrides_ground() const {
+  return std::any_of(seeds.begin(), seeds.end(),
+                     [&](const PatchVertex& seed) { return is_given_ground(seed.vertex); });
+}
+
 void PotentialField::Work::find_region(const Contact& now, std::span<const double> conductivities) {
   is_region_old = true;  // its rows are lost if the search throws
   const std::span<const Eigen::Vector3d> points = mesh.rest_positions();
-  const auto is_seed = [&](Index v) {
-    const auto found = std::lower_bound(
-        seeds.begin(), seeds.end(), v,
-        [](const PatchVertex& seed, Index vertex) { return seed.vertex < vertex; });
-    return found != seeds.end() && found->vertex == v;
-  };
   search.find(
       mesh, seeds,
       [&](Index v) {
         return ground.empty() ? (points[v] - now.centre).norm() >= now.reach
-                              : std::binary_search(ground.begin(), ground.end(), v) && !is_seed(v);
+                              : is_given_ground(v) && !is_seed(v);
       },
       conductivities, next);
 }
@@ -381,6 +397,7 @@ void PotentialField::Work::enter_region(const Contact& now) {
   std::swap(region, next);
   region_contact = now;
   version = mesh.version();
+  has_overridden_ground = overrides_ground();
   is_region_old = false;
   system.set_rows(static_cast<Index>(region.vertices.size()), region.corners);
   system.set_groups(region.group_starts);

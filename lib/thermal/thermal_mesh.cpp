@@ -200,9 +200,11 @@ double ThermalMesh::mass(Index vertex) const noexcept {
 }
 
 bool ThermalMesh::has_tissue(Index vertex) const noexcept {
-  bool found = false;
-  for_each_tet(vertex, [&](Index) { found = true; });
-  return found;
+  Index corner = first_corners_[vertex];
+  while (corner != kInvalidIndex && !is_alive(corner / 4)) {
+    corner = next_corners_[corner / 4][corner % 4];
+  }
+  return corner != kInvalidIndex;
 }
 
 double ThermalMesh::surface_share(Index vertex) const noexcept {

@@ -17,7 +17,6 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
-using testing::heat_face;
 using testing::ledger_error;
 using testing::make_box;
 using testing::make_jittered_box;

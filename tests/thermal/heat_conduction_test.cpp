@@ -12,6 +12,7 @@
 #include "pbdsurg/thermal/heat_field.h"
 
 #include "support/catch.h"
+#include "support/conduction_meshes.h"
 #include "thermal/heat_meshes.h"
 
 namespace pbdsurg {
@@ -39,6 +40,10 @@ ThermalModel dry_model(double theta = 1) {
   model.removal = RemovalRule::boiled_vertices;
   model.theta = theta;
   return model;
+}
+
+bool is_face(const Eigen::Vector3d& x) {
+  return x.x() == 0;
 }
 
 double diffusivity(const TissueProperties& tissue) {
@@ -127,8 +132,7 @@ TEST_CASE("heat conduction: a surface step spreads as the error function", "[val
       GENERATE(table<double, double>({{0.5e-3, 0.5}, {0.25e-3, 0.15}, {0.125e-3, 0.06}}));
   const TetMesh bar = make_box({static_cast<Index>(std::lround(10e-3 / edge)), 1, 1}, edge);
   HeatField field(bar, kLiver, dry_model(), kExact);
-  const std::vector<Index> face =
-      vertices_where(bar, [](const Eigen::Vector3d& x) { return x.x() == 0; });
+  const std::vector<Index> face = vertices_where(bar, is_face);
   set_profile(field, face, [](const Eigen::Vector3d&) { return 100; });
   field.hold(face);
   for (int i = 0; i < 300; ++i) {
@@ -153,7 +157,7 @@ TEST_CASE("heat conduction: the surface under constant flux follows its closed f
       GENERATE(table<double, double>({{0.5e-3, 0.7}, {0.25e-3, 0.2}, {0.125e-3, 0.06}}));
   const TetMesh bar = make_box({static_cast<Index>(std::lround(10e-3 / edge)), 1, 1}, edge);
   HeatField field(bar, kLiver, dry_model(), kExact);
-  const std::vector<HeatSource> sources = heat_face(bar, 1e4);
+  const std::vector<HeatSource> sources = heat_face(bar, is_face, 1e4);
   for (int i = 0; i < 300; ++i) {
     field.step(1.0 / 60, sources);
   }
@@ -165,7 +169,7 @@ TEST_CASE("heat conduction: the surface under constant flux follows its closed f
 TEST_CASE("heat conduction: a surface takes the time to boil that it must", "[validation]") {
   const TetMesh bar = make_box({60, 1, 1}, 0.0625e-3);
   HeatField field(bar, kLiver, dry_model(), kExact);
-  const std::vector<HeatSource> sources = heat_face(bar, 1e5);
+  const std::vector<HeatSource> sources = heat_face(bar, is_face, 1e5);
   constexpr double kTimeStep = 2e-3;
   double time = 0;
   while (face_temperature(field, sources) < kBoilingTemperature) {
@@ -304,8 +308,7 @@ TEST_CASE("heat conduction: perfusion limits how far heat reaches", "[validation
       GENERATE(table<double, double>({{1e-3, 0.15}, {0.5e-3, 0.04}, {0.25e-3, 0.01}}));
   const TetMesh bar = make_box({static_cast<Index>(std::lround(kLength / edge)), 1, 1}, edge);
   HeatField field(bar, kLiver, model, kExact);
-  const std::vector<Index> face =
-      vertices_where(bar, [](const Eigen::Vector3d& x) { return x.x() == 0; });
+  const std::vector<Index> face = vertices_where(bar, is_face);
   set_profile(field, face, [](const Eigen::Vector3d&) { return 42; });
   field.hold(face);
   CHECK(settle(field));
@@ -404,6 +407,42 @@ TEST_CASE("heat conduction: a body that is moved and turned conducts the same", 
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     REQUIRE(here.temperatures()[v] == Approx(there.temperatures()[v]).epsilon(1e-9));
   }
+}
+
+// Power Q from a sphere of radius a into what is held at Tb at radius b: T - Tb = Q / (4 pi k) (1/r
+// - 1/b) (Carslaw and Jaeger 1959, 9.2). A sixth of it.
+TEST_CASE("heat conduction: heat from a sphere falls off with its distance", "[validation]") {
+  constexpr double kInner = 1e-3, kOuter = 4e-3, kPower = 0.2;
+  const auto exact = [&](double r) {
+    return 37 + kPower / (4 * kPi * kLiver.conductivity) * (1 / r - 1 / kOuter);
+  };
+  std::vector<double> errors, resistance_errors;
+  for (const Index n : {8, 16}) {
+    const TetMesh mesh = testing::make_sphere_sector(n, kInner, kOuter);
+    HeatField field(mesh, kLiver, dry_model(), {.active_rise = 0, .tolerance = 1e-9});
+    field.hold(
+        vertices_where(mesh, [&](const Eigen::Vector3d& x) { return x.norm() > 0.9999 * kOuter; }));
+    std::vector<HeatSource> sources = heat_face(
+        mesh, [&](const Eigen::Vector3d& x) { return x.norm() < 1.0001 * kInner; }, 1);
+    double area = 0;
+    for (const HeatSource& source : sources) {
+      area += source.power;
+    }
+    for (HeatSource& source : sources) {
+      source.power *= kPower / 6 / area;
+    }
+    for (int i = 0; i < 4; ++i) {
+      CHECK(field.step(1e5, sources).converged);
+    }
+    const double rise = exact(kInner) - 37;
+    resistance_errors.push_back(std::abs(face_temperature(field, sources) - exact(kInner)) / rise);
+    errors.push_back(
+        largest_error(field, [&](const Eigen::Vector3d& x) { return exact(x.norm()); }) / rise);
+    CHECK(field.ledger().in == Approx(field.ledger().sensible).epsilon(1e-9));
+  }
+  CHECK(errors[1] < 1e-2);
+  CHECK(resistance_errors[1] < 2e-3);
+  CHECK(order(resistance_errors[0], resistance_errors[1], 2) > 1.7);
 }
 
 // The theta method is stable for any step from theta 1/2 on: the variance of temperatures never

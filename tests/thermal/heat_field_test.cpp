@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/thermal/heat_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/random.h"
+
+#include "support/catch.h"
+#include "thermal/heat_meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+using testing::ledger_error;
+using testing::make_box;
+using testing::set_profile;
+
+// A block as the second of two bodies, so that its ids are not those of its mesh.
+struct Blocks {
+  explicit Blocks(TetMesh block) : mesh(std::move(block)) {
+    scene.add_body("other", other);
+    scene.add_body("block", mesh);
+  }
+
+  [[nodiscard]] HeatField field(const Solver& solver, const ThermalModel& model = {}) const {
+    return {solver, std::array{ThermalBody{1, &mesh, kLiver}}, model};
+  }
+
+  TetMesh other = make_box({3, 3, 3}, 1e-3), mesh;
+  Scene scene;
+};
+
+// What edits make of a block, in the numbering of a scene in which the block is not first and
+// others get new vertices and tetrahedra, too. Edits are made by hand: what a solver would say of
+// them is all that a field hears.
+class EditedBlock {
+ public:
+  explicit EditedBlock(const Solver& solver, Index body)
+      : next_vertex_(solver.vertex_count()), next_tet_(static_cast<Index>(solver.tets().size())) {
+    const Body& where = solver.body(body);
+    const std::vector<Eigen::Vector3f> positions = solver.positions();
+    for (Index v = where.first_vertex; v < where.first_vertex + where.vertex_count; ++v) {
+      points_[v] = positions[v].cast<double>();
+    }
+    for (Index t = where.first_tet; t < where.first_tet + where.tet_count; ++t) {
+      tets_[t] = solver.tets()[t];
+    }
+  }
+
+  // Removes tetrahedra, splits an edge and parts some tetrahedra from a vertex, at random.
+  void change(std::uint64_t seed, bool grows, TopologyEdit& edit, EditResult& result) {
+    std::uint64_t round = 0;
+    const auto random = [&] { return random_unit(seed, ++round); };
+    result.first_new_vertex = next_vertex_;
+    result.first_new_tet = next_tet_;
+    edit.new_vertices.push_back({0, 1, 0.5F});  // of another body
+    std::map<Index, Tet> free = tets_;          // neither removed nor divided yet
+    const auto any = [&] {
+      return *std::next(free.begin(),
+                        static_cast<Index>(random() * static_cast<double>(free.size())));
+    };
+    for (int i = 0; i < 4 && !free.empty(); ++i) {
+      const Index t = any().first;
+      edit.remove_tets.push_back(t);
+      free.erase(t);
+    }
+    edit.remove_tets.push_back(removed_of_other_++);
+    result.tets = edit.remove_tets;
+    std::map<Index, Tet> children;
+    if (grows && !free.empty()) {
+      const Tet tet = any().second;
+      const Index a = tet[0], b = tet[2];
+      const auto share = static_cast<float>(0.3 + 0.4 * random());
+      const Index middle = next_vertex_ + static_cast<Index>(edit.new_vertices.size());
+      edit.new_vertices.push_back({a, b, share});
+      points_[middle] = (1 - static_cast<double>(share)) * points_[a] + share * points_[b];
+      for (auto entry = free.begin(); entry != free.end();) {
+        const auto [id, parent] = *entry;
+        if (std::count(parent.begin(), parent.end(), a) +
+                std::count(parent.begin(), parent.end(), b) <
+            2) {
+          ++entry;
+          continue;
+        }
+        for (const Index gone : {a, b}) {
+          Tet child = parent;
+          std::replace(child.begin(), child.end(), gone, middle);
+          children[next_tet_ + static_cast<Index>(edit.new_tets.size())] = child;
+          edit.new_tets.push_back({id, child});
+        }
+        result.tets.push_back(id);
+        entry = free.erase(entry);
+      }
+    }
+    if (grows && !free.empty()) {
+      const Index from = any().second[1];
+      const Index to = next_vertex_ + static_cast<Index>(edit.new_vertices.size());
+      edit.new_vertices.push_back({from, from, 0});
+      points_[to] = points_[from];
+      for (auto& [id, tet] : free) {
+        if (std::count(tet.begin(), tet.end(), from) > 0 && random() < 0.5) {
+          edit.corner_moves.push_back({id, from, to});
+          std::replace(tet.begin(), tet.end(), from, to);
+        }
+      }
+    }
+    free.insert(children.begin(), children.end());
+    tets_ = free;
+    next_vertex_ += static_cast<Index>(edit.new_vertices.size());
+    next_tet_ += static_cast<Index>(edit.new_tets.size());
+  }
+
+  [[nodiscard]] bool is_empty() const { return tets_.empty(); }
+
+  // Compares a mesh with one of what lives: the same bits, however it came to be.
+  void check(const ThermalMesh& mesh) const {
+    std::vector<Eigen::Vector3d> points(mesh.rest_positions().begin(), mesh.rest_positions().end());
+    std::vector<Tet> live;
+    for (const auto& [id, tet] : tets_) {
+      live.push_back(tet);
+    }
+    const ThermalMesh expected(TetMesh(points, live), mesh.tissues()[0]);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      REQUIRE(mesh.mass(v) == expected.mass(v));
+      REQUIRE(mesh.surface_share(v) == expected.surface_share(v));
+      REQUIRE(coefficients_at(mesh, v) == coefficients_at(expected, v));
+    }
+  }
+
+ private:
+  static std::vector<std::array<double, 6>> coefficients_at(const ThermalMesh& mesh, Index v) {
+    std::vector<std::array<double, 6>> found;
+    mesh.for_each_tet(v, [&](Index t) { found.push_back(mesh.edge_coefficients(t)); });
+    return found;
+  }
+
+  std::map<Index, Eigen::Vector3d> points_;
+  std::map<Index, Tet> tets_;  // live
+  Index next_vertex_, next_tet_;
+  Index removed_of_other_ = 0;
+};
+
+bool same(std::span<const double> a, std::span<const double> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
+bool same_ledger(const HeatLedger& a, const HeatLedger& b) {
+  return a.in == b.in && a.sensible == b.sensible && a.latent == b.latent &&
+         a.removed == b.removed && a.surface == b.surface && a.perfusion == b.perfusion;
+}
+
+bool same_state(const HeatField& a, const HeatField& b) {
+  return same(a.temperatures(), b.temperatures()) && same(a.water(), b.water()) &&
+         same(a.peak_temperatures(), b.peak_temperatures()) && same(a.survival(), b.survival()) &&
+         same(a.collagen(), b.collagen()) && same(a.charred(), b.charred()) &&
+         same_ledger(a.ledger(), b.ledger()) &&
+         std::ranges::equal(a.active_vertices(), b.active_vertices()) &&
+         std::ranges::equal(a.mesh().tets(), b.mesh().tets());
+}
+
+double energy(const HeatField& field) {
+  return field.ledger().in - ledger_error(field.ledger());
+}
+
+// Sensible heat found afresh.
+double sensible_heat(const HeatField& field) {
+  double sum = 0;
+  for (Index v = 0; v < field.mesh().vertex_count(); ++v) {
+    sum += field.capacity(v) * (field.temperatures()[v] - kBodyTemperature);
+  }
+  return sum;
+}
+
+}  // namespace
+
+// Would catch heat made or lost by conduction, boiling, the surface, blood or removal, by a region
+// that grows and shrinks, or by a ledger that drifts from the field.
+TEST_CASE("heat field: every joule is accounted for in every step", "[property]") {
+  const Blocks blocks(make_box({10, 10, 10}, 0.7e-3, 0.1));
+  Solver solver(blocks.scene);
+  ThermalModel model;
+  model.has_perfusion = true;
+  model.surface_transfer = 500;
+  model.ambient_temperature = 22;
+  HeatField field = blocks.field(solver, model);
+  EditParticipant* participants[] = {&field};
+  const Body& body = solver.body(1);
+  std::vector<TetHeatSource> sources;
+  for (Index t = 0; t < 6; ++t) {
+    sources.push_back({body.first_tet + 2700 + t, 1.5});
+  }
+  for (int i = 0; i < 200; ++i) {
+    const HeatReport report =
+        field.step(5e-3, {}, i < 120 ? sources : std::vector<TetHeatSource>{});
+    CHECK(report.converged);
+    CHECK(std::abs(ledger_error(field.ledger())) < 1e-13 * field.ledger().in);
+    CHECK(sensible_heat(field) == Approx(field.ledger().sensible).epsilon(1e-10));
+    if (i == 100) {
+      TopologyEdit edit;
+      for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+        if (field.boiled_vertices(t) == 4) {
+          edit.remove_tets.push_back(t);
+        }
+      }
+      REQUIRE_FALSE(edit.remove_tets.empty());
+      apply_edit(solver, edit, participants);
+    }
+  }
+  const HeatLedger& ledger = field.ledger();
+  for (const double part : {ledger.latent, ledger.removed, ledger.surface, ledger.perfusion}) {
+    CHECK(std::abs(part) > 1e-4 * ledger.in);  // blood warms what the ambient cools
+  }
+}
+
+// Would catch a rim that keeps heat in, or heat that is forgotten: the warm part alone gives what
+// the whole mesh does, but for what is too little to be followed.
+TEST_CASE("heat field: what rests does not matter", "[property]") {
+  const TetMesh mesh = make_box({16, 16, 16}, 0.5e-3, 0.1);
+  HeatField part(mesh, kLiver), whole(mesh, kLiver, {}, {.active_rise = 0});
+  const std::vector<HeatSource> sources{{17 * 17 * 8 + 17 * 8 + 8, 2}};
+  Index most = 0;
+  for (int i = 0; i < 400; ++i) {
+    const std::span<const HeatSource> now = i < 100 ? sources : std::span<const HeatSource>();
+    most = std::max(most, part.step(0.01, now).active_vertices);
+    whole.step(0.01, now);
+    double largest = 0;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      largest = std::max(largest, std::abs(part.temperatures()[v] - whole.temperatures()[v]));
+    }
+    REQUIRE(largest < 0.1);
+  }
+  CHECK(most < mesh.vertex_count() * 3 / 5);
+}
+
+// Would catch work that grows with the organ: the same burn in ten times the tissue.
+TEST_CASE("heat field: an equal burn costs the same in a larger organ", "[property]") {
+  const auto burn = [](std::array<Index, 3> cells) {
+    const TetMesh mesh = make_box(cells, 0.5e-3);
+    HeatField field(mesh, kLiver);
+    const Index middle = (cells[0] + 1) * (cells[1] / 2) + cells[0] / 2;  // of the face z = 0
+    std::vector<Index> active;
+    for (int i = 0; i < 100; ++i) {
+      const HeatReport report = field.step(5e-3, std::vector<HeatSource>{{middle, 5}});
+      active.push_back(report.active_vertices);
+    }
+    return active;
+  };
+  const std::vector<Index> small = burn({16, 16, 13});  // 20,000 tetrahedra
+  CHECK(small == burn({48, 48, 15}));                   // 207,000
+  CHECK(small.back() > 100);
+  CHECK(small.back() < 17 * 17 * 14 / 2);
+}
+
+TEST_CASE("heat field: the region shrinks as it cools, and rests", "[unit]") {
+  const TetMesh mesh = make_box({12, 12, 12}, 0.5e-3);
+  ThermalModel model;
+  model.has_perfusion = true;
+  HeatField field(mesh, kLiver, model);
+  CHECK(field.step(1, {}).active_vertices == 0);
+  Index most = 0;
+  for (int i = 0; i < 20; ++i) {
+    most = std::max(most, field.step(0.01, std::vector<HeatSource>{{0, 0.2}}).active_vertices);
+  }
+  REQUIRE(most > 50);
+  for (int i = 0; i < 400; ++i) {
+    field.step(1, {});
+  }
+  CHECK(field.active_vertices().empty());
+  CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
+}
+
+// The paper's numbers as printed let heat cross the organ in one step: the region must follow
+// within it, or its rim would be far too hot.
+TEST_CASE("heat field: the region keeps up with heat that crosses it in a step", "[unit]") {
+  const TetMesh mesh = make_box({20, 6, 6}, 1e-3);
+  const ThermalModel model = ThermalModel::paper_literal();
+  HeatField part(mesh, kLiver, model), whole(mesh, kLiver, model, {.active_rise = 0});
+  const std::vector<HeatSource> sources{{0, 1e-2}};
+  for (int i = 0; i < 5; ++i) {
+    part.step(1e-4, sources);
+    whole.step(1e-4, sources);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      REQUIRE(part.temperatures()[v] ==
+              Approx(whole.temperatures()[v]).margin(1 + 0.02 * whole.temperatures()[v]));
+    }
+  }
+  REQUIRE(whole.temperatures()[60] > 40);
+}
+
+// Would catch sums that depend on who adds first.
+TEST_CASE("heat field: the same bits for any number of threads", "[property]") {
+  const TetMesh mesh = make_box({14, 14, 14}, 0.5e-3, 0.1);
+  std::vector<HeatField> fields;
+  for (const int threads : {1, 2, 3}) {
+    fields.emplace_back(mesh, kLiver, ThermalModel{},
+                        HeatOptions{.active_rise = 0, .threads = threads});
+  }
+  for (int i = 0; i < 30; ++i) {
+    for (HeatField& field : fields) {
+      field.step(5e-3, std::vector<HeatSource>{{1800, 4}, {20, 1}});
+      REQUIRE(same_state(field, fields[0]));
+    }
+  }
+  CHECK(fields[0].ledger().latent > 0);
+}
+
+// Would catch coefficients of flat tetrahedra that overflow or take the solver's digits.
+TEST_CASE("heat field: slivers are counted and do no harm", "[property]") {
+  const double height = GENERATE(1e-3, 1e-6, 1e-9);  // of cells, relative to their width
+  const TetMesh block = make_box({5, 5, 3}, 1e-3);
+  std::vector<Eigen::Vector3d> points(block.positions().begin(), block.positions().end());
+  for (Eigen::Vector3d& p : points) {
+    p.z() = p.z() > 1.5e-3 ? p.z() : height * p.z();  // all below the middle
+  }
+  const TetMesh flat(points, {block.tets().begin(), block.tets().end()});
+  HeatField field(flat, kLiver);
+  HeatReport report;
+  for (int i = 0; i < 50; ++i) {
+    report = field.step(5e-3, std::vector<HeatSource>{{60, 0.2}, {120, 0.2}});
+    CHECK(report.accepted);
+    CHECK(report.converged);
+    CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
+  }
+  CHECK((report.slivers > 0) == (height < 1e-4));
+  for (const double t : field.temperatures()) {
+    REQUIRE(std::isfinite(t));
+    REQUIRE(t > 30);
+  }
+}
+
+TEST_CASE("heat field: a step without a finite result is reported and not taken", "[unit]") {
+  const TetMesh mesh = make_box({4, 4, 4}, 1e-3);
+  HeatField field(mesh, kLiver);
+  field.step(0.01, std::vector<HeatSource>{{60, 1}});
+  const HeatField before = field;
+  const HeatReport report = field.step(0.01, std::vector<HeatSource>{{60, 1e308}, {61, 1e308}});
+  CHECK_FALSE(report.accepted);
+  CHECK(same(field.temperatures(), before.temperatures()));
+  CHECK(same_ledger(field.ledger(), before.ledger()));
+  CHECK(field.step(0.01, std::vector<HeatSource>{{60, 1}}).accepted);
+}
+
+TEST_CASE("heat field: a solver that has too few iterations is reported, and loses no heat",
+          "[unit]") {
+  const TetMesh mesh = make_box({6, 6, 6}, 0.5e-3, 0.1);
+  HeatField field(mesh, kLiver, {}, {.tolerance = 1e-10, .most_iterations = 1});
+  for (int i = 0; i < 20; ++i) {
+    const HeatReport report = field.step(0.05, std::vector<HeatSource>{{171, 1}});
+    CHECK_FALSE(report.converged);
+    CHECK(report.residual > 1e-10);
+    CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
+  }
+}
+
+TEST_CASE("heat field: power in a tetrahedron goes to its corners", "[unit]") {
+  const TetMesh mesh = make_box({3, 3, 3}, 1e-3);
+  HeatField by_tet(mesh, kFat), by_vertex(mesh, kFat);
+  const Tet& tet = mesh.tets()[80];
+  by_tet.step(0.01, {}, std::vector<TetHeatSource>{{80, 2}});
+  by_vertex.step(
+      0.01, std::vector<HeatSource>{{tet[0], 0.5}, {tet[1], 0.5}, {tet[2], 0.5}, {tet[3], 0.5}});
+  CHECK(same(by_tet.temperatures(), by_vertex.temperatures()));
+  CHECK(by_tet.ledger().in == Approx(0.02));
+}
+
+TEST_CASE("heat field: it follows an edit of its own body only", "[unit]") {
+  const Blocks blocks(make_box({2, 2, 2}, 1e-3));
+  Solver solver(blocks.scene);
+  HeatField field = blocks.field(solver);
+  const Body& body = solver.body(1);
+  const std::vector<HeatSource> middle{{body.first_vertex + 13, 1.0}};
+  field.step(0.01, middle);
+  EditParticipant* participants[] = {&field};
+
+  apply_edit(solver, {.remove_tets = {0, 1, 2}}, participants);
+  CHECK(field.ledger().removed == 0);
+  CHECK(field.step(0.01, std::vector<HeatSource>{{0, 1.0}}).active_vertices > 0);
+  CHECK(field.ledger().in == Approx(0.01));  // the other body takes none
+
+  TopologyEdit rest;
+  for (Index t = 0; t < body.tet_count; ++t) {
+    rest.remove_tets.push_back(body.first_tet + t);
+  }
+  apply_edit(solver, rest, participants);
+  CHECK(field.ledger().removed == Approx(0.01));
+  CHECK_FALSE(field.mesh().has_tissue(body.first_vertex + 13));
+  field.step(0.01, middle);
+  CHECK(field.ledger().in == Approx(0.01));  // nothing to heat any more
+}
+
+// Would catch an operator that drifts from the tissue there is, heat made or lost by an edit, a new
+// vertex hotter or colder than all others, and any bit that an undo leaves behind.
+TEST_CASE("heat field: edits keep operator and energy, and an undo all bits", "[property]") {
+  const std::uint64_t seed = GENERATE(range(1, 9));
+  const bool grows = GENERATE(false, true);
+  const Blocks blocks(make_box({4, 4, 4}, 1.0 / 1024, 0));
+  const Solver solver(blocks.scene);  // which a field does not look at
+  EditedBlock block(solver, 1);
+  HeatField field = blocks.field(solver);
+  const Body& body = solver.body(1);
+  for (std::uint64_t i = 0; i < 40 && !block.is_empty(); ++i) {
+    std::vector<HeatSource> sources;
+    for (std::uint64_t k = 0; k < 6; ++k) {
+      sources.push_back(
+          {body.first_vertex + static_cast<Index>(random_unit(seed, i, k) * body.vertex_count),
+           0.5});
+    }
+    field.step(0.02, sources);
+    const HeatField before = field;
+    const auto [coldest, hottest] =
+        std::minmax_element(before.temperatures().begin(), before.temperatures().end());
+
+    TopologyEdit edit;
+    EditResult result;
+    block.change(100 * seed + i, grows, edit, result);
+    field.apply(solver, edit, result);
+
+    CHECK(energy(field) == Approx(energy(before)).epsilon(1e-12));
+    CHECK(sensible_heat(field) == Approx(field.ledger().sensible).epsilon(1e-9).margin(1e-12));
+    for (const double t : field.temperatures()) {
+      CHECK((t >= *coldest && t <= *hottest));
+    }
+    if (i % 10 == 9) {
+      block.check(field.mesh());
+    }
+
+    field.undo(solver, edit, result);
+    REQUIRE(same_state(field, before));
+    HeatField again = before;
+    field.step(0.01, sources);
+    again.step(0.01, sources);
+    REQUIRE(same_state(field, again));
+
+    // with steps between, what comes back is charged for
+    field.apply(solver, edit, result);
+    field.step(0.05, {});
+    field.undo(solver, edit, result);
+    CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
+    CHECK(sensible_heat(field) == Approx(field.ledger().sensible).epsilon(1e-9).margin(1e-12));
+    field.apply(solver, edit, result);
+  }
+  CHECK(field.ledger().latent > 0);
+}
+
+TEST_CASE("heat field: bad values are refused by name", "[unit]") {
+  const TetMesh block = make_box({1, 1, 1}, 1e-3);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(HeatField(block, {0, 1, 1, 0}), ContainsSubstring("density"));
+  CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.active_rise = -1}),
+                    ContainsSubstring("active_rise"));
+  CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.tolerance = 0}), ContainsSubstring("tolerance"));
+  CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.threads = 0}), ContainsSubstring("threads"));
+  ThermalModel model;
+  model.theta = 0.3;
+  CHECK_THROWS_WITH(HeatField(block, kFat, model), ContainsSubstring("theta"));
+  HeatField field(block, kFat);
+  CHECK_THROWS_AS(field.step(0, {}), InvalidArgument);
+  CHECK_THROWS_WITH(field.step(1, std::vector<HeatSource>{{8, 1}}), ContainsSubstring("vertex 8"));
+  CHECK_THROWS_WITH(field.step(1, std::vector<HeatSource>{{1, nan}}), ContainsSubstring("power"));
+  CHECK_THROWS_WITH(field.step(1, std::vector<HeatSource>{{1, 1}, {2, -1}}),
+                    ContainsSubstring("vertex 2"));
+  CHECK_THROWS_WITH(field.step(1, {}, std::vector<TetHeatSource>{{6, 1}}),
+                    ContainsSubstring("tet 6"));
+  const std::vector<Index> first{0}, wrong{-1};
+  CHECK_THROWS_WITH(field.set_temperatures(first, std::vector<double>{nan}),
+                    ContainsSubstring("vertex 0"));
+  CHECK_THROWS_WITH(field.set_temperatures(wrong, std::vector<double>{40}),
+                    ContainsSubstring("vertex -1"));
+  CHECK_THROWS_WITH(field.hold(wrong), ContainsSubstring("vertex -1"));
+  CHECK(field.ledger().in == 0);
+  CHECK(field.temperatures()[0] == kBodyTemperature);
+}
+
+}  // namespace pbdsurg

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Boxes for tests of heat, and how to hold or heat their faces.
+/// Boxes for tests of heat, and how to set, heat and compare fields in them.
 
 #include <array>
 #include <functional>
@@ -78,13 +78,15 @@ inline double mean_error(const HeatField& field, const Profile& profile) {
   return std::sqrt(sum / mass);
 }
 
-/// Power that heats the face x = 0 evenly. @param flux  W/m^2
-inline std::vector<HeatSource> heat_face(const TetMesh& mesh, double flux) {
+/// Power that heats a part of the surface evenly.
+/// @param where  holds for all corners of its triangles
+/// @param flux   W/m^2
+inline std::vector<HeatSource> heat_face(const TetMesh& mesh, const Where& where, double flux) {
   std::vector<double> powers(mesh.positions().size(), 0.0);
   for (const BoundaryTriangle& triangle : find_boundary(mesh.tets())) {
     const auto [a, b, c] = triangle.vertices;
     const auto& x = mesh.positions();
-    if (x[a].x() == 0 && x[b].x() == 0 && x[c].x() == 0) {
+    if (where(x[a]) && where(x[b]) && where(x[c])) {
       for (const Index v : triangle.vertices) {
         powers[v] += flux * (x[b] - x[a]).cross(x[c] - x[a]).norm() / 6;
       }

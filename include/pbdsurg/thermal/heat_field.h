@@ -234,12 +234,11 @@ class HeatField final : public EditParticipant {
   std::vector<Row> rows_;
   std::vector<double> row_temperatures_, flows_, added_, right_, increments_;
   std::vector<double> held_increments_;
-  double increment_flow_ = 0;  // W/K-weighted: from held rows into others, of the increments
   std::vector<Index> seeds_;
 
   // for the undo of the last edit
   HeatLedger ledger_before_;
-  std::size_t vertices_before_ = 0;
+  std::size_t vertices_before_ = 0, pending_before_ = 0;
   bool has_stepped_ = false;  // since that edit
 };
 

@@ -116,7 +116,7 @@ class ThermalMesh final : public EditParticipant {
   /// The same as mass, kg.
   [[nodiscard]] double mass(Index vertex) const noexcept;
 
-  /// Whether any live tetrahedron is at a vertex. Cost: O(n).
+  /// Whether any live tetrahedron is at a vertex. Cost: O(n), O(1) where none has gone.
   [[nodiscard]] bool has_tissue(Index vertex) const noexcept;
 
   /// A third of the area of each triangle of the live surface at a vertex, m^2. Cost: O(n^2).

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of a potential whose contact moves by a tenth of an edge a frame and warms the tissue under
+// it, as an electrode does; and of one whose region is found afresh. Ground is the lower face, so
+// that the region is the whole block, or the ball around the contact.
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "pbdsurg/thermal/potential_field.h"
+
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+constexpr double kEdge = 1e-3;  // m
+
+struct Block {
+  Block(Index cells, int threads)
+      : shape(testing::make_box({cells, cells, cells}, kEdge, 0.1)),
+        mesh(shape, kLiver),
+        conductivities(shape.tets().size(), 0.3),
+        field(mesh, {.threads = threads}),
+        side(kEdge * cells) {}
+
+  void ground_lower_face() {
+    std::vector<Index> ground;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      if (mesh.rest_positions()[v].z() < 0.5 * kEdge) {
+        ground.push_back(v);
+      }
+    }
+    field.set_ground(ground);
+  }
+
+  // The contact of a frame, on a circle around the middle of the upper face.
+  void touch(int frame) {
+    const double turn = 0.1 * frame / 3;
+    const Eigen::Vector3d middle(side / 2 + 3 * kEdge * std::cos(turn),
+                                 side / 2 + 3 * kEdge * std::sin(turn), side);
+    std::vector<PatchVertex> patch;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      const Eigen::Vector3d& x = mesh.rest_positions()[v];
+      const double distance = (x - middle).norm() / kEdge;
+      if (x.z() > side - 0.5 * kEdge && distance < 1.5) {
+        patch.push_back({v, std::min(1.0, 2 * (1.5 - distance))});
+        mesh.for_each_tet(v, [&](Index t) { conductivities[t] *= 1.01; });
+      }
+    }
+    field.set_patch(patch, std::numbers::pi * 1.44 * kEdge * kEdge);
+  }
+
+  TetMesh shape;
+  ThermalMesh mesh;
+  std::vector<double> conductivities;  // [tet_count] S/m
+  PotentialField field;
+  double side;  // m
+};
+
+void run(benchmark::State& state, bool is_whole, bool is_found_afresh) {
+  Block block(static_cast<Index>(state.range(0)), static_cast<int>(state.range(1)));
+  if (is_whole) {
+    block.ground_lower_face();
+  }
+  int frame = 0;
+  double iterations = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    block.touch(frame++);
+    if (is_found_afresh && is_whole) {
+      block.ground_lower_face();
+    }
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(block.field.solve(block.conductivities).conductance);
+    iterations += block.field.report().iterations;
+  }
+  state.counters["tets"] = block.mesh.tet_count();
+  state.counters["vertices"] = block.field.report().vertex_count;
+  state.counters["iterations"] = iterations / frame;
+}
+
+void measure_block(benchmark::State& state) {
+  run(state, true, false);
+}
+void measure_ball(benchmark::State& state) {
+  run(state, false, false);
+}
+void measure_new_region(benchmark::State& state) {
+  run(state, true, true);
+}
+
+// 6.0, 20 and 64 thousand tetrahedra
+void sizes(benchmark::internal::Benchmark* bench) {
+  bench->ArgNames({"cells", "threads"})
+      ->ArgsProduct({{10, 15, 22}, {1, 2}})
+      ->Unit(benchmark::kMillisecond)
+      ->MinTime(0.3)
+      ->UseRealTime();
+}
+
+BENCHMARK(measure_block)->Name("moving_contact/whole_block")->Apply(sizes);
+BENCHMARK(measure_ball)->Name("moving_contact/ball")->Apply(sizes);
+BENCHMARK(measure_new_region)->Name("new_region/whole_block")->Apply(sizes);
+
+}  // namespace
+}  // namespace pbdsurg
+
+BENCHMARK_MAIN();

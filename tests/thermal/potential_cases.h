@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Tissue between electrodes, for tests of current.
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/thermal/potential_field.h"
+
+namespace pbdsurg::testing {
+
+using Where = std::function<bool(const Eigen::Vector3d&)>;
+
+inline std::vector<PatchVertex> patch_where(const ThermalMesh& mesh, const Where& where) {
+  std::vector<PatchVertex> patch;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    if (where(mesh.rest_positions()[v])) {
+      patch.push_back({v, 1});
+    }
+  }
+  return patch;
+}
+
+/// A field between an electrode and a ground that hold all vertices at two places.
+struct Conductor {
+  Conductor(const TetMesh& of, const Where& electrode, const Where& ground, double sigma,
+            const PotentialOptions& options = {.tolerance = 1e-12, .most_iterations = 5000})
+      : mesh(of, kLiver),
+        conductivities(of.tets().size(), sigma),
+        field(mesh, options),
+        patch(patch_where(mesh, electrode)) {
+    for (const PatchVertex& held : patch_where(mesh, ground)) {
+      ground_vertices.push_back(held.vertex);
+    }
+    field.set_patch(patch, 1e-6);
+    field.set_ground(ground_vertices);
+  }
+
+  const PotentialReport& solve() { return field.solve(conductivities); }
+
+  ThermalMesh mesh;
+  std::vector<double> conductivities;  // [tet_count] S/m
+  PotentialField field;
+  std::vector<PatchVertex> patch;
+  std::vector<Index> ground_vertices;
+};
+
+/// [vertex_count of the mesh] potentials, zero outside the region.
+inline std::vector<double> spread(const ThermalMesh& mesh, const PotentialField& field) {
+  std::vector<double> potentials(static_cast<std::size_t>(mesh.vertex_count()), 0.0);
+  for (std::size_t row = 0; row < field.vertices().size(); ++row) {
+    potentials[field.vertices()[row]] = field.potentials()[row];
+  }
+  return potentials;
+}
+
+/// [vertex_count of the mesh] A at one volt that vertices take up: what of K u is not zero.
+inline std::vector<double> currents(const ThermalMesh& mesh, const PotentialField& field,
+                                    const std::vector<double>& conductivities) {
+  const std::vector<double> u = spread(mesh, field);
+  std::vector<double> sums(u.size(), 0.0);
+  for (const Index t : field.tets()) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const Index a = mesh.tets()[t][kTetEdges[k][0]];
+      const Index b = mesh.tets()[t][kTetEdges[k][1]];
+      const double flow = conductivities[t] * mesh.edge_coefficients(t)[k] * (u[a] - u[b]);
+      sums[a] += flow;
+      sums[b] -= flow;
+    }
+  }
+  return sums;
+}
+
+inline double sum(std::span<const double> values) {
+  double total = 0;
+  for (const double value : values) {
+    total += value;
+  }
+  return total;
+}
+
+}  // namespace pbdsurg::testing

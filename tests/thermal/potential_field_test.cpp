@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/thermal/potential_field.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+#include "thermal/potential_cases.h"
+
+namespace pbdsurg {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kSigma = 0.3;  // S/m
+constexpr double kEdge = 1e-3;  // m
+
+// A block whose upper face an electrode touches.
+struct Block {
+  explicit Block(std::array<Index, 3> cells, double jitter = 0,
+                 const PotentialOptions& options = {})
+      : shape(testing::make_box(cells, kEdge, jitter)),
+        mesh(shape, kLiver),
+        conductivities(shape.tets().size(), kSigma),
+        field(mesh, options),
+        top(cells[2] * kEdge),
+        centre(cells[0] / 2 * kEdge, cells[1] / 2 * kEdge, top) {}
+
+  // Vertices of the upper face within a radius of a point of it.
+  [[nodiscard]] std::vector<PatchVertex> disk(const Eigen::Vector3d& middle, double radius) const {
+    return testing::patch_where(mesh, [&](const Eigen::Vector3d& x) {
+      return x.z() > top - 0.3 * kEdge && (x - middle).norm() < radius;
+    });
+  }
+
+  // Takes tetrahedra away, as an edit does.
+  void remove(const std::vector<Index>& tets) {
+    const Solver solver{Scene{}};
+    EditResult result;
+    result.tets = tets;
+    mesh.apply(solver, {.remove_tets = tets}, result);
+  }
+
+  [[nodiscard]] std::vector<Index> tets_where(const testing::Where& where) const {
+    std::vector<Index> found;
+    for (Index t = 0; t < mesh.tet_count(); ++t) {
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (const Index v : mesh.tets()[t]) {
+        middle += mesh.rest_positions()[v] / 4;
+      }
+      if (where(middle)) {
+        found.push_back(t);
+      }
+    }
+    return found;
+  }
+
+  const PotentialReport& solve() { return field.solve(conductivities); }
+
+  TetMesh shape;
+  ThermalMesh mesh;
+  std::vector<double> conductivities;  // [tet_count] S/m
+  PotentialField field;
+  double top;              // m
+  Eigen::Vector3d centre;  // m, of the upper face
+};
+
+double area_of(double radius) {
+  return pi * radius * radius;
+}
+
+bool is_quiet(const PotentialField& field) {
+  return field.report().conductance == 0 && testing::sum(field.vertex_heat()) == 0 &&
+         testing::sum(field.tet_heat()) == 0;
+}
+
+}  // namespace
+
+// A disk of radius a on a half-space that ends in a ball of radius b = 10 a:
+// R = atan(b / a) / (2 pi sigma a), on a mesh that knows the disk as a staircase. Would catch a
+// region of a wrong size and ground in a wrong place.
+TEST_CASE("potential: a contact on a block has nearly a disk's resistance", "[unit]") {
+  Block block({44, 44, 22});
+  const double radius = 2 * kEdge;
+  block.field.set_patch(block.disk(block.centre, 1.001 * radius), area_of(radius));
+  const PotentialReport& report = block.solve();
+  CHECK(report.has_converged);
+  CHECK(report.is_closed);
+  const double exact = 2 * pi * kSigma * radius / std::atan(10.0);
+  CHECK(report.conductance == Approx(exact).epsilon(0.08));
+  CHECK(report.vertex_count < block.mesh.vertex_count() / 2);
+}
+
+// One vertex of a regular surface stands for a disk of about half an edge; touched in part, for
+// one of that part of the area: conductance goes with the root of the weight.
+TEST_CASE("potential: one vertex, touched in part, is a smaller disk", "[unit]") {
+  for (const double weight : {1.0, 0.5, 0.25, 0.05}) {
+    Block block({16, 16, 8});
+    Index vertex = kInvalidIndex;
+    for (const PatchVertex& found : block.disk(block.centre, 0.1 * kEdge)) {
+      vertex = found.vertex;
+    }
+    const double radius = 0.5 * kEdge * std::sqrt(weight);
+    block.field.set_patch(std::vector<PatchVertex>{{vertex, weight}}, area_of(radius));
+    CHECK(block.solve().conductance == Approx(4 * kSigma * radius).epsilon(0.2));
+    CHECK(testing::sum(block.field.vertex_heat()) ==
+          Approx(block.field.report().conductance).epsilon(1e-12));
+    CHECK(testing::sum(block.field.tet_heat()) <= block.field.report().conductance * (1 + 1e-12));
+  }
+}
+
+// Would catch a solution for nothing new, and one that is not found when it is due.
+TEST_CASE("potential: it solves again only for what is new", "[unit]") {
+  Block block({10, 10, 6});
+  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  CHECK(block.solve().is_new);
+  const double before = block.field.report().conductance;
+  const int iterations = block.field.report().iterations;
+  CHECK_FALSE(block.solve().is_new);
+  CHECK(block.field.report().iterations == iterations);
+
+  const Index near = block.field.tets()[0];
+  block.conductivities[near] *= 1.04;
+  CHECK_FALSE(block.solve().is_new);
+  block.conductivities[near] *= 1.04;
+  CHECK(block.solve().is_new);
+  CHECK(block.field.report().conductance > before);
+  CHECK_FALSE(block.solve().is_new);
+
+  block.remove({near});
+  CHECK(block.solve().is_new);
+  CHECK(block.field.report().conductance < before);
+  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  CHECK_FALSE(block.solve().is_new);
+  block.field.set_patch(block.disk(block.centre, 0.1 * kEdge), area_of(kEdge));
+  CHECK(block.solve().is_new);
+}
+
+// Would catch what is left of earlier patches, conductivities and tissue in a solution, and a start
+// that helps not at all.
+TEST_CASE("potential: a contact that moves and burns is solved as if afresh", "[unit]") {
+  const PotentialOptions tight{.tolerance = 1e-10, .most_iterations = 1000};
+  Block moving({14, 12, 7}, 0.1, tight);
+  for (int frame = 0; frame < 8; ++frame) {
+    const Eigen::Vector3d at = moving.centre + Eigen::Vector3d(0.6 * frame * kEdge, 0, 0);
+    const std::vector<PatchVertex> patch = moving.disk(at, 1.2 * kEdge);
+    moving.field.set_patch(patch, area_of(kEdge));
+    for (const Index t :
+         moving.tets_where([&](const Eigen::Vector3d& x) { return (x - at).norm() < kEdge; })) {
+      moving.conductivities[t] *= 0.6;
+    }
+    if (frame == 5) {
+      moving.remove(moving.tets_where(
+          [&](const Eigen::Vector3d& x) { return (x - moving.centre).norm() < 1.2 * kEdge; }));
+    }
+    moving.solve();
+    Block fresh({14, 12, 7}, 0.1, tight);
+    if (frame >= 5) {
+      fresh.remove(fresh.tets_where(
+          [&](const Eigen::Vector3d& x) { return (x - fresh.centre).norm() < 1.2 * kEdge; }));
+    }
+    fresh.conductivities = moving.conductivities;
+    fresh.field.set_patch(patch, area_of(kEdge));
+    fresh.solve();
+    // a region that is kept is one ball, the fresh one another
+    if (moving.field.report().vertex_count == fresh.field.report().vertex_count) {
+      CHECK(moving.field.report().conductance ==
+            Approx(fresh.field.report().conductance).epsilon(1e-6));
+    } else {
+      CHECK(moving.field.report().conductance ==
+            Approx(fresh.field.report().conductance).epsilon(0.03));
+    }
+  }
+}
+
+// Current has no way: nothing may be heated, and nothing be other than finite.
+TEST_CASE("potential: without a way for current there is no heat", "[unit]") {
+  Block block({14, 14, 8});
+  const std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kEdge);
+  const auto near = [&](const Eigen::Vector3d& x) { return (x - block.centre).norm(); };
+
+  SECTION("no patch at all, before and after a contact") {
+    CHECK_FALSE(block.solve().is_closed);
+    block.field.set_patch(patch, area_of(kEdge));
+    CHECK(block.solve().is_closed);
+    block.field.set_patch({}, 0);
+    CHECK_FALSE(block.solve().is_closed);
+  }
+  SECTION("the tissue at the patch goes") {
+    block.field.set_patch(patch, area_of(kEdge));
+    block.solve();
+    block.remove(block.tets_where([&](const auto& x) { return near(x) < 2.5 * kEdge; }));
+    CHECK(block.solve().lost_count == static_cast<Index>(patch.size()));
+  }
+  SECTION("the patch is on an island") {
+    block.field.set_patch(patch, area_of(kEdge));
+    block.solve();
+    block.remove(block.tets_where(
+        [&](const auto& x) { return near(x) > 2 * kEdge && near(x) < 4.8 * kEdge; }));
+    CHECK_FALSE(block.solve().is_closed);
+    CHECK_FALSE(block.field.vertices().empty());
+    for (const double u : block.field.potentials()) {
+      CHECK(u == 1);
+    }
+  }
+  SECTION("all is dry") {
+    block.field.set_patch(patch, area_of(kEdge));
+    block.solve();
+    block.conductivities.assign(block.conductivities.size(), 0.0);
+    block.solve();
+  }
+  SECTION("a shell around the patch does not conduct") {
+    block.field.set_patch(patch, area_of(kEdge));
+    block.solve();
+    for (const Index t : block.tets_where(
+             [&](const auto& x) { return near(x) > 2 * kEdge && near(x) < 4.8 * kEdge; })) {
+      block.conductivities[t] = 0;
+    }
+    CHECK_FALSE(block.solve().is_closed);
+  }
+  CHECK(is_quiet(block.field));
+
+  // and it conducts once more when it may
+  Block whole({8, 8, 6});
+  whole.field.set_patch(whole.disk(whole.centre, 1.1 * kEdge), area_of(kEdge));
+  whole.conductivities.assign(whole.conductivities.size(), 0.0);
+  CHECK_FALSE(whole.solve().is_closed);
+  whole.conductivities.assign(whole.conductivities.size(), kSigma);
+  CHECK(whole.solve().is_closed);
+}
+
+// Islands that the patch does not touch have no potential; would catch them in a singular system.
+TEST_CASE("potential: an island beside the contact has no part in it", "[unit]") {
+  Block block({16, 14, 8});
+  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  const auto from_island = [&](const Eigen::Vector3d& x) {
+    return (x - block.centre - Eigen::Vector3d(5 * kEdge, 0, 0)).norm();
+  };
+  block.remove(block.tets_where([&](const Eigen::Vector3d& x) {
+    return from_island(x) > kEdge && from_island(x) < 3.7 * kEdge;
+  }));
+  CHECK(block.solve().is_closed);
+  CHECK(block.field.report().has_converged);
+  for (const Index v : block.field.vertices()) {
+    CHECK(from_island(block.mesh.rest_positions()[v]) > 2.3 * kEdge);
+  }
+}
+
+// Stopped early, power is still U^2 times the conductance that is reported, which exceeds the true
+// one (the potential of least power is the solution); going on comes nearer.
+TEST_CASE("potential: stopped early, heat still sums to what is reported", "[unit]") {
+  Block exact({14, 14, 8});
+  Block hurried({14, 14, 8}, 0, {.tolerance = 1e-9, .most_iterations = 3});
+  for (Block* block : {&exact, &hurried}) {
+    block->field.set_patch(block->disk(block->centre, 1.1 * kEdge), area_of(kEdge));
+    block->solve();
+  }
+  CHECK_FALSE(hurried.field.report().has_converged);
+  double before = 0;
+  for (int i = 0; i < 5; ++i) {
+    const PotentialReport& report = hurried.solve();
+    CHECK(testing::sum(hurried.field.tet_heat()) == Approx(report.conductance).epsilon(1e-12));
+    CHECK(report.conductance > exact.field.report().conductance * (1 - 1e-5));
+    CHECK((i == 0 || report.conductance <= before));
+    before = report.conductance;
+  }
+  CHECK(before == Approx(exact.field.report().conductance).epsilon(0.01));
+}
+
+// A bar stretched to twice its length has half the conductance; turned, it has the same, and so has
+// its mirror image; flat, it has no cross-section.
+TEST_CASE("potential: the current shape of tissue counts when it is given", "[unit]") {
+  const TetMesh bar = testing::make_box({6, 2, 2}, kEdge);
+  testing::Conductor at(
+      bar, [](const auto& x) { return x.x() < 0.1 * kEdge; },
+      [](const auto& x) { return x.x() > 5.9 * kEdge; }, kSigma);
+  const double rest = at.solve().conductance;
+  const auto solve_mapped = [&](const Eigen::Matrix3f& map) {
+    std::vector<Eigen::Vector3f> positions;
+    for (const Eigen::Vector3d& x : bar.positions()) {
+      positions.emplace_back(map * x.cast<float>());
+    }
+    return at.field.solve(at.conductivities, positions).conductance;
+  };
+  const Eigen::AngleAxisf turn(0.7F, Eigen::Vector3f(1, 2, 3).normalized());
+  CHECK(solve_mapped(turn.toRotationMatrix()) == Approx(rest).epsilon(1e-5));
+  CHECK(solve_mapped(Eigen::Vector3f(2, 1, 1).asDiagonal()) == Approx(rest / 2).epsilon(1e-5));
+  CHECK(solve_mapped(Eigen::Vector3f(1, -1, 1).asDiagonal()) == Approx(rest).epsilon(1e-5));
+  CHECK(solve_mapped(Eigen::Vector3f(1, 0, 1).asDiagonal()) == Approx(0).margin(1e-9 * rest));
+  CHECK(std::isfinite(solve_mapped(Eigen::Vector3f(0, 0, 0).asDiagonal())));
+  CHECK(at.solve().conductance == Approx(rest).epsilon(1e-9));
+}
+
+// Would catch a message that names nothing, and a half-done change.
+TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
+  Block block({8, 8, 6});
+  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  block.solve();
+  const double before = block.field.report().conductance;
+  const std::vector<double> heat(block.field.vertex_heat().begin(),
+                                 block.field.vertex_heat().end());
+  using Patch = std::vector<PatchVertex>;
+  const double nan = std::nan("");
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{-1, 1}}, 1e-6), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{block.mesh.vertex_count(), 1}}, 1e-6),
+                  InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 0}}, 1e-6), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 1.1}}, 1e-6), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, nan}}, 1e-6), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 1}, {0, 1}}, 1e-6), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 1}}, 0), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_patch(Patch{{0, 1}}, nan), InvalidArgument);
+  CHECK_THROWS_AS(block.field.set_ground(std::vector<Index>{-1}), InvalidArgument);
+  CHECK_THROWS_AS(block.field.solve({}), InvalidArgument);
+  const Index tet = block.field.tets()[3];
+  for (const double bad : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
+    block.conductivities[tet] = bad;
+    CHECK_THROWS_WITH(block.solve(), Catch::Contains("tet " + std::to_string(tet) + " "));
+  }
+  block.conductivities[tet] = kSigma;
+  std::vector<Eigen::Vector3f> positions(block.mesh.rest_positions().size(),
+                                         Eigen::Vector3f::Zero());
+  positions[block.field.vertices()[2]].y() = std::numeric_limits<float>::infinity();
+  CHECK_THROWS_AS(block.field.solve(block.conductivities, positions), InvalidArgument);
+  CHECK_FALSE(block.solve().is_new);
+  CHECK(block.field.report().conductance == before);
+  CHECK(std::equal(heat.begin(), heat.end(), block.field.vertex_heat().begin()));
+
+  for (const PotentialOptions& bad :
+       {PotentialOptions{.region_radii = 1}, PotentialOptions{.tolerance = 0},
+        PotentialOptions{.tolerance = 1}, PotentialOptions{.most_iterations = -1},
+        PotentialOptions{.conductivity_change = nan}, PotentialOptions{.threads = -1}}) {
+    CHECK_THROWS_AS(PotentialField(block.mesh, bad), InvalidArgument);
+  }
+}
+
+// Would catch sums whose pieces depend on who works, in a region large enough for threads.
+TEST_CASE("potential: any number of threads gives the same bits", "[unit]") {
+  std::vector<double> expected;
+  for (const int threads : {1, 2, 3}) {
+    Block block({26, 26, 13}, 0.1, {.threads = threads});
+    std::vector<double> all;
+    for (int frame = 0; frame < 3; ++frame) {
+      const Eigen::Vector3d at = block.centre + Eigen::Vector3d(0.7 * frame * kEdge, 0, 0);
+      block.field.set_patch(block.disk(at, 1.3 * kEdge), area_of(1.2 * kEdge));
+      CHECK(block.solve().has_converged);
+      CHECK(block.field.report().vertex_count > 2000);
+      all.insert(all.end(), block.field.vertex_heat().begin(), block.field.vertex_heat().end());
+    }
+    if (threads == 1) {
+      expected = all;
+    }
+    CHECK(all == expected);
+  }
+}
+
+}  // namespace pbdsurg
