@@ -21,6 +21,10 @@ constexpr std::array<std::array<int, 3>, 4> kEdgesOfCorner{
 // Of its own diagonal: a smaller pivot is what rounding leaves of a group that nothing holds.
 constexpr double kLeastPivot = 1e-12;
 
+// Changed rows make the correction less apt, not wrong: to follow them each time would cost as much
+// as several iterations.
+constexpr int kMostUsesOfInverse = 10;
+
 struct Worker {
   StepTeam* team;  // null: alone
   int thread;
@@ -110,6 +114,7 @@ void LocalSystem::set_groups(std::span<const Index> starts) {
   pieces_.assign(starts.begin(), starts.end());
   is_grouped_ = true;
   is_prepared_ = false;
+  uses_of_inverse_ = kMostUsesOfInverse;
 }
 
 void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> conductances) {
@@ -131,6 +136,7 @@ void LocalSystem::set_couplings(std::span<const std::array<double, 6>> conductan
     });
   });
   is_prepared_ = false;
+  uses_of_inverse_ = kMostUsesOfInverse;
 }
 
 void LocalSystem::update_couplings(std::span<const std::array<double, 6>> conductances,
@@ -189,8 +195,9 @@ void LocalSystem::prepare() {
   sums_.assign(pieces, 0.0);
   other_sums_.assign(pieces, 0.0);
   group_residuals_.assign(pieces, 0.0);
-  if (is_grouped_) {
+  if (is_grouped_ && ++uses_of_inverse_ > kMostUsesOfInverse) {
     invert_groups();
+    uses_of_inverse_ = 1;
   }
   is_prepared_ = true;
 }

@@ -63,6 +63,8 @@ class LocalSystem {
   void set_added(std::span<const double> added);
 
   /// Adds a correction that is constant in each group of consecutive rows to the preconditioner.
+  /// It is made for what the system is at the first solution after this or set_couplings(), and
+  /// again after every ten that follow changes, at a cost of O(entries + groups^3).
   /// @param starts  [group_count + 1] first row of each group, ascending, from 0 to row_count();
   ///                at most kMostGroups groups
   void set_groups(std::span<const Index> starts);
@@ -119,6 +121,7 @@ class LocalSystem {
   std::vector<Index> pieces_;          // [piece_count + 1] first rows
   bool is_grouped_ = false;            // then the pieces are the groups
   bool is_prepared_ = false;
+  int uses_of_inverse_ = 0;
   std::vector<double> group_inverse_;                   // [group_count, group_count]
   std::vector<Index> marks_;                            // [row_count] scratch of set_rows()
   std::vector<Index> group_of_;                         // [row_count] scratch of invert_groups()

@@ -156,7 +156,6 @@ struct PotentialField::Work {
   std::uint64_t version = 0;           // of the mesh when the region was found
   RegionSearch search;
   PotentialRegion region, next;
-  Contact contact;         // of the last solution
   Contact region_contact;  // when the region was found
 
   std::vector<double> used;                         // [tet_count] S/m
@@ -413,7 +412,7 @@ void PotentialField::Work::forget() {
 
 // The circuit is open, and nothing is left of the last solution.
 void PotentialField::Work::leave_region() {
-  region = {};
+  region.clear();
   potentials.clear();
   heat.clear();
   tet_heat.clear();
@@ -494,7 +493,6 @@ bool PotentialField::Work::update_conductances(std::span<const double> conductiv
 void PotentialField::Work::solve(const Contact& now) {
   const std::size_t rows = region.vertices.size();
   const std::span<const Eigen::Vector3d> points = mesh.rest_positions();
-  const bool has_moved = now.centre != contact.centre || now.radius != contact.radius;
   added.assign(rows, 0.0);
   sources.assign(rows, 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
@@ -506,10 +504,6 @@ void PotentialField::Work::solve(const Contact& now) {
       start = 1;
     } else if (start == kUnknown) {
       start = now.guess(points[region.vertices[row]]);
-    } else if (has_moved) {
-      // what the electrode took along, on top of what the shape of the body makes of it
-      const Eigen::Vector3d& point = points[region.vertices[row]];
-      start = std::clamp(start + now.guess(point) - contact.guess(point), 0.0, 1.0);
     }
   }
   for (const PatchVertex& seed : seeds) {
@@ -521,7 +515,6 @@ void PotentialField::Work::solve(const Contact& now) {
       added[row] = sources[row] = film(seed, system.coupling_sum(row));
     }
   }
-  contact = now;
   is_patch_new = false;
   system.set_added(added);
   LinearSolveReport solution;

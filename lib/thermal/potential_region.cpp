@@ -44,19 +44,23 @@ void bisect(std::span<const Eigen::Vector3d> positions, std::span<const Index> v
 
 }  // namespace
 
+void PotentialRegion::clear() {
+  vertices.clear();
+  is_ground.clear();
+  tets.clear();
+  corners.clear();
+  insulators.clear();
+  group_starts.clear();
+  piece_count = 0;
+  has_ground = false;
+}
+
 void RegionSearch::start(const ThermalMesh& mesh, PotentialRegion& region) {
   seen_vertices_.resize(static_cast<std::size_t>(mesh.vertex_count()));
   rows_.resize(static_cast<std::size_t>(mesh.vertex_count()));
   seen_tets_.resize(static_cast<std::size_t>(mesh.tet_count()));
   ++round_;
-  region.vertices.clear();
-  region.is_ground.clear();
-  region.tets.clear();
-  region.corners.clear();
-  region.insulators.clear();
-  region.group_starts.clear();
-  region.piece_count = 0;
-  region.has_ground = false;
+  region.clear();
 }
 
 bool RegionSearch::meet(Index vertex, PotentialRegion& region) {

@@ -26,6 +26,9 @@ struct PotentialRegion {
   std::vector<Index> insulators;    // ids of tets met that do not conduct
   Index piece_count = 0;            // that nothing joins but the electrode
   bool has_ground = false;
+
+  /// Keeps its memory.
+  void clear();
 };
 
 /// Finds regions; keeps its lists from one to the next.

@@ -297,6 +297,27 @@ TEST_CASE("potential: the current shape of tissue counts when it is given", "[un
   CHECK(at.solve().conductance == Approx(rest).epsilon(1e-9));
 }
 
+// A vertex drawn almost into the opposite face of a tetrahedron under the contact. Would catch
+// coefficients that are not finite, and a solution that slivers spoil.
+TEST_CASE("potential: slivers under the contact leave it finite", "[unit]") {
+  const TetMesh regular = testing::make_box({10, 10, 6}, kEdge);
+  std::vector<Eigen::Vector3d> points(regular.positions().begin(), regular.positions().end());
+  const Index moved = 5 + 11 * (5 + 11 * 5);  // one cell below the middle of the upper face
+  const Eigen::Vector3d start = points[moved];
+  points[moved] = start + (1 - 1e-7) * kEdge * Eigen::Vector3d(0, 0, 1);
+  const ThermalMesh mesh(TetMesh(points, {regular.tets().begin(), regular.tets().end()}), kLiver);
+  PotentialField field(mesh);
+  field.set_patch(
+      testing::patch_where(
+          mesh, [&](const Eigen::Vector3d& x) { return (x - points[moved]).norm() < 1.1 * kEdge; }),
+      area_of(kEdge));
+  const std::vector<double> conductivities(regular.tets().size(), kSigma);
+  const PotentialReport& report = field.solve(conductivities);
+  CHECK(report.has_converged);
+  CHECK(report.conductance == Approx(4 * kSigma * 1.25 * kEdge).epsilon(0.3));
+  CHECK(testing::sum(field.vertex_heat()) == Approx(report.conductance).epsilon(1e-12));
+}
+
 // Would catch a message that names nothing, and a half-done change.
 TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
   Block block({8, 8, 6});
