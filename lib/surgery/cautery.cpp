@@ -22,6 +22,7 @@ namespace {
 constexpr double kLongestSubstep = 2e-3;  // s, while energised
 constexpr double kBoilingShare = 0.2;     // of the time to boil
 constexpr int kMostSubsteps = 32;
+constexpr double kElectrodeRecovery = 20;  // s: steel of 1 cm, by conduction into the shaft
 
 void check_range(const char* what, double value, double low, double high) {
   if (!(value >= low) || !(value <= high)) {
@@ -43,6 +44,7 @@ CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies
   check_positive("contact_radius", options.contact_radius, " m");
   check_range("body_resistance", options.body_resistance, 0, kMost);
   check_range("electrode_cooling", options.electrode_cooling, 0, kMost);
+  check_positive("electrode_capacity", options.electrode_capacity, " J/K");
   check_positive("tearing_rate", options.tearing_rate, "/s");
   check_range("tearing_loss", options.tearing_loss, 0, 1);
   check_range("boiled_shrinkage", options.boiled_shrinkage, 0, 0.9);
@@ -98,7 +100,8 @@ struct Cautery::Work {
   double link_energy = 0;            // J spent
   double links_conductance = 0;      // S, of those touched
   double electrode_energy = 0;       // J
-  std::vector<double> cooling;       // [vertex_count] W, scratch: zero
+  double electrode_temperature = kBodyTemperature;
+  std::vector<double> cooling;  // [vertex_count] W, scratch: zero
   std::vector<HeatSource> sources;
 };
 
@@ -262,12 +265,13 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
   cooling.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
   for (const auto& [vertex, area] : current.cooled()) {
     cooling[vertex] = options.electrode_cooling * area *
-                      std::max(0.0, field.temperatures()[vertex] - kBodyTemperature);
+                      std::max(0.0, field.temperatures()[vertex] - electrode_temperature);
   }
   for (const HeatSource& unit : load.heat) {
     const double power = voltage * voltage * unit.power;
     const double into_metal = std::min(power, cooling[unit.vertex]);
     electrode_energy += into_metal * dt;
+    electrode_temperature += into_metal * dt / options.electrode_capacity;
     if (power > into_metal) {
       sources.push_back({unit.vertex, power - into_metal});
     }
@@ -290,6 +294,8 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
 
 void Cautery::Work::step(double dt, CauteryReport& report) {
   const HeatReport stepped = field.step(dt, sources);
+  electrode_temperature = kBodyTemperature + (electrode_temperature - kBodyTemperature) *
+                                                 std::exp(-dt / kElectrodeRecovery);
   sources.clear();
   ++report.substeps;
   report.heat_iterations += stepped.iterations;

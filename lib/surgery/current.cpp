@@ -120,7 +120,24 @@ bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   if (is_disk_ || (touches && patch_.empty())) {
     return false;
   }
+  // through dry tissue, which may be thinner than the mesh resolves, to the wet tissue behind it
+  behind_.clear();
+  for (const PatchVertex& dry : patch_) {
+    field.mesh().for_each_tet(dry.vertex, [&](Index t) {
+      for (const Index v : field.mesh().tets()[t]) {
+        if (is_wet(v)) {
+          behind_.push_back({v, dry.weight});
+        }
+      }
+    });
+  }
   contact.collect_patch(radius_ + kSparkReach, patch_, is_wet);
+  patch_.insert(patch_.end(), behind_.begin(), behind_.end());
+  std::sort(patch_.begin(), patch_.end(), [](const PatchVertex& a, const PatchVertex& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.weight > b.weight;
+  });
+  const auto same = [](const PatchVertex& a, const PatchVertex& b) { return a.vertex == b.vertex; };
+  patch_.erase(std::unique(patch_.begin(), patch_.end(), same), patch_.end());
   if (patch_.empty()) {
     return false;
   }

@@ -47,7 +47,8 @@ class Current {
   void touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact);
 
   /// Where what is touched is dry, or not quite touched, lets current jump to wet surface within
-  /// kSparkReach of the contact. Lasts until the next touch().
+  /// kSparkReach of the contact, and through what is dry to the next wet vertices. Lasts until the
+  /// next touch().
   /// @return  whether it is so
   bool arc(const HeatField& field, const ElectrodeContact& contact);
 
@@ -79,7 +80,7 @@ class Current {
   bool is_disk_ = false;
   bool is_new_ = false;  // touched since the last find_load()
   Index vertex_count_ = 0;
-  std::vector<PatchVertex> patch_;
+  std::vector<PatchVertex> patch_, behind_;
   std::vector<CooledVertex> cooled_;
   std::vector<VertexShare> shares_;  // of the disk
   std::vector<HeatSource> heat_;

@@ -61,12 +61,12 @@ void ScenePositions::read(const Solver& solver, std::span<const Index> vertices)
 }
 
 void ScenePositions::follow(const Solver& solver) {
-  const auto count = static_cast<std::size_t>(solver.vertex_count());
-  if (values_.size() < count) {
-    values_.resize(count);
-    solver.read_positions(values_);
+  std::vector<Index> added;
+  for (auto v = static_cast<Index>(values_.size()); v < solver.vertex_count(); ++v) {
+    added.push_back(v);
   }
-  values_.resize(count);
+  values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
+  read(solver, added);
 }
 
 ElectrodeContact::ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies,

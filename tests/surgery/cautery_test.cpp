@@ -63,7 +63,7 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
   double volume = 0, delivered = 0;
   bool shrank = false, shortened = false;
   for (int i = 0; i < 300; ++i) {
-    const CauteryReport report = cautery.update(solver, kOnTop, cut_settings(8), 5e-3);
+    const CauteryReport report = cautery.update(solver, kOnTop, cut_settings(40), 5e-3);
     removed += static_cast<Index>(report.edit.tets.size());
     volume += report.removed_volume;
     delivered += report.energy;
@@ -78,7 +78,7 @@ TEST_CASE("cautery: tissue passes through heated and burning before it vaporises
       before[t] = now;
       if (now == HeatState::burning) {
         shrank = shrank || solver.rest_volume(t) <
-                               0.9 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+                               0.97 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
         for (const Index e : solver.tet_edges(t)) {
           const auto [a, b] = solver.edges()[e];
           const double before_burning =
@@ -146,13 +146,13 @@ TEST_CASE("cautery: neo-hookean tissue shrinks by its volumes and vaporises", "[
   Index removed = 0;
   bool shrank = false;
   for (int i = 0; i < 300; ++i) {
-    const CauteryReport report = cautery.update(solver, kOnTop, cut_settings(8), 5e-3);
+    const CauteryReport report = cautery.update(solver, kOnTop, cut_settings(40), 5e-3);
     removed += static_cast<Index>(report.edit.tets.size());
     CHECK(solver.step(5e-3F).non_finite_vertices == 0);
     for (Index t = 0; t < setup.mesh.tet_count() && !shrank; ++t) {
       shrank =
           solver.is_tet_alive(t) &&
-          solver.rest_volume(t) < 0.9 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
+          solver.rest_volume(t) < 0.97 * tet_volume(setup.mesh.positions(), setup.mesh.tets()[t]);
     }
   }
   CHECK(removed > 10);
@@ -252,7 +252,7 @@ TEST_CASE("cautery: it goes back with an undo", "[unit]") {
   double paid = 0;
   while (report.edit.tets.empty()) {
     paid = cautery.removal_energy();
-    report = cautery.update(solver, kOnTop, cut_settings(8), 5e-3);
+    report = cautery.update(solver, kOnTop, cut_settings(40), 5e-3);
     CHECK(report.request.remove_tets == report.edit.tets);
   }
   CHECK(cautery.removal_energy() > paid);
@@ -279,20 +279,20 @@ TEST_CASE("cautery: it goes back with an undo", "[unit]") {
   }
 }
 
-// Would catch a contact of vertices alone: the tip is in the middle of a triangle whose corners
-// are all farther from it than the contact radius.
+// Would catch a contact of vertices alone: the tip is in the middle of a cell of the surface, whose
+// corners are all farther from it than the contact radius.
 TEST_CASE("cautery: a tip between vertices touches", "[unit]") {
   const Setup setup;
   Solver solver(setup.scene);
   const ThermalBody body{0, &setup.mesh, kLiver};
-  Cautery cautery(solver, std::span(&body, 1), {.contact_radius = 0.57e-3});
+  Cautery cautery(solver, std::span(&body, 1), {.contact_radius = 0.6e-3});
   const CauteryReport report =
-      cautery.update(solver, point({4.33e-3F, 4.34e-3F, 4e-3F}), cut_settings(10), 1e-3);
+      cautery.update(solver, point({4.5e-3F, 4.5e-3F, 4e-3F}), cut_settings(10), 1e-3);
   CHECK_FALSE(report.is_disk);
   CHECK(report.contact_vertices >= 3);
-  CHECK(report.contact_area == Approx(3.14159 * 0.57e-3 * 0.57e-3).epsilon(1e-4));
+  CHECK(report.contact_area == Approx(3.14159 * 0.6e-3 * 0.6e-3).epsilon(1e-4));
   // (1 / (4 sigma a) within the staircase of a contact of one triangle)
-  const double disk = 1 / (4 * kLiver.electrical_conductivity * 0.57e-3);
+  const double disk = 1 / (4 * kLiver.electrical_conductivity * 0.6e-3);
   CHECK(report.resistance - 150 > 0.6 * disk);
   CHECK(report.resistance - 150 < 1.4 * disk);
 }
@@ -337,7 +337,7 @@ TEST_CASE("cautery: a blade leaves no mark, whitens or cuts with 10, 25 or 50 W"
   scene.add_body("liver", mesh);
   const ThermalBody body{0, &mesh, kLiver};
   constexpr double kLength = 5e-3;  // m, across; pi r^2 + 2 r length = 10 mm^2
-  constexpr double kRadius = 0.791e-3;
+  constexpr double kRadius = 0.8e-3;
 
   struct Mark {
     double survival = 1, water = 1, removed = 0;
@@ -378,14 +378,15 @@ TEST_CASE("cautery: the paper's preset burns with a known current", "[unit]") {
   const Setup setup;
   Solver solver(setup.scene, {.damping = 20});
   const ThermalBody body{0, &setup.mesh, kFat};
-  Cautery cautery(solver, std::span(&body, 1), {.model = ThermalModel::paper()});
+  Cautery cautery(solver, std::span(&body, 1),
+                  {.electrode_cooling = 0, .model = ThermalModel::paper()});
   Index removed = 0;
   bool shrank = false;
   for (int i = 0; i < 100; ++i) {
-    const CauteryReport report = cautery.update(solver, kOnTop, known_current_settings(0.1), 5e-3);
+    const CauteryReport report = cautery.update(solver, kOnTop, known_current_settings(0.2), 5e-3);
     removed += static_cast<Index>(report.edit.tets.size());
     shrank = shrank || !report.request.rest_lengths.empty();
-    CHECK((report.current == Approx(0.1) || report.resistance == kNoLimit));
+    CHECK((report.current == Approx(0.2) || report.resistance == kNoLimit));
     check_ledger(cautery);
   }
   CHECK(removed > 10);

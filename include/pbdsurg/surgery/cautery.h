@@ -33,12 +33,13 @@ struct CauteryOptions {
   double contact_radius = 1.26e-3;
   /// ohm, of the way through the patient's body, in series; usually 50 to 200. Heats nothing here.
   double body_resistance = 150;
-  /// W/(m^2 K) from touched tissue into the cold metal of the electrode, out of the heat that the
+  /// W/(m^2 K) from touched tissue into the metal of the electrode, out of the heat that the
   /// current makes there: no more than that, and none where DiskSource takes over. Calibrated, with
   /// the next two: 10 mm^2 of contact, 6.6 mm across its way and 1.6 mm along, that move at 10 mm/s
   /// over liver leave no mark at 10 W, whiten at 25 W and cut at 50 W, as Karaki et al. 2020
   /// observed. Literature leaves that shape open, too.
   double electrode_cooling = 2e4;
+  double electrode_capacity = 0.1;  ///< J/K of that metal, which warms: 25 mm^3 of steel
   /// 1/s and share of its water: tissue that boils so fast, and has lost so much, is torn by its
   /// steam before it is dry.
   double tearing_rate = 0.3;
@@ -108,7 +109,8 @@ class Cautery final : public EditParticipant {
   /// fifth of the time to boil, at most 32.
   ///
   /// Contact that is lost, dry tissue, an island: the circuit opens, as reported, and nothing is
-  /// delivered. In cutting mode, with voltage enough, sparks reach wet surface 0.3 mm beyond.
+  /// delivered. In cutting mode, with voltage enough, sparks reach wet surface 0.3 mm beyond, and
+  /// through dry tissue the vertices behind it.
   ///
   /// Cost: O(heated part), and now and then O(surface), for where the electrode is about.
   /// @param generator  absent: switched off, the tissue cools
