@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "pbdsurg/thermal/tissue_state.h"
 
@@ -90,13 +91,14 @@ void Current::touch(const Solver& solver, const HeatField& field, const Electrod
   is_new_ = true;
   const NearestPoint& nearest = contact.nearest();
   const bool touches = nearest.gap <= radius_;
-  is_disk_ = touches && mean_edge(field.mesh(), nearest.triangle) > 2 * radius_;
+  disk_radius_ = std::sqrt(contact.area() / std::numbers::pi);
+  is_disk_ = touches && mean_edge(field.mesh(), nearest.triangle) > 2 * disk_radius_;
   shares_.clear();
   cooled_.clear();
   if (is_disk_) {
     find_near_tets(field, nearest.triangle);
     positions_.read(solver, near_vertices_);
-    const DiskContact disk{nearest.point, -nearest.outward, radius_};
+    const DiskContact disk{nearest.point, -nearest.outward, disk_radius_};
     disk_.distribute(disk, positions_.values(), field.mesh().tets(), near_tets_, shares_);
     vertex_count_ = static_cast<Index>(shares_.size());
     return;
@@ -193,7 +195,7 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
         field.model().has_variable_conductivity
             ? electrical_conductivity(tissue, field.temperatures()[vertex], field.water()[vertex])
             : tissue.electrical_conductivity;
-    const double conductance = 4 * radius_ * share * conductivity;
+    const double conductance = 4 * disk_radius_ * share * conductivity;
     load.conductance += conductance;
     heat_.push_back({vertex, conductance});
   }

@@ -35,8 +35,8 @@ struct TissueLoad {
 };
 
 /// Keeps the electrical conductivity of tissue up to date, and finds where current goes: by a
-/// potential, or, where edges are longer than twice the contact radius, by the closed form of a
-/// disk.
+/// potential, or, where edges are longer than twice the radius of a disk as large as the
+/// contact, by the closed form of that disk.
 class Current {
  public:
   static constexpr double kSparkReach = 0.3e-3;  ///< m, beyond the contact
@@ -72,7 +72,8 @@ class Current {
   TissueLoad find_disk_load(const HeatField& field);
   TissueLoad find_potential_load(const Solver& solver);
 
-  double radius_;
+  double radius_;           // m, of the contact around the electrode's axis
+  double disk_radius_ = 0;  // m, of a disk as large as the contact
   PotentialField potential_;
   DiskSource disk_;
   ScenePositions positions_;

@@ -16,6 +16,11 @@ namespace {
 // How far around the contact is looked at, in contact radii.
 constexpr double kMargin = 4;
 
+// How deep in tissue, in contact radii, an electrode still touches the surface that it has passed.
+constexpr double kDeepest = 4;
+
+constexpr double kTie = 1e-9;  // relative
+
 // Of the cosine to the normal under the electrode: beyond is the far side of a thin wall.
 constexpr double kLeastCosine = -0.5;
 
@@ -197,6 +202,7 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
                       positions[triangle[1]].cast<double>().eval(),
                       positions[triangle[2]].cast<double>().eval()};
   };
+  const double far = std::max(reach, kDeepest * radius_);
   close_.clear();
   for (const Index slot : body.candidates) {
     const Triangle& triangle = body.surface.triangles()[slot];
@@ -206,7 +212,7 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
     const auto [a, b, c] = corners(triangle);
     const double size = std::max((a - b).norm(), (a - c).norm());
     // twice: neighbours of what is touched, for the areas of their vertices
-    if (distance_to(electrode, positions[triangle[0]]) < reach + 2 * size) {
+    if (distance_to(electrode, positions[triangle[0]]) < far + 2 * size) {
       close_.push_back(slot);
     }
   }
@@ -217,18 +223,25 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
   int touching = 0;
   for (int i = 0; i < samples; ++i) {
     const Eigen::Vector3d sample = point_at(electrode, sample_share(i, samples));
-    double gap = std::numeric_limits<double>::infinity();
+    NearestPoint here;
     for (const Index slot : close_) {
       const Triangle& triangle = body.surface.triangles()[slot];
       const auto [a, b, c] = corners(triangle);
       const Eigen::Vector3d point = closest_on_triangle(a, b, c, sample).point;
       const double distance = (point - sample).norm();
-      if (distance < nearest.gap) {
-        nearest = {distance, point, (b - a).cross(c - a), triangle};
+      if (distance < (1 - kTie) * here.distance) {
+        here = {distance, distance, point, Eigen::Vector3d::Zero(), triangle};
       }
-      gap = std::min(gap, distance);
+      if (distance <= (1 + kTie) * here.distance) {  // on an edge, all that meet there count
+        here.outward += (b - a).cross(c - a).normalized();
+      }
     }
-    touching += gap <= radius_ ? 1 : 0;
+    const bool is_inside = here.distance <= far && (sample - here.point).dot(here.outward) < 0;
+    here.gap = is_inside ? 0 : here.distance;
+    touching += here.gap <= radius_ ? 1 : 0;
+    if (here.gap < nearest.gap || (here.gap == nearest.gap && here.distance < nearest.distance)) {
+      nearest = here;
+    }
   }
   const double size = nearest.outward.norm();
   if (!(nearest.gap <= reach) || !(size > 0)) {
@@ -261,10 +274,12 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
   for (auto near = near_.begin() + static_cast<std::ptrdiff_t>(first); near != near_.end();
        ++near) {
     const double distance = distance_to(electrode, positions[near->vertex]);
-    near->distance = std::sqrt(std::max(0.0, distance * distance - nearest.gap * nearest.gap));
+    near->distance =
+        std::sqrt(std::max(0.0, distance * distance - nearest.distance * nearest.distance));
     near->radius = std::sqrt(vertex_areas_[near->vertex] / std::numbers::pi);
   }
-  if (nearest.gap < nearest_.gap) {
+  if (nearest.gap < nearest_.gap ||
+      (nearest.gap == nearest_.gap && nearest.distance < nearest_.distance)) {
     nearest_ = nearest;
   }
 }

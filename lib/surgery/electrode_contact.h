@@ -52,11 +52,12 @@ struct TouchedLink {
 
 /// The point of the surface that is nearest to an electrode.
 struct NearestPoint {
-  /// m from the electrode's axis; infinite: nothing is near
+  /// m outside of tissue to the electrode's axis, 0 inside; infinite: nothing is near
   double gap = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< m
-  Eigen::Vector3d outward = Eigen::Vector3d::Zero();  ///< unit
-  Triangle triangle = LiveSurface::kEmptyTriangle;    ///< scene vertices
+  double distance = std::numeric_limits<double>::infinity();  ///< m, whichever side
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();            ///< m
+  Eigen::Vector3d outward = Eigen::Vector3d::Zero();          ///< unit
+  Triangle triangle = LiveSurface::kEmptyTriangle;            ///< scene vertices
 };
 
 /// Finds what an electrode touches of some bodies' surfaces and of links, in current positions.

@@ -297,6 +297,20 @@ TEST_CASE("cautery: a tip between vertices touches", "[unit]") {
   CHECK(report.resistance - 150 < 1.4 * disk);
 }
 
+// Would catch a contact that is lost because tools push vertices alone and pass through faces.
+TEST_CASE("cautery: a tip within the tissue touches, one as far outside does not", "[unit]") {
+  const Setup setup;
+  Solver solver(setup.scene);
+  const ThermalBody body{0, &setup.mesh, kLiver};
+  Cautery cautery(solver, std::span(&body, 1), {.contact_radius = 0.7e-3});
+  const auto power_at = [&](float z) {
+    return cautery.update(solver, point({4e-3F, 4e-3F, z}), cut_settings(10), 1e-3).power;
+  };
+  CHECK(power_at(4e-3F + 1.2e-3F) == 0);
+  CHECK(power_at(4e-3F - 1.2e-3F) > 5);
+  CHECK(power_at(4e-3F) > 5);
+}
+
 // Would catch a coarse mesh that heats with another power than a fine one, or not at all.
 TEST_CASE("cautery: a mesh coarser than the contact takes the disk, with equal power", "[unit]") {
   const TetMesh mesh = testing::make_box({5, 5, 5}, 4e-3, 0.1);

@@ -28,7 +28,8 @@ struct Electrode {
 };
 
 struct CauteryOptions {
-  /// m: surface that is nearer to the electrode's axis is touched. A point then has a contact of
+  /// m: surface that is nearer to the electrode's axis is touched, and up to four times as far
+  /// where the electrode has gone through it into the tissue. A point then has a contact of
   /// pi radius^2, here 5 mm^2; 0.5 to 5 is usual for a hook's edge, 10 for its flat side.
   double contact_radius = 1.26e-3;
   /// ohm, of the way through the patient's body, in series; usually 50 to 200. Heats nothing here.
@@ -87,7 +88,7 @@ struct CauteryReport {
 /// A generator drives current from where the electrode touches the surface of live tissue; its heat
 /// boils the tissue, which shrinks as it loses water and collagen, and goes when it is dry or when
 /// steam tears it (or, by the paper's rule, when four vertices have boiled). Where edges are longer
-/// than twice the contact radius, the closed form of a disk takes the place of the potential.
+/// than a disk as large as the contact is wide, its closed form takes the place of the potential.
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
 /// what has been delivered; what is due beyond that waits.
 ///
