@@ -57,7 +57,7 @@ pbdsurg::CauteryOptions hook_options() {
   pbdsurg::CauteryOptions options;
   options.contact_radius = 1.5e-3;
   // thinned by traction: so that the gallbladder comes off within the script's time
-  options.link_energy = 0.012;
+  options.link_energy = 0.008;
   options.link_conductance = 3e-3;
   return options;
 }

@@ -110,7 +110,9 @@ void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& 
   for (; taken < due_.size(); ++taken) {
     const auto [tet, water, is_torn] = due_[taken];
     const double needed = drying_energy(field, tet);
-    if (spent_ + due_energy_ + needed > energy) {
+    // what boiled off in tissue that is left will be needed once that is dry
+    const double reserved = is_torn ? field.ledger().latent : 0;
+    if (spent_ + due_energy_ + needed > energy - reserved) {
       break;
     }
     due_energy_ += needed;
