@@ -8,6 +8,7 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/thermal/tissue_color.h"
 
 #include "viewer/plot.h"
 #include "viewer/png.h"
@@ -16,11 +17,6 @@ namespace cholecystectomy {
 namespace {
 
 using pbdsurg::Index;
-
-// Peak temperatures between which tissue whitens, degrees Celsius: proteins coagulate in seconds at
-// 55 and at once above 75.
-constexpr double kCoagulationBegins = 50;
-constexpr double kCoagulationEnds = 75;
 
 constexpr double kSmokeEvery = 0.04;  // s
 constexpr double kSmokeLife = 0.9;    // s
@@ -65,11 +61,11 @@ Surface make_surface(const Simulation& simulation, Index b) {
   if (is_burnable(static_cast<Organ>(b))) {
     const pbdsurg::HeatField& field = simulation.cautery.field();
     for (Index v = 0; v < body.vertex_count; ++v) {
-      const double whitened =
-          (field.peak_temperatures()[body.first_vertex + v] - kCoagulationBegins) /
-          (kCoagulationEnds - kCoagulationBegins);
-      surface.coagulation.push_back(static_cast<float>(std::clamp(whitened, 0.0, 1.0)));
-      surface.charring.push_back(static_cast<float>(1 - field.water()[body.first_vertex + v]));
+      const pbdsurg::BurnMarks marks = pbdsurg::burn_marks(field.survival()[body.first_vertex + v],
+                                                           field.water()[body.first_vertex + v],
+                                                           field.charred()[body.first_vertex + v]);
+      surface.coagulation.push_back(marks.white);
+      surface.charring.push_back(std::max(marks.brown, marks.charred));
     }
   }
   return surface;

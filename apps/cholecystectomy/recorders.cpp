@@ -50,12 +50,14 @@ void ForceRecorder::close() {
 }
 
 CauteryRecorder::CauteryRecorder(const std::filesystem::path& path)
-    : file_(path, "t_s,power_w,energy_in_j,tets_deleted,links_cut") {}
+    : file_(path,
+            "t_s,set_w,power_w,resistance_ohm,hottest_degc,energy_in_j,tets_deleted,links_cut") {}
 
 void CauteryRecorder::step(const Simulation& simulation, double) {
   file_.stream() << simulation.time() << ',' << simulation.hook_power << ','
-                 << simulation.energy_in() << ',' << simulation.totals.tets_deleted << ','
-                 << simulation.totals.links_cut << '\n';
+                 << simulation.last_burn.power << ',' << simulation.last_burn.resistance << ','
+                 << simulation.last_burn.hottest << ',' << simulation.energy_in() << ','
+                 << simulation.totals.tets_deleted << ',' << simulation.totals.links_cut << '\n';
 }
 
 void CauteryRecorder::moment(const Simulation&, const std::string&) {}
@@ -92,7 +94,7 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
       if (solver.is_tet_alive(body.first_tet + t)) {
         mesh.tets.push_back(solver.tets()[body.first_tet + t]);
         body_of_tet.values.push_back(static_cast<float>(b));
-        state.values.push_back(static_cast<float>(simulation.cautery.state(t)));
+        state.values.push_back(static_cast<float>(simulation.cautery.state(body.first_tet + t)));
       }
     }
   }

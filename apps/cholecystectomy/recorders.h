@@ -50,8 +50,8 @@ class ForceRecorder final : public Observer {
   CsvFile file_;
 };
 
-/// Writes cautery.csv: t_s, power_w, energy_in_j, tets_deleted, links_cut; a row a step, sums so
-/// far.
+/// Writes cautery.csv: t_s, power set and delivered, resistance (inf: open), hottest tissue, energy
+/// in, tets deleted, links cut; a row a step, the last three sums so far.
 class CauteryRecorder final : public Observer {
  public:
   /// @throws pbdsurg::FileError  if the file cannot be opened

@@ -62,6 +62,44 @@ Json strands_of(const pbdsurg::ConnectiveTissue& connections) {
   return result;
 }
 
+// Where the energy went that the hook delivered; what it drove through the rest of the body is left
+// out.
+Json ledger_of(const pbdsurg::Cautery& cautery) {
+  const pbdsurg::HeatLedger& heat = cautery.field().ledger();
+  const double links = cautery.link_energy_spent(), electrode = cautery.electrode_energy();
+  const double tissue = heat.sensible + heat.latent + heat.removed + heat.surface + heat.perfusion;
+  return {{"in_j", heat.in + links + electrode},
+          {"sensible_j", heat.sensible},
+          {"latent_j", heat.latent},
+          {"removed_j", heat.removed},
+          {"surface_j", heat.surface},
+          {"perfusion_j", heat.perfusion},
+          {"links_j", links},
+          {"electrode_j", electrode},
+          {"error_j", heat.in - tissue}};
+}
+
+Json range_of(const Range& range) {
+  if (range.count == 0) {
+    return nullptr;
+  }
+  return {{"least", range.least},
+          {"mean", range.sum / static_cast<double>(range.count)},
+          {"most", range.most}};
+}
+
+Json burn_of(const Totals& totals) {
+  return {{"steps_with_current", totals.burn_power.count},
+          {"steps_with_sparks", totals.sparks},
+          {"steps_not_converged", totals.unconverged},
+          {"power_w", range_of(totals.burn_power)},
+          {"voltage_v", range_of(totals.burn_voltage)},
+          {"resistance_ohm", range_of(totals.burn_resistance)},
+          {"hottest_degc", totals.hottest},
+          {"tets_torn_by_steam", totals.tets_torn_by_steam},
+          {"tets_deferred_max", totals.tets_deferred_max}};
+}
+
 // Distance left at the times of figure 9, mm, at the first step not before each.
 Json recovery_of(const Recovery& recovery) {
   Json result;
@@ -83,8 +121,6 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
                   const Recovery& recovery, std::uint64_t seed,
                   const std::vector<std::string>& organ_notes) {
   const pbdsurg::Solver& solver = simulation.solver;
-  const pbdsurg::HeatLedger ledger = simulation.cautery.field().ledger();
-  const double links = simulation.cautery.link_energy_spent();
   char hash[17];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(solver.state_hash()));
 
@@ -109,13 +145,8 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["links_cut"] = simulation.totals.links_cut;
   report["strands"] = strands_of(simulation.connections);
   report["energy_in_j"] = simulation.energy_in();
-  report["energy_ledger"] = {
-      {"in_j", ledger.in + links},
-      {"sensible_j", ledger.sensible},
-      {"latent_j", ledger.latent},
-      {"removed_j", ledger.removed},
-      {"links_j", links},
-      {"error_j", ledger.in - ledger.sensible - ledger.latent - ledger.removed}};
+  report["energy_ledger"] = ledger_of(simulation.cautery);
+  report["cautery"] = burn_of(simulation.totals);
   report["residual_max"] = simulation.totals.residual_max;
   report["residual_last"] = simulation.totals.residual_last;
   report["inverted_tets_max"] = simulation.totals.inverted_tets_max;

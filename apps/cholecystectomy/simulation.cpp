@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "pbdsurg/contact/proximity.h"
@@ -47,11 +48,19 @@ std::vector<ThermalBody> burnable(const SurgicalScene& scene) {
   return bodies;
 }
 
-constexpr pbdsurg::CauteryOptions kHookOptions{.contact_radius = 2.5e-3,
-                                               .dry_water = 0.05,
-                                               .largest_shrinkage = 0.3,
-                                               .link_energy = 0.12,
-                                               .link_share = 4};
+// The hook burns with the end of its bare edge.
+pbdsurg::Electrode electrode_of(const Instrument& hook) {
+  return {hook.tip, hook.tip};
+}
+
+pbdsurg::CauteryOptions hook_options() {
+  pbdsurg::CauteryOptions options;
+  options.contact_radius = 1.5e-3;
+  // thinned by traction: so that the gallbladder comes off within the script's time
+  options.link_energy = 0.008;
+  options.link_conductance = 3e-3;
+  return options;
+}
 
 // A hand's tremor: 0.1 mm at about 9 Hz (physiological tremor is 8 to 12 Hz), from the seed alone.
 Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::Index tool, double time) {
@@ -76,6 +85,13 @@ bool is_burnable(Organ organ) {
   return std::find(kBurnable.begin(), kBurnable.end(), organ) != kBurnable.end();
 }
 
+void Range::add(double value) {
+  least = std::min(least, value);
+  most = std::max(most, value);
+  sum += value;
+  ++count;
+}
+
 StageTimer::StageTimer(StageTimes& times, const std::string& stage)
     : total_(times[stage]), start_(now()) {}
 
@@ -94,7 +110,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
                        std::uint64_t seed, StageTimes& stage_times)
     : scene(surgical_scene),
       solver(surgical_scene.scene, options),
-      cautery(solver, burnable(surgical_scene), kHookOptions),
+      cautery(solver, burnable(surgical_scene), hook_options()),
       connections(surgical_scene.connections),
       times(stage_times),
       seed_(seed) {
@@ -134,10 +150,13 @@ void Simulation::advance(double power) {
   hook_power = power;
   {
     const StageTimer timer(times, "cautery");
-    const pbdsurg::CauteryReport report =
-        cautery.update(solver, hook.tip, power, kTimeStep, beside_cautery_);
+    const std::optional<pbdsurg::GeneratorSettings> generator =
+        power > 0 ? std::optional(pbdsurg::cut_settings(power)) : std::nullopt;
+    pbdsurg::CauteryReport report =
+        cautery.update(solver, electrode_of(hook), generator, kTimeStep, beside_cautery_);
     totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
     totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
+    count(report);
   }
   {
     const StageTimer timer(times, "tearing");
@@ -152,6 +171,20 @@ void Simulation::advance(double power) {
   totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
   totals.non_finite_vertices = report.non_finite_vertices;
   totals.dropped_contacts += report.dropped_contacts;
+}
+
+void Simulation::count(const pbdsurg::CauteryReport& report) {
+  last_burn = report;
+  totals.tets_torn_by_steam += report.torn;
+  totals.tets_deferred_max = std::max(totals.tets_deferred_max, report.deferred);
+  totals.unconverged += report.converged ? 0 : 1;
+  totals.hottest = std::max(totals.hottest, report.hottest);
+  if (report.energy > 0) {
+    totals.burn_power.add(report.power);
+    totals.burn_resistance.add(report.resistance);
+    totals.burn_voltage.add(report.voltage);
+    totals.sparks += report.is_arcing ? 1 : 0;
+  }
 }
 
 std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {

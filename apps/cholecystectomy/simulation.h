@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,6 +36,16 @@ class StageTimer {
   std::int64_t start_;
 };
 
+/// Least, mean and largest of what was added.
+struct Range {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+  double sum = 0;
+  std::int64_t count = 0;
+
+  void add(double value);
+};
+
 /// Counts of a run so far.
 struct Totals {
   std::int64_t steps = 0;
@@ -45,6 +56,12 @@ struct Totals {
   pbdsurg::Index inverted_tets_max = 0;
   pbdsurg::Index non_finite_vertices = 0;
   std::int64_t dropped_contacts = 0;
+  // of the cautery; ranges over the steps in which current flowed
+  std::int64_t tets_torn_by_steam = 0;
+  pbdsurg::Index tets_deferred_max = 0;
+  std::int64_t unconverged = 0, sparks = 0;         ///< steps
+  double hottest = 0;                               ///< degrees Celsius
+  Range burn_power, burn_resistance, burn_voltage;  ///< W, ohm, V
 };
 
 /// An instrument: its tip, and the port in the abdominal wall that its shaft passes through.
@@ -85,9 +102,9 @@ class Simulation {
   /// Moves a tip towards a point, at most at a speed, m/s.
   void approach(Instrument& instrument, const Eigen::Vector3f& point, float speed);
 
-  /// Energy that the hook has delivered so far, into tissue and links, J.
+  /// Energy that the hook has delivered so far, into tissue, links and its own metal, J.
   [[nodiscard]] double energy_in() const {
-    return cautery.field().ledger().in + cautery.link_energy_spent();
+    return cautery.field().ledger().in + cautery.link_energy_spent() + cautery.electrode_energy();
   }
 
   [[nodiscard]] double time() const noexcept {
@@ -106,12 +123,14 @@ class Simulation {
   pbdsurg::ConnectiveTissue connections;
   Instrument grasper;
   Instrument hook;
-  double hook_power = 0;  ///< W, of the last step
+  double hook_power = 0;             ///< W, as set in the last step
+  pbdsurg::CauteryReport last_burn;  ///< of the last step
   Totals totals;
   StageTimes& times;
 
  private:
   void place(Instrument& instrument);
+  void count(const pbdsurg::CauteryReport& report);
 
   // who else follows edits that these two make
   std::vector<pbdsurg::EditParticipant*> beside_cautery_, beside_connections_;

@@ -2,19 +2,27 @@
 #include "pbdsurg/surgery/cautery.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/mesh/topology.h"
 
-#include "core/segment.h"
-#include "solver/load_store.h"
+#include "surgery/current.h"
+#include "surgery/electrode_contact.h"
+#include "surgery/heat_changes.h"
 
 namespace pbdsurg {
 namespace {
+
+constexpr double kLongestSubstep = 2e-3;  // s, while energised
+constexpr double kBoilingShare = 0.2;     // of the time to boil
+constexpr int kMostSubsteps = 32;
+constexpr double kElectrodeRecovery = 20;  // s: steel of 1 cm, by conduction into the shaft
 
 void check_range(const char* what, double value, double low, double high) {
   if (!(value >= low) || !(value <= high)) {
@@ -23,246 +31,310 @@ void check_range(const char* what, double value, double low, double high) {
   }
 }
 
-// Rest values follow the water in steps of one percent, so that an edit a step stays small.
-constexpr float kLeastChange = 0.01F;
+void check_positive(const char* what, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + unit +
+                          "; it must be positive and finite");
+  }
+}
+
+CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies,
+                       const CauteryOptions& options) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  check_positive("contact_radius", options.contact_radius, " m");
+  check_range("body_resistance", options.body_resistance, 0, kMost);
+  check_range("electrode_cooling", options.electrode_cooling, 0, kMost);
+  check_positive("electrode_capacity", options.electrode_capacity, " J/K");
+  check_positive("tearing_rate", options.tearing_rate, "/s");
+  check_range("tearing_loss", options.tearing_loss, 0, 1);
+  check_range("boiled_shrinkage", options.boiled_shrinkage, 0, 0.9);
+  check_positive("link_energy", options.link_energy, " J");
+  check_positive("link_conductance", options.link_conductance, " S");
+  if (options.model.removal == RemovalRule::water) {
+    for (const ThermalBody& body : bodies) {
+      const TissueProperties& tissue = options.model.tissue ? *options.model.tissue : body.tissue;
+      if (!(tissue.water_fraction > 0)) {
+        throw InvalidArgument("the tissue of body '" + solver.body(body.body).name +
+                              "' has no water; without it nothing would ever vaporise");
+      }
+    }
+  }
+  return options;
+}
+
+bool is_empty(const TopologyEdit& edit) {
+  return edit.remove_tets.empty() && edit.remove_links.empty() && edit.rest_lengths.empty() &&
+         edit.rest_volumes.empty();
+}
 
 }  // namespace
 
+struct Cautery::Work {
+  Work(const Solver& solver, std::span<const ThermalBody> bodies, const CauteryOptions& wanted)
+      : field(solver, bodies, wanted.model, wanted.heat),
+        options(checked(solver, bodies, wanted)),
+        contact(solver, bodies, options.contact_radius),
+        current(solver, field, options),
+        changes(field, options),
+        positions(solver),
+        link_doses(solver.links().size()) {}
+
+  void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
+  void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
+  TissueLoad close_circuit(const Solver& solver, const Generator& generator, CauteryReport& report);
+  OperatingPoint drive(const Generator& generator, const TissueLoad& load) const;
+  int substeps(const Generator& generator, const TissueLoad& load, double dt) const;
+  void deliver(const OperatingPoint& point, const TissueLoad& load, double dt);
+  void step(double dt, CauteryReport& report);
+  void collect_links(const Solver& solver, TopologyEdit& edit);
+
+  HeatField field;
+  CauteryOptions options;
+  ElectrodeContact contact;
+  Current current;
+  HeatChanges changes;
+  ScenePositions positions;
+  double unseen = 0;                 // s since the contact was looked for
+  std::vector<double> link_doses;    // [link] J
+  std::vector<Index> parting_links;  // that have taken their energy
+  double link_energy = 0;            // J spent
+  double links_conductance = 0;      // S, of those touched
+  double electrode_energy = 0;       // J
+  double electrode_temperature = kBodyTemperature;
+  std::vector<double> cooling;  // [vertex_count] W, scratch: zero
+  std::vector<HeatSource> sources;
+};
+
 Cautery::Cautery(const Solver& solver, std::span<const ThermalBody> bodies,
                  const CauteryOptions& options)
-    : options_(options), field_(solver, bodies) {
-  if (!(options.contact_radius > 0) || !std::isfinite(options.contact_radius)) {
-    throw InvalidArgument("contact_radius is " + std::to_string(options.contact_radius) +
-                          " m; it must be positive and finite");
-  }
-  if (!(options.link_energy > 0) || !std::isfinite(options.link_energy)) {
-    throw InvalidArgument("link_energy is " + std::to_string(options.link_energy) +
-                          " J; it must be positive and finite");
-  }
-  if (!(options.link_share > 0) || !std::isfinite(options.link_share)) {
-    throw InvalidArgument("link_share is " + std::to_string(options.link_share) +
-                          "; it must be positive and finite");
-  }
-  check_range("dry_water", options.dry_water, 0, 1);
-  check_range("largest_shrinkage", options.largest_shrinkage, 0, 0.9);
-  for (const ThermalBody& body : bodies) {
-    if (!(body.tissue.water_fraction > 0)) {
-      throw InvalidArgument("the tissue of body '" + solver.body(body.body).name +
-                            "' has no water; without it nothing would ever vaporise");
-    }
-  }
-  link_doses_.resize(solver.links().size());
-}
+    : work_(std::make_unique<Work>(solver, bodies, options)) {}
 
-double Cautery::shrunk(double water) const {
-  return 1 - options_.largest_shrinkage * (1 - water);
-}
+Cautery::~Cautery() = default;
+Cautery::Cautery(Cautery&&) noexcept = default;
+Cautery& Cautery::operator=(Cautery&&) noexcept = default;
 
-std::vector<Cautery::Share> Cautery::find_touched_vertices(
-    std::span<const Eigen::Vector3f> positions, const Eigen::Vector3f& tip) const {
-  const ThermalMesh& mesh = field_.mesh();
-  const auto is_wet = [&](Index v) { return field_.water()[v] > options_.dry_water; };
-  std::vector<double> nearness(positions.size(), 0.0);
-  bool touches_dry = false;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    const double distance = (positions[v] - tip).norm();
-    if (distance < options_.contact_radius && mesh.has_tissue(v)) {
-      nearness[v] = 1 - distance / options_.contact_radius;
-      touches_dry = touches_dry || !is_wet(v);
-    }
-  }
-  if (touches_dry) {
-    // through dry tissue the current goes on to the wet tissue behind it
-    std::vector<double> behind(nearness.size(), 0.0);
-    for (Index t = 0; t < mesh.tet_count(); ++t) {
-      if (!mesh.is_alive(t)) {
-        continue;
-      }
-      for (const Index near : mesh.tets()[t]) {
-        if (!(nearness[near] > 0) || is_wet(near)) {
-          continue;
-        }
-        for (const Index far : mesh.tets()[t]) {
-          if (is_wet(far)) {
-            behind[far] = std::max(behind[far], nearness[near]);
-          }
-        }
-      }
-    }
-    for (std::size_t v = 0; v < behind.size(); ++v) {
-      nearness[v] = std::max(nearness[v], behind[v]);
-    }
-  }
-  std::vector<Share> touched;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (nearness[v] > 0 && is_wet(v)) {
-      touched.push_back({v, nearness[v]});
-    }
-  }
-  return touched;
+const HeatField& Cautery::field() const noexcept {
+  return work_->field;
 }
-
-std::vector<Cautery::Share> Cautery::find_touched_links(const Solver& solver,
-                                                        std::span<const Eigen::Vector3f> positions,
-                                                        const Eigen::Vector3f& tip) const {
-  std::vector<Share> touched;
-  for (std::size_t l = 0; l < solver.links().size(); ++l) {
-    const Link& link = solver.links()[l];
-    if (!solver.is_link_alive(static_cast<Index>(l))) {
-      continue;
-    }
-    const Vec3<float> away =
-        closest_on_segment(load(positions[link.first]), load(positions[link.second]), load(tip)) -
-        load(tip);
-    const double distance = std::sqrt(dot(away, away));
-    if (distance < options_.contact_radius) {
-      touched.push_back(
-          {static_cast<Index>(l), options_.link_share * (1 - distance / options_.contact_radius)});
-    }
-  }
-  return touched;
+const PotentialField& Cautery::potential() const noexcept {
+  return work_->current.potential();
+}
+double Cautery::link_energy_spent() const noexcept {
+  return work_->link_energy;
+}
+double Cautery::electrode_energy() const noexcept {
+  return work_->electrode_energy;
+}
+double Cautery::removal_energy() const noexcept {
+  return work_->changes.spent();
 }
 
 HeatState Cautery::state(Index tet) const {
-  const ThermalMesh& mesh = field_.mesh();
-  if (!mesh.is_alive(tet)) {
-    return mesh.tissue_of_tet(tet) == kInvalidIndex ? HeatState::normal : HeatState::vaporised;
+  const ThermalMesh& mesh = work_->field.mesh();
+  if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
+    return HeatState::normal;
   }
-  double water = 0;
-  for (const Index v : mesh.tets()[tet]) {
-    water += field_.water()[v] / 4;
-  }
-  return heat_state(RemovalRule::water, field_.boiled_vertices(tet), water, options_.dry_water);
+  return mesh.is_alive(tet) ? heat_state(work_->field, tet) : HeatState::vaporised;
 }
 
-void Cautery::collect_changes(const Solver& solver, TopologyEdit& edit) const {
-  const ThermalMesh& mesh = field_.mesh();
-  std::vector<Index> shrinking;
-  for (Index t = 0; t < mesh.tet_count(); ++t) {
-    if (!mesh.is_alive(t)) {
-      continue;
-    }
-    const HeatState now = state(t);
-    if (now == HeatState::vaporised) {
-      edit.remove_tets.push_back(t);
-      continue;
-    }
-    if (now != HeatState::burning) {
-      continue;
-    }
-    double water = 0;
-    std::array<bool, 4> boiled;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Index v = mesh.tets()[t][k];
-      water += field_.water()[v] / 4;
-      boiled[k] = field_.has_boiled(v);
-    }
-    const Material& material = solver.body(solver.body_of_tet(t)).material;
-    const bool is_neo_hookean = material.model == ElasticModel::neo_hookean;
-    if (is_neo_hookean || material.has_volume_constraints) {
-      const double factor = shrunk(water);
-      const auto volume = static_cast<float>(mesh.volume(t) * factor * factor * factor);
-      if (volume < (1 - kLeastChange) * solver.rest_volume(t)) {
-        edit.rest_volumes.push_back({t, volume});
-      }
-    }
-    for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
-      if (boiled[kTetEdges[e][0]] && boiled[kTetEdges[e][1]]) {
-        shrinking.push_back(solver.tet_edges(t)[e]);
-      }
-    }
-  }
-  std::sort(shrinking.begin(), shrinking.end());
-  shrinking.erase(std::unique(shrinking.begin(), shrinking.end()), shrinking.end());
-  for (const Index e : shrinking) {
-    const auto [a, b] = solver.edges()[e];
-    const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
-    const auto length =
-        static_cast<float>(rest_length * shrunk((field_.water()[a] + field_.water()[b]) / 2));
-    if (length < (1 - kLeastChange) * solver.rest_length(e)) {
-      edit.rest_lengths.push_back({e, length});
-    }
-  }
-}
-
-CauteryReport Cautery::update(Solver& solver, const Eigen::Vector3f& tip, double power, double dt,
+CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,
+                              const std::optional<GeneratorSettings>& generator, double dt,
                               std::span<EditParticipant* const> participants) {
-  if (!tip.allFinite() || !(power >= 0) || !std::isfinite(power) || !(dt > 0) ||
-      !std::isfinite(dt)) {
-    throw InvalidArgument("cautery with a power of " + std::to_string(power) + " W for " +
-                          std::to_string(dt) +
-                          " s: the tip must be finite, the power >= 0, the time positive");
+  Work& work = *work_;
+  if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
+    throw InvalidArgument("the electrode's ends must be finite");
   }
-  field_.validate(solver, {});
-  const std::vector<Eigen::Vector3f> positions = solver.positions();
+  check_positive("dt", dt, " s");
+  std::optional<Generator> driven;
+  if (generator) {
+    driven.emplace(*generator);
+  }
+  work.field.validate(solver, {});
+
   CauteryReport report;
-  std::vector<Share> touched, links;
-  double weight = 0;
-  if (power > 0) {
-    touched = find_touched_vertices(positions, tip);
-    report.contact_vertices = static_cast<Index>(touched.size());
-    for (const Share& share : touched) {
-      weight += share.weight;
-    }
-    links = find_touched_links(solver, positions, tip);
-    report.contact_links = static_cast<Index>(links.size());
-    for (const Share& share : links) {
-      weight += share.weight;
-    }
+  report.resistance = std::numeric_limits<double>::infinity();
+  const double in_before = work.field.ledger().in, links_before = work.link_energy;
+  work.unseen += dt;
+  if (driven) {
+    work.touch(solver, electrode, work.unseen, report);
+    work.unseen = 0;
+    work.heat(solver, *driven, dt, report);
+  } else {
+    work.step(dt, report);
   }
+  report.energy = work.field.ledger().in - in_before + work.link_energy - links_before;
+  report.power = report.energy / dt;
 
   TopologyEdit edit;
-  const double energy_before = energy_in();
-  std::vector<HeatSource> sources;
-  for (const Share& share : touched) {
-    sources.push_back({share.id, power * share.weight / weight});
-  }
-  field_.step(dt, sources);
-  collect_changes(solver, edit);
-  for (const Share& share : links) {
-    // a link takes no more than parts it
-    const double energy =
-        std::min(power * dt * share.weight / weight, options_.link_energy - link_doses_[share.id]);
-    link_doses_[share.id] += energy;
-    link_energy_spent_ += energy;
-  }
-  for (Index l = 0; l < static_cast<Index>(link_doses_.size()); ++l) {
-    if (!(link_doses_[l] < options_.link_energy) && solver.is_link_alive(l)) {
-      edit.remove_links.push_back(l);
-    }
-  }
-  report.energy = energy_in() - energy_before;
-
-  if (!edit.remove_tets.empty() || !edit.remove_links.empty() || !edit.rest_lengths.empty() ||
-      !edit.rest_volumes.empty()) {
+  work.changes.collect(solver, work.field, dt, work.field.ledger().in, edit);
+  work.collect_links(solver, edit);
+  report.deferred = work.changes.deferred_count();
+  if (!is_empty(edit)) {
     std::vector<EditParticipant*> all(participants.begin(), participants.end());
     if (std::find(all.begin(), all.end(), this) == all.end()) {
       all.push_back(this);
     }
     report.edit = apply_edit(solver, edit, all);
+    work.changes.commit();
+    report.removed_volume = work.changes.removed_volume();
+    report.torn = work.changes.torn_count();
     report.request = std::move(edit);
   }
   return report;
 }
 
+void Cautery::Work::touch(const Solver& solver, const Electrode& electrode, double dt,
+                          CauteryReport& report) {
+  contact.find(solver, electrode, options.contact_radius + Current::kSparkReach, dt, positions);
+  current.touch(solver, field, contact);
+  report.is_disk = current.is_disk();
+  report.contact_vertices = current.vertex_count();
+  report.contact_area = report.contact_vertices > 0 ? contact.area() : 0;
+  report.contact_links = static_cast<Index>(contact.links().size());
+  links_conductance = 0;
+  for (const TouchedLink& touched : contact.links()) {
+    links_conductance += options.link_conductance * touched.nearness;
+  }
+}
+
+OperatingPoint Cautery::Work::drive(const Generator& generator, const TissueLoad& load) const {
+  return generator.drive(1 / (load.conductance + links_conductance) + options.body_resistance);
+}
+
+// Lets sparks take over where contact alone leaves the generator at its voltage limit.
+TissueLoad Cautery::Work::close_circuit(const Solver& solver, const Generator& generator,
+                                        CauteryReport& report) {
+  TissueLoad load = current.find_load(solver, field);
+  report.potential_iterations += load.iterations;
+  const OperatingPoint point = drive(generator, load);
+  const bool is_starved =
+      point.regime == GeneratorRegime::voltage || point.regime == GeneratorRegime::open_circuit;
+  if (generator.settings().mode == GeneratorMode::cut && point.may_arc && is_starved &&
+      current.arc(field, contact)) {
+    load = current.find_load(solver, field);
+    report.potential_iterations += load.iterations;
+    report.is_arcing = load.conductance > 0;
+  }
+  return load;
+}
+
+// So short that tissue at the contact does not boil within one.
+int Cautery::Work::substeps(const Generator& generator, const TissueLoad& load, double dt) const {
+  const double power = drive(generator, load).power;
+  if (!(power > 0) || load.heat.empty()) {
+    return 1;
+  }
+  const ThermalMesh& mesh = field.mesh();
+  const TissueProperties& tissue =
+      mesh.tissues()[mesh.tissue_of_vertex(contact.nearest().triangle[0])];
+  const double radius = options.contact_radius;
+  const double boiling = 2 * std::numbers::pi * radius * radius * radius * tissue.density *
+                         tissue.specific_heat * (kBoilingTemperature - kBodyTemperature) / power;
+  const double longest = std::min(kLongestSubstep, kBoilingShare * boiling);
+  return static_cast<int>(std::clamp(std::ceil(dt / longest), 1.0, double{kMostSubsteps}));
+}
+
+void Cautery::Work::heat(const Solver& solver, const Generator& generator, double dt,
+                         CauteryReport& report) {
+  TissueLoad load = close_circuit(solver, generator, report);
+  const int count = substeps(generator, load, dt);
+  for (int i = 0; i < count; ++i) {
+    if (i > 0) {
+      load = current.find_load(solver, field);
+      report.potential_iterations += load.iterations;
+    }
+    report.converged = report.converged && load.converged;
+    const OperatingPoint point = drive(generator, load);
+    report.voltage = point.voltage;
+    report.current = point.current;
+    report.regime = point.regime;
+    report.resistance = 1 / (load.conductance + links_conductance) + options.body_resistance;
+    deliver(point, load, dt / count);
+    step(dt / count, report);
+  }
+}
+
+// Divides the current by conductance: sources in tissue, doses in links.
+void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load, double dt) {
+  sources.clear();
+  const double conductance = load.conductance + links_conductance;
+  if (!(conductance > 0) || !(point.current > 0)) {
+    return;
+  }
+  const double voltage = point.current / conductance;  // across the contact
+  cooling.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+  for (const auto& [vertex, area] : current.cooled()) {
+    cooling[vertex] = options.electrode_cooling * area *
+                      std::max(0.0, field.temperatures()[vertex] - electrode_temperature);
+  }
+  for (const HeatSource& unit : load.heat) {
+    const double power = voltage * voltage * unit.power;
+    const double into_metal = std::min(power, cooling[unit.vertex]);
+    electrode_energy += into_metal * dt;
+    electrode_temperature += into_metal * dt / options.electrode_capacity;
+    if (power > into_metal) {
+      sources.push_back({unit.vertex, power - into_metal});
+    }
+  }
+  for (const auto& [vertex, area] : current.cooled()) {
+    cooling[vertex] = 0;
+  }
+  for (const auto& [link, nearness] : contact.links()) {
+    double& dose = link_doses[link];
+    // a link takes no more than parts it
+    const double energy = std::min(voltage * voltage * options.link_conductance * nearness * dt,
+                                   options.link_energy - dose);
+    dose += energy;
+    link_energy += energy;
+    if (energy > 0 && !(dose < options.link_energy)) {
+      parting_links.push_back(link);
+    }
+  }
+}
+
+void Cautery::Work::step(double dt, CauteryReport& report) {
+  const HeatReport stepped = field.step(dt, sources);
+  electrode_temperature = kBodyTemperature + (electrode_temperature - kBodyTemperature) *
+                                                 std::exp(-dt / kElectrodeRecovery);
+  sources.clear();
+  ++report.substeps;
+  report.heat_iterations += stepped.iterations;
+  report.converged = report.converged && stepped.converged && stepped.accepted;
+  report.hottest = std::max(report.hottest, stepped.hottest);
+}
+
+void Cautery::Work::collect_links(const Solver& solver, TopologyEdit& edit) {
+  // all of them, for one may be back by an undo
+  std::copy_if(parting_links.begin(), parting_links.end(), std::back_inserter(edit.remove_links),
+               [&](Index l) { return solver.is_link_alive(l); });
+  std::sort(edit.remove_links.begin(), edit.remove_links.end());
+}
+
 void Cautery::validate(const Solver& solver, const TopologyEdit& edit) const {
-  field_.validate(solver, edit);
+  work_->field.validate(solver, edit);
+  work_->contact.validate(solver, edit);
 }
 
 void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
-  field_.apply(solver, edit, result);
-  link_doses_.resize(solver.links().size());
+  work_->field.apply(solver, edit, result);
+  work_->contact.apply(solver, edit, result);
+  work_->current.apply(solver, work_->field);
+  work_->changes.apply(work_->field);
+  work_->positions.follow(solver);
+  work_->link_doses.resize(solver.links().size());
 }
 
 void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
                    const EditResult& result) noexcept {
-  field_.undo(solver, edit, result);
-  link_doses_.resize(solver.links().size());
-}
-
-double Cautery::energy_in() const noexcept {
-  return field_.ledger().in + link_energy_spent_;
+  work_->field.undo(solver, edit, result);
+  work_->contact.undo(solver, edit, result);
+  work_->current.undo(solver, work_->field);
+  work_->changes.undo(work_->field);
+  work_->positions.follow(solver);
+  work_->link_doses.resize(solver.links().size());
+  std::erase_if(work_->parting_links,
+                [&](Index l) { return l >= static_cast<Index>(work_->link_doses.size()); });
 }
 
 }  // namespace pbdsurg

@@ -1,3 +1,3 @@
 pbdsurg_room(surgery
   HEADERS cautery.h connective_tissue.h
-  SOURCES cautery.cpp connective_tissue.cpp)
+  SOURCES cautery.cpp connective_tissue.cpp current.cpp electrode_contact.cpp heat_changes.cpp)

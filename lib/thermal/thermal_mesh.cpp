@@ -181,8 +181,8 @@ void ThermalMesh::move_corner(Index tet, Index from, Index to) noexcept {
 
 void ThermalMesh::touch(Index tet) {
   for (const Index v : tets_[tet]) {
-    if (touched_at_[v] != version_) {
-      touched_at_[v] = version_;
+    if (touched_at_[v] != change_) {
+      touched_at_[v] = change_;
       touched_.push_back(v);
     }
   }
@@ -250,7 +250,9 @@ void ThermalMesh::validate(const Solver& solver, const TopologyEdit&) const {
 void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
                         const EditResult& result) noexcept {
   followed_.apply(result);
-  ++version_;
+  ++change_;
+  version_before_ = version_;
+  version_ = ++newest_version_;
   touched_.clear();
   vertices_before_ = points_.size();
   tets_before_ = tets_.size();
@@ -303,7 +305,8 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
 
 void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
   followed_.undo();
-  ++version_;
+  ++change_;
+  version_ = version_before_;
   touched_.clear();
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
     const Index t = result.first_new_tet + static_cast<Index>(i);

@@ -306,9 +306,11 @@ TEST_CASE("connective tissue: heat parts strands link by link", "[unit]") {
   Solver solver(thread.scene);
   Cautery cautery(solver, {}, {.contact_radius = 1e-3, .link_energy = 0.1});
   EditParticipant* participants[] = {&thread.tissue};
+  const Eigen::Vector3f tip(0.2e-3F, 0, -1.5e-3F);
   int updates = 0;
   for (; thread.tissue.whole_count() == 1 && updates < 100; ++updates) {
-    cautery.update(solver, {0.2e-3F, 0, -1.5e-3F}, 2, 5e-3, participants);  // 10 mJ
+    // some 8 mJ
+    cautery.update(solver, {tip, tip}, cut_settings(2), 5e-3, participants);
   }
   REQUIRE(thread.tissue.events().size() == 1);
   CHECK(thread.tissue.events()[0].link == 1);  // the middle one, nearest to the tip

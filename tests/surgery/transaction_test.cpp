@@ -64,7 +64,7 @@ struct World {
   }
 
   void burn_and_tear(const Eigen::Vector3f& tip) {
-    cautery.update(solver, tip, 8, kTimeStep, all_but(&cautery));
+    cautery.update(solver, {tip, tip}, cut_settings(8), kTimeStep, all_but(&cautery));
     strands.separate(solver, {}, all_but(&strands));
   }
 
@@ -221,13 +221,14 @@ TEST_CASE("transaction: who missed an edit, or is named twice, is refused", "[un
                     testing::ContainsSubstring("participant 5"));
   CHECK(world.solver.is_tet_alive(0));
   // listed or not, they take part once
-  world.cautery.update(world.solver, {6e-3F, 6e-3F, 4.2e-3F}, 8, kTimeStep, world.all());
+  const Electrode middle{{6e-3F, 6e-3F, 4.2e-3F}, {6e-3F, 6e-3F, 4.2e-3F}};
+  world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep, world.all());
   world.strands.separate(world.solver, {}, world.all());
 
   const std::vector<EditParticipant*> views = world.all_but(&world.cautery);
   const TopologyEdit edit{.remove_tets = {0}};
   const EditResult result = apply_edit(world.solver, edit, views);
-  CHECK_THROWS_WITH(world.cautery.update(world.solver, {0, 0, 0}, 8, kTimeStep),
+  CHECK_THROWS_WITH(world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep),
                     testing::ContainsSubstring("take part in every edit"));
   CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {1}}, world.all()),
                     testing::ContainsSubstring("a thermal mesh is at topology version"));

@@ -122,7 +122,8 @@ class ThermalMesh final : public EditParticipant {
   /// A third of the area of each triangle of the live surface at a vertex, m^2. Cost: O(n^2).
   [[nodiscard]] double surface_share(Index vertex) const noexcept;
 
-  /// Grows with every edit and every undo.
+  /// Names the topology: each edit gives it a number that it never had, and an undo goes back to
+  /// the one before.
   [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
 
   /// Vertices at which the last edit or undo changed tetrahedra, each once; those that an undo did
@@ -159,14 +160,16 @@ class ThermalMesh final : public EditParticipant {
   std::vector<Index> first_corners_;                // [vertex_count]
   std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
   Index sliver_count_ = 0;
-  std::uint64_t version_ = 0;
+  std::uint64_t version_ = 0, newest_version_ = 0;
 
   std::vector<Index> touched_;
-  std::vector<std::uint64_t> touched_at_;  // [vertex_count] the version that touched it last
+  std::uint64_t change_ = 0;               // counts edits and undos
+  std::vector<std::uint64_t> touched_at_;  // [vertex_count] the change that touched it last
 
   // for the undo of the last edit
   std::size_t vertices_before_ = 0, tets_before_ = 0;
   Index slivers_before_ = 0;
+  std::uint64_t version_before_ = 0;
 };
 
 }  // namespace pbdsurg

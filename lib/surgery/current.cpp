@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surgery/current.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pbdsurg/thermal/tissue_state.h"
+
+namespace pbdsurg {
+namespace {
+
+// K from body temperature: conductivity has not changed by more than 1.5 percent.
+constexpr double kWarm = 1;
+
+// Around the touched triangle; with edges longer than two radii they hold four fifths of the heat.
+constexpr int kDiskRings = 3;
+
+double mean_edge(const ThermalMesh& mesh, const Triangle& triangle) {
+  const std::span<const Eigen::Vector3d> x = mesh.rest_positions();
+  return ((x[triangle[0]] - x[triangle[1]]).norm() + (x[triangle[1]] - x[triangle[2]]).norm() +
+          (x[triangle[2]] - x[triangle[0]]).norm()) /
+         3;
+}
+
+}  // namespace
+
+Current::Current(const Solver& solver, const HeatField& field, const CauteryOptions& options)
+    : radius_(options.contact_radius),
+      potential_(field.mesh(), options.potential),
+      positions_(solver) {
+  apply(solver, field);
+}
+
+void Current::apply(const Solver& solver, const HeatField& field) noexcept {
+  const auto count = static_cast<std::size_t>(field.mesh().tet_count());
+  for (std::size_t t = conductivities_.size(); t < count; ++t) {
+    conductivities_.push_back(0);
+    find_conductivity(field, static_cast<Index>(t));
+  }
+  seen_tets_.resize(count);
+  seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+  positions_.follow(solver);
+}
+
+void Current::undo(const Solver& solver, const HeatField& field) noexcept {
+  conductivities_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
+  seen_tets_.resize(conductivities_.size());
+  seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+  positions_.follow(solver);
+}
+
+void Current::find_conductivity(const HeatField& field, Index tet) {
+  const ThermalMesh& mesh = field.mesh();
+  if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
+    return;
+  }
+  const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  if (!field.model().has_variable_conductivity) {
+    conductivities_[tet] = tissue.electrical_conductivity;
+    return;
+  }
+  double temperature = 0, water = 0;
+  for (const Index v : mesh.tets()[tet]) {
+    temperature += field.temperatures()[v] / 4;
+    water += field.water()[v] / 4;
+  }
+  conductivities_[tet] = electrical_conductivity(tissue, temperature, water);
+}
+
+// Of tetrahedra that are warm, or not as wet as they were.
+void Current::update_conductivities(const HeatField& field) {
+  if (!field.model().has_variable_conductivity) {
+    return;
+  }
+  ++round_;
+  for (const Index v : field.active_vertices()) {
+    if (field.temperatures()[v] < kBodyTemperature + kWarm && field.water()[v] == 1) {
+      continue;
+    }
+    field.mesh().for_each_tet(v, [&](Index t) {
+      if (seen_tets_[t] != round_) {
+        seen_tets_[t] = round_;
+        find_conductivity(field, t);
+      }
+    });
+  }
+}
+
+void Current::touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact) {
+  is_new_ = true;
+  const NearestPoint& nearest = contact.nearest();
+  const bool touches = nearest.gap <= radius_;
+  disk_radius_ = std::sqrt(contact.area() / std::numbers::pi);
+  is_disk_ = touches && mean_edge(field.mesh(), nearest.triangle) > 2 * disk_radius_;
+  shares_.clear();
+  cooled_.clear();
+  if (is_disk_) {
+    find_near_tets(field, nearest.triangle);
+    positions_.read(solver, near_vertices_);
+    const DiskContact disk{nearest.point, -nearest.outward, disk_radius_};
+    disk_.distribute(disk, positions_.values(), field.mesh().tets(), near_tets_, shares_);
+    vertex_count_ = static_cast<Index>(shares_.size());
+    return;
+  }
+  contact.collect_patch(radius_, patch_, [](Index) { return true; });
+  if (touches && patch_.empty()) {
+    // between vertices of a mesh with very long triangles
+    patch_.push_back({nearest.triangle[0], 1});
+  }
+  vertex_count_ = static_cast<Index>(patch_.size());
+  for (const PatchVertex& touched : patch_) {
+    cooled_.push_back({touched.vertex, touched.weight * contact.area_of(touched.vertex)});
+  }
+  potential_.set_patch(patch_, contact.area());
+}
+
+bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
+  const auto is_wet = [&](Index v) { return field.water()[v] > field.model().dry_water; };
+  contact.collect_patch(radius_, patch_, [&](Index v) { return !is_wet(v); });
+  const bool touches = contact.nearest().gap <= radius_;
+  if (is_disk_ || (touches && patch_.empty())) {
+    return false;
+  }
+  // through dry tissue, which may be thinner than the mesh resolves, to the wet tissue behind it
+  behind_.clear();
+  for (const PatchVertex& dry : patch_) {
+    field.mesh().for_each_tet(dry.vertex, [&](Index t) {
+      for (const Index v : field.mesh().tets()[t]) {
+        if (is_wet(v)) {
+          behind_.push_back({v, dry.weight});
+        }
+      }
+    });
+  }
+  contact.collect_patch(radius_ + kSparkReach, patch_, is_wet);
+  patch_.insert(patch_.end(), behind_.begin(), behind_.end());
+  std::sort(patch_.begin(), patch_.end(), [](const PatchVertex& a, const PatchVertex& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.weight > b.weight;
+  });
+  const auto same = [](const PatchVertex& a, const PatchVertex& b) { return a.vertex == b.vertex; };
+  patch_.erase(std::unique(patch_.begin(), patch_.end(), same), patch_.end());
+  if (patch_.empty()) {
+    return false;
+  }
+  potential_.set_patch(patch_, contact.area());
+  is_new_ = true;
+  return true;
+}
+
+// Within some rings of a triangle of the surface.
+void Current::find_near_tets(const HeatField& field, const Triangle& triangle) {
+  ++round_;
+  near_tets_.clear();
+  near_vertices_.assign(triangle.begin(), triangle.end());
+  for (const Index v : triangle) {
+    seen_vertices_[v] = round_;
+  }
+  std::size_t next = 0;
+  for (int ring = 0; ring < kDiskRings; ++ring) {
+    for (const std::size_t end = near_vertices_.size(); next < end; ++next) {
+      field.mesh().for_each_tet(near_vertices_[next], [&](Index t) {
+        if (seen_tets_[t] == round_) {
+          return;
+        }
+        seen_tets_[t] = round_;
+        near_tets_.push_back(t);
+        for (const Index v : field.mesh().tets()[t]) {
+          if (seen_vertices_[v] != round_) {
+            seen_vertices_[v] = round_;
+            near_vertices_.push_back(v);
+          }
+        }
+      });
+    }
+  }
+  std::sort(near_tets_.begin(), near_tets_.end());
+}
+
+TissueLoad Current::find_load(const Solver& solver, const HeatField& field) {
+  update_conductivities(field);
+  const TissueLoad load = is_disk_ ? find_disk_load(field) : find_potential_load(solver);
+  is_new_ = false;
+  return load;
+}
+
+// The ways of current as parallel: each takes the heat of the disk times its own conductivity.
+TissueLoad Current::find_disk_load(const HeatField& field) {
+  const ThermalMesh& mesh = field.mesh();
+  TissueLoad load;
+  heat_.clear();
+  for (const auto& [vertex, share] : shares_) {
+    const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_vertex(vertex)];
+    const double conductivity =
+        field.model().has_variable_conductivity
+            ? electrical_conductivity(tissue, field.temperatures()[vertex], field.water()[vertex])
+            : tissue.electrical_conductivity;
+    const double conductance = 4 * disk_radius_ * share * conductivity;
+    load.conductance += conductance;
+    heat_.push_back({vertex, conductance});
+  }
+  load.heat = heat_;
+  return load;
+}
+
+TissueLoad Current::find_potential_load(const Solver& solver) {
+  TissueLoad load;
+  const auto solve = [&] {
+    if (is_new_) {
+      positions_.read(solver, potential_.vertices());
+    }
+    const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
+    load.iterations += report.is_new ? report.iterations : 0;
+    return report;
+  };
+  PotentialReport report = solve();
+  if (is_new_ && report.is_new) {
+    report = solve();  // where the region is another, with positions of all of it
+  }
+  heat_.clear();
+  const std::span<const Index> vertices = potential_.vertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    heat_.push_back({vertices[i], std::max(0.0, potential_.vertex_heat()[i])});
+  }
+  load.conductance = report.conductance;
+  load.converged = report.has_converged;
+  load.heat = heat_;
+  return load;
+}
+
+}  // namespace pbdsurg

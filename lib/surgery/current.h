@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The way of current from an electrode through tissue, and its heat.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/thermal/disk_source.h"
+#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/thermal/potential_field.h"
+
+#include "surgery/electrode_contact.h"
+
+namespace pbdsurg {
+
+/// A vertex that the electrode's metal touches.
+struct CooledVertex {
+  Index vertex;
+  double area;  ///< m^2
+};
+
+/// Tissue as the generator sees it.
+struct TissueLoad {
+  double conductance = 0;              ///< S; 0: no current has a way
+  std::span<const HeatSource> heat{};  ///< W for 1 V; sums to the conductance
+  int iterations = 0;
+  bool converged = true;
+};
+
+/// Keeps the electrical conductivity of tissue up to date, and finds where current goes: by a
+/// potential, or, where edges are longer than twice the radius of a disk as large as the
+/// contact, by the closed form of that disk.
+class Current {
+ public:
+  static constexpr double kSparkReach = 0.3e-3;  ///< m, beyond the contact
+
+  Current(const Solver& solver, const HeatField& field, const CauteryOptions& options);
+
+  /// Takes over what an electrode touches; again for the same contact where positions changed.
+  void touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact);
+
+  /// Where what is touched is dry, or not quite touched, lets current jump to wet surface within
+  /// kSparkReach of the contact, and through what is dry to the next wet vertices. Lasts until the
+  /// next touch().
+  /// @return  whether it is so
+  bool arc(const HeatField& field, const ElectrodeContact& contact);
+
+  /// With conductivities as they are by now. Valid until the next call.
+  TissueLoad find_load(const Solver& solver, const HeatField& field);
+
+  /// What the metal touches, where the mesh resolves it.
+  [[nodiscard]] std::span<const CooledVertex> cooled() const noexcept { return cooled_; }
+
+  [[nodiscard]] bool is_disk() const noexcept { return is_disk_; }
+  [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
+  [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
+
+  void apply(const Solver& solver, const HeatField& field) noexcept;
+  void undo(const Solver& solver, const HeatField& field) noexcept;
+
+ private:
+  void update_conductivities(const HeatField& field);
+  void find_conductivity(const HeatField& field, Index tet);
+  void find_near_tets(const HeatField& field, const Triangle& triangle);
+  TissueLoad find_disk_load(const HeatField& field);
+  TissueLoad find_potential_load(const Solver& solver);
+
+  double radius_;           // m, of the contact around the electrode's axis
+  double disk_radius_ = 0;  // m, of a disk as large as the contact
+  PotentialField potential_;
+  DiskSource disk_;
+  ScenePositions positions_;
+  std::vector<double> conductivities_;  // [tet_count] S/m
+  bool is_disk_ = false;
+  bool is_new_ = false;  // touched since the last find_load()
+  Index vertex_count_ = 0;
+  std::vector<PatchVertex> patch_, behind_;
+  std::vector<CooledVertex> cooled_;
+  std::vector<VertexShare> shares_;  // of the disk
+  std::vector<HeatSource> heat_;
+
+  // scratch
+  std::vector<std::uint32_t> seen_tets_, seen_vertices_;  // round in which each was met
+  std::uint32_t round_ = 0;
+  std::vector<Index> near_tets_, near_vertices_;
+};
+
+}  // namespace pbdsurg

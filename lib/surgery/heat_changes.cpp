@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surgery/heat_changes.h"
+
+#include <algorithm>
+#include <array>
+
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/thermal/tissue_state.h"
+
+namespace pbdsurg {
+namespace {
+
+// Rest values follow the state in steps of one percent, so that an edit a step stays small.
+constexpr float kLeastChange = 0.01F;
+
+// Vertices with more collagen than this, and with all their water, have not shrunk by a step.
+constexpr double kUnmarkedCollagen = 0.97;
+
+bool is_marked(const HeatField& field, Index vertex) {
+  return field.has_boiled(vertex) || field.collagen()[vertex] < kUnmarkedCollagen;
+}
+
+double mean_water(const HeatField& field, Index tet) {
+  double water = 0;
+  for (const Index v : field.mesh().tets()[tet]) {
+    water += field.water()[v] / 4;
+  }
+  return water;
+}
+
+// J to warm a tetrahedron from body temperature and boil it dry.
+double drying_energy(const HeatField& field, Index tet) {
+  const ThermalMesh& mesh = field.mesh();
+  const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  const double latent =
+      field.model().has_latent_heat ? tissue.water_fraction * kLatentHeatOfWater : 0;
+  return tissue.density * mesh.volume(tet) *
+         (tissue.specific_heat * (kBoilingTemperature - kBodyTemperature) + latent);
+}
+
+}  // namespace
+
+HeatState heat_state(const HeatField& field, Index tet) {
+  return heat_state(field.model().removal, field.boiled_vertices(tet), mean_water(field, tet),
+                    field.model().dry_water);
+}
+
+HeatChanges::HeatChanges(const HeatField& field, const CauteryOptions& options)
+    : tearing_rate_(options.tearing_rate),
+      tearing_loss_(options.tearing_loss),
+      boiled_shrinkage_(options.boiled_shrinkage) {
+  apply(field);
+}
+
+void HeatChanges::collect(const Solver& solver, const HeatField& field, double dt, double energy,
+                          TopologyEdit& edit) {
+  find_marked(field);
+  find_due(field, dt);
+  for (const Index v : field.active_vertices()) {
+    seen_water_[v] = field.water()[v];
+  }
+  take_due(field, energy, edit);
+  shrink(solver, field, edit);
+}
+
+void HeatChanges::find_marked(const HeatField& field) {
+  ++round_;
+  marked_.clear();
+  const auto add = [&](Index t) {
+    if (seen_[t] != round_ && field.mesh().is_alive(t)) {
+      seen_[t] = round_;
+      marked_.push_back(t);
+    }
+  };
+  for (const Index v : field.active_vertices()) {
+    if (is_marked(field, v)) {
+      field.mesh().for_each_tet(v, add);
+    }
+  }
+  std::for_each(deferred_.begin(), deferred_.end(), add);
+  std::sort(marked_.begin(), marked_.end());
+}
+
+void HeatChanges::find_due(const HeatField& field, double dt) {
+  due_.clear();
+  for (const Index t : marked_) {
+    if (heat_state(field, t) == HeatState::vaporised) {
+      due_.push_back({t, mean_water(field, t), false});
+      continue;
+    }
+    double boiled_off = 0, water = 0;  // of the tetrahedron's water
+    for (const Index v : field.mesh().tets()[t]) {
+      water += field.water()[v] / 4;
+      boiled_off += (seen_water_[v] - field.water()[v]) / 4;
+    }
+    if (boiled_off > 0 && boiled_off >= tearing_rate_ * dt && water <= 1 - tearing_loss_) {
+      due_.push_back({t, water, true});
+    }
+  }
+}
+
+// The driest go first.
+void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& edit) {
+  std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
+    return a.water != b.water ? a.water < b.water : a.tet < b.tet;
+  });
+  due_energy_ = due_volume_ = 0;
+  torn_ = 0;
+  std::size_t taken = 0;
+  for (; taken < due_.size(); ++taken) {
+    const auto [tet, water, is_torn] = due_[taken];
+    const double needed = drying_energy(field, tet);
+    // what boiled off in tissue that is left will be needed once that is dry
+    const double reserved = is_torn ? field.ledger().latent : 0;
+    if (spent_ + due_energy_ + needed > energy - reserved) {
+      break;
+    }
+    due_energy_ += needed;
+    due_volume_ += field.mesh().volume(tet);
+    torn_ += is_torn ? 1 : 0;
+    edit.remove_tets.push_back(tet);
+    seen_[tet] = 0;  // it shrinks no more
+  }
+  deferred_count_ = static_cast<Index>(due_.size() - taken);
+  deferred_.clear();
+  for (; taken < due_.size(); ++taken) {
+    if (!due_[taken].is_torn) {  // what boils on tears later
+      deferred_.push_back(due_[taken].tet);
+    }
+  }
+  std::sort(edit.remove_tets.begin(), edit.remove_tets.end());
+}
+
+// How long what was 1 m between two vertices of a tissue is now.
+double HeatChanges::shrunk(const HeatField& field, Index first, Index second) const {
+  const double collagen = (field.collagen()[first] + field.collagen()[second]) / 2;
+  if (field.model().removal == RemovalRule::boiled_vertices) {
+    return field.has_boiled(first) && field.has_boiled(second)
+               ? 1 - boiled_shrinkage_ * (1 - collagen)
+               : 1;
+  }
+  const ThermalMesh& mesh = field.mesh();
+  return shrunk_length(mesh.tissues()[mesh.tissue_of_vertex(first)],
+                       (field.water()[first] + field.water()[second]) / 2, collagen);
+}
+
+void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit) {
+  const ThermalMesh& mesh = field.mesh();
+  edges_.clear();
+  for (const Index t : marked_) {
+    if (seen_[t] != round_) {
+      continue;
+    }
+    const Material& material = solver.body(solver.body_of_tet(t)).material;
+    const bool is_neo_hookean = material.model == ElasticModel::neo_hookean;
+    std::array<double, 6> lengths;  // relative
+    double factor = 0;
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      const auto [a, b] = kTetEdges[e];
+      lengths[e] = shrunk(field, mesh.tets()[t][a], mesh.tets()[t][b]);
+      factor += lengths[e] / 6;
+    }
+    if (is_neo_hookean || material.has_volume_constraints) {
+      const auto volume = static_cast<float>(mesh.volume(t) * factor * factor * factor);
+      if (volume < (1 - kLeastChange) * solver.rest_volume(t)) {
+        edit.rest_volumes.push_back({t, volume});
+      }
+    }
+    for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
+      if (lengths[e] < 1) {
+        edges_.push_back(solver.tet_edges(t)[e]);
+      }
+    }
+  }
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  for (const Index e : edges_) {
+    const auto [a, b] = solver.edges()[e];
+    const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
+    const auto length = static_cast<float>(rest_length * shrunk(field, a, b));
+    if (length < (1 - kLeastChange) * solver.rest_length(e)) {
+      edit.rest_lengths.push_back({e, length});
+    }
+  }
+}
+
+void HeatChanges::apply(const HeatField& field) noexcept {
+  spent_before_ = spent_;
+  const auto vertices = static_cast<std::size_t>(field.mesh().vertex_count());
+  for (std::size_t v = seen_water_.size(); v < vertices; ++v) {
+    seen_water_.push_back(field.water()[v]);
+  }
+  seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
+}
+
+void HeatChanges::undo(const HeatField& field) noexcept {
+  spent_ = spent_before_;
+  seen_water_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+  seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
+  std::erase_if(deferred_, [&](Index t) { return t >= field.mesh().tet_count(); });
+}
+
+}  // namespace pbdsurg

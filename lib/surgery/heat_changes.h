@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What heat does to topology and rest shape.
+
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/thermal/heat_field.h"
+
+namespace pbdsurg {
+
+/// State of a live tetrahedron of a conducting body by algorithm 2 and the rule of the field.
+[[nodiscard]] HeatState heat_state(const HeatField& field, Index tet);
+
+/// Finds the tetrahedra that heat takes away and those that shrink, among what is heated.
+class HeatChanges {
+ public:
+  HeatChanges(const HeatField& field, const CauteryOptions& options);
+
+  /// Adds to an edit what is due after a time of heating.
+  /// @param dt      s since the last call
+  /// @param energy  J delivered since the start: tetrahedra that could not have been boiled dry
+  ///                with what earlier ones left of it are deferred
+  /// Cost: O(heated part).
+  void collect(const Solver& solver, const HeatField& field, double dt, double energy,
+               TopologyEdit& edit);
+
+  /// Counts the tetrahedra of the last collect() as removed.
+  void commit() noexcept { spent_ += due_energy_; }
+
+  /// J that it would have cost to warm and boil dry all tetrahedra removed.
+  [[nodiscard]] double spent() const noexcept { return spent_; }
+
+  // of the last collect()
+  [[nodiscard]] double removed_volume() const noexcept { return due_volume_; }
+  [[nodiscard]] Index torn_count() const noexcept { return torn_; }
+  [[nodiscard]] Index deferred_count() const noexcept { return deferred_count_; }
+
+  void apply(const HeatField& field) noexcept;
+  void undo(const HeatField& field) noexcept;
+
+ private:
+  struct Due {
+    Index tet;
+    double water;  // share left
+    bool is_torn;
+  };
+
+  void find_marked(const HeatField& field);
+  void find_due(const HeatField& field, double dt);
+  void take_due(const HeatField& field, double energy, TopologyEdit& edit);
+  void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
+  [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
+
+  double tearing_rate_, tearing_loss_, boiled_shrinkage_;
+  double spent_ = 0, spent_before_ = 0;  // J
+  double due_energy_ = 0, due_volume_ = 0;
+  Index torn_ = 0, deferred_count_ = 0;
+  std::vector<Index> deferred_;     // tetrahedra that are dry
+  std::vector<double> seen_water_;  // [vertex_count] at the last call
+
+  // scratch
+  std::vector<Index> marked_;        // tetrahedra, ascending
+  std::vector<std::uint32_t> seen_;  // [tet_count] round in which it was met
+  std::uint32_t round_ = 0;
+  std::vector<Due> due_;
+  std::vector<Index> edges_;
+};
+
+}  // namespace pbdsurg
