@@ -82,3 +82,5 @@ BENCHMARK_CAPTURE(BM_solver_step, 20k_2_threads, kSmall, 2)->Unit(benchmark::kMi
 
 }  // namespace
 }  // namespace pbdsurg::bench
+
+BENCHMARK_MAIN();
