@@ -71,7 +71,9 @@ void ScenePositions::follow(const Solver& solver) {
     added.push_back(v);
   }
   values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
-  read(solver, added);
+  if (!added.empty()) {  // else a step may run, and reading would wait for it
+    read(solver, added);
+  }
 }
 
 ElectrodeContact::ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies,
