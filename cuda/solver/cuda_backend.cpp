@@ -66,7 +66,7 @@ class CudaBackend final : public Backend {
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()),
         overlaps_(can_overlap(kernels_of(data.options))),
-        state_(data, stream_.get()) {
+        state_(data, 0, stream_.get()) {
     make_plan(data);
   }
 
@@ -134,6 +134,13 @@ class CudaBackend final : public Backend {
     state_.collect_motion(copy, out, stream_.get());
   }
 
+  [[nodiscard]] Maker maker() const override {
+    return [device = device_](const SolverData& data) {
+      const CurrentDevice current(device);
+      return make_backend(data);
+    };
+  }
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
            words_on_device_.memory_bytes() + watched_places_.memory_bytes() +
@@ -192,7 +199,7 @@ class CudaBackend final : public Backend {
     words_.clear();
     if (static_cast<std::size_t>(state_.arrays().count) != data.particles.size()) {
       is_planned_ = false;
-      state_ = StateBuffers(data, stream_.get());
+      state_ = StateBuffers(data, state_.motion_room(), stream_.get());
     }
     if (!is_planned_ || !plan_.follow(data, changes, words_)) {
       words_.clear();

@@ -8,8 +8,13 @@
 #include "solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
+namespace {
 
-StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream)
+constexpr std::size_t kLeastMotionRoom = 1024;
+
+}  // namespace
+
+StateBuffers::StateBuffers(const SolverData& data, std::size_t motion_room, cudaStream_t stream)
     : copy_count_(data.copy_count()) {
   const std::size_t count = data.particles.size();
   std::vector<Index> vertex_of_place(count);
@@ -22,6 +27,7 @@ StateBuffers::StateBuffers(const SolverData& data, cudaStream_t stream)
              velocities_.reserve(all),  vertex_of_place_.upload(vertex_of_place, stream),
              falling_.reserve(falling), flights_.reserve(falling),
              static_cast<Index>(count)};
+  reserve_motion(std::max(motion_room, kLeastMotionRoom));
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
 }
 
@@ -75,18 +81,21 @@ void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eig
 }
 
 void StateBuffers::ask_for_motion(std::span<const Index> places, cudaStream_t stream) {
-  constexpr std::size_t kLeastRoom = 1024;
   const std::size_t size = static_cast<std::size_t>(copy_count_) * places.size();
   if (size > motion_room_) {
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the read before may be at work
-    motion_room_ = std::bit_ceil(std::max(size, kLeastRoom));
-    motion_.reserve(motion_room_);
-    asked_places_.reserve(motion_room_);
+    reserve_motion(std::bit_ceil(size));
   }
   gather_motion(
       {arrays_.particles, arrays_.velocities, arrays_.falling, arrays_.count, copy_count_},
       asked_places_.upload(places, stream), motion_.get(), static_cast<Index>(places.size()),
       stream);
+}
+
+void StateBuffers::reserve_motion(std::size_t size) {
+  motion_.reserve(size);
+  asked_places_.reserve(size);
+  motion_room_ = size;
 }
 
 void StateBuffers::collect_motion(Index copy, std::span<VertexMotion> out, cudaStream_t stream) {

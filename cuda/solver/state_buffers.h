@@ -16,7 +16,8 @@ namespace pbdsurg::cuda {
 
 class StateBuffers {
  public:
-  StateBuffers(const SolverData& data, cudaStream_t stream);
+  /// @param motion_room  at least, see motion_room()
+  StateBuffers(const SolverData& data, std::size_t motion_room, cudaStream_t stream);
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
@@ -32,17 +33,23 @@ class StateBuffers {
   void read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
             cudaStream_t stream);
 
-  /// Enqueues a read of how vertices of all copies move at some places. Waits only where there were
-  /// never so many.
+  /// Enqueues a read of how vertices of all copies move at some places. Waits only where there is
+  /// no room for so many.
   void ask_for_motion(std::span<const Index> places, cudaStream_t stream);
 
   /// What was asked for last, of a copy. Waits.
   /// @param out  [places.size()]
   void collect_motion(Index copy, std::span<VertexMotion> out, cudaStream_t stream);
 
+  /// How many vertices it can be asked about without a wait, over all copies: 1024, or the most
+  /// there ever were.
+  [[nodiscard]] std::size_t motion_room() const noexcept { return motion_room_; }
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  void reserve_motion(std::size_t size);
+
   /// Where a copy's part of an array starts.
   [[nodiscard]] std::size_t start(Index copy) const noexcept {
     return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.count);

@@ -10,7 +10,6 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "solver/backend.h"
-#include "solver/cuda_hook.h"
 #include "solver/growth.h"
 #include "solver/solver_data.h"
 #include "solver/solver_input.h"
@@ -209,8 +208,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
 }  // namespace
 
 struct Compaction::Parts {
-  const SolverData* origin;  // by which the solver is known again
-  bool is_on_device;
+  std::shared_ptr<const char> origin;  // the solver's identity
+  Backend::Maker make_backend;
   SolverData copy;
   std::vector<Eigen::Vector3f> positions;  // m, of the first copy
   std::unique_ptr<SolverData> built;
@@ -221,8 +220,8 @@ struct Compaction::Parts {
 Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>()) {
   parts_->positions = solver.positions();
   const SolverData& data = solver_data(solver);
-  parts_->origin = &data;
-  parts_->is_on_device = data.backend->keeps_state();
+  parts_->origin = data.identity;
+  parts_->make_backend = data.backend->maker();
   copy_topology(data, parts_->copy);
 }
 
@@ -234,8 +233,7 @@ void Compaction::build() {
   Renumbering ids;
   std::unique_ptr<SolverData> built =
       build_solver_data(renumber_tissue(parts_->copy, parts_->positions, ids));
-  built->backend =
-      parts_->is_on_device ? cuda_hook()->make(*built) : make_host_backend(built->options);
+  built->backend = parts_->make_backend(*built);
   ids.version_before = parts_->copy.topology_version;
   parts_->ids = std::move(ids);
   parts_->built = std::move(built);
@@ -246,7 +244,7 @@ Renumbering Compaction::finish(Solver& solver) {
   if (parts_->built == nullptr || parts_->is_used) {
     throw InvalidArgument("a compaction is finished once, after build()");
   }
-  if (&data != parts_->origin || data.topology_version != parts_->ids.version_before) {
+  if (data.identity != parts_->origin || data.topology_version != parts_->ids.version_before) {
     throw InvalidArgument("the compaction is of topology version " +
                           std::to_string(parts_->ids.version_before) +
                           " of a solver; this is another, or was edited since and is at " +

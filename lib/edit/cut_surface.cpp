@@ -2,7 +2,6 @@
 #include "edit/cut_surface.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 

@@ -48,10 +48,10 @@ void check_rest(const char* what, Index id, const char* quantity, float value) {
 }
 
 // Tissue that an edit names must not be of a body that it removes.
-void check_stays(const SolverData& data, const TopologyEdit& edit, const std::string& what,
+void check_stays(const SolverData& data, const TopologyEdit& edit, const char* what, Index id,
                  Index body) {
   if (std::ranges::count(edit.remove_bodies, body) > 0) {
-    throw InvalidArgument(what + " is of body '" + data.bodies[body].name +
+    throw InvalidArgument(name_of(what, id) + " is of body '" + data.bodies[body].name +
                           "', which the same edit removes");
   }
 }
@@ -62,8 +62,10 @@ void check_removals(SolverData& data, const TopologyEdit& edit) {
   check_ids("tet", ids, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
   ids = edit.remove_bodies;
   check_ids("body", ids, data.bodies.size(), [&](Index b) { return data.tissue_counts[b] > 0; });
-  for (const Index t : edit.remove_tets) {
-    check_stays(data, edit, name_of("tet", t), data.body_of_tet(t));
+  if (!edit.remove_bodies.empty()) {
+    for (const Index t : edit.remove_tets) {
+      check_stays(data, edit, "tet", t, data.body_of_tet(t));
+    }
   }
   ids = edit.remove_links;
   check_ids("link", ids, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
@@ -115,7 +117,7 @@ void check_new_vertices(const SolverData& data, const TopologyEdit& edit) {
         throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
                               ", which no tetrahedron has");
       }
-      check_stays(data, edit, what, data.body_of_vertex(v));
+      check_stays(data, edit, "new vertex", static_cast<Index>(count + i), data.body_of_vertex(v));
     }
     if (data.body_of_vertex(vertex.first) != data.body_of_vertex(vertex.second)) {
       throw InvalidArgument(what + " lies between vertices " + std::to_string(vertex.first) +
@@ -164,7 +166,7 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
     id = {move.tet};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
     const std::string what = name_of("tet", move.tet);
-    check_stays(data, edit, what, data.body_of_tet(move.tet));
+    check_stays(data, edit, "tet", move.tet, data.body_of_tet(move.tet));
     if (std::ranges::binary_search(removed_tets, move.tet)) {
       throw InvalidArgument(what + " is moved and removed by one edit");
     }
@@ -207,7 +209,8 @@ void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
     const std::string what = name_of("new tet", static_cast<Index>(data.tets.size() + i));
     id = {tet.parent};
     check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
-    check_stays(data, edit, what, data.body_of_tet(tet.parent));
+    check_stays(data, edit, "new tet", static_cast<Index>(data.tets.size() + i),
+                data.body_of_tet(tet.parent));
     if (std::ranges::binary_search(taken, tet.parent)) {
       throw InvalidArgument(what + ": its parent, tet " + std::to_string(tet.parent) +
                             ", is moved or removed by the same edit");

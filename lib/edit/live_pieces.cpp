@@ -2,7 +2,6 @@
 #include "pbdsurg/edit/live_pieces.h"
 
 #include <algorithm>
-#include <string>
 #include <tuple>
 
 #include "pbdsurg/core/error.h"

@@ -2,7 +2,6 @@
 #include "pbdsurg/edit/live_surface.h"
 
 #include <algorithm>
-#include <string>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"

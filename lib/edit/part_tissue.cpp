@@ -2,7 +2,6 @@
 #include "edit/part_tissue.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 

@@ -29,7 +29,7 @@ void add_vertices(SolverData& data, const Scene& scene, const FirstIds& first) {
     CopyState& state = data.copy(i);
     state.particles.resize(count);
     state.velocities.resize(count);
-    state.falling.resize(state.falling.empty() ? 0 : count, 1.0F);
+    state.falling.resize(data.options.method == SolverMethod::vertex_block ? count : 0, 1.0F);
     for (std::size_t v = 0; v < places.size(); ++v) {
       const Eigen::Vector3f x = scene.positions()[v].cast<float>();
       const bool is_fixed = scene.is_fixed(static_cast<Index>(v));

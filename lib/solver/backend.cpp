@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "solver/solver_data.h"
+#include "solver/solver_input.h"
 #include "solver/state_report.h"
 
 namespace pbdsurg {
@@ -39,6 +40,10 @@ void Backend::read_positions(const SolverData& data, Index copy, std::span<const
     const Particle& p = particles[places[i]];
     out[i] = {p.x, p.y, p.z};
   }
+}
+
+Backend::Maker Backend::maker() const {
+  return [](const SolverData& data) { return make_host_backend(data.options); };
 }
 
 StepReport step_copies(SolverData& data, Backend& backend, float dt) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -73,6 +74,12 @@ class Backend {
   /// What was asked for, of a copy.
   /// @param out  [n]
   virtual void collect_motion(Index /*copy*/, std::span<VertexMotion> /*out*/) {}
+
+  /// @param data  with all that a solver has, but a backend
+  using Maker = std::function<std::unique_ptr<Backend>(const SolverData& data)>;
+
+  /// Makes backends like this one, on its device, in any thread, and also once this one is gone.
+  [[nodiscard]] virtual Maker maker() const;
 
   /// Bytes that it holds on a device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }

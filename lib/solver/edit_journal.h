@@ -78,7 +78,7 @@ struct EditJournal {
     const auto bytes_of = [](const auto&... lists) {
       return (... + (lists.capacity() * sizeof(lists[0])));
     };
-    return (before_growth ? before_growth->blocks.memory_bytes() : 0) +
+    return (before_growth ? before_growth->memory_bytes() : 0) + is_motion_asked.capacity() / 8 +
            bytes_of(opened_groups, tets, shapes, edge_tets, edges, links, tet_entries, link_entries,
                     masses, stopped, motions, releases, participants);
   }

@@ -2,7 +2,6 @@
 #include "solver/growth.h"
 
 #include <algorithm>
-#include <array>
 #include <tuple>
 #include <vector>
 
@@ -261,16 +260,18 @@ void finish_growth(SolverData& data) {
   regrow_vertices(data);
 }
 
+void reserve_tool(const SolverData& data, ToolState& tool) {
+  tool.placed_capsules.reserve(tool.capsules.size());
+  if (!data.backend->keeps_state()) {
+    tool.contacts.reserve(
+        std::min(data.particles.size(), static_cast<std::size_t>(data.options.contact_capacity)));
+  }
+}
+
 void reserve_tools(SolverData& data) {
-  const std::size_t contacts =
-      data.backend->keeps_state()
-          ? 0
-          : std::min(data.particles.size(),
-                     static_cast<std::size_t>(data.options.contact_capacity));
   for (Index i = 0; i < data.copy_count(); ++i) {
     for (ToolState& tool : data.copy(i).tools) {
-      tool.placed_capsules.reserve(tool.capsules.size());
-      tool.contacts.reserve(contacts);
+      reserve_tool(data, tool);
     }
   }
 }

@@ -60,7 +60,8 @@ void finish_growth(SolverData& data);
 /// Takes back what the edit at hand added; constraints have gone already.
 void undo_growth(SolverData& data);
 
-/// Makes room for what tools can touch, so that no step allocates.
+/// Makes room for what a tool can touch, so that no step allocates; of all tools for the latter.
+void reserve_tool(const SolverData& data, ToolState& tool);
 void reserve_tools(SolverData& data);
 
 /// Makes the room that options ask for.

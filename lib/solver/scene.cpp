@@ -146,7 +146,14 @@ void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
 }
 
 Index Scene::add_link(const Link& link) {
-  check_link("link " + std::to_string(links_.size()), link, vertex_count());
+  const std::string what = "link " + std::to_string(links_.size());
+  check_link(what, link, vertex_count());
+  for (const Index v : {link.first, link.second}) {
+    if (!(masses_[v] > 0)) {
+      throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                            ", which no tetrahedron has");
+    }
+  }
   links_.push_back(link);
   return static_cast<Index>(links_.size()) - 1;
 }

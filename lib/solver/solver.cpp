@@ -14,6 +14,7 @@
 #include "coloring/coloring_options.h"
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
+#include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/scene_checks.h"
 #include "solver/solver_data.h"
@@ -264,17 +265,23 @@ std::size_t Solver::memory_bytes() const noexcept {
   std::size_t state_bytes = 0;
   for (Index i = 0; i < data.copy_count(); ++i) {
     const CopyState& copy = data.copy(i);
-    state_bytes += bytes_of(copy.particles, copy.velocities, copy.falling);
+    state_bytes += bytes_of(copy.particles, copy.velocities, copy.falling, copy.watched_positions);
+    for (const ToolState& tool : copy.tools) {
+      state_bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
+    }
   }
   return state_bytes +
          bytes_of(data.place_of_vertex, data.previous, data.tets, data.edges, data.links,
                   data.tet_edges, data.edge_tets, data.tet_masses, data.vertex_masses,
-                  data.constraint_phases, data.later_vertex_bodies, data.later_tet_bodies) +
+                  data.constraint_phases, data.plan.phases, data.later_vertex_bodies,
+                  data.later_tet_bodies, data.tissue_counts, data.watched_places, data.read_places,
+                  data.edit_buffer, data.changes.vertices, data.changes.constraints,
+                  data.changes.tets) +
          data.vertex_tets.memory_bytes() + data.vertex_links.memory_bytes() +
          data.distance_ids.memory_bytes() + data.edge_owners.memory_bytes() +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
          data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
-         data.strain_limits.memory_bytes() + data.vertex_method.blocks.memory_bytes() +
+         data.strain_limits.memory_bytes() + data.vertex_method.memory_bytes() +
          data.journal.memory_bytes() + data.backend->memory_bytes();
 }
 
@@ -455,15 +462,9 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   tool.capsules.assign(capsules.begin(), capsules.end());
   tool.pose = tool.target = pose;
   data_->finish_running_step();
-  const std::size_t contact_room =
-      data_->backend->keeps_state()
-          ? 0
-          : std::min(data_->particles.size(),
-                     static_cast<std::size_t>(data_->options.contact_capacity));
   std::vector<ToolState> added(static_cast<std::size_t>(data_->copy_count()), tool);
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
-    added[copy].placed_capsules.reserve(tool.capsules.size());  // no step allocates
-    added[copy].contacts.reserve(contact_room);
+    reserve_tool(*data_, added[copy]);
     data_->copy(copy).tools.reserve(data_->copy(copy).tools.size() + 1);
   }
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {  // nothing fails from here on

@@ -61,6 +61,8 @@ class Backend;
 /// another copy, that one's.
 class SolverData : public CopyState {
  public:
+  /// By which it is known again; whoever holds on to it keeps others from having the same.
+  std::shared_ptr<const char> identity = std::make_shared<const char>();
   SolverOptions options;
   Eigen::Vector3f gravity;
   std::vector<Body> bodies;
@@ -287,6 +289,9 @@ void for_each_tube_tet(const SolverData& data, Visit visit) {
   const auto is_tube = [](const Body& body) {
     return body.material.model == ElasticModel::springs && !has_volume_constraints(body);
   };
+  if (std::ranges::none_of(data.bodies, is_tube)) {
+    return;
+  }
   for (const Body& body : data.bodies) {
     for (Index t = body.first_tet; is_tube(body) && t < body.first_tet + body.tet_count; ++t) {
       visit(t);

@@ -35,6 +35,13 @@ struct VertexMethod {
   std::vector<Index> first_holds;  ///< [vertex_count] or kInvalidIndex
   std::vector<VertexHold> holds;   ///< of the current substep
   std::vector<LaneBits> held;      ///< [block_count] lanes of vertices with holds
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return blocks.memory_bytes() + flights.capacity() * sizeof(Particle) +
+           first_holds.capacity() * sizeof(Index) + holds.capacity() * sizeof(VertexHold) +
+           held.capacity() * sizeof(LaneBits);
+  }
 };
 
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming

@@ -296,7 +296,7 @@ EditResult ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep
 }
 
 void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
-  followed_.renumber(ids, "connective tissue");
+  followed_.renumber(solver, ids, "connective tissue");
   const auto count_left = [&](Index first, Index end) {
     return static_cast<Index>(std::count_if(ids.links.begin() + first, ids.links.begin() + end,
                                             [](Index id) { return id != kInvalidIndex; }));

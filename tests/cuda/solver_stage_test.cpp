@@ -32,7 +32,7 @@ constexpr float kTimeStep = 2e-3F;  // s
 
 /// What a CUDA backend has, without the backend.
 struct Device {
-  explicit Device(SolverData& data, const StageRecords& records) : state(data, stream.get()) {
+  explicit Device(SolverData& data, const StageRecords& records) : state(data, 0, stream.get()) {
     constraints.upload(records, true, 1, stream.get());
     vertices.upload(data, stream.get());
     state.upload(data, 0, stream.get());

@@ -212,6 +212,25 @@ TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence
   CHECK((late.positions()[thread] - start[thread]).norm() > 2e-4F);
 }
 
+// Would catch arrays that stay empty because they were, and all that a first body needs.
+TEST_CASE("bodies: the first ones can come into an empty solver", "[equivalence]") {
+  const Variant variant = GENERATE(from_range(variants()));
+  SolverOptions options = serial_options(variant, 2);
+  options.substeps = 10;
+  options.iterations = 10;
+  const Scene guests = make_guests(variant.mode);
+  Solver late(Scene{}, options), early(guests, options);
+  late.step(kTimeStep);
+  apply_edit(late, {.new_bodies = guests});
+  CHECK(is_plan_valid(solver_data(late)));
+  check_same_tissue(late, early);
+  for (int i = 0; i < 10; ++i) {
+    CHECK(late.step(kTimeStep).non_finite_vertices == 0);
+    early.step(kTimeStep);
+  }
+  CHECK(farthest_apart(late, early, 1) < 0.02 * testing::kEventfulEdge);
+}
+
 // Would catch undo that leaves a body, its colours or a damped plan behind, and participants or
 // ids of later edits that a body confuses.
 TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[property]") {

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <numeric>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
@@ -314,6 +316,28 @@ TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit
   CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {3}}, stale),
                     ContainsSubstring("live pieces is at topology version"));
   CHECK_NOTHROW(apply_edit(solver, {.remove_tets = {3}}));
+}
+
+// Would catch a solver taken for another that was at its address before.
+TEST_CASE("compaction: is of no other solver, wherever that lies", "[unit]") {
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  const SolverOptions options{.backend = BackendKind::serial};
+  auto solver = std::make_unique<Solver>(scene, options);
+  Compaction compaction(*solver);
+  Solver moved = std::move(*solver);
+  compaction.build();
+  CHECK_NOTHROW(static_cast<void>(compaction.finish(moved)));
+
+  compaction = Compaction(moved);
+  compaction.build();
+  moved = Solver(Scene{}, options);
+  solver.reset();
+  for (int i = 0; i < 8; ++i) {
+    Solver next(scene, options);
+    apply_edit(next, {});  // to the same version
+    CHECK_THROWS_WITH(static_cast<void>(compaction.finish(next)),
+                      ContainsSubstring("this is another"));
+  }
 }
 
 // Would catch a solver of which nothing is left.

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
+#include <future>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -142,6 +142,54 @@ TEST_CASE("backend: an edit within a step is one after it, and does not wait", "
 }
 
 // Would catch a log that only grows, where nobody reads it.
+// Would catch a compacted solver on the device of the thread that built it, or whose device was not
+// told of tools, of what they hold or of what is watched.
+TEST_CASE("backend: a compaction stays on its device and has the serial bits", "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  SolverOptions options{.method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block),
+                        .copies = 2,
+                        .backend = BackendKind::serial,
+                        .composition = PlanComposition::separate};
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  Solver serial(scene, options);
+  options.backend = BackendKind::cuda;
+  testing::current_fake_device = 1;
+  Solver device(scene, options);
+  testing::current_fake_device = 0;
+  const Index held = scene.body(1).first_vertex;
+  for (Solver* solver : {&serial, &device}) {
+    const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f(0, 0.016F, 0.006F);
+    solver->add_tool({&capsule, 1}, pose);
+    solver->add_tool({}, ToolPose::Identity());
+    solver->step(kTimeStep);
+    solver->grasp(1, std::array{held}, 1e-4F, 1);
+    solver->watch(std::array{held, held + 1});
+    apply_edit(*solver, {.remove_tets = {0, 1, 2, 3, 4, 5}});
+    Compaction compaction(*solver);
+    std::async(std::launch::async, [&] { compaction.build(); }).get();
+    solver->step(kTimeStep);
+    static_cast<void>(compaction.finish(*solver));
+  }
+  CHECK(device_of(device).number == 1);
+  for (int i = 0; i < 4; ++i) {
+    const StepReport report = device.step(kTimeStep);
+    CHECK(report.contacts == serial.step(kTimeStep).contacts);
+    for (Index copy = 0; copy < 2; ++copy) {
+      CHECK(device.state_hash(copy) == serial.state_hash(copy));
+      CHECK(std::ranges::equal(device.watched_positions(copy), serial.watched_positions(copy)));
+      CHECK(device.tool_force(0, copy) == serial.tool_force(0, copy));
+      CHECK(device.tool_force(1, copy) == serial.tool_force(1, copy));
+    }
+    ToolPose pose = ToolPose::Identity();
+    pose.translation().y() = 1e-3F * static_cast<float>(i + 1);
+    device.move_tool(1, pose, 1);
+    serial.move_tool(1, pose, 1);
+  }
+  CHECK(device.tool_force(1, 1).norm() > 0);
+}
+
 TEST_CASE("backend: edits are logged for those who need it alone, and until the next step",
           "[unit]") {
   const HookGuard guard(&kFakeDeviceHook);

@@ -95,15 +95,23 @@ class DeviceRecords {
   std::set<Index> serial_, touched_;
 };
 
+/// The number of the fake device that is current in a thread.
+inline thread_local int current_fake_device = 0;
+
 class FakeDevice final : public Backend {
  public:
   static constexpr std::size_t kMemory = 12'345'678;  // bytes
 
-  explicit FakeDevice(const SolverData& data) { take_all(data); }
+  FakeDevice(const SolverData& data, int device) : number(device) { take_all(data); }
 
   [[nodiscard]] const char* name() const noexcept override { return "fake device"; }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override { return kMemory; }
+  [[nodiscard]] Maker maker() const override {
+    return [device = number](const SolverData& data) {
+      return std::make_unique<FakeDevice>(data, device);
+    };
+  }
 
   void start_step(SolverData& data, float dt) override {
     take_over(data);
@@ -170,6 +178,7 @@ class FakeDevice final : public Backend {
 
   [[nodiscard]] bool is_running() const noexcept { return is_running_; }
 
+  const int number;
   int fetch_count = 0;
 
  private:
@@ -371,7 +380,8 @@ class HookGuard {
 
 inline constexpr CudaHook kFakeDeviceHook{[](std::string&) { return true; },
                                           [](const SolverData& data) -> std::unique_ptr<Backend> {
-                                            return std::make_unique<FakeDevice>(data);
+                                            return std::make_unique<FakeDevice>(
+                                                data, current_fake_device);
                                           }};
 
 }  // namespace pbdsurg::testing

@@ -64,6 +64,11 @@ TEST_CASE("scene: bad values are refused by name and change nothing", "[unit]") 
                     ContainsSubstring("mass"));
   CHECK(scene.bodies().size() == 1);
   CHECK(scene.vertex_count() == 8);
+  std::vector<Eigen::Vector3d> positions(box.positions().begin(), box.positions().end());
+  positions.emplace_back(1, 1, 1);
+  scene.add_body("with a loose vertex", TetMesh(positions, {box.tets().begin(), box.tets().end()}));
+  CHECK_THROWS_WITH(scene.add_link({0, 16, 1, {}}),
+                    ContainsSubstring("link 0 refers to vertex 16, which no tetrahedron has"));
   CHECK(scene.links().empty());
 }
 

@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// Random good edits, of everything that an edit can hold.
+/// Random good edits, of everything that an edit can hold but whole bodies, which bodies_test.cpp
+/// has.
 
 #include <vector>
 

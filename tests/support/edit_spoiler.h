@@ -11,7 +11,8 @@
 
 namespace pbdsurg::testing {
 
-/// Puts one thing into a good edit that breaks a rule of apply_edit(), any of them.
+/// Puts one thing into a good edit that breaks a rule of apply_edit(), any but those of whole
+/// bodies.
 void spoil(const Solver& solver, Choices& choices, TopologyEdit& edit);
 
 }  // namespace pbdsurg::testing

@@ -27,8 +27,7 @@ Cautery make_cautery(const EditScene& scene, const Solver& solver) {
 }  // namespace
 
 EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options)
-    : scene_(&scene),
-      solver_(scene.scene, options),
+    : solver_(scene.scene, options),
       cautery_(make_cautery(scene, solver_)),
       strands_(scene.strands),
       pieces_(solver_),

@@ -65,7 +65,6 @@ class EditTrial {
   [[nodiscard]] Change make_change(Choices& choices);
   EditResult apply(const TopologyEdit& change);
 
-  const EditScene* scene_;
   Solver solver_;
   std::optional<Solver> serial_;
   Cautery cautery_;

@@ -384,6 +384,7 @@ TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
   }
   compaction.build();
   const Renumbering ids = compaction.finish(solver);
+  CHECK_THROWS_AS(slabs.tissue.renumber(unchanged, ids), InvalidArgument);  // changes nothing
   slabs.tissue.renumber(solver, ids);
   CHECK_THROWS_AS(slabs.tissue.renumber(solver, ids), InvalidArgument);
   REQUIRE(slabs.tissue.whole_count() == others.tissue.whole_count());

@@ -29,8 +29,10 @@ struct Renumbering {
 /// edits ids of the dead take room, what was added lies behind, and colours are more than need be.
 ///
 ///   Compaction compaction(solver);                      // between two steps
-///   std::thread worker([&] { compaction.build(); });    // meanwhile the solver steps
+///   std::future<void> built =                           // meanwhile the solver steps
+///       std::async(std::launch::async, [&] { compaction.build(); });
 ///   ...
+///   built.get();                                        // what build() throws comes here
 ///   const Renumbering ids = compaction.finish(solver);  // between two steps, nothing edited since
 ///
 /// All that moves goes over: positions, velocities, tools, what they hold, what is watched, of all
@@ -50,9 +52,9 @@ class Compaction {
   Compaction& operator=(Compaction&&) noexcept;
 
   /// Colours and plans, in any thread; the solver may step, be read, written and edited meanwhile.
-  /// Of a solver on a CUDA device, on the device that is current in that thread.
+  /// Of a solver on a CUDA device, on that device.
   /// Cost: that of making a solver.
-  /// @throws BackendUnavailable  if a device is lost
+  /// @throws Error  if the device fails or has no room for it; then nothing is built
   void build();
 
   /// Puts what was built in the place of what the solver has; that is freed with this object.

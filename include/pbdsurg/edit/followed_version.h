@@ -34,8 +34,9 @@ class FollowedVersion {
   void undo() noexcept { now_ = before_; }
 
   /// For participants that go along with a compaction.
-  /// @throws InvalidArgument  if it is of a solver at another topology
-  void renumber(const Renumbering& ids, const char* who);
+  /// @throws InvalidArgument  if the compaction was of another topology than the one followed, or
+  ///                          the solver's is not the one that it made; then nothing has changed
+  void renumber(const Solver& solver, const Renumbering& ids, const char* who);
 
  private:
   std::uint64_t now_ = 0;

@@ -121,8 +121,9 @@ class EditParticipant {
 
 /// Changes a solver's topology between two steps: all of it, or nothing. Between start_step() and
 /// finish_step() it changes that of the next step, with the same bits as after finish_step(). Only
-/// an edit that brings vertices, and undo_edit(), wait for the step that runs, and so do
-/// participants that read the state.
+/// these wait for the step that runs: undo_edit(), an edit that brings vertices, participants that
+/// read the state, and on a device an edit that stops more vertices, counted in all copies, than
+/// 1024 and than any edit before.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
 /// and links to a vertex that it was the last to use. Colours stay valid: what is added takes a
@@ -137,10 +138,12 @@ class EditParticipant {
 /// name, and Solver::is_body_alive() says that it is gone.
 ///
 /// Cost: proportional to the change and to what tools hold, and to the number of phases where one
-/// of them comes or goes; for a body that goes, to its size and all that edits brought so far;
-/// participants add theirs. What adds anything costs O(vertex_count) with
-/// the vertex-block method, which lays out its rows anew, and on a device, which has its state
-/// fetched and its buffers made anew.
+/// of them comes or goes; for bodies that come, to their size and the number of bodies; for one
+/// that goes, to its size and all that edits brought so far; participants add theirs. What adds
+/// anything, or in a joint plan takes the last owner of an edge, costs as much as there is on a
+/// device, whose buffers are made anew before the next step; what adds anything also with the
+/// vertex-block method, which lays out its rows anew. What brings vertices also has the state of
+/// all copies fetched from a device.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

@@ -66,8 +66,8 @@ class Scene {
 
   /// Links two vertices of the scene.
   /// @return  the link's index
-  /// @throws InvalidArgument  if a vertex is out of range, both are the same, or a value is out of
-  /// range
+  /// @throws InvalidArgument  naming the vertex that is out of range or has no tissue, or if both
+  ///                          are the same or a value is out of range
   Index add_link(const Link& link);
 
   /// Acceleration of free vertices, m/s^2. Default: earth's, downwards along y.

@@ -167,8 +167,9 @@ class Solver {
   /// Begins a step, on a CUDA device without waiting for it: the caller has its thread for other
   /// work. Any call that reads or writes the state, or has to do with tools or watched vertices,
   /// waits for the step first; finish_step() then still has its report. Edits that bring no
-  /// vertices do not wait: topology is the new one at once, and the next step is the first to
-  /// follow it. So edits cost nothing that a device's step is long enough to hide.
+  /// vertices do not wait, see apply_edit() for the rare one that does: topology is the new one at
+  /// once, and the next step is the first to follow it. So edits cost nothing that a device's step
+  /// is long enough to hide.
   /// @throws InvalidArgument  as step(), or if a step was begun and finish_step() not called
   void start_step(float dt);
 

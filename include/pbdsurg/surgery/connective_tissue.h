@@ -116,7 +116,8 @@ class ConnectiveTissue final : public EditParticipant {
 
   /// Goes along with a compaction of the solver: strands and events keep their numbers. Links of
   /// strands that parted are those that are left, which may be none.
-  /// @throws InvalidArgument  if this had missed an edit before
+  /// @throws InvalidArgument  if this had missed an edit before, or the solver's topology is not
+  ///                          what the compaction made; then nothing has changed
   void renumber(const Solver& solver, const Renumbering& ids);
 
   /// What the last separate() asked for, for undo_edit().
