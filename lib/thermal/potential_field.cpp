@@ -74,10 +74,9 @@ PotentialOptions checked(PotentialOptions options) {
   return options;
 }
 
-// As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat, inverted or a sliver:
-// gradients
-// are inward area vectors of faces over three volumes, so that with any volume > 0 the sums
-// remain those of a positive semidefinite matrix, which is zero for uniform potentials.
+// As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat, inverted or a point:
+// gradients are inward area vectors of faces over three volumes, so that with any volume > 0 the
+// sums remain those of a positive semidefinite matrix, which is zero for uniform potentials.
 std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> positions,
                                            const Tet& tet, double rest_volume) {
   std::array<Eigen::Vector3d, 4> x;

@@ -79,7 +79,7 @@ struct CauteryReport {
   bool converged = true;      ///< each linear system reached its tolerance
   double removed_volume = 0;  ///< m^3 at rest
   Index torn = 0;             ///< tetrahedra of those removed that steam tore
-  Index deferred = 0;         ///< tetrahedra that are due and wait for energy to be delivered
+  Index deferred = 0;         ///< tetrahedra, dry or torn before, that wait for energy
   TopologyEdit request;       ///< what heat changed, for undo_edit(); empty if there was no edit
   EditResult edit;            ///< what went
 };
@@ -91,7 +91,7 @@ struct CauteryReport {
 /// steam tears it (or, by the paper's rule, when four vertices have boiled). Where edges are longer
 /// than a disk as large as the contact is wide, its closed form takes the place of the potential.
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
-/// what has been delivered; what is due beyond that waits.
+/// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
 ///
 /// Edits made elsewhere must name the cautery as a participant, so that it follows. Undoing an edit
 /// does not take back the heat that led to it: what heat removed goes again in the next update.
