@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <exception>
 #include <numbers>
+#include <span>
 
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/tetrahedralize.h"

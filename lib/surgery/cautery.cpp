@@ -12,6 +12,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/check.h"
 #include "surgery/current.h"
 #include "surgery/electrode_contact.h"
 #include "surgery/heat_changes.h"
@@ -23,13 +24,6 @@ constexpr double kLongestSubstep = 2e-3;  // s, while energised
 constexpr double kBoilingShare = 0.2;     // of the time to boil
 constexpr int kMostSubsteps = 32;
 constexpr double kElectrodeRecovery = 20;  // s: steel of 1 cm, by conduction into the shaft
-
-void check_range(const char* what, double value, double low, double high) {
-  if (!(value >= low) || !(value <= high)) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
-                          std::to_string(low) + ", " + std::to_string(high) + "]");
-  }
-}
 
 void check_positive(const char* what, double value, const char* unit) {
   if (!(value > 0) || !std::isfinite(value)) {
@@ -81,12 +75,15 @@ struct Cautery::Work {
 
   void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
   void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
+  bool is_full(Index link) const { return !(link_doses[link] < options.link_energy); }
+  void sum_links();
   TissueLoad close_circuit(const Solver& solver, const Generator& generator, CauteryReport& report);
   OperatingPoint drive(const Generator& generator, const TissueLoad& load) const;
   int substeps(const Generator& generator, const TissueLoad& load, double dt) const;
   void deliver(const OperatingPoint& point, const TissueLoad& load, double dt);
   void step(double dt, CauteryReport& report);
   void collect_links(const Solver& solver, TopologyEdit& edit);
+  void undo_links(const EditResult& result);
 
   HeatField field;
   CauteryOptions options;
@@ -96,9 +93,9 @@ struct Cautery::Work {
   ScenePositions positions;
   double unseen = 0;                 // s since the contact was looked for
   std::vector<double> link_doses;    // [link] J
-  std::vector<Index> parting_links;  // that have taken their energy
+  std::vector<Index> parting_links;  // that have taken their energy and may live
   double link_energy = 0;            // J spent
-  double links_conductance = 0;      // S, of those touched
+  double links_conductance = 0;      // S, of those touched that still take energy
   double electrode_energy = 0;       // J
   double electrode_temperature = kBodyTemperature;
   std::vector<double> cooling;  // [vertex_count] W, scratch: zero
@@ -191,9 +188,12 @@ void Cautery::Work::touch(const Solver& solver, const Electrode& electrode, doub
   report.contact_vertices = current.vertex_count();
   report.contact_area = report.contact_vertices > 0 ? contact.area() : 0;
   report.contact_links = static_cast<Index>(contact.links().size());
+}
+
+void Cautery::Work::sum_links() {
   links_conductance = 0;
-  for (const TouchedLink& touched : contact.links()) {
-    links_conductance += options.link_conductance * touched.nearness;
+  for (const auto& [link, nearness] : contact.links()) {
+    links_conductance += is_full(link) ? 0 : options.link_conductance * nearness;
   }
 }
 
@@ -236,10 +236,12 @@ int Cautery::Work::substeps(const Generator& generator, const TissueLoad& load, 
 
 void Cautery::Work::heat(const Solver& solver, const Generator& generator, double dt,
                          CauteryReport& report) {
+  sum_links();
   TissueLoad load = close_circuit(solver, generator, report);
   const int count = substeps(generator, load, dt);
   for (int i = 0; i < count; ++i) {
     if (i > 0) {
+      sum_links();
       load = current.find_load(solver, field);
       report.potential_iterations += load.iterations;
     }
@@ -280,13 +282,16 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
     cooling[vertex] = 0;
   }
   for (const auto& [link, nearness] : contact.links()) {
+    if (is_full(link)) {
+      continue;
+    }
     double& dose = link_doses[link];
     // a link takes no more than parts it
     const double energy = std::min(voltage * voltage * options.link_conductance * nearness * dt,
                                    options.link_energy - dose);
     dose += energy;
     link_energy += energy;
-    if (energy > 0 && !(dose < options.link_energy)) {
+    if (is_full(link)) {
       parting_links.push_back(link);
     }
   }
@@ -294,6 +299,7 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
 
 void Cautery::Work::step(double dt, CauteryReport& report) {
   const HeatReport stepped = field.step(dt, sources);
+  current.update_conductivities(field);
   electrode_temperature = kBodyTemperature + (electrode_temperature - kBodyTemperature) *
                                                  std::exp(-dt / kElectrodeRecovery);
   sources.clear();
@@ -304,10 +310,18 @@ void Cautery::Work::step(double dt, CauteryReport& report) {
 }
 
 void Cautery::Work::collect_links(const Solver& solver, TopologyEdit& edit) {
-  // all of them, for one may be back by an undo
-  std::copy_if(parting_links.begin(), parting_links.end(), std::back_inserter(edit.remove_links),
-               [&](Index l) { return solver.is_link_alive(l); });
-  std::sort(edit.remove_links.begin(), edit.remove_links.end());
+  std::erase_if(parting_links, [&](Index l) { return !solver.is_link_alive(l); });
+  std::sort(parting_links.begin(), parting_links.end());
+  parting_links.erase(std::unique(parting_links.begin(), parting_links.end()), parting_links.end());
+  edit.remove_links = parting_links;
+}
+
+// Those that are back part again.
+void Cautery::Work::undo_links(const EditResult& result) {
+  const auto is_gone = [&](Index l) { return l >= static_cast<Index>(link_doses.size()); };
+  std::erase_if(parting_links, is_gone);
+  std::copy_if(result.links.begin(), result.links.end(), std::back_inserter(parting_links),
+               [&](Index l) { return !is_gone(l) && is_full(l); });
 }
 
 void Cautery::validate(const Solver& solver, const TopologyEdit& edit) const {
@@ -333,8 +347,7 @@ void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
   work_->changes.undo(work_->field);
   work_->positions.follow(solver);
   work_->link_doses.resize(solver.links().size());
-  std::erase_if(work_->parting_links,
-                [&](Index l) { return l >= static_cast<Index>(work_->link_doses.size()); });
+  work_->undo_links(result);
 }
 
 }  // namespace pbdsurg

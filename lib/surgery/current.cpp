@@ -10,8 +10,10 @@
 namespace pbdsurg {
 namespace {
 
-// K from body temperature: conductivity has not changed by more than 1.5 percent.
+// K from body temperature: conductivity has not changed by more than 1.5 percent where tissue
+// warms, and 0.15 percent once it has cooled.
 constexpr double kWarm = 1;
+constexpr double kCooled = 0.1;
 
 // Around the touched triangle; with edges longer than two radii they hold four fifths of the heat.
 constexpr int kDiskRings = 3;
@@ -21,6 +23,14 @@ double mean_edge(const ThermalMesh& mesh, const Triangle& triangle) {
   return ((x[triangle[0]] - x[triangle[1]]).norm() + (x[triangle[1]] - x[triangle[2]]).norm() +
           (x[triangle[2]] - x[triangle[0]]).norm()) /
          3;
+}
+
+double mean_temperature(const HeatField& field, Index tet) {
+  double temperature = 0;
+  for (const Index v : field.mesh().tets()[tet]) {
+    temperature += field.temperatures()[v] / 4;
+  }
+  return temperature;
 }
 
 }  // namespace
@@ -38,6 +48,7 @@ void Current::apply(const Solver& solver, const HeatField& field) noexcept {
     conductivities_.push_back(0);
     find_conductivity(field, static_cast<Index>(t));
   }
+  has_updated_ = false;
   seen_tets_.resize(count);
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
   positions_.follow(solver);
@@ -47,6 +58,12 @@ void Current::undo(const Solver& solver, const HeatField& field) noexcept {
   conductivities_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
   seen_tets_.resize(conductivities_.size());
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+  std::erase_if(warm_tets_, [&](Index t) { return t >= field.mesh().tet_count(); });
+  for (const Index v : field.mesh().touched()) {
+    if (has_updated_) {  // what is back was left out while it was gone
+      field.mesh().for_each_tet(v, [&](Index t) { find_conductivity(field, t); });
+    }
+  }
   positions_.follow(solver);
 }
 
@@ -60,20 +77,23 @@ void Current::find_conductivity(const HeatField& field, Index tet) {
     conductivities_[tet] = tissue.electrical_conductivity;
     return;
   }
-  double temperature = 0, water = 0;
+  double water = 0;
   for (const Index v : mesh.tets()[tet]) {
-    temperature += field.temperatures()[v] / 4;
     water += field.water()[v] / 4;
   }
-  conductivities_[tet] = electrical_conductivity(tissue, temperature, water);
+  conductivities_[tet] = electrical_conductivity(tissue, mean_temperature(field, tet), water);
 }
 
-// Of tetrahedra that are warm, or not as wet as they were.
+// Of tetrahedra that are warm, or not as wet as they were, and of those that were so until they
+// have cooled: from then on they do not change.
 void Current::update_conductivities(const HeatField& field) {
   if (!field.model().has_variable_conductivity) {
     return;
   }
   ++round_;
+  has_updated_ = true;
+  std::swap(warm_before_, warm_tets_);
+  warm_tets_.clear();
   for (const Index v : field.active_vertices()) {
     if (field.temperatures()[v] < kBodyTemperature + kWarm && field.water()[v] == 1) {
       continue;
@@ -81,9 +101,18 @@ void Current::update_conductivities(const HeatField& field) {
     field.mesh().for_each_tet(v, [&](Index t) {
       if (seen_tets_[t] != round_) {
         seen_tets_[t] = round_;
+        warm_tets_.push_back(t);
         find_conductivity(field, t);
       }
     });
+  }
+  for (const Index t : warm_before_) {
+    if (seen_tets_[t] != round_ && field.mesh().is_alive(t)) {
+      find_conductivity(field, t);
+      if (mean_temperature(field, t) > kBodyTemperature + kCooled) {
+        warm_tets_.push_back(t);
+      }
+    }
   }
 }
 
@@ -178,7 +207,6 @@ void Current::find_near_tets(const HeatField& field, const Triangle& triangle) {
 }
 
 TissueLoad Current::find_load(const Solver& solver, const HeatField& field) {
-  update_conductivities(field);
   const TissueLoad load = is_disk_ ? find_disk_load(field) : find_potential_load(solver);
   is_new_ = false;
   return load;

@@ -52,7 +52,10 @@ class Current {
   /// @return  whether it is so
   bool arc(const HeatField& field, const ElectrodeContact& contact);
 
-  /// With conductivities as they are by now. Valid until the next call.
+  /// Takes over what a step of the field changed, whether current flowed or not.
+  void update_conductivities(const HeatField& field);
+
+  /// Valid until the next call.
   TissueLoad find_load(const Solver& solver, const HeatField& field);
 
   /// What the metal touches, where the mesh resolves it.
@@ -66,7 +69,6 @@ class Current {
   void undo(const Solver& solver, const HeatField& field) noexcept;
 
  private:
-  void update_conductivities(const HeatField& field);
   void find_conductivity(const HeatField& field, Index tet);
   void find_near_tets(const HeatField& field, const Triangle& triangle);
   TissueLoad find_disk_load(const HeatField& field);
@@ -78,6 +80,8 @@ class Current {
   DiskSource disk_;
   ScenePositions positions_;
   std::vector<double> conductivities_;  // [tet_count] S/m
+  std::vector<Index> warm_tets_;        // that update_conductivities() looks at in any case
+  bool has_updated_ = false;            // since the last edit
   bool is_disk_ = false;
   bool is_new_ = false;  // touched since the last find_load()
   Index vertex_count_ = 0;
@@ -89,7 +93,7 @@ class Current {
   // scratch
   std::vector<std::uint32_t> seen_tets_, seen_vertices_;  // round in which each was met
   std::uint32_t round_ = 0;
-  std::vector<Index> near_tets_, near_vertices_;
+  std::vector<Index> near_tets_, near_vertices_, warm_before_;
 };
 
 }  // namespace pbdsurg

@@ -56,6 +56,9 @@ double sample_share(int sample, int count) {
 }  // namespace
 
 void ScenePositions::read(const Solver& solver, std::span<const Index> vertices) {
+  if (vertices.empty()) {  // a step may run, and reading would wait for it
+    return;
+  }
   some_.resize(vertices.size());
   solver.read_positions(vertices, some_);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -71,9 +74,7 @@ void ScenePositions::follow(const Solver& solver) {
     added.push_back(v);
   }
   values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
-  if (!added.empty()) {  // else a step may run, and reading would wait for it
-    read(solver, added);
-  }
+  read(solver, added);
 }
 
 ElectrodeContact::ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies,

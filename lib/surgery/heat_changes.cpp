@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/thermal/tissue_state.h"
@@ -77,32 +78,41 @@ void HeatChanges::find_marked(const HeatField& field) {
       field.mesh().for_each_tet(v, add);
     }
   }
-  std::for_each(deferred_.begin(), deferred_.end(), add);
+  for (const Pending& pending : pending_) {
+    add(pending.tet);
+  }
   std::sort(marked_.begin(), marked_.end());
+}
+
+// Whether steam tears a tetrahedron, now or when it was last due.
+bool HeatChanges::is_tearing(const HeatField& field, Index tet, double water, double dt) const {
+  double boiled_off = 0;  // of the tetrahedron's water
+  for (const Index v : field.mesh().tets()[tet]) {
+    boiled_off += (seen_water_[v] - field.water()[v]) / 4;
+  }
+  if (boiled_off > 0 && boiled_off >= tearing_rate_ * dt && water <= 1 - tearing_loss_) {
+    return true;
+  }
+  const Pending* pending = find_pending(tet);
+  return pending != nullptr && pending->is_torn;
 }
 
 void HeatChanges::find_due(const HeatField& field, double dt) {
   due_.clear();
   for (const Index t : marked_) {
+    const double water = mean_water(field, t);
     if (heat_state(field, t) == HeatState::vaporised) {
-      due_.push_back({t, mean_water(field, t), false});
-      continue;
-    }
-    double boiled_off = 0, water = 0;  // of the tetrahedron's water
-    for (const Index v : field.mesh().tets()[t]) {
-      water += field.water()[v] / 4;
-      boiled_off += (seen_water_[v] - field.water()[v]) / 4;
-    }
-    if (boiled_off > 0 && boiled_off >= tearing_rate_ * dt && water <= 1 - tearing_loss_) {
+      due_.push_back({t, water, false});
+    } else if (is_tearing(field, t, water, dt)) {
       due_.push_back({t, water, true});
     }
   }
 }
 
-// The driest go first.
+// What is dry goes first, the driest of all before the others.
 void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& edit) {
   std::sort(due_.begin(), due_.end(), [](const Due& a, const Due& b) {
-    return a.water != b.water ? a.water < b.water : a.tet < b.tet;
+    return std::tie(a.is_torn, a.water, a.tet) < std::tie(b.is_torn, b.water, b.tet);
   });
   due_energy_ = due_volume_ = 0;
   torn_ = 0;
@@ -121,14 +131,29 @@ void HeatChanges::take_due(const HeatField& field, double energy, TopologyEdit& 
     edit.remove_tets.push_back(tet);
     seen_[tet] = 0;  // it shrinks no more
   }
-  deferred_count_ = static_cast<Index>(due_.size() - taken);
-  deferred_.clear();
-  for (; taken < due_.size(); ++taken) {
-    if (!due_[taken].is_torn) {  // what boils on tears later
-      deferred_.push_back(due_[taken].tet);
-    }
-  }
+  remember(field, taken);
   std::sort(edit.remove_tets.begin(), edit.remove_tets.end());
+}
+
+// What to look at next time, of which the first were taken. Those that have gone stay until others
+// are taken, for the last edit may be undone.
+void HeatChanges::remember(const HeatField& field, std::size_t taken) {
+  const auto dropped = std::remove_if(
+      due_.begin() + static_cast<std::ptrdiff_t>(taken), due_.end(),
+      [&](const Due& due) { return due.is_torn && find_pending(due.tet) == nullptr; });
+  due_.erase(dropped, due_.end());  // what boils on tears later
+  deferred_count_ = static_cast<Index>(due_.size() - taken);
+  std::erase_if(pending_,
+                [&](const Pending& p) { return taken > 0 || field.mesh().is_alive(p.tet); });
+  for (const Due& due : due_) {
+    pending_.push_back({due.tet, due.is_torn});
+  }
+  std::ranges::sort(pending_, {}, &Pending::tet);
+}
+
+const HeatChanges::Pending* HeatChanges::find_pending(Index tet) const {
+  const auto found = std::ranges::lower_bound(pending_, tet, {}, &Pending::tet);
+  return found != pending_.end() && found->tet == tet ? &*found : nullptr;
 }
 
 // How long what was 1 m between two vertices of a tissue is now.
@@ -197,7 +222,7 @@ void HeatChanges::undo(const HeatField& field) noexcept {
   spent_ = spent_before_;
   seen_water_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
   seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
-  std::erase_if(deferred_, [&](Index t) { return t >= field.mesh().tet_count(); });
+  std::erase_if(pending_, [&](const Pending& p) { return p.tet >= field.mesh().tet_count(); });
 }
 
 }  // namespace pbdsurg

@@ -4,6 +4,7 @@
 /// @file
 /// What heat does to topology and rest shape.
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -23,7 +24,8 @@ class HeatChanges {
  public:
   HeatChanges(const HeatField& field, const CauteryOptions& options);
 
-  /// Adds to an edit what is due after a time of heating.
+  /// Adds to an edit what is due after a time of heating, and what the last edit should have taken
+  /// that lives: it was refused or undone.
   /// @param dt      s since the last call
   /// @param energy  J delivered since the start: tetrahedra that could not have been boiled dry
   ///                with what earlier ones left of it are deferred
@@ -46,15 +48,25 @@ class HeatChanges {
   void undo(const HeatField& field) noexcept;
 
  private:
+  // A tetrahedron that is due.
   struct Due {
     Index tet;
     double water;  // share left
     bool is_torn;
   };
 
+  // One that was.
+  struct Pending {
+    Index tet;
+    bool is_torn;
+  };
+
+  [[nodiscard]] bool is_tearing(const HeatField& field, Index tet, double water, double dt) const;
   void find_marked(const HeatField& field);
   void find_due(const HeatField& field, double dt);
   void take_due(const HeatField& field, double energy, TopologyEdit& edit);
+  void remember(const HeatField& field, std::size_t taken);
+  [[nodiscard]] const Pending* find_pending(Index tet) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
 
@@ -62,7 +74,7 @@ class HeatChanges {
   double spent_ = 0, spent_before_ = 0;  // J
   double due_energy_ = 0, due_volume_ = 0;
   Index torn_ = 0, deferred_count_ = 0;
-  std::vector<Index> deferred_;     // tetrahedra that are dry
+  std::vector<Pending> pending_;    // asked for last, or waiting for energy; ascending
   std::vector<double> seen_water_;  // [vertex_count] at the last call
 
   // scratch

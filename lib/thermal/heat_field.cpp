@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -11,19 +12,13 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
+#include "core/check.h"
 #include "thermal/heat_region.h"
 
 namespace pbdsurg {
 namespace {
 
-void check_range(const char* what, double value, double low, double high) {
-  if (!(value >= low) || !(value <= high)) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
-                          std::to_string(low) + ", " + std::to_string(high) + "]");
-  }
-}
-
-void check_options(const HeatOptions& options) {
+const HeatOptions& checked(const HeatOptions& options) {
   check_range("active_rise", options.active_rise, 0, std::numeric_limits<double>::max());
   if (!(options.tolerance > 0) || !(options.tolerance < 1)) {
     throw InvalidArgument("tolerance is " + std::to_string(options.tolerance) +
@@ -31,6 +26,7 @@ void check_options(const HeatOptions& options) {
   }
   check_range("most_iterations", options.most_iterations, 1, 1e6);
   check_range("threads", options.threads, 1, 256);
+  return options;
 }
 
 void check_power(const char* what, Index id, double power) {
@@ -69,9 +65,8 @@ HeatField::HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
     : HeatField(ThermalMesh(solver, bodies), model, options) {}
 
 HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOptions& options)
-    : mesh_(std::move(mesh)), model_(model), options_(options), region_(options) {
+    : mesh_(std::move(mesh)), model_(model), options_(checked(options)), region_(options_) {
   check_model(model);
-  check_options(options);
   if (model.tissue) {
     mesh_.set_tissue(*model.tissue);
   }
@@ -233,6 +228,7 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
       ledger_.removed += gone.sensible + gone.latent;
     }
   }
+  const std::uint64_t version = mesh_.version();
   mesh_.apply(solver, edit, result);
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
@@ -242,11 +238,14 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
     }
   }
   pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
-  region_->mark_changed();
+  if (mesh_.version() != version) {
+    region_->mark_changed();
+  }
 }
 
 void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
                      const EditResult& result) noexcept {
+  const std::uint64_t version = mesh_.version();
   const Heat before = has_stepped_ ? heat_of(mesh_.touched()) : Heat{};
   mesh_.undo(solver, edit, result);
   if (has_stepped_) {
@@ -267,7 +266,9 @@ void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
     pending_.resize(pending_before_);
   }
   std::erase_if(held_, [&](Index v) { return v >= mesh_.vertex_count(); });
-  region_->mark_changed();
+  if (mesh_.version() != version) {
+    region_->mark_changed();
+  }
 }
 
 }  // namespace pbdsurg

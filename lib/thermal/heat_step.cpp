@@ -234,15 +234,15 @@ void HeatField::advance_state(double dt, HeatReport& report) {
   ledger_.latent += steam;
 }
 
-// Lays the region out anew when much of what was warm has cooled.
+// Lays the region out anew when much of what was warm has cooled: before a step, so that until then
+// the region is what the last one worked on.
 void HeatField::shrink() {
   if (options_.active_rise == 0) {
     return;
   }
   seeds_.clear();
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Index v = region_->vertices()[i];
-    if (rows_[i].capacity > 0 && is_warm(temperatures_[v], options_.active_rise)) {
+  for (const Index v : region_->vertices()) {
+    if (mesh_.has_tissue(v) && is_warm(temperatures_[v], options_.active_rise)) {
       seeds_.push_back(v);
     }
   }
@@ -250,7 +250,6 @@ void HeatField::shrink() {
   if (warm < kShrinkAt * most_warm_) {
     region_->clear();
     region_->add(mesh_, seeds_, kRings);
-    region_->update(mesh_, model_.surface_transfer > 0);
     most_warm_ = warm;
   }
   most_warm_ = std::max(most_warm_, warm);
@@ -259,6 +258,7 @@ void HeatField::shrink() {
 HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
                            std::span<const TetHeatSource> tet_sources) {
   check(dt, sources, tet_sources);
+  shrink();
   activate(sources, tet_sources);
   HeatReport report;
   report.slivers = mesh_.sliver_count();
@@ -284,7 +284,6 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
   if (report.accepted) {
     balance(dt);
     advance_state(dt, report);
-    shrink();
   }
   return report;
 }

@@ -27,7 +27,7 @@ constexpr double kHeld = std::numeric_limits<double>::infinity();
 constexpr double kMostShift = 0.2;
 constexpr double kMostGrowth = 1.25;
 
-constexpr double kLeastVolume = 0.1;  // of a tetrahedron's volume at rest
+constexpr double kLeastShare = 0.1;  // of a tetrahedron's volume at rest
 
 // Share of a body's longest side: what its vertices reach beyond from wherever the centre is.
 constexpr double kLargestRadius = 0.45;
@@ -35,6 +35,10 @@ constexpr double kLargestRadius = 0.45;
 // A vertex with the spreading resistance R = r / K_ii of a disk of the vertex's area: r = 1.5 on a
 // flat surface of cubes, where K_ii = 3 sigma h and R = 1 / (4 sigma 0.5 h).
 constexpr double kVertexResistance = 1.5;
+
+// Weight from which a vertex counts as touched whole: next to 1 the conductance of a part would be
+// so large that the residual's tolerance, which is relative, would mean nothing.
+constexpr double kWhole = 0.99;
 
 void check(bool is_good, const char* what, double value, const char* rule) {
   if (!is_good) {
@@ -70,9 +74,9 @@ PotentialOptions checked(PotentialOptions options) {
   return options;
 }
 
-// As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat or inverted: gradients
-// are inward area vectors of faces over three volumes, so that with any volume > 0 the sums
-// remain those of a positive semidefinite matrix, which is zero for uniform potentials.
+// As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat, inverted or a point:
+// gradients are inward area vectors of faces over three volumes, so that with any volume > 0 the
+// sums remain those of a positive semidefinite matrix, which is zero for uniform potentials.
 std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> positions,
                                            const Tet& tet, double rest_volume) {
   std::array<Eigen::Vector3d, 4> x;
@@ -85,8 +89,16 @@ std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> posi
     areas[i] = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
   }
   const double volume = std::abs((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0])) / 6;
-  const double counted = std::max(volume, kLeastVolume * rest_volume);
-  std::array<double, 6> coefficients;
+  double longest = 0;
+  for (const auto& [a, b] : kTetEdges) {
+    longest = std::max(longest, (x[a] - x[b]).norm());
+  }
+  const double counted = std::max(
+      {volume, kLeastShare * rest_volume, ThermalMesh::kLeastVolume * longest * longest * longest});
+  std::array<double, 6> coefficients{};
+  if (!(longest > 0)) {
+    return coefficients;
+  }
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = kTetEdges[k];
     coefficients[k] = -areas[a].dot(areas[b]) / (9 * counted);
@@ -110,8 +122,8 @@ struct Contact {
   }
 };
 
-// S, between the electrode and a vertex that it touches in part: for what the resistance of a disk
-// of that part exceeds that of a disk of all of it.
+// S, between the electrode and a vertex that it touches in part, less than kWhole: for what the
+// resistance of a disk of that part exceeds that of a disk of all of it.
 double film(const PatchVertex& touched, double coupling_sum) {
   const double root = std::sqrt(touched.weight);
   return coupling_sum / kVertexResistance * root / (1 - root);
@@ -508,7 +520,7 @@ void PotentialField::Work::solve(const Contact& now) {
   }
   for (const PatchVertex& seed : seeds) {
     const Index row = search.row_of(seed.vertex);
-    if (seed.weight == 1) {
+    if (seed.weight >= kWhole) {
       added[row] = kHeld;
       potentials[row] = 1;
     } else {

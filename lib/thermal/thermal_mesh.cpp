@@ -252,7 +252,6 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
   followed_.apply(result);
   ++change_;
   version_before_ = version_;
-  version_ = ++newest_version_;
   touched_.clear();
   vertices_before_ = points_.size();
   tets_before_ = tets_.size();
@@ -300,6 +299,9 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
       }
       touch(t);
     }
+  }
+  if (!touched_.empty()) {
+    version_ = ++newest_version_;
   }
 }
 

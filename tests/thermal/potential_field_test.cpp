@@ -115,6 +115,21 @@ TEST_CASE("potential: one vertex, touched in part, is a smaller disk", "[unit]")
   }
 }
 
+// Would catch a contact so good that it drowns the tolerance: what is solved then is the contact.
+TEST_CASE("potential: a vertex that is touched but for a trifle is touched whole", "[unit]") {
+  const auto conductance = [](double weight) {
+    Block block({16, 14, 8}, 0.1);
+    std::vector<PatchVertex> patch = block.disk(block.centre, 1.1 * kEdge);
+    for (PatchVertex& touched : patch) {
+      touched.weight = weight;
+    }
+    block.field.set_patch(patch, area_of(kEdge));
+    return block.solve().conductance;
+  };
+  CHECK(conductance(1 - 1e-9) == conductance(1));
+  CHECK(conductance(0.985) == Approx(conductance(1)).epsilon(0.01));  // no step where it begins
+}
+
 // Would catch a solution for nothing new, and one that is not found when it is due.
 TEST_CASE("potential: it solves again only for what is new", "[unit]") {
   Block block({10, 10, 6});
@@ -314,8 +329,20 @@ TEST_CASE("potential: slivers under the contact leave it finite", "[unit]") {
   const std::vector<double> conductivities(regular.tets().size(), kSigma);
   const PotentialReport& report = field.solve(conductivities);
   CHECK(report.has_converged);
-  CHECK(report.conductance == Approx(4 * kSigma * 1.25 * kEdge).epsilon(0.3));
+  const double rest = report.conductance;
+  CHECK(rest == Approx(4 * kSigma * 1.25 * kEdge).epsilon(0.3));
+  CHECK(testing::sum(field.vertex_heat()) == Approx(rest).epsilon(1e-12));
+
+  // given as positions, too; and where the mesh is a point, there is no current
+  std::vector<Eigen::Vector3f> positions;
+  for (const Eigen::Vector3d& x : points) {
+    positions.push_back(x.cast<float>());
+  }
+  CHECK(field.solve(conductivities, positions).has_converged);
+  CHECK(report.conductance == Approx(rest).epsilon(0.01));
   CHECK(testing::sum(field.vertex_heat()) == Approx(report.conductance).epsilon(1e-12));
+  positions.assign(positions.size(), Eigen::Vector3f::Zero());
+  CHECK(field.solve(conductivities, positions).conductance == 0);
 }
 
 // Would catch a message that names nothing, and a half-done change.

@@ -90,6 +90,8 @@ TEST_CASE("thermal mesh: its surface follows edits and undo", "[unit]") {
     }
   };
   check();
+  apply_edit(solver, {.remove_tets = {1}}, participants);  // of the other body
+  CHECK(thermal.version() == 0);
   const double whole = thermal.mass(body.first_vertex + 31);
   const EditResult result = apply_edit(solver, edit, participants);
   CHECK(thermal.version() == 1);

@@ -50,7 +50,8 @@ struct CauteryOptions {
   double boiled_shrinkage = 0.3;
   double link_energy = 0.8;  ///< J that part one link: 0.5 mm^3 of membrane boiled dry
   /// S of a link at the electrode's axis, falling to 0 at the contact radius: that of a strand of
-  /// membrane 2 mm^2 across and 0.5 mm long. By conductance the current divides itself.
+  /// as much membrane, 1.4 mm^2 across and 0.35 mm long; none once it has its energy. By
+  /// conductance the current divides itself.
   double link_conductance = 1.4e-3;
   ThermalModel model{};
   HeatOptions heat{};
@@ -78,7 +79,7 @@ struct CauteryReport {
   bool converged = true;      ///< each linear system reached its tolerance
   double removed_volume = 0;  ///< m^3 at rest
   Index torn = 0;             ///< tetrahedra of those removed that steam tore
-  Index deferred = 0;         ///< tetrahedra that wait for energy to be delivered
+  Index deferred = 0;         ///< tetrahedra, dry or torn before, that wait for energy
   TopologyEdit request;       ///< what heat changed, for undo_edit(); empty if there was no edit
   EditResult edit;            ///< what went
 };
@@ -90,7 +91,7 @@ struct CauteryReport {
 /// steam tears it (or, by the paper's rule, when four vertices have boiled). Where edges are longer
 /// than a disk as large as the contact is wide, its closed form takes the place of the potential.
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
-/// what has been delivered; what is due beyond that waits.
+/// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
 ///
 /// Edits made elsewhere must name the cautery as a participant, so that it follows. Undoing an edit
 /// does not take back the heat that led to it: what heat removed goes again in the next update.
@@ -126,7 +127,8 @@ class Cautery final : public EditParticipant {
 
   [[nodiscard]] const HeatField& field() const noexcept;
 
-  /// Around the electrode, as of the last substep in which it touched.
+  /// Around the electrode, at the start of the last substep in which the generator was on and the
+  /// potential was solved: not by CauteryReport::is_disk. Without vertices if nothing was touched.
   [[nodiscard]] const PotentialField& potential() const noexcept;
 
   /// State of a tetrahedron; normal where the hook may not burn. @param tet  of the scene

@@ -19,8 +19,8 @@ namespace pbdsurg {
 /// A vertex that the electrode touches.
 struct PatchVertex {
   Index vertex;
-  /// Share of the vertex's part of the surface that is touched, (0, 1]. At 1 the vertex has the
-  /// potential of the electrode; a lesser share adds the resistance by which a smaller disk
+  /// Share of the vertex's part of the surface that is touched, (0, 1]. From 0.99 on the vertex
+  /// has the potential of the electrode; a lesser share adds the resistance by which a smaller disk
   /// exceeds a larger one, so that contact is made and broken smoothly.
   double weight;
 };
@@ -89,9 +89,9 @@ class PotentialField {
   /// conductivity of the region changed enough; else nothing is done but to look.
   /// @param conductivities  [tet_count] S/m, >= 0 and finite where tetrahedra of the region live
   /// @param positions       [vertex_count] m, for the current shape of the tissue, in which
-  ///                        flattened tetrahedra count as of a tenth of their rest volume; empty:
-  ///                        the shape at rest. Moves count where they exceed conductivity_change of
-  ///                        an edge's length.
+  ///                        flattened tetrahedra count as of a tenth of their rest volume, and
+  ///                        slivers as ThermalMesh has them; empty: the shape at rest. Moves count
+  ///                        where they exceed conductivity_change of an edge's length.
   /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
   ///                          is negative or not finite, or the vertex whose position is not
   ///                          finite; then nothing has changed

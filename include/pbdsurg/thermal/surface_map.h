@@ -47,7 +47,8 @@ class SurfaceMap {
   /// Takes over what changed since the last update.
   /// @param surface  always the same, no older than the fields
   /// @param changed  scene vertices whose fields may have changed, in any order, those of other
-  ///                 bodies and of the inside included: the active vertices of a heat field
+  ///                 bodies and of the inside included: the active vertices of a heat field, of
+  ///                 all its steps since the last update
   /// @throws InvalidArgument  if the fields differ in size, or the vertex that is changed or on the
   ///                          surface is not in them; then nothing has changed
   void update(const LiveSurface& surface, const SurfaceFields& fields,

@@ -122,8 +122,8 @@ class ThermalMesh final : public EditParticipant {
   /// A third of the area of each triangle of the live surface at a vertex, m^2. Cost: O(n^2).
   [[nodiscard]] double surface_share(Index vertex) const noexcept;
 
-  /// Names the topology: each edit gives it a number that it never had, and an undo goes back to
-  /// the one before.
+  /// Names the topology of live tissue: each edit that touches some gives it a number that it never
+  /// had, others leave it, and an undo goes back to the one before.
   [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
 
   /// Vertices at which the last edit or undo changed tetrahedra, each once; those that an undo did
