@@ -10,7 +10,7 @@
 #include "pbdsurg/mesh/surface_distance.h"
 
 #include "anatomy/outer_surface.h"
-#include "mesh/describe.h"
+#include "core/describe.h"
 
 namespace pbdsurg {
 namespace {

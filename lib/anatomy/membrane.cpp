@@ -13,8 +13,8 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "mesh/check_positive.h"
-#include "mesh/describe.h"
+#include "core/check.h"
+#include "core/describe.h"
 #include "mesh/point_cells.h"
 #include "mesh/segment_crossing.h"
 

@@ -4,17 +4,43 @@
 /// @file
 /// Checks of what callers give.
 
+#include <cmath>
 #include <string>
 
 #include "pbdsurg/core/error.h"
 
+#include "core/describe.h"
+
 namespace pbdsurg {
 
-/// @throws InvalidArgument  naming what is not in [low, high], or is no number
+/// Allocates nothing where the rule holds: hot paths check, too.
+/// @param rule  as in "it must be positive"
+/// @throws InvalidArgument  naming the quantity, its value and the rule, unless that holds
+inline void check(bool holds, const char* what, double value, const char* rule) {
+  if (!holds) {
+    throw InvalidArgument(std::string(what) + " is " + describe(value) + "; it must be " + rule);
+  }
+}
+
+/// @param unit  " m", say, as it follows the number
+/// @throws InvalidArgument  naming the quantity and its value, unless that is positive and finite
+inline void check_positive(const char* what, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw InvalidArgument(std::string(what) + " is " + describe(value) + unit +
+                          "; it must be positive and finite");
+  }
+}
+
+/// @throws InvalidArgument  as above, unless the value is a finite number and not negative
+inline void check_not_negative(const char* what, double value) {
+  check(value >= 0 && std::isfinite(value), what, value, "finite and not negative");
+}
+
+/// @throws InvalidArgument  as above, unless the value is in [low, high]
 inline void check_range(const char* what, double value, double low, double high) {
   if (!(value >= low) || !(value <= high)) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be in [" +
-                          std::to_string(low) + ", " + std::to_string(high) + "]");
+    throw InvalidArgument(std::string(what) + " is " + describe(value) + "; it must be in [" +
+                          describe(low) + ", " + describe(high) + "]");
   }
 }
 

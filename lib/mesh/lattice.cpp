@@ -7,7 +7,7 @@
 
 #include "pbdsurg/core/error.h"
 
-#include "mesh/describe.h"
+#include "core/describe.h"
 
 namespace pbdsurg {
 namespace {

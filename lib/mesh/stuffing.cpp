@@ -11,7 +11,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
-#include "mesh/describe.h"
+#include "core/describe.h"
 #include "mesh/lattice.h"
 #include "mesh/tet_shape.h"
 

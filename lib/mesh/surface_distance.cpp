@@ -13,8 +13,8 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/describe.h"
 #include "mesh/closest_on_triangle.h"
-#include "mesh/describe.h"
 #include "mesh/triangle_orientation.h"
 
 namespace pbdsurg {

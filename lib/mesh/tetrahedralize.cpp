@@ -12,8 +12,8 @@
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "core/describe.h"
 #include "mesh/boundary_check.h"
-#include "mesh/describe.h"
 #include "mesh/smoothing.h"
 #include "mesh/stuffing.h"
 #include "mesh/tet_shape.h"

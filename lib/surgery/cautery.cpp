@@ -25,19 +25,11 @@ constexpr double kBoilingShare = 0.2;     // of the time to boil
 constexpr int kMostSubsteps = 32;
 constexpr double kElectrodeRecovery = 20;  // s: steel of 1 cm, by conduction into the shaft
 
-void check_positive(const char* what, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + unit +
-                          "; it must be positive and finite");
-  }
-}
-
 CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies,
                        const CauteryOptions& options) {
-  constexpr double kMost = std::numeric_limits<double>::max();
   check_positive("contact_radius", options.contact_radius, " m");
-  check_range("body_resistance", options.body_resistance, 0, kMost);
-  check_range("electrode_cooling", options.electrode_cooling, 0, kMost);
+  check_not_negative("body_resistance", options.body_resistance);
+  check_not_negative("electrode_cooling", options.electrode_cooling);
   check_positive("electrode_capacity", options.electrode_capacity, " J/K");
   check_positive("tearing_rate", options.tearing_rate, "/s");
   check_range("tearing_loss", options.tearing_loss, 0, 1);
@@ -68,9 +60,9 @@ struct Cautery::Work {
       : field(solver, bodies, wanted.model, wanted.heat),
         options(checked(solver, bodies, wanted)),
         contact(solver, bodies, options.contact_radius),
-        current(solver, field, options),
-        changes(field, options),
         positions(solver),
+        current(field, options, positions),
+        changes(field, options),
         link_doses(solver.links().size()) {}
 
   void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
@@ -88,9 +80,9 @@ struct Cautery::Work {
   HeatField field;
   CauteryOptions options;
   ElectrodeContact contact;
+  ScenePositions positions;
   Current current;
   HeatChanges changes;
-  ScenePositions positions;
   double unseen = 0;                 // s since the contact was looked for
   std::vector<double> link_doses;    // [link] J
   std::vector<Index> parting_links;  // that have taken their energy and may live
@@ -333,7 +325,7 @@ void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
                     const EditResult& result) noexcept {
   work_->field.apply(solver, edit, result);
   work_->contact.apply(solver, edit, result);
-  work_->current.apply(solver, work_->field);
+  work_->current.apply(work_->field);
   work_->changes.apply(work_->field);
   work_->positions.follow(solver);
   work_->link_doses.resize(solver.links().size());
@@ -343,7 +335,7 @@ void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
                    const EditResult& result) noexcept {
   work_->field.undo(solver, edit, result);
   work_->contact.undo(solver, edit, result);
-  work_->current.undo(solver, work_->field);
+  work_->current.undo(work_->field);
   work_->changes.undo(work_->field);
   work_->positions.follow(solver);
   work_->link_doses.resize(solver.links().size());

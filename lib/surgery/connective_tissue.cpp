@@ -11,8 +11,8 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
-#include "mesh/check_positive.h"
-#include "mesh/describe.h"
+#include "core/check.h"
+#include "core/describe.h"
 #include "mesh/segment_crossing.h"
 
 namespace pbdsurg {

@@ -35,14 +35,14 @@ double mean_temperature(const HeatField& field, Index tet) {
 
 }  // namespace
 
-Current::Current(const Solver& solver, const HeatField& field, const CauteryOptions& options)
+Current::Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions)
     : radius_(options.contact_radius),
       potential_(field.mesh(), options.potential),
-      positions_(solver) {
-  apply(solver, field);
+      positions_(positions) {
+  apply(field);
 }
 
-void Current::apply(const Solver& solver, const HeatField& field) noexcept {
+void Current::apply(const HeatField& field) noexcept {
   const auto count = static_cast<std::size_t>(field.mesh().tet_count());
   for (std::size_t t = conductivities_.size(); t < count; ++t) {
     conductivities_.push_back(0);
@@ -51,10 +51,9 @@ void Current::apply(const Solver& solver, const HeatField& field) noexcept {
   has_updated_ = false;
   seen_tets_.resize(count);
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
-  positions_.follow(solver);
 }
 
-void Current::undo(const Solver& solver, const HeatField& field) noexcept {
+void Current::undo(const HeatField& field) noexcept {
   conductivities_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
   seen_tets_.resize(conductivities_.size());
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
@@ -64,7 +63,6 @@ void Current::undo(const Solver& solver, const HeatField& field) noexcept {
       field.mesh().for_each_tet(v, [&](Index t) { find_conductivity(field, t); });
     }
   }
-  positions_.follow(solver);
 }
 
 void Current::find_conductivity(const HeatField& field, Index tet) {

@@ -41,7 +41,8 @@ class Current {
  public:
   static constexpr double kSparkReach = 0.3e-3;  ///< m, beyond the contact
 
-  Current(const Solver& solver, const HeatField& field, const CauteryOptions& options);
+  /// @param positions  kept up to date with edits by their owner; what is needed is read into them
+  Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions);
 
   /// Takes over what an electrode touches; again for the same contact where positions changed.
   void touch(const Solver& solver, const HeatField& field, const ElectrodeContact& contact);
@@ -65,8 +66,8 @@ class Current {
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
   [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
 
-  void apply(const Solver& solver, const HeatField& field) noexcept;
-  void undo(const Solver& solver, const HeatField& field) noexcept;
+  void apply(const HeatField& field) noexcept;
+  void undo(const HeatField& field) noexcept;
 
  private:
   void find_conductivity(const HeatField& field, Index tet);
@@ -78,7 +79,7 @@ class Current {
   double disk_radius_ = 0;  // m, of a disk as large as the contact
   PotentialField potential_;
   DiskSource disk_;
-  ScenePositions positions_;
+  ScenePositions& positions_;
   std::vector<double> conductivities_;  // [tet_count] S/m
   std::vector<Index> warm_tets_;        // that update_conductivities() looks at in any case
   bool has_updated_ = false;            // since the last edit

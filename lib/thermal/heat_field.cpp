@@ -19,11 +19,9 @@ namespace pbdsurg {
 namespace {
 
 const HeatOptions& checked(const HeatOptions& options) {
-  check_range("active_rise", options.active_rise, 0, std::numeric_limits<double>::max());
-  if (!(options.tolerance > 0) || !(options.tolerance < 1)) {
-    throw InvalidArgument("tolerance is " + std::to_string(options.tolerance) +
-                          "; it must be in (0, 1)");
-  }
+  check_not_negative("active_rise", options.active_rise);
+  check(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance,
+        "in (0, 1)");
   check_range("most_iterations", options.most_iterations, 1, 1e6);
   check_range("threads", options.threads, 1, 256);
   return options;

@@ -14,6 +14,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "coloring/thread_team.h"
+#include "core/check.h"
 #include "solver/step_team.h"
 #include "thermal/local_system.h"
 #include "thermal/potential_region.h"
@@ -39,13 +40,6 @@ constexpr double kVertexResistance = 1.5;
 // Weight from which a vertex counts as touched whole: next to 1 the conductance of a part would be
 // so large that the residual's tolerance, which is relative, would mean nothing.
 constexpr double kWhole = 0.99;
-
-void check(bool is_good, const char* what, double value, const char* rule) {
-  if (!is_good) {
-    throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be " +
-                          rule);
-  }
-}
 
 void check_id(const char* what, Index vertex, Index count) {
   if (vertex < 0 || vertex >= count) {

@@ -2,9 +2,10 @@
 #include "pbdsurg/thermal/thermal_model.h"
 
 #include <cmath>
-#include <string>
 
 #include "pbdsurg/core/error.h"
+
+#include "core/check.h"
 
 namespace pbdsurg {
 namespace {
@@ -17,11 +18,6 @@ ThermalModel paper_model(double density, double specific_heat) {
   model.color = ColorRule::temperature;
   model.tissue = TissueProperties{density, specific_heat, 0.512, 0, 0.9};
   return model;
-}
-
-[[noreturn]] void refuse(const char* what, double value, const char* rule) {
-  throw InvalidArgument(std::string(what) + " is " + std::to_string(value) + "; it must be " +
-                        rule);
 }
 
 }  // namespace
@@ -39,18 +35,11 @@ ThermalModel ThermalModel::paper_literal() {
 }
 
 void check_model(const ThermalModel& model) {
-  if (!(model.surface_transfer >= 0) || !std::isfinite(model.surface_transfer)) {
-    refuse("surface_transfer", model.surface_transfer, "finite and not negative");
-  }
-  if (!std::isfinite(model.ambient_temperature)) {
-    refuse("ambient_temperature", model.ambient_temperature, "finite");
-  }
-  if (!(model.dry_water > 0 && model.dry_water < 1)) {
-    refuse("dry_water", model.dry_water, "in (0, 1)");
-  }
-  if (!(model.theta >= 0.5 && model.theta <= 1)) {
-    refuse("theta", model.theta, "in [0.5, 1]");
-  }
+  check_not_negative("surface_transfer", model.surface_transfer);
+  check(std::isfinite(model.ambient_temperature), "ambient_temperature", model.ambient_temperature,
+        "finite");
+  check(model.dry_water > 0 && model.dry_water < 1, "dry_water", model.dry_water, "in (0, 1)");
+  check_range("theta", model.theta, 0.5, 1);
   if (model.removal == RemovalRule::water && !model.has_latent_heat) {
     throw InvalidArgument("removal waits for the water to go; it needs has_latent_heat");
   }

@@ -27,6 +27,7 @@ namespace {
 using testing::ContainsSubstring;
 using testing::digest_of;
 using testing::is_plan_valid;
+using testing::serial_options;
 using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
@@ -38,13 +39,6 @@ std::vector<Variant> variants() {
           {.max_colors = 5},
           {.method = SolverMethod::vertex_block},
           {.method = SolverMethod::vertex_block, .damping = 0.01F}};
-}
-
-SolverOptions serial_options(const Variant& variant, Index copies = 1) {
-  SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
-  options.copies = copies;
-  return options;
 }
 
 // Removals, shrinkage, cuts, a body that comes and one that goes.

@@ -367,6 +367,13 @@ inline TopologyEdit eventful_edit(const Solver& solver, Index round) {
   return edit;
 }
 
+inline SolverOptions serial_options(const Variant& variant, Index copies = 1) {
+  SolverOptions options = options_of(variant);
+  options.backend = BackendKind::serial;
+  options.copies = copies;
+  return options;
+}
+
 inline bool equal(const StepReport& a, const StepReport& b) {
   return a.inverted_tets == b.inverted_tets && a.non_finite_vertices == b.non_finite_vertices &&
          a.first_non_finite == b.first_non_finite &&
