@@ -44,7 +44,7 @@ void check_id(const char* what, Index id, Index count) {
 }  // namespace
 
 HeatField::RegionPointer::RegionPointer(const HeatOptions& options)
-    : region_(std::make_unique<HeatRegion>(options.threads, options.wait)) {}
+    : region_(std::make_unique<HeatRegion>(options.threads, options.wait, options.backend)) {}
 HeatField::RegionPointer::RegionPointer(const RegionPointer& other)
     : region_(std::make_unique<HeatRegion>(*other.region_)) {}
 HeatField::RegionPointer::RegionPointer(RegionPointer&&) noexcept = default;

@@ -3,7 +3,15 @@
 
 #include <algorithm>
 
+#include "pbdsurg/core/error.h"
+
 namespace pbdsurg {
+namespace {
+
+// Below this, an automatic choice leaves a system to the CPU. A guess, until measured.
+constexpr Index kRowsWorthDevice = 3000;
+
+}  // namespace
 
 void HeatRegion::add(const ThermalMesh& mesh, std::span<const Index> seeds, int rings) {
   rows_.resize(static_cast<std::size_t>(mesh.vertex_count()), kInvalidIndex);
@@ -93,6 +101,33 @@ void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {
   }
   system_.set_rows(static_cast<Index>(vertices_.size()), tets_);
   system_.set_couplings(conductances_);
+  device_.is_old = true;
+}
+
+HeatRegion::Solution HeatRegion::solve(std::span<const double> added, std::span<const double> b,
+                                       std::span<double> x, const LinearSolveOptions& options) {
+  const bool is_worth_it =
+      device_.backend == FieldBackend::cuda || system_.row_count() >= kRowsWorthDevice;
+  if (device_.system != nullptr && is_worth_it) {
+    try {
+      if (device_.is_old) {
+        device_.takes_rows = device_.system->set_rows(system_.rows(), tets_);
+        if (device_.takes_rows) {
+          device_.system->set_conductances(conductances_);
+        }
+        device_.is_old = false;
+      }
+      if (device_.takes_rows) {
+        return {device_.system->solve({.added = added, .b = b, .options = options}, x),
+                FieldBackend::cuda};
+      }
+    } catch (const Error&) {
+      device_.is_old = true;
+      throw;
+    }
+  }
+  system_.set_added(added);
+  return {system_.solve(b, x, options), FieldBackend::cpu};
 }
 
 }  // namespace pbdsurg

@@ -15,6 +15,7 @@
 #include "pbdsurg/thermal/thermal_mesh.h"
 
 #include "solver/step_team.h"
+#include "thermal/device_system.h"
 #include "thermal/local_system.h"
 
 namespace pbdsurg {
@@ -25,9 +26,11 @@ namespace pbdsurg {
 class HeatRegion {
  public:
   /// @param threads  >= 1, those that share large systems
-  HeatRegion(int threads, ThreadWait wait)
+  /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
+  HeatRegion(int threads, ThreadWait wait, FieldBackend backend)
       : team_(threads > 1 ? std::make_shared<StepTeam>(threads, wait) : nullptr),
-        system_(team_.get()) {}
+        system_(team_.get()),
+        device_(backend) {}
 
   [[nodiscard]] std::span<const Index> vertices() const noexcept { return vertices_; }
 
@@ -59,9 +62,32 @@ class HeatRegion {
   /// @param needs_surfaces  the same in every call
   void update(const ThermalMesh& mesh, bool needs_surfaces);
 
+  struct Solution {
+    LinearSolveReport report;
+    FieldBackend backend;
+  };
+
+  /// Solves the system with `added` on its diagonal, as LocalSystem.
+  /// @throws Error  if a device fails; then x is what it was
+  Solution solve(std::span<const double> added, std::span<const double> b, std::span<double> x,
+                 const LinearSolveOptions& options);
+
  private:
+  // A copy has a device system of its own, which knows no rows yet.
+  struct Device {
+    explicit Device(FieldBackend wanted) : backend(wanted), system(make_device_system(wanted)) {}
+    Device(const Device& other) : Device(other.backend) {}
+    Device& operator=(const Device&) = delete;
+
+    FieldBackend backend;
+    std::unique_ptr<DeviceSystem> system;  // null: none
+    bool is_old = true;                    // not of these rows
+    bool takes_rows = false;
+  };
+
   std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
   LocalSystem system_;
+  Device device_;
   std::vector<Index> vertices_;  // ascending
   std::vector<Index> rows_;      // [vertices of the mesh]
   bool has_changed_ = false;

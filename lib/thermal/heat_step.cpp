@@ -123,7 +123,6 @@ void HeatField::fill_rows(double dt, std::span<const HeatSource> sources,
                 model_.theta;
     increments_[i] = 0;
   }
-  region_->system().set_added(added_);
 }
 
 // Whether the solution has warmed the rim so much that heat would have gone on: the region is then
@@ -269,9 +268,10 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
   int rings = kRings;
   do {
     fill_rows(dt, sources, tet_sources);
-    const LinearSolveReport solve = region_->system().solve(
-        right_, increments_,
+    const auto [solve, backend] = region_->solve(
+        added_, right_, increments_,
         {.tolerance = options_.tolerance, .most_iterations = options_.most_iterations});
+    report.backend = backend;
     report.iterations += solve.iterations;
     report.residual = solve.residual;
     report.converged = solve.converged;

@@ -14,16 +14,8 @@ namespace {
 constexpr Index kRowsWorthThreads = 2000;
 constexpr Index kRowsPerPiece = 128;
 
-// Where the edge from corner i to its k-th other corner stands in kTetEdges; others ascend.
-constexpr std::array<std::array<int, 3>, 4> kEdgesOfCorner{
-    {{0, 1, 2}, {0, 3, 4}, {1, 3, 5}, {2, 4, 5}}};
-
 // Of its own diagonal: a smaller pivot is what rounding leaves of a group that nothing holds.
 constexpr double kLeastPivot = 1e-12;
-
-// Changed rows make the correction less apt, not wrong: to follow them each time would cost as much
-// as several iterations.
-constexpr int kMostUsesOfInverse = 10;
 
 struct Worker {
   StepTeam* team;  // null: alone
@@ -122,7 +114,7 @@ void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> cond
   for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
     const RowTet& at = row_tets_[i];
     for (int k = 0; k < 3; ++k) {
-      couplings_[at.entries[k]] += conductances[at.tet][kEdgesOfCorner[at.corner][k]];
+      couplings_[at.entries[k]] += conductances[at.tet][edge_of_corner(at.corner, k)];
     }
   }
 }
@@ -150,6 +142,11 @@ void LocalSystem::update_couplings(std::span<const std::array<double, 6>> conduc
 void LocalSystem::set_added(std::span<const double> added) {
   added_.assign(added.begin(), added.end());
   is_prepared_ = false;
+}
+
+SystemRows LocalSystem::rows() const noexcept {
+  return {starts_, columns_, row_tet_starts_, row_tets_,
+          is_grouped_ ? std::span<const Index>(pieces_) : std::span<const Index>{}};
 }
 
 void LocalSystem::flows(std::span<const double> x, std::span<double> out) const {

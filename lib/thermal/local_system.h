@@ -10,6 +10,8 @@
 
 #include "pbdsurg/core/types.h"
 
+#include "thermal/system_rows.h"
+
 namespace pbdsurg {
 
 class StepTeam;
@@ -41,6 +43,10 @@ class LocalSystem {
  public:
   static constexpr Index kMostGroups = 64;
 
+  /// Solutions that take the same correction. Changed rows make it less apt, not wrong: to follow
+  /// them each time would cost as much as several iterations.
+  static constexpr int kMostUsesOfInverse = 10;
+
   /// @param team  shares the work on systems that are large enough; may be null; outlives this
   explicit LocalSystem(StepTeam* team = nullptr) : team_(team) {}
 
@@ -71,6 +77,9 @@ class LocalSystem {
 
   [[nodiscard]] Index row_count() const noexcept { return static_cast<Index>(diagonal_.size()); }
 
+  /// Valid until the next set_rows() or set_groups().
+  [[nodiscard]] SystemRows rows() const noexcept;
+
   /// out_i = sum_j c_ij (x_j - x_i): exactly zero for a uniform x.
   /// @param x    [row_count]
   /// @param out  [row_count]
@@ -92,13 +101,6 @@ class LocalSystem {
                           const LinearSolveOptions& options);
 
  private:
-  // What one row takes of one tetrahedron that it is a corner of.
-  struct RowTet {
-    Index tet;
-    int corner;
-    std::array<Index, 3> entries;  // of the row, one for each other corner
-  };
-
   template <class Job>
   void share(const Job& job) const;  // calls job(worker) on every thread
   [[nodiscard]] Index piece_count() const { return static_cast<Index>(pieces_.size()) - 1; }

@@ -16,6 +16,7 @@
 #include "coloring/thread_team.h"
 #include "core/check.h"
 #include "solver/step_team.h"
+#include "thermal/device_system.h"
 #include "thermal/local_system.h"
 #include "thermal/potential_region.h"
 
@@ -27,6 +28,9 @@ constexpr double kHeld = std::numeric_limits<double>::infinity();
 // A region is kept while the patch stays in its middle, as shares of its radius.
 constexpr double kMostShift = 0.2;
 constexpr double kMostGrowth = 1.25;
+
+// Below this, an automatic choice leaves a region to the CPU. A guess, until measured.
+constexpr std::size_t kRowsWorthDevice = 600;
 
 constexpr double kLeastShare = 0.1;  // of a tetrahedron's volume at rest
 
@@ -127,7 +131,10 @@ double film(const PatchVertex& touched, double coupling_sum) {
 
 struct PotentialField::Work {
   Work(const ThermalMesh& of, const PotentialOptions& wanted)
-      : mesh(of), options(checked(wanted)), team(options.threads, options.wait) {}
+      : mesh(of),
+        options(checked(wanted)),
+        team(options.threads, options.wait),
+        device(make_device_system(options.backend)) {}
 
   void find_seeds(std::span<const double> conductivities);
   [[nodiscard]] Contact measure_contact() const;
@@ -137,11 +144,13 @@ struct PotentialField::Work {
   [[nodiscard]] bool overrides_ground() const;
   void find_region(const Contact& now, std::span<const double> conductivities);
   void enter_region(const Contact& now);
+  [[nodiscard]] bool moves_to_device();
   void leave_region();
   void forget();
   [[nodiscard]] bool has_moved(std::span<const Eigen::Vector3f> positions) const;
   bool update_conductances(std::span<const double> conductivities,
                            std::span<const Eigen::Vector3f> positions, bool is_region_new);
+  LinearSolveReport solve_system();
   void solve(const Contact& now);
   void sum_heat();
 
@@ -149,6 +158,8 @@ struct PotentialField::Work {
   PotentialOptions options;
   StepTeam team;
   LocalSystem system{&team};
+  std::unique_ptr<DeviceSystem> device;  // null: none
+  bool is_on_device = false;             // this region
 
   std::vector<PatchVertex> patch, new_patch;  // ascending
   std::vector<PatchVertex> seeds;             // of the patch, those with tissue that conducts
@@ -164,8 +175,9 @@ struct PotentialField::Work {
   PotentialRegion region, next;
   Contact region_contact;  // when the region was found
 
-  std::vector<double> used;                         // [tet_count] S/m
-  std::vector<std::array<double, 6>> conductances;  // [tet_count] S
+  std::vector<double> used;  // [tet_count] S/m
+  // [tet_count] S; on the device m, for `used` comes with each solution
+  std::vector<std::array<double, 6>> conductances;
   std::vector<Index> changed_rows;
   std::vector<char> is_changed;                 // [row_count]
   std::vector<Eigen::Vector3f> used_positions;  // [row_count] m, or empty: at rest
@@ -277,14 +289,20 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
       throw InvalidArgument("vertex " + std::to_string(v) + " has a position that is not finite");
     }
   }
-  if (is_region_new) {
-    work.enter_region(now);
-  }
-  const bool is_changed = work.update_conductances(conductivities, positions, is_region_new);
-  work.report.is_new = is_changed || work.is_patch_new;
-  if (work.report.is_new) {
-    work.solve(now);
-    work.sum_heat();
+  try {
+    if (is_region_new) {
+      work.enter_region(now);
+    }
+    const bool is_changed = work.update_conductances(conductivities, positions, is_region_new);
+    work.report.is_new = is_changed || work.is_patch_new;
+    if (work.report.is_new) {
+      work.solve(now);
+      work.sum_heat();
+    }
+  } catch (const Error&) {  // the device failed
+    work.report = {};
+    work.leave_region();
+    throw;
   }
   return work.report;
 }
@@ -406,6 +424,13 @@ void PotentialField::Work::enter_region(const Contact& now) {
   is_region_old = false;
   system.set_rows(static_cast<Index>(region.vertices.size()), region.corners);
   system.set_groups(region.group_starts);
+  is_on_device = moves_to_device();
+}
+
+bool PotentialField::Work::moves_to_device() {
+  return device != nullptr &&
+         (options.backend == FieldBackend::cuda || region.vertices.size() >= kRowsWorthDevice) &&
+         device->set_rows(system.rows(), region.corners);
 }
 
 void PotentialField::Work::forget() {
@@ -452,7 +477,7 @@ bool PotentialField::Work::update_conductances(std::span<const double> conductiv
         positions.empty() ? mesh.edge_coefficients(t)
                           : current_coefficients(positions, mesh.tets()[t], mesh.volume(t));
     for (double& value : values) {
-      value *= conductivities[t];
+      value *= is_on_device ? 1 : conductivities[t];
     }
     return values;
   };
@@ -467,7 +492,11 @@ bool PotentialField::Work::update_conductances(std::span<const double> conductiv
     for (std::size_t row = 0; row < used_positions.size(); ++row) {
       used_positions[row] = positions[region.vertices[row]];
     }
-    system.set_couplings(conductances);
+    if (is_on_device) {
+      device->set_conductances(conductances);
+    } else {
+      system.set_couplings(conductances);
+    }
     return true;
   }
   bool is_due = false;
@@ -477,6 +506,12 @@ bool PotentialField::Work::update_conductances(std::span<const double> conductiv
   }
   if (!is_due && !is_patch_new) {
     return false;
+  }
+  if (is_on_device) {
+    for (std::size_t i = 0; i < count; ++i) {
+      used[i] = conductivities[region.tets[i]];
+    }
+    return true;
   }
   changed_rows.clear();
   is_changed.assign(region.vertices.size(), 0);
@@ -518,16 +553,15 @@ void PotentialField::Work::solve(const Contact& now) {
       added[row] = kHeld;
       potentials[row] = 1;
     } else {
-      added[row] = sources[row] = film(seed, system.coupling_sum(row));
+      added[row] = sources[row] = film(seed, is_on_device ? 1 : system.coupling_sum(row));
     }
   }
   is_patch_new = false;
-  system.set_added(added);
+  tet_heat.assign(region.tets.size(), 0.0);
+  heat.assign(rows, 0.0);
   LinearSolveReport solution;
   if (region.has_ground) {
-    solution =
-        system.solve(sources, potentials,
-                     {.tolerance = options.tolerance, .most_iterations = options.most_iterations});
+    solution = solve_system();
   }
   report = {.is_closed = region.has_ground,
             .is_new = true,
@@ -535,13 +569,26 @@ void PotentialField::Work::solve(const Contact& now) {
             .residual = solution.residual,
             .has_converged = solution.converged,
             .vertex_count = static_cast<Index>(rows),
-            .lost_count = static_cast<Index>(patch.size() - seeds.size())};
+            .lost_count = static_cast<Index>(patch.size() - seeds.size()),
+            .backend = is_on_device ? FieldBackend::cuda : FieldBackend::cpu};
+}
+
+// With its heat, on the device.
+LinearSolveReport PotentialField::Work::solve_system() {
+  const LinearSolveOptions how{options.tolerance, options.most_iterations};
+  if (is_on_device) {
+    return device->solve({used, added, sources, true, how, tet_heat, heat}, potentials);
+  }
+  system.set_added(added);
+  return system.solve(sources, potentials, how);
 }
 
 void PotentialField::Work::sum_heat() {
-  tet_heat.assign(region.tets.size(), 0.0);
-  heat.assign(region.vertices.size(), 0.0);
   if (!region.has_ground) {
+    return;
+  }
+  if (is_on_device) {
+    report.conductance = std::accumulate(heat.begin(), heat.end(), 0.0);
     return;
   }
   team.run([&](int thread) {

@@ -13,6 +13,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/field_backend.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 #include "pbdsurg/thermal/thermal_model.h"
 #include "pbdsurg/thermal/tissue.h"
@@ -53,6 +54,8 @@ struct HeatOptions {
   int most_iterations = 200;  ///< of its solver, >= 1
   int threads = 1;            ///< 1 to 256, for large regions; bits do not depend on it
   ThreadWait wait = ThreadWait::yield;
+  /// Of the linear system alone: all else is on the host. cuda: up to 2^25 active vertices
+  FieldBackend backend = FieldBackend::automatic;
 };
 
 /// What one step did.
@@ -64,8 +67,9 @@ struct HeatReport {
   bool converged = true;
   /// Whether the step was taken; one whose result would not be finite is not.
   bool accepted = true;
-  double hottest = kBodyTemperature;  ///< degrees Celsius, of what takes part
-  Index slivers = 0;                  ///< ThermalMesh::sliver_count()
+  double hottest = kBodyTemperature;         ///< degrees Celsius, of what takes part
+  Index slivers = 0;                         ///< ThermalMesh::sliver_count()
+  FieldBackend backend = FieldBackend::cpu;  ///< who solved the linear system, never automatic
 };
 
 /// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
@@ -84,8 +88,8 @@ struct HeatReport {
 /// Only the part takes part in which tissue is warm or heated, and some rings around it; its rim is
 /// insulated. It grows as it warms and shrinks as it cools. A step costs O(that part), whatever the
 /// size of the mesh, and allocates nothing unless the part grows beyond what it was. The same calls
-/// give the same bits for any number of threads. Copies share their threads: one may step at a
-/// time.
+/// give the same bits for any number of threads, or on the same device. Copies share their threads:
+/// one may step at a time.
 ///
 /// Follows edits as a participant, in O(changed); the next step takes up what changed. A new
 /// vertex starts between the two that it lies between, by its share: water, peak and state as
@@ -96,7 +100,8 @@ struct HeatReport {
 class HeatField final : public EditParticipant {
  public:
   /// One body by itself, with the ids of its mesh.
-  /// @throws InvalidArgument  naming the property, setting or option that is out of range
+  /// @throws InvalidArgument     naming the property, setting or option that is out of range
+  /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
   HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model = {},
             const HeatOptions& options = {});
 
@@ -105,7 +110,8 @@ class HeatField final : public EditParticipant {
   HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
             const ThermalModel& model = {}, const HeatOptions& options = {});
 
-  /// @throws InvalidArgument  naming the setting or option that is out of range
+  /// @throws InvalidArgument     naming the setting or option that is out of range
+  /// @throws BackendUnavailable  as above
   HeatField(ThermalMesh mesh, const ThermalModel& model = {}, const HeatOptions& options = {});
 
   /// Advances by dt with constant sources; several at one place add up. Sources where no tissue is
@@ -113,6 +119,7 @@ class HeatField final : public EditParticipant {
   /// @param dt  s, positive and finite
   /// @throws InvalidArgument  naming the source whose vertex or tetrahedron is out of range or
   ///                          whose power is negative or not finite; then nothing has changed
+  /// @throws Error            if a device fails; then temperatures and state are what they were
   HeatReport step(double dt, std::span<const HeatSource> sources,
                   std::span<const TetHeatSource> tet_sources = {});
 

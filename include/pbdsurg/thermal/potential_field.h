@@ -12,6 +12,7 @@
 
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/thermal/field_backend.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 
 namespace pbdsurg {
@@ -32,6 +33,7 @@ struct PotentialOptions {
   double conductivity_change = 0.05;  ///< relative, beyond which a solution is out of date, >= 0
   int threads = 1;                    ///< >= 0; 0: one a processor; the bits are the same for all
   ThreadWait wait = ThreadWait::yield;
+  FieldBackend backend = FieldBackend::automatic;  ///< cuda: up to 2^25 vertices of a region
 };
 
 struct PotentialReport {
@@ -43,6 +45,7 @@ struct PotentialReport {
   bool has_converged = true;
   Index vertex_count = 0;  ///< of the region
   Index lost_count = 0;    ///< vertices of the patch that no conducting tetrahedron has
+  FieldBackend backend = FieldBackend::cpu;  ///< who solves in this region, never automatic
 };
 
 /// div(sigma grad u) = 0 in a region around the electrode: u is 1 on it and 0 at ground, and no
@@ -61,12 +64,13 @@ struct PotentialReport {
 /// to rounding, converged or not: scaled to a wanted power, that is always right.
 ///
 /// Does not follow edits by itself; solve() sees that its ThermalMesh has. Deterministic: the same
-/// calls give the same bits for any number of threads. Allocates nothing while regions are not
-/// larger than before.
+/// calls give the same bits for any number of threads, or on the same device. Allocates nothing
+/// while regions are not larger than before.
 class PotentialField {
  public:
   /// @param mesh  must outlive this
-  /// @throws InvalidArgument  naming the option that is out of range
+  /// @throws InvalidArgument     naming the option that is out of range
+  /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
   explicit PotentialField(const ThermalMesh& mesh, const PotentialOptions& options = {});
   ~PotentialField();
   PotentialField(const PotentialField&) = delete;
@@ -95,6 +99,8 @@ class PotentialField {
   /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
   ///                          is negative or not finite, or the vertex whose position is not
   ///                          finite; then nothing has changed
+  /// @throws Error            if a device fails; then nothing is left of the last solution, as with
+  ///                          an empty patch, and the next call starts afresh
   /// Cost: O(region), and of a new region once more; see bench/potential_bench.cpp.
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});

@@ -8,6 +8,8 @@
 #include "solver/backend.h"
 #include "solver/cuda_backend.h"
 #include "solver/cuda_hook.h"
+#include "thermal/cuda_system.h"
+#include "thermal/device_system.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -26,8 +28,19 @@ bool is_available(std::string& why_not) {
 
 constexpr CudaHook kHook{is_available, make_backend};
 
+std::unique_ptr<DeviceSystem> make_system() {
+  std::string why_not;
+  if (!is_available(why_not)) {
+    throw BackendUnavailable("heat and potential cannot take a CUDA device: " + why_not);
+  }
+  return make_cuda_system();
+}
+
 struct Registration {
-  Registration() { set_cuda_hook(&kHook); }
+  Registration() {
+    set_cuda_hook(&kHook);
+    set_device_system_maker(make_system);
+  }
 } const registration;
 
 }  // namespace
