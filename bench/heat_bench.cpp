@@ -3,10 +3,12 @@
 // 20,000 and 200,000 tetrahedra with edges of 0.5 mm; and an edit that removes 17 of them.
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/heat_field.h"
 
 #include "support/meshes.h"
@@ -44,10 +46,19 @@ std::vector<std::vector<HeatSource>> find_sources(const TetMesh& mesh,
   return found;
 }
 
-void BM_step(benchmark::State& state, const std::array<Index, 3>& cells, int threads) {
+// @param options  with active_rise 0: the whole organ takes part
+void BM_step(benchmark::State& state, const std::array<Index, 3>& cells,
+             const HeatOptions& options) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const auto sources = find_sources(mesh, cells);
-  const HeatField cold(mesh, kLiver, {}, {.threads = threads});
+  std::optional<HeatField> made;
+  try {
+    made.emplace(mesh, kLiver, ThermalModel{}, options);
+  } catch (const BackendUnavailable& error) {
+    state.SkipWithError(error.what());
+    return;
+  }
+  const HeatField& cold = *made;
   HeatField field = cold;
   double active = 0, iterations = 0;
   std::size_t i = 0;
@@ -73,7 +84,7 @@ void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells, bool st
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const std::vector<HeatSource> sources = find_sources(mesh, cells).front();
   const Solver solver{Scene{}};  // which a field does not look at
-  HeatField field(mesh, kLiver);
+  HeatField field(mesh, kLiver, {}, {.backend = FieldBackend::cpu});
   for (int i = 0; i < 100; ++i) {
     field.step(kTimeStep, sources);
   }
@@ -98,10 +109,23 @@ void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells, bool st
   state.counters["removed"] = static_cast<double>(edit.remove_tets.size());
 }
 
-BENCHMARK_CAPTURE(BM_step, 20k_1_thread, kSmall, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(BM_step, 20k_2_threads, kSmall, 2)->Unit(benchmark::kMicrosecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_step, 200k_1_thread, kLarge, 1)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(BM_step, 200k_2_threads, kLarge, 2)->Unit(benchmark::kMicrosecond)->UseRealTime();
+const HeatOptions kOneThread{.backend = FieldBackend::cpu};
+const HeatOptions kTwoThreads{.threads = 2, .backend = FieldBackend::cpu};
+const HeatOptions kDevice{.backend = FieldBackend::cuda};
+const HeatOptions kAllOneThread{.active_rise = 0, .backend = FieldBackend::cpu};
+const HeatOptions kAllDevice{.active_rise = 0, .backend = FieldBackend::cuda};
+
+#define STEP(name, cells, options) \
+  BENCHMARK_CAPTURE(BM_step, name, cells, options)->Unit(benchmark::kMicrosecond)->UseRealTime()
+STEP(20k_1_thread, kSmall, kOneThread);
+STEP(20k_2_threads, kSmall, kTwoThreads);
+STEP(20k_device, kSmall, kDevice);
+STEP(200k_1_thread, kLarge, kOneThread);
+STEP(200k_2_threads, kLarge, kTwoThreads);
+STEP(200k_device, kLarge, kDevice);
+STEP(20k_all_active_1_thread, kSmall, kAllOneThread);
+STEP(20k_all_active_device, kSmall, kAllDevice);
+#undef STEP
 BENCHMARK_CAPTURE(BM_edit, 20k, kSmall, false)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(BM_edit, 20k_with_step, kSmall, true)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(BM_edit, 200k, kLarge, false)->Unit(benchmark::kMicrosecond);

@@ -3,11 +3,13 @@
 // it, as an electrode does; and of one whose region is found afresh. Ground is the lower face, so
 // that the region is the whole block, or the ball around the contact.
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/potential_field.h"
 
 #include "support/meshes.h"
@@ -18,11 +20,11 @@ namespace {
 constexpr double kEdge = 1e-3;  // m
 
 struct Block {
-  Block(Index cells, int threads)
+  Block(Index cells, int threads, FieldBackend backend)
       : shape(testing::make_box({cells, cells, cells}, kEdge, 0.1)),
         mesh(shape, kLiver),
         conductivities(shape.tets().size(), 0.3),
-        field(mesh, {.threads = threads}),
+        field(mesh, {.threads = threads, .backend = backend}),
         side(kEdge * cells) {}
 
   void ground_lower_face() {
@@ -60,7 +62,16 @@ struct Block {
 };
 
 void run(benchmark::State& state, bool is_whole, bool is_found_afresh) {
-  Block block(static_cast<Index>(state.range(0)), static_cast<int>(state.range(1)));
+  const FieldBackend backend = state.range(2) != 0 ? FieldBackend::cuda : FieldBackend::cpu;
+  std::unique_ptr<Block> made;
+  try {
+    made = std::make_unique<Block>(static_cast<Index>(state.range(0)),
+                                   static_cast<int>(state.range(1)), backend);
+  } catch (const BackendUnavailable& error) {
+    state.SkipWithError(error.what());
+    return;
+  }
+  Block& block = *made;
   if (is_whole) {
     block.ground_lower_face();
   }
@@ -91,10 +102,11 @@ void measure_new_region(benchmark::State& state) {
   run(state, true, true);
 }
 
-// 6.0, 20 and 64 thousand tetrahedra
+// 6.0, 20 and 64 thousand tetrahedra, on the CPU and on a device
 void sizes(benchmark::internal::Benchmark* bench) {
-  bench->ArgNames({"cells", "threads"})
-      ->ArgsProduct({{10, 15, 22}, {1, 2}})
+  bench->ArgNames({"cells", "threads", "device"})
+      ->ArgsProduct({{10, 15, 22}, {1, 2}, {0}})
+      ->ArgsProduct({{10, 15, 22}, {1}, {1}})
       ->Unit(benchmark::kMillisecond)
       ->MinTime(0.3)
       ->UseRealTime();

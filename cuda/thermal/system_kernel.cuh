@@ -266,7 +266,7 @@ class SystemSolution {
     const double factor = in_.is_relative ? sum : 1;
     const double diagonal = store_.diagonal[i] * factor + sum;
     const bool is_free = diagonal > 0 && isfinite(diagonal);
-    store_.b[i] *= factor;
+    store_.b[i] = is_free ? store_.b[i] * factor : 0;
     store_.diagonal[i] = is_free ? diagonal : 0;
     store_.inverse[i] = is_free ? 1 / diagonal : 0;
     a_.starting[row] = make_double2(store_.x[i], is_free ? piece : static_cast<int>(kHeldTag));

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// How fields use a device, with one that the host stands in for; tests/cuda/field_test.cpp asks a
+// real one.
+#include "thermal/device_system.h"
+
+#include <string>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "thermal/field_backend_cases.h"
+
+namespace pbdsurg {
+namespace {
+
+int solutions_until_failure = -1;  // none, if negative
+
+// Does on the host what DeviceSystem says.
+class StandIn final : public DeviceSystem {
+ public:
+  bool set_rows(const SystemRows& rows, std::span<const Tet> corners) override {
+    corners_.assign(corners.begin(), corners.end());
+    system_.set_rows(rows.row_count(), corners);
+    if (!rows.groups.empty()) {
+      system_.set_groups(rows.groups);
+    }
+    return true;
+  }
+
+  void set_conductances(std::span<const std::array<double, 6>> conductances) override {
+    conductances_.assign(conductances.begin(), conductances.end());
+  }
+
+  LinearSolveReport solve(const DeviceSolve& input, std::span<double> x) override {
+    if (solutions_until_failure-- == 0) {
+      throw Error("the device is lost");
+    }
+    std::vector<std::array<double, 6>> scaled = conductances_;
+    for (std::size_t t = 0; t < scaled.size(); ++t) {
+      for (double& value : scaled[t]) {
+        value *= input.scales.empty() ? 1 : input.scales[t];
+      }
+    }
+    system_.set_couplings(scaled);
+    std::vector<double> added(input.added.begin(), input.added.end());
+    std::vector<double> b(input.b.begin(), input.b.end());
+    for (std::size_t row = 0; row < added.size() && input.is_relative; ++row) {
+      const double sum = system_.coupling_sum(static_cast<Index>(row));
+      added[row] *= sum;
+      b[row] *= sum;
+    }
+    system_.set_added(added);
+    const LinearSolveReport report = system_.solve(b, x, input.options);
+    if (!input.tet_heat.empty()) {
+      for (std::size_t t = 0; t < scaled.size(); ++t) {
+        input.tet_heat[t] = 0;
+        for (std::size_t k = 0; k < 6; ++k) {
+          const double drop = x[corners_[t][kTetEdges[k][0]]] - x[corners_[t][kTetEdges[k][1]]];
+          input.tet_heat[t] += scaled[t][k] * drop * drop;
+        }
+      }
+      system_.sum_at_corners(input.tet_heat, input.row_heat);
+      for (std::size_t row = 0; row < b.size(); ++row) {
+        input.row_heat[row] = input.row_heat[row] / 4 + b[row] * (1 - x[row]) * (1 - x[row]);
+      }
+    }
+    return report;
+  }
+
+ private:
+  LocalSystem system_;
+  std::vector<Tet> corners_;
+  std::vector<std::array<double, 6>> conductances_;
+};
+
+// While it lives, programs find such a device.
+struct Device {
+  explicit Device(MakeDeviceSystem make) : before(set_device_system_maker(make)) {}
+  ~Device() {
+    set_device_system_maker(before);
+    solutions_until_failure = -1;
+  }
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  MakeDeviceSystem before;
+};
+
+std::unique_ptr<DeviceSystem> make_stand_in() {
+  return std::make_unique<StandIn>();
+}
+
+}  // namespace
+
+// Would catch a table of edges that does not fit kTetEdges.
+TEST_CASE("device system: edges of corners are those of the tetrahedron", "[unit]") {
+  for (int corner = 0; corner < 4; ++corner) {
+    for (int k = 0; k < 3; ++k) {
+      const int other = k < corner ? k : k + 1;
+      CHECK(kTetEdges[edge_of_corner(corner, k)] ==
+            std::array<int, 2>{std::min(corner, other), std::max(corner, other)});
+    }
+  }
+}
+
+// Would catch a region, conductances, contacts or a start that the device does not hear of, and
+// heat that is left from before.
+TEST_CASE("device system: a potential is what the CPU finds", "[unit]") {
+  const Device device(make_stand_in);
+  testing::check_potentials({14, 12, 8}, FieldBackend::cuda);
+}
+
+TEST_CASE("device system: temperatures are what the CPU finds", "[unit]") {
+  const Device device(make_stand_in);
+  testing::check_temperatures({6, 5, 4}, FieldBackend::cuda);
+}
+
+// Would catch an automatic choice that asks a device for a handful of rows, or never asks it.
+TEST_CASE("device system: an automatic choice leaves small systems to the CPU", "[unit]") {
+  const Device device(make_stand_in);
+  const auto backend_of = [](std::array<Index, 3> cells, FieldBackend wanted) {
+    const testing::Found found = testing::burn_block(cells, {.backend = wanted});
+    return found.reports.front().backend;
+  };
+  CHECK(backend_of({5, 5, 4}, FieldBackend::automatic) == FieldBackend::cpu);
+  CHECK(backend_of({18, 18, 12}, FieldBackend::automatic) == FieldBackend::cuda);
+  CHECK(backend_of({5, 5, 4}, FieldBackend::cuda) == FieldBackend::cuda);
+  CHECK(backend_of({18, 18, 12}, FieldBackend::cpu) == FieldBackend::cpu);
+}
+
+// Would catch a message that says nothing, and an automatic choice that fails for want of a device.
+TEST_CASE("device system: who asks for a device that is not there hears why", "[unit]") {
+  const TetMesh shape = testing::make_box({3, 3, 3}, 1e-3);
+  const ThermalMesh mesh(shape, kLiver);
+  const Device device(nullptr);
+  CHECK_THROWS_AS(PotentialField(mesh, {.backend = FieldBackend::cuda}), BackendUnavailable);
+  CHECK_THROWS_WITH(HeatField(shape, kLiver, {}, {.backend = FieldBackend::cuda}),
+                    testing::ContainsSubstring("not linked with pbdsurg::cuda"));
+  CHECK_NOTHROW(PotentialField(mesh));
+  CHECK_NOTHROW(HeatField(shape, kLiver));
+  CHECK_THROWS_AS(PotentialField(mesh, {.backend = static_cast<FieldBackend>(9)}), InvalidArgument);
+}
+
+// Would catch heat without a solution, a step half taken, and a device that is asked no more.
+TEST_CASE("device system: where the device fails, nothing is heated and all can go on", "[unit]") {
+  const Device device(make_stand_in);
+  const TetMesh shape = testing::make_box({6, 6, 5}, 1e-3);
+  testing::Conductor at(
+      shape, [](const auto& x) { return x.x() < 1e-4; },
+      [](const auto& x) { return x.x() > 5.9e-3; }, 0.3, {.backend = FieldBackend::cuda});
+  const double whole = at.solve().conductance;
+  at.conductivities[0] *= 2;
+  solutions_until_failure = 0;
+  CHECK_THROWS_WITH(at.solve(), "the device is lost");
+  CHECK(at.field.report().conductance == 0);
+  CHECK_FALSE(at.field.report().is_closed);
+  CHECK(at.field.vertex_heat().empty());
+  CHECK(at.solve().conductance == Approx(whole).epsilon(0.05));
+
+  HeatField field(shape, kLiver, {}, {.backend = FieldBackend::cuda});
+  const std::vector<HeatSource> sources{{40, 3}};
+  field.step(1e-3, sources);
+  const std::vector<double> before(field.temperatures().begin(), field.temperatures().end());
+  solutions_until_failure = 0;
+  CHECK_THROWS_AS(field.step(1e-3, sources), Error);
+  CHECK(std::equal(before.begin(), before.end(), field.temperatures().begin()));
+  CHECK(field.step(1e-3, sources).accepted);
+}
+
+}  // namespace pbdsurg
