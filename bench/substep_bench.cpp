@@ -74,6 +74,9 @@ struct Organ {
     }
     heat.step(kTimeStep, sources);
     for (const Index v : heat.active_vertices()) {
+      if (heat.temperatures()[v] < kBodyTemperature + 1) {
+        continue;  // as a cautery does
+      }
       heat.mesh().for_each_tet(v, [&](Index t) {
         if (heat.mesh().tets()[t][0] == v) {  // once each, but for the rim
           conductivities[t] =

@@ -9,7 +9,7 @@ namespace pbdsurg {
 namespace {
 
 // Below this, an automatic choice leaves a system to the CPU. A guess, until measured.
-constexpr Index kRowsWorthDevice = 3000;
+constexpr Index kRowsWorthDevice = 1500;
 
 }  // namespace
 
