@@ -10,8 +10,8 @@ namespace {
 
 using pbdsurg::Index;
 
-// A strand's 2 mm^2 (kMembraneAreaPerLink) of the 4 mm^2 that a vertex of the gallbladder stands
-// for.
+// A strand's 2 mm^2 (kMembraneAreaPerLink) of the some 4 mm^2 that a vertex of the gallbladder
+// stands for.
 constexpr float kStumpCover = 0.5F;
 
 }  // namespace
