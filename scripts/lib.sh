@@ -94,7 +94,7 @@ run_benchmarks() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 table3 convergence edits)
+table_programs=(table1 table2 table3 convergence edits figure4)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 
@@ -103,7 +103,7 @@ run_table() {
   local bin=$1 out=$2 name=$3
   shift 3
   if [[ ! -x $bin/$name ]]; then
-    say "no $name: it needs CLI11 and nlohmann-json"
+    say "no $name: it was not built; configuring says what is missing"
     return
   fi
   say "$name"

@@ -8,8 +8,8 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/thermal/tissue_color.h"
 
+#include "viewer/instruments.h"
 #include "viewer/plot.h"
 #include "viewer/png.h"
 
@@ -39,7 +39,7 @@ Tissue tissue_of(Organ organ) {
 }
 
 // The living surface of a body, with its burn marks.
-Surface make_surface(const Simulation& simulation, Index b) {
+Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Index b) {
   const pbdsurg::Solver& solver = simulation.solver;
   const pbdsurg::Body& body = solver.bodies()[b];
   Surface surface;
@@ -58,52 +58,28 @@ Surface make_surface(const Simulation& simulation, Index b) {
     }
     surface.triangles.push_back(local);
   }
-  if (is_burnable(static_cast<Organ>(b))) {
-    const pbdsurg::HeatField& field = simulation.cautery.field();
-    for (Index v = 0; v < body.vertex_count; ++v) {
-      const pbdsurg::BurnMarks marks = pbdsurg::burn_marks(field.survival()[body.first_vertex + v],
-                                                           field.water()[body.first_vertex + v],
-                                                           field.charred()[body.first_vertex + v]);
-      surface.coagulation.push_back(marks.white);
-      surface.charring.push_back(std::max(marks.brown, marks.charred));
-    }
-  }
+  const auto layers = burns.of(body);
+  surface.burn.assign(layers.begin(), layers.end());
   return surface;
 }
 
-Tool make_tool(const Instrument& instrument, bool is_hook) {
-  const pbdsurg::ToolPose pose = instrument.pose();
-  const auto part = [&](std::vector<Eigen::Vector3f> points, float radius, ToolFinish finish) {
-    ToolPart result;
-    for (const Eigen::Vector3f& p : points) {
-      result.points.push_back(pose * p);
-      result.radii.push_back(radius);
-    }
-    result.finish = finish;
-    return result;
-  };
-  Tool tool;
-  if (is_hook) {
-    tool.name = "hook";
-    tool.parts.push_back(
-        part({{0, 0, 0}, {0.003F, 0, 0.001F}, {0.003F, 0, 0.014F}}, 0.0006F, ToolFinish::steel));
-    tool.parts.push_back(
-        part({{0.003F, 0, 0.012F}, {0.003F, 0, 0.25F}}, 0.0025F, ToolFinish::insulation));
-  } else {
-    tool.name = "grasper";
-    const float gap = instrument.holds ? 0.0012F : 0.004F;
-    for (const float side : {-1.0F, 1.0F}) {
-      tool.parts.push_back(
-          part({{0, side * gap * 0.6F, -0.003F}, {0, side * gap, 0.006F}, {0, 0, 0.018F}}, 0.0013F,
-               ToolFinish::steel));
-    }
-    tool.parts.push_back(part({{0, 0, 0.018F}, {0, 0, 0.25F}}, 0.0025F, ToolFinish::insulation));
+// Between the two ends of a link, in whose middle a membrane has its vertex: connective tissue is
+// not heated by itself. The colour counts by its cover.
+Eigen::Vector4f burn_between(const BurnLayers& burns, const pbdsurg::Link& link) {
+  const Eigen::Vector4f& a = burns.at(link.first);
+  const Eigen::Vector4f& b = burns.at(link.second);
+  const float cover = a.w() + b.w();
+  Eigen::Vector4f layer = Eigen::Vector4f::Zero();
+  if (cover > 0) {
+    layer.head<3>() = (a.w() * a.head<3>() + b.w() * b.head<3>()) / cover;
+    layer.w() = cover / 2;
   }
-  return tool;
+  return layer;
 }
 
 // The membrane between gallbladder and liver as a sheet where it holds, and every link as a strand.
-void add_connections(const Simulation& simulation, RenderSnapshot& snapshot) {
+void add_connections(const Simulation& simulation, const BurnLayers& burns,
+                     RenderSnapshot& snapshot) {
   const pbdsurg::Solver& solver = simulation.solver;
   const auto positions = solver.positions();
   Surface sheet;
@@ -112,6 +88,7 @@ void add_connections(const Simulation& simulation, RenderSnapshot& snapshot) {
   for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
     const pbdsurg::Link& link = solver.links()[l];
     sheet.positions.push_back(0.5F * (positions[link.first] + positions[link.second]));
+    sheet.burn.push_back(burn_between(burns, link));
   }
   for (const pbdsurg::Triangle& triangle : simulation.scene.membrane.triangles) {
     if (std::all_of(triangle.begin(), triangle.end(),
@@ -123,8 +100,10 @@ void add_connections(const Simulation& simulation, RenderSnapshot& snapshot) {
   for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
     if (solver.is_link_alive(l)) {
       const pbdsurg::Link& link = solver.links()[l];
-      snapshot.strands.push_back(
-          {positions[link.first], positions[link.second], {0.93F, 0.86F, 0.78F, 0.6F}, 0.0003F});
+      const Eigen::Vector4f burn = burn_between(burns, link);
+      Eigen::Vector4f color(0.93F, 0.86F, 0.78F, 0.6F);
+      color.head<3>() += burn.w() * (burn.head<3>() - color.head<3>());
+      snapshot.strands.push_back({positions[link.first], positions[link.second], color, 0.0003F});
     }
   }
 }
@@ -136,6 +115,9 @@ Camera camera_for(const std::string& moment) {
   if (moment.starts_with("burn")) {
     camera.eye = {0.074F, -0.040F, -0.055F};
     camera.target = {0.082F, 0.014F, 0.004F};
+  } else if (moment == "separate_bed") {  // into the gap, from the fundus
+    camera.eye = {-0.060F, -0.020F, -0.020F};
+    camera.target = {0.015F, 0.0F, 0.010F};
   } else if (moment.starts_with("separate")) {
     camera.eye = {-0.055F, -0.085F, -0.045F};
     camera.target = {0.012F, 0.0F, 0.008F};
@@ -154,6 +136,10 @@ PictureRecorder::PictureRecorder(const std::filesystem::path& directory,
 
 // Smoke rises from the hook while it heats; each puff lives for kSmokeLife.
 void PictureRecorder::step(const Simulation& simulation, double) {
+  {
+    const StageTimer timer(simulation.times, "colors");
+    burns_.update(simulation);
+  }
   constexpr float kStep = static_cast<float>(Simulation::kTimeStep);
   for (std::size_t i = 0; i < smoke_.size(); ++i) {
     smoke_[i].center += kStep * smoke_velocities_[i];
@@ -179,7 +165,7 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   const StageTimer timer(simulation.times, "pictures");
   RenderSnapshot snapshot;
   for (std::size_t b = 0; b < simulation.solver.bodies().size(); ++b) {
-    snapshot.surfaces.push_back(make_surface(simulation, static_cast<Index>(b)));
+    snapshot.surfaces.push_back(make_surface(simulation, burns_, static_cast<Index>(b)));
   }
   Surface wall;
   wall.name = "abdominal_wall";
@@ -189,9 +175,9 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
     wall.positions.push_back(x.cast<float>());
   }
   snapshot.surfaces.push_back(std::move(wall));
-  snapshot.tools.push_back(make_tool(simulation.grasper, false));
-  snapshot.tools.push_back(make_tool(simulation.hook, true));
-  add_connections(simulation, snapshot);
+  snapshot.tools = {draw_grasper(simulation.grasper.pose(), simulation.grasper.holds),
+                    draw_hook(simulation.hook.pose())};
+  add_connections(simulation, burns_, snapshot);
   snapshot.smoke = smoke_;
   snapshot.camera = camera_for(name);
 

@@ -9,6 +9,7 @@
 
 #include "pbdsurg/mesh/mesh_data.h"
 
+#include "burn_layers.h"
 #include "procedure.h"
 #include "recorders.h"
 #include "viewer/offscreen_renderer.h"
@@ -31,6 +32,7 @@ class PictureRecorder final : public Observer {
   std::filesystem::path directory_;
   pbdsurg::MeshData backdrop_;
   OffscreenRenderer renderer_;
+  BurnLayers burns_;
   std::vector<SmokePuff> smoke_;
   std::vector<Eigen::Vector3f> smoke_velocities_;
 };

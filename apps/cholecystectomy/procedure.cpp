@@ -245,6 +245,7 @@ void separate(Simulation& simulation, Script& script) {
     });
     script.moment(half == 0 ? "separate_middle" : "separate_end");
   }
+  script.moment("separate_bed");
 }
 
 }  // namespace

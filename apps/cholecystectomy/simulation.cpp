@@ -2,7 +2,6 @@
 #include "simulation.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -36,8 +35,6 @@ const std::vector<Capsule>& grasper_capsules() {
                                              {{0, 0, 0.018F}, {0, 0, 0.25F}, 0.0025F}};
   return capsules;
 }
-
-constexpr std::array<Organ, 3> kBurnable{Organ::gallbladder, Organ::liver, Organ::calot_fat};
 
 std::vector<ThermalBody> burnable(const SurgicalScene& scene) {
   std::vector<ThermalBody> bodies;
@@ -80,10 +77,6 @@ void aim(Instrument& instrument) {
 }
 
 }  // namespace
-
-bool is_burnable(Organ organ) {
-  return std::find(kBurnable.begin(), kBurnable.end(), organ) != kBurnable.end();
-}
 
 void Range::add(double value) {
   least = std::min(least, value);

@@ -5,6 +5,7 @@
 /// The scene in motion under two instruments, with what the report needs to know.
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -75,7 +76,8 @@ struct Instrument {
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };
 
-bool is_burnable(Organ organ);
+/// What the hook heats.
+inline constexpr std::array<Organ, 3> kBurnable{Organ::gallbladder, Organ::liver, Organ::calot_fat};
 
 class Simulation {
  public:

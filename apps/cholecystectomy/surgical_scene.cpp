@@ -36,9 +36,9 @@ OrganProperties properties_of(Organ organ) {
       return {pbdsurg::kLiver, 6e3, false};
     case Organ::cystic_duct:
     case Organ::common_bile_duct:
-      return {pbdsurg::kMembrane, 150e3, true};
+      return {pbdsurg::kDuct, 150e3, true};
     case Organ::cystic_artery:
-      return {pbdsurg::kMembrane, 200e3, true};
+      return {pbdsurg::kArtery, 200e3, true};
     case Organ::calot_fat:
       return {pbdsurg::kFat, 2.5e3, false};
   }

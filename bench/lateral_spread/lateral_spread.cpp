@@ -9,6 +9,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "pbdsurg/surgery/cautery.h"
 
@@ -23,30 +24,66 @@ constexpr Index kCells = 28, kDepth = 14;
 constexpr double kEdge = 0.75e-3;  // m
 constexpr double kMiddle = kEdge * kCells / 2, kTop = kEdge * kDepth;
 
-// How deep a condition holds, for each column of vertices: linear from the deepest one where it
-// does to the next. The top itself may be cooler, under the metal.
+// Vertex (i, k) of the plane through the axis: column, row from below.
+Index id_of(Index i, Index k) {
+  return i + (kCells + 1) * (kCells / 2 + (kCells + 1) * k);
+}
+
+// The line in that plane along which a value passes a level, linear between vertices: a piece in
+// each triangle, as which a cell counts twice.
 template <class Value>
-cholecystectomy::PlotSeries contour(const std::string& label, const TetMesh& mesh, double level,
-                                    Value value) {
+cholecystectomy::PlotSeries contour(const std::string& label, double level, Value value) {
   cholecystectomy::PlotSeries line{label, {}, {}};
-  const auto id = [](Index i, Index k) {
-    return i + (kCells + 1) * (kCells / 2 + (kCells + 1) * k);
+  const auto add_triangle = [&](const std::array<std::array<Index, 2>, 3>& corners) {
+    bool is_crossed = false;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto [i, k] = corners[corner];
+      const auto [i_next, k_next] = corners[(corner + 1) % 3];
+      const double here = value(id_of(i, k)) - level;
+      const double there = value(id_of(i_next, k_next)) - level;
+      if ((here < 0) != (there < 0)) {
+        const double share = here / (here - there);
+        line.x.push_back(1e3 * (kEdge * (i + share * (i_next - i)) - kMiddle));
+        line.y.push_back(1e3 * (kEdge * (k + share * (k_next - k)) - kTop));
+        is_crossed = true;
+      }
+    }
+    if (is_crossed) {
+      line.x.push_back(std::nan(""));  // ends the piece
+      line.y.push_back(std::nan(""));
+    }
   };
-  for (Index i = 0; i <= kCells; ++i) {
-    Index k = 1;
-    while (k <= kDepth && value(id(i, k)) < level) {
-      ++k;
+  for (Index k = 0; k < kDepth; ++k) {
+    for (Index i = 0; i < kCells; ++i) {
+      add_triangle({{{i, k}, {i + 1, k}, {i + 1, k + 1}}});
+      add_triangle({{{i, k}, {i + 1, k + 1}, {i, k + 1}}});
     }
-    double depth = 0;
-    if (k <= kDepth) {
-      const double here = value(id(i, k)), below = value(id(i, k - 1));
-      const double share = below < level ? (here - level) / (here - below) : 0;
-      depth = kEdge * (kDepth - k + share);
-    }
-    line.x.push_back(1e3 * (mesh.positions()[id(i, kDepth)].x() - kMiddle));
-    line.y.push_back(-1e3 * depth);
   }
   return line;
+}
+
+// Share of the tetrahedra at each vertex that have gone. [vertex_count]
+std::vector<double> removed_shares(const Solver& solver) {
+  std::vector<double> all(static_cast<std::size_t>(solver.vertex_count())), gone(all.size());
+  for (std::size_t t = 0; t < solver.tets().size(); ++t) {
+    for (const Index v : solver.tets()[t]) {
+      all[v] += 1;
+      gone[v] += solver.is_tet_alive(static_cast<Index>(t)) ? 0 : 1;
+    }
+  }
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    gone[v] /= std::max(1.0, all[v]);
+  }
+  return gone;
+}
+
+// Largest |value| of those that are drawn.
+double reach_of(const std::vector<double>& values) {
+  double most = 0;
+  for (const double value : values) {
+    most = std::isnan(value) ? most : std::max(most, std::abs(value));
+  }
+  return most;
 }
 
 int run(double power, double seconds, double area, const char* path) {
@@ -64,23 +101,26 @@ int run(double power, double seconds, double area, const char* path) {
   }
   const HeatField& field = cautery.field();
   cholecystectomy::Plot plot;
-  plot.x_label = "distance from the axis [mm]";
-  plot.y_label = "height [mm]";
-  for (const int level : {45, 60, 80, 100}) {
-    plot.series.push_back(contour("up to " + std::to_string(level) + " degC", mesh, level,
-                                  [&](Index v) { return field.peak_temperatures()[v]; }));
+  plot.x_label = "distance from the electrode's axis [mm]";
+  plot.y_label = "height over the surface [mm]";
+  plot.is_to_scale = true;
+  plot.width = 1120;
+  plot.height = 660;
+  for (const int level : {45, 60, 80, 99}) {  // boiling tissue stays at 100
+    plot.series.push_back(contour((level == 45 ? "reached " : "") + std::to_string(level) + " degC",
+                                  level, [&](Index v) { return field.peak_temperatures()[v]; }));
   }
-  plot.series.push_back(contour("coagulated", mesh, 1 - std::exp(-1),
-                                [&](Index v) { return 1 - field.survival()[v]; }));
-  const cholecystectomy::PlotSeries& coagulated = plot.series.back();
-  const double depth = -*std::ranges::min_element(coagulated.y);
-  double reach = 0;
-  for (std::size_t i = 0; i < coagulated.x.size(); ++i) {
-    reach = coagulated.y[i] < 0 ? std::max(reach, std::abs(coagulated.x[i])) : reach;
-  }
+  plot.series.push_back(
+      contour("coagulated", 1 - std::exp(-1), [&](Index v) { return 1 - field.survival()[v]; }));
+  const double depth = reach_of(plot.series.back().y), reach = reach_of(plot.series.back().x);
+  const std::vector<double> removed = removed_shares(solver);
+  plot.series.push_back(contour("torn away", 0.5, [&](Index v) { return removed[v]; }));
+  const double radius = 1e3 * options.contact_radius;
+  plot.series.push_back({"electrode", {-radius, radius}, {0.1, 0.1}});
   char title[160];
-  std::snprintf(title, sizeof title, "%g W for %g s on %g mm2: coagulated %.1f mm deep, %.1f wide",
-                power, seconds, 1e6 * area, depth, 2 * reach);
+  std::snprintf(title, sizeof title,
+                "Liver after %g W for %g s on %g mm2: coagulated %.1f mm deep, %.1f mm wide", power,
+                seconds, 1e6 * area, depth, 2 * reach);
   plot.title = title;
   cholecystectomy::write_png(path, cholecystectomy::plot_lines(plot));
   std::printf("%s; wrote %s\n", title, path);

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/thermal/tissue_color.h"
 
 namespace pbdsurg {
 namespace {

@@ -95,7 +95,7 @@ if(dragged LESS 10 OR NOT left LESS dragged)
 endif()
 string(JSON in GET "${first}" energy_ledger in_j)
 string(JSON error GET "${first}" energy_ledger error_j)
-if(in LESS 20 OR error GREATER 1e-6 OR error LESS -1e-6)
+if(in LESS 20 OR error GREATER 2e-8 OR error LESS -2e-8)  # 1e-9 of what came in
   message(FATAL_ERROR "of ${in} J, ${error} J are unaccounted for")
 endif()
 file(STRINGS "${FOLDER}/first/cautery.csv" burns)

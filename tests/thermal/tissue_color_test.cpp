@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/thermal/tissue_color.h"
 
+#include <algorithm>
+
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
@@ -78,6 +80,43 @@ TEST_CASE("tissue colour: unburnt flesh keeps its colour, char covers all", "[un
   CHECK(light({1, 0, 0}) > light({0.5F, 0, 0}));
   CHECK(light({1, 0.5F, 0}) < light({1, 0, 0}));
   CHECK(light({1, 1, 0.5F}) < light({1, 1, 0}));
+}
+
+// Would catch a layer that is right for one flesh alone, or for one rule.
+TEST_CASE("tissue colour: a layer over any flesh is the colour of that tissue", "[property]") {
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    const auto share = [&](std::uint64_t k) {
+      return static_cast<float>(2 * random_unit(5, i, k) - 0.5);  // often 0 or 1
+    };
+    const auto clamped = [&](std::uint64_t k) { return std::clamp(share(k), 0.0F, 1.0F); };
+    const BurnMarks marks{clamped(0), clamped(1), clamped(2)};
+    const double temperature = 30 + 90 * random_unit(5, i, 3);
+    const Color flesh{clamped(4), clamped(5), clamped(6), 0.5F};
+    for (const ColorRule rule : {ColorRule::state, ColorRule::temperature}) {
+      const Color expected = tissue_color(rule, flesh, temperature, marks);
+      const Color layer = burn_layer(rule, temperature, marks);
+      const Color actual = mix(flesh, layer, layer.alpha);
+      CHECK(actual.red == Approx(expected.red).margin(1e-5));
+      CHECK(actual.green == Approx(expected.green).margin(1e-5));
+      CHECK(actual.blue == Approx(expected.blue).margin(1e-5));
+      CHECK(expected.alpha == 0.5F);
+    }
+  }
+  CHECK(burn_layer(ColorRule::state, 200, {}).alpha == 0);
+  CHECK(burn_layer(ColorRule::temperature, 37, {1, 1, 1}).alpha == 0);
+}
+
+// Would catch a scale on which two temperatures look the same.
+TEST_CASE("tissue colour: false colours darken from body temperature to boiling", "[property]") {
+  const auto light = [](double temperature) {
+    const Color color = false_color(temperature);
+    return 0.2126F * color.red + 0.7152F * color.green + 0.0722F * color.blue;
+  };
+  for (int temperature = 37; temperature < 100; ++temperature) {
+    CHECK(light(temperature + 1) < light(temperature));
+  }
+  CHECK(light(20) == light(37));
+  CHECK(light(500) == light(100));
 }
 
 TEST_CASE("tissue colour: bytes are rounded and clamped", "[unit]") {

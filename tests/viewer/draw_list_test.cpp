@@ -57,16 +57,35 @@ TEST_CASE("draw list: a surface that contradicts itself is refused by name", "[u
   snapshot.surfaces = {two_triangles(0, 0.01f)};
   Surface& surface = snapshot.surfaces[0];
 
-  surface.charring.resize(5);
+  surface.burn.resize(5);
   CHECK_THROWS_WITH(make_draw_list(snapshot),
-                    ContainsSubstring("'pair'") && ContainsSubstring("charring"));
-  surface.charring.clear();
+                    ContainsSubstring("'pair'") && ContainsSubstring("burn"));
+  surface.burn.clear();
   surface.triangles[1][2] = 6;
   CHECK_THROWS_WITH(make_draw_list(snapshot),
                     ContainsSubstring("triangle 1") && ContainsSubstring("vertex 6"));
   surface.triangles[1][2] = 5;
   surface.appearance.detail_size = 0;
   CHECK_THROWS_AS(make_draw_list(snapshot), pbdsurg::InvalidArgument);
+}
+
+TEST_CASE("draw list: normals that are given replace those of the triangles", "[unit]") {
+  RenderSnapshot snapshot;
+  snapshot.surfaces = {two_triangles(0, 0.01f)};
+  CHECK(make_draw_list(snapshot).vertices[0].normal == Eigen::Vector3f::UnitZ());
+  snapshot.surfaces[0].normals.assign(6, Eigen::Vector3f::UnitX());
+  CHECK(make_draw_list(snapshot).vertices[0].normal == Eigen::Vector3f::UnitX());
+}
+
+// Would catch a colour that counts beyond its cover where corners of a triangle differ.
+TEST_CASE("draw list: a burn's colour is linear and weighed by its cover", "[unit]") {
+  RenderSnapshot snapshot;
+  snapshot.surfaces = {two_triangles(0, 0.01f)};
+  snapshot.surfaces[0].burn.assign(6, Eigen::Vector4f(1, 0, 1, 0.25f));
+  snapshot.surfaces[0].burn[1].x() = std::numeric_limits<float>::quiet_NaN();
+  const DrawList list = make_draw_list(snapshot);
+  CHECK(list.vertices[0].burn == Eigen::Vector4f(0.25f, 0, 0.25f, 0.25f));
+  CHECK(list.vertices[1].burn == Eigen::Vector4f::Zero());
 }
 
 TEST_CASE("draw list: strands and smoke that show nothing are left out", "[unit]") {

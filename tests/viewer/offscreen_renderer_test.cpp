@@ -118,13 +118,14 @@ TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit]
   CHECK(brightest(kWidth / 2) > 1.5 * brightest(kWidth / 2 + 75));
 }
 
-TEST_CASE("renderer: coagulated tissue is paler, charred tissue darker than healthy", "[unit]") {
+TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue", "[unit]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot = one_sheet(Tissue::liver);
   Surface& surface = snapshot.surfaces[0];
   for (const Eigen::Vector3f& p : surface.positions) {
-    surface.coagulation.push_back(p.x() > 0.01f ? 1.0f : 0.0f);
-    surface.charring.push_back(p.x() < -0.01f ? 1.0f : 0.0f);
+    surface.burn.emplace_back(p.x() > 0.01f    ? Eigen::Vector4f(0.86f, 0.8f, 0.7f, 1)
+                              : p.x() < -0.01f ? Eigen::Vector4f(0.03f, 0.03f, 0.02f, 1)
+                                               : Eigen::Vector4f::Zero());
   }
 
   const Image healthy = renderer->render(one_sheet(Tissue::liver));

@@ -38,9 +38,9 @@ void check_length(const Surface& surface, const char* array, std::size_t length)
 }
 
 void check(const Surface& surface) {
+  check_length(surface, "normals", surface.normals.size());
   check_length(surface, "rest_positions", surface.rest_positions.size());
-  check_length(surface, "coagulation", surface.coagulation.size());
-  check_length(surface, "charring", surface.charring.size());
+  check_length(surface, "burn", surface.burn.size());
   check_length(surface, "wetness", surface.wetness.size());
   check_length(surface, "colors", surface.colors.size());
   const pbdsurg::Index count = static_cast<pbdsurg::Index>(surface.positions.size());
@@ -55,9 +55,21 @@ void check(const Surface& surface) {
   }
 }
 
-/// An attribute in [0, 1]; absent or not finite is 0.
-float attribute(const std::vector<float>& values, std::size_t v) {
-  return values.empty() || !std::isfinite(values[v]) ? 0.0f : std::clamp(values[v], 0.0f, 1.0f);
+/// Absent or not finite is dry.
+float wetness_at(const Surface& surface, std::size_t v) {
+  return surface.wetness.empty() || !std::isfinite(surface.wetness[v])
+             ? 0.0f
+             : std::clamp(surface.wetness[v], 0.0f, 1.0f);
+}
+
+/// Absent or not finite is unburnt.
+Eigen::Vector4f burn_at(const Surface& surface, std::size_t v) {
+  if (surface.burn.empty() || !surface.burn[v].allFinite()) {
+    return Eigen::Vector4f::Zero();
+  }
+  Eigen::Vector4f layer = linear_of_srgb(surface.burn[v].head<3>(), surface.burn[v].w());
+  layer.head<3>() *= layer.w();
+  return layer;
 }
 
 /// Triangles with their distance from the eye.
@@ -145,7 +157,8 @@ class Builder {
     const std::int32_t material = add_material(surface.appearance);
     const std::uint32_t first = next_vertex();
     const std::vector<Eigen::Vector3f> normals =
-        vertex_normals(surface.positions, surface.triangles);
+        surface.normals.empty() ? vertex_normals(surface.positions, surface.triangles)
+                                : surface.normals;
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
       const Eigen::Vector3f& rest =
           surface.rest_positions.empty() ? surface.positions[v] : surface.rest_positions[v];
@@ -154,9 +167,7 @@ class Builder {
           {surface.positions[v], normals[v], rest.allFinite() ? rest : Eigen::Vector3f::Zero(),
            colored ? linear_of_srgb(surface.colors[v].head<3>(), surface.colors[v].w())
                    : kMaterialColor,
-           Eigen::Vector3f(attribute(surface.coagulation, v), attribute(surface.charring, v),
-                           attribute(surface.wetness, v)),
-           material});
+           burn_at(surface, v), wetness_at(surface, v), material});
     }
     const float opacity = list_.materials.back().color.w();
     const auto alpha = [&](std::uint32_t v) {
@@ -178,7 +189,7 @@ class Builder {
     const std::vector<Eigen::Vector3f> normals = vertex_normals(tube.positions, tube.triangles);
     for (std::size_t v = 0; v < tube.positions.size(); ++v) {
       list_.vertices.push_back({tube.positions[v], normals[v], tube.positions[v], kMaterialColor,
-                                Eigen::Vector3f::Zero(), material});
+                                Eigen::Vector4f::Zero(), 0, material});
     }
     for (const pbdsurg::Triangle& triangle : tube.triangles) {
       add_triangle(first + static_cast<std::uint32_t>(triangle[0]),
@@ -219,7 +230,7 @@ class Builder {
       for (const auto& [end, offset] : corners) {
         const Eigen::Vector3f position = *end + offset * strand.thickness * side;
         list_.vertices.push_back({position, (front + 2 * offset * side).normalized(), position,
-                                  color, Eigen::Vector3f::Zero(), material});
+                                  color, Eigen::Vector4f::Zero(), 0, material});
       }
       add_quad(first, color.w() < 1 ? blended_ : tissue_);
     }
@@ -240,7 +251,7 @@ class Builder {
       for (const auto& [x, y] : {std::pair{-1.f, -1.f}, {1.f, -1.f}, {1.f, 1.f}, {-1.f, 1.f}}) {
         list_.vertices.push_back({smoke[i].center + smoke[i].radius * (x * right + y * up), to_eye,
                                   Eigen::Vector3f(x, y, static_cast<float>(i)), color,
-                                  Eigen::Vector3f(smoke[i].radius, 0, 0), material});
+                                  Eigen::Vector4f::Zero(), smoke[i].radius, material});
       }
       add_quad(first, smoke_);
     }

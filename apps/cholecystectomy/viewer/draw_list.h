@@ -18,7 +18,8 @@ struct DrawVertex {
   Eigen::Vector3f normal;
   Eigen::Vector3f rest;   ///< m; for smoke, place in the puff (-1..1) and a seed
   Eigen::Vector4f color;  ///< replaces the material's where alpha >= 0
-  Eigen::Vector3f burn;   ///< coagulation, charring, wetness; for smoke, its radius in m first
+  Eigen::Vector4f burn;   ///< the layer, its colour multiplied by its cover
+  float wetness;          ///< for smoke, its radius in m
   std::int32_t material;
 };
 

@@ -17,8 +17,13 @@ namespace {
 constexpr Rgb8 kGrid{226, 229, 234};
 
 /// Told apart by colour-blind readers too (Okabe and Ito 2008, "Color universal design").
-constexpr std::array<Rgb8, 6> kPalette{
-    {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}}};
+constexpr std::array<Rgb8, 7> kPalette{{{0, 114, 178},
+                                        {213, 94, 0},
+                                        {0, 158, 115},
+                                        {204, 121, 167},
+                                        {230, 159, 0},
+                                        {86, 180, 233},
+                                        {0, 0, 0}}};
 
 /// Beyond this, the arithmetic of axes overflows; ranges below its inverse count as flat.
 constexpr double kLargest = 1e300;
@@ -127,6 +132,12 @@ class Layout {
     low_ = {20 + (plot.y_label.empty() ? 0 : 30) + widest_tick,
             16.0 + (titled ? 34 : 0) + (legend ? 28 : 0)};
     high_ = {plot.width - 30.0, plot.height - 34.0 - (plot.x_label.empty() ? 0 : 26)};
+    if (plot.is_to_scale) {
+      const double x_range = x_axis_.last() - x_axis_.first;
+      const double y_range = y_axis_.last() - y_axis_.first;
+      const double unit = std::min((high_.x - low_.x) / x_range, (high_.y - low_.y) / y_range);
+      high_ = {low_.x + unit * x_range, low_.y + unit * y_range};
+    }
   }
 
   Image draw() {
@@ -191,11 +202,10 @@ class Layout {
 
   void draw_labels() {
     const Text title(plot_.title);
-    canvas_.text(title, {(low_.x + high_.x - kTitleFont * title.width()) / 2, 16}, kTitleFont,
-                 kInk);
+    canvas_.text(title, {(plot_.width - kTitleFont * title.width()) / 2, 16}, kTitleFont, kInk);
     const Text x_label(plot_.x_label);
-    canvas_.text(x_label, {(low_.x + high_.x - kFont * x_label.width()) / 2, plot_.height - 24.0},
-                 kFont, kInk);
+    canvas_.text(x_label, {(low_.x + high_.x - kFont * x_label.width()) / 2, high_.y + 36}, kFont,
+                 kInk);
     const Text y_label(plot_.y_label);
     canvas_.upward_text(y_label, {14, (low_.y + high_.y + kFont * y_label.width()) / 2}, kFont,
                         kInk);

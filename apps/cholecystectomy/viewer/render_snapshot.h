@@ -24,9 +24,10 @@ struct Surface {
   std::vector<Eigen::Vector3f> positions;    ///< [vertex_count] m
   std::vector<pbdsurg::Triangle> triangles;  ///< [triangle_count] vertex ids
   TissueAppearance appearance;
+  std::vector<Eigen::Vector3f> normals;  ///< optional, of any length: else those of the triangles
   std::vector<Eigen::Vector3f> rest_positions;  ///< optional m: where the tissue's texture sticks
-  std::vector<float> coagulation;               ///< optional 0..1: whitens
-  std::vector<float> charring;                  ///< optional 0..1: tan, brown, then black and dull
+  std::vector<Eigen::Vector4f> burn;            ///< optional rgb and cover: a dull layer over the
+                                                ///< tissue, which hides that share of its colour
   std::vector<float> wetness;                   ///< optional 0..1: a film of fluid, shines
   std::vector<Eigen::Vector4f> colors;          ///< optional rgba: replaces colour and opacity
 };

@@ -120,9 +120,10 @@ SceneRenderer::SceneRenderer(int width, int height)
   set_float_attribute(1, 3, offsetof(DrawVertex, normal));
   set_float_attribute(2, 3, offsetof(DrawVertex, rest));
   set_float_attribute(3, 4, offsetof(DrawVertex, color));
-  set_float_attribute(4, 3, offsetof(DrawVertex, burn));
-  glEnableVertexAttribArray(5);
-  glVertexAttribIPointer(5, 1, GL_INT, sizeof(DrawVertex),
+  set_float_attribute(4, 4, offsetof(DrawVertex, burn));
+  set_float_attribute(5, 1, offsetof(DrawVertex, wetness));
+  glEnableVertexAttribArray(6);
+  glVertexAttribIPointer(6, 1, GL_INT, sizeof(DrawVertex),
                          reinterpret_cast<const void*>(offsetof(DrawVertex, material)));
 }
 

@@ -8,15 +8,17 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 rest;
 layout(location = 3) in vec4 color;
-layout(location = 4) in vec3 burn;
-layout(location = 5) in int material;
+layout(location = 4) in vec4 burn;
+layout(location = 5) in float wetness;
+layout(location = 6) in int material;
 uniform mat4 view_of_world;
 uniform mat4 clip_of_view;
 out vec3 v_position;
 out vec3 v_normal;
 out vec3 v_rest;
 out vec4 v_color;
-out vec3 v_burn;
+out vec4 v_burn;
+out float v_wetness;
 out float v_depth;
 flat out int v_material;
 void main() {
@@ -27,6 +29,7 @@ void main() {
   v_rest = rest;
   v_color = color;
   v_burn = burn;
+  v_wetness = wetness;
   v_depth = -view_position.z;
   v_material = material;
 }
@@ -127,7 +130,8 @@ in vec3 v_position;
 in vec3 v_normal;
 in vec3 v_rest;
 in vec4 v_color;
-in vec3 v_burn;
+in vec4 v_burn;
+in float v_wetness;
 in float v_depth;
 flat in int v_material;
 uniform sampler3D gradient_noise;
@@ -267,20 +271,17 @@ void main() {
                smoothstep(0.0, 0.2, coarse.z);
   albedo = mix(albedo, vec3(0.40, 0.065, 0.055), min(1.0, trunk + 0.45 * twig) * pattern.y * 0.7);
 
-  // --- burn: pale, then tan, brown and black ------------------------------------------------------
+  // --- burn: a layer with a grained edge; the darker it is, the rougher and the less it lets through
   float grain = fine.w;
-  float coagulation = v_burn.x <= 0 ? 0 : smoothstep(0.05, 0.55, v_burn.x * (1 + 0.5 * grain));
-  float charring = v_burn.y <= 0 ? 0 : clamp(v_burn.y * (1.15 + 0.8 * grain), 0, 1);
-  albedo = mix(albedo, vec3(0.70, 0.60, 0.44) * (1 + 0.15 * grain), 0.92 * coagulation);
-  albedo = mix(albedo, vec3(0.34, 0.18, 0.075), smoothstep(0.04, 0.28, charring));
-  albedo = mix(albedo, vec3(0.075, 0.030, 0.014), smoothstep(0.22, 0.52, charring));
-  albedo = mix(albedo, vec3(0.010, 0.008, 0.007), smoothstep(0.45, 0.80, charring));
-  float burnt = max(0.85 * coagulation, smoothstep(0.05, 0.4, charring));
+  float burnt = clamp(v_burn.a * (1 + 0.5 * grain), 0, 1);
+  vec3 crust = v_burn.rgb / max(v_burn.a, 1e-4);
+  float charring = burnt * clamp(1 - 2 * dot(crust, vec3(0.2126, 0.7152, 0.0722)), 0, 1);
+  albedo = mix(albedo, crust * (1 + 0.15 * grain), burnt);
   opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
-  float dry = max(0.45 * coagulation, smoothstep(0.05, 0.45, charring));
-  bump += (0.35 * coagulation + 0.9 * charring) * 0.8 * fine.xyz;
+  float dry = max(0.45 * burnt, charring);
+  bump += (0.28 * burnt + 0.44 * charring) * fine.xyz;
 
-  float wet = v_burn.z;
+  float wet = v_wetness;
   float gloss = max(surface.x * (1 - dry), 0.98 * wet);
   albedo *= mix(1.0, 0.72, wet);
 
@@ -347,7 +348,7 @@ void main() {
   float body = smoothstep(1.0, 0.15, length(v_rest.xy));
   float wisp = 0.5 + 0.8 * noise_at(vec3(v_rest.xy * 1.1, v_rest.z * 1.7)).w;
   float behind = texture(geometry, gl_FragCoord.xy / picture_size).w;
-  float soft = behind > 0 ? clamp((behind - v_depth) / max(v_burn.x, 1e-9) + 0.2, 0, 1) : 1;
+  float soft = behind > 0 ? clamp((behind - v_depth) / max(v_wetness, 1e-9) + 0.2, 0, 1) : 1;
   radiance = vec4(limited(0.5 * v_color.rgb * incoming_light(light - v_position)),
                   v_color.a * body * soft * clamp(wisp, 0.0, 1.0));
 }

@@ -8,9 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/thermal/tissue_color.h"
 
 namespace pbdsurg {
 
@@ -32,6 +34,12 @@ struct BurnBytes {
 
   friend bool operator==(const BurnBytes&, const BurnBytes&) = default;
 };
+
+/// As shares again.
+PBDSURG_HOST_DEVICE constexpr BurnMarks burn_marks(const BurnBytes& bytes) {
+  return {static_cast<float>(bytes.white) / 255, static_cast<float>(bytes.brown) / 255,
+          static_cast<float>(bytes.charred) / 255};
+}
 
 /// The state of the heated volume at the vertices of its surface: the one temperature there is, not
 /// a second one solved on the surface. Values are rounded to what can be seen, so that only what

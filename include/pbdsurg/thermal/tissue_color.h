@@ -4,7 +4,10 @@
 /// @file
 /// How burnt tissue looks: by its state, which does not go back, or by temperature as in the paper.
 
+#include <cstddef>
+
 #include "pbdsurg/core/host_device.h"
+#include "pbdsurg/thermal/thermal_model.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace pbdsurg {
@@ -62,6 +65,48 @@ PBDSURG_HOST_DEVICE constexpr Color state_color(const Color& flesh, const BurnMa
   const Color dried{0.40F, 0.26F, 0.14F, flesh.alpha};
   const Color carbon{0.03F, 0.025F, 0.02F, flesh.alpha};
   return mix(mix(mix(flesh, coagulated, marks.white), dried, marks.brown), carbon, marks.charred);
+}
+
+/// By the rule of a model: state_color() or temperature_color(), whose alpha is left out.
+/// @param temperature  degrees Celsius, the highest so far (HeatField::peak_temperatures)
+PBDSURG_HOST_DEVICE constexpr Color tissue_color(ColorRule rule, const Color& flesh,
+                                                 double temperature, const BurnMarks& marks) {
+  if (rule == ColorRule::state) {
+    return state_color(flesh, marks);
+  }
+  const Color color = temperature_color(flesh, temperature);
+  return {color.red, color.green, color.blue, flesh.alpha};
+}
+
+/// tissue_color() for flesh that is known elsewhere, such as in a shader, whatever its colour:
+/// mix() of flesh and this by this alpha has the same red, green and blue.
+PBDSURG_HOST_DEVICE constexpr Color burn_layer(ColorRule rule, double temperature,
+                                               const BurnMarks& marks) {
+  const Color over_black = tissue_color(rule, {0, 0, 0, 1}, temperature, marks);
+  const Color over_white = tissue_color(rule, {1, 1, 1, 1}, temperature, marks);
+  const float cover = 1 - (over_white.red - over_black.red);
+  if (!(cover > 0)) {
+    return {0, 0, 0, 0};
+  }
+  return {over_black.red / cover, over_black.green / cover, over_black.blue / cover, cover};
+}
+
+/// Temperature in false colours, from pale over yellow and red to nearly black at boiling and
+/// beyond: ever darker, so that it can be read in grey and without telling red from green. Stops
+/// at equal steps between body temperature and boiling, after ColorBrewer's YlOrRd.
+/// @param temperature  degrees Celsius
+PBDSURG_HOST_DEVICE constexpr Color false_color(double temperature) {
+  constexpr std::size_t kLast = 6;
+  constexpr Color kStops[kLast + 1]{{0.95F, 0.95F, 0.92F, 1}, {1.00F, 0.93F, 0.63F, 1},
+                                    {1.00F, 0.78F, 0.36F, 1}, {0.99F, 0.55F, 0.24F, 1},
+                                    {0.89F, 0.20F, 0.13F, 1}, {0.62F, 0.02F, 0.15F, 1},
+                                    {0.20F, 0.00F, 0.12F, 1}};
+  const double share = (temperature - kBodyTemperature) / (kBoilingTemperature - kBodyTemperature);
+  const double place = static_cast<double>(kLast) * (share < 1 ? (share > 0 ? share : 0) : 1);
+  const auto stop = static_cast<std::size_t>(place);
+  return stop == kLast ? kStops[kLast]
+                       : mix(kStops[stop], kStops[stop + 1],
+                             static_cast<float>(place - static_cast<double>(stop)));
 }
 
 }  // namespace pbdsurg

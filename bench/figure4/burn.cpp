@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "burn.h"
+
+#include <array>
+#include <span>
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr double kStep = 10e-3;    // s
+constexpr Index kTexels = 7;       // along an edge of a triangle
+constexpr double kPower = 30;      // W
+constexpr double kCurrent = 0.15;  // A; the paper does not print its own
+
+}  // namespace
+
+BurnModel physical_burn() {
+  return {"physical", {}, cut_settings(kPower)};
+}
+
+BurnModel paper_burn() {
+  CauteryOptions options;
+  options.model = ThermalModel::paper();
+  options.electrode_cooling = 0;
+  return {"paper", options, known_current_settings(kCurrent)};
+}
+
+Burn::Burn(const TetMesh& gallbladder, const Eigen::Vector3f& tip, const BurnModel& model)
+    : electrode_{tip, tip},
+      generator_(model.generator),
+      body_(scene_.add_body("gallbladder", gallbladder)),
+      solver_(scene_),
+      thermal_body_{body_, &gallbladder, kGallbladderWall},
+      cautery_(solver_, std::span(&thermal_body_, 1), model.cautery),
+      surface_(solver_, body_),
+      texture_(kTexels) {}
+
+void Burn::run_to(double time) {
+  const std::array<EditParticipant*, 1> others{&surface_};
+  for (; (steps_ + 0.5) * kStep < time; ++steps_) {
+    report_ = cautery_.update(solver_, electrode_, generator_, kStep, others);
+    removed_volume_ += report_.removed_volume;
+  }
+  // temperatures as they are now, as the paper's figure has them
+  map_.update(surface_,
+              {field().temperatures(), field().survival(), field().water(), field().charred()});
+  texture_.update(surface_, map_);
+}
+
+}  // namespace pbdsurg::bench
