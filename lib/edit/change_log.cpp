@@ -17,7 +17,7 @@ ChangeLog::ChangeLog(Index slot_count)
 void ChangeLog::note_again(std::uint64_t since) noexcept {
   const std::uint64_t end = version_;
   if (end - since > slots_.size()) {
-    version_ += slots_.size() + 1;
+    note_all();
     return;
   }
   for (std::uint64_t v = since; v < end; ++v) {
@@ -28,7 +28,7 @@ void ChangeLog::note_again(std::uint64_t since) noexcept {
 void ChangeLog::reserve(Index slot_count) {
   if (static_cast<std::size_t>(slot_count) > slots_.size()) {
     slots_.resize(std::max(static_cast<std::size_t>(slot_count), 2 * slots_.size()));
-    version_ += slots_.size() + 1;  // beyond all memory
+    note_all();
   }
 }
 

@@ -9,6 +9,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "edit/renumbering.h"
 #include "solver/backend.h"
 #include "solver/growth.h"
 #include "solver/solver_data.h"
@@ -55,18 +56,6 @@ std::vector<Index> renumber(std::size_t count, std::vector<Index> first, BodyOf 
     }
   }
   return ids;
-}
-
-// What is at each new id. @param ids  old to new
-template <class Value>
-std::vector<Value> moved(const std::vector<Index>& ids, std::size_t count, auto value_of) {
-  std::vector<Value> values(count);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (ids[i] != kInvalidIndex) {
-      values[ids[i]] = value_of(static_cast<Index>(i));
-    }
-  }
-  return values;
 }
 
 std::size_t count_living(const std::vector<Index>& ids) {

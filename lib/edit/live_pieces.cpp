@@ -2,15 +2,22 @@
 #include "pbdsurg/edit/live_pieces.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "edit/renumbering.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
 namespace {
+
+constexpr char kWho[] = "live pieces";  // in errors
 
 bool is_fixed(const Solver& solver, Index vertex) {
   return solver_data(solver).particle(vertex).w == 0;
@@ -67,7 +74,7 @@ std::vector<Index> LivePieces::tets(Index piece) const {
 }
 
 Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index smallest) {
-  followed_.check(solver, "live pieces");
+  followed_.check(solver, kWho);
   const SolverData& data = solver_data(solver);
   std::vector<Index> kept;  // ascending
   for (const CornerMove& move : edit.corner_moves) {
@@ -127,8 +134,43 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
   return crumbs;
 }
 
+void LivePieces::renumber(const Solver& solver, const Renumbering& ids) {
+  FollowedVersion followed = followed_;
+  followed.renumber(solver, ids, kWho);
+  check_size(kWho, "vertices", ids.vertices, static_cast<std::size_t>(is_fixed_.size()));
+  check_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.size()));
+  for (Index t = 0; t < tets_.size(); ++t) {
+    if ((tets_[t].piece == kInvalidIndex) != (ids.tets[t] == kInvalidIndex)) {
+      throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho +
+                            " lives before or after the compaction alone, which is of another "
+                            "solver");
+    }
+  }
+  std::vector<Piece> pieces(pieces_.values().begin(), pieces_.values().end());
+  for (Piece& piece : pieces) {
+    piece.body = new_id(piece.body, ids.bodies);
+    piece.first_tet = new_id(piece.first_tet, ids.tets);
+    if (piece.first_tet != kInvalidIndex && solver.body_of_tet(piece.first_tet) != piece.body) {
+      throw InvalidArgument(std::string(kWho) + " would be of body " + std::to_string(piece.body) +
+                            " after the compaction, which is of another solver");
+    }
+  }
+  followed_ = followed;
+  pieces_ = UndoArray(std::move(pieces));
+  tets_ = UndoArray(moved<PieceTet>(ids.tets, solver.tets().size(), [&](Index t) {
+    const auto [piece, next, previous] = tets_[t];
+    return PieceTet{piece, new_id(next, ids.tets), new_id(previous, ids.tets)};
+  }));
+  const auto vertex_count = static_cast<std::size_t>(solver.vertex_count());
+  is_fixed_ = UndoArray(
+      moved<std::uint8_t>(ids.vertices, vertex_count, [&](Index v) { return is_fixed_[v]; }));
+  part_of_.assign(vertex_count, kInvalidIndex);
+  next_.resize(vertex_count);
+  leaving_.assign(solver.tets().size(), false);
+}
+
 void LivePieces::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, "live pieces");
+  followed_.check(solver, kWho);
 }
 
 void LivePieces::apply(const Solver& solver, const TopologyEdit& edit,

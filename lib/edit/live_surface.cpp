@@ -2,10 +2,15 @@
 #include "pbdsurg/edit/live_surface.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "edit/renumbering.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg {
@@ -16,13 +21,13 @@ constexpr Index kGone = -1;  // its tetrahedron is not, or not of the body
 constexpr Index kOpen = -2;  // within an edit: neither joined nor on the surface yet
 constexpr Index kOnSurface = -3;
 
+constexpr char kWho[] = "a live surface";  // in errors
+
 }  // namespace
 
-LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
-  const Body& own = solver.body(body);
-  const SolverData& data = solver_data(solver);
-  tets_ = {own.first_tet, own.tet_count, data.first_later_tet(body)};
-  vertices_ = {own.first_vertex, own.vertex_count, data.first_later_vertex(body)};
+LiveSurface::LiveSurface(const Solver& solver, Index body) : body_(body), followed_(solver) {
+  static_cast<void>(solver.body(body));  // throws if there is none
+  number(solver);
   const Index own_tets = tets_.local(static_cast<Index>(solver.tets().size()));
   const Index own_vertices = vertices_.local(solver.vertex_count());
   faces_ = UndoArray(std::vector<Index>(4 * static_cast<std::size_t>(own_tets), kGone));
@@ -42,8 +47,76 @@ LiveSurface::LiveSurface(const Solver& solver, Index body) : followed_(solver) {
   version_before_ = version();
 }
 
+// Where the solver has what is of the body.
+void LiveSurface::number(const Solver& solver) {
+  if (body_ == kInvalidIndex) {  // only what edits bring to other bodies
+    tets_ = {0, 0, static_cast<Index>(solver.tets().size())};
+    vertices_ = {0, 0, solver.vertex_count()};
+    return;
+  }
+  const Body& own = solver.body(body_);
+  const SolverData& data = solver_data(solver);
+  tets_ = {own.first_tet, own.tet_count, data.first_later_tet(body_)};
+  vertices_ = {own.first_vertex, own.vertex_count, data.first_later_vertex(body_)};
+}
+
+void LiveSurface::renumber(const Solver& solver, const Renumbering& ids) {
+  LiveSurface now = *this;
+  now.followed_.renumber(solver, ids, kWho);
+  check_size(kWho, "vertices", ids.vertices,
+             static_cast<std::size_t>(vertices_.scene(vertex_triangles_.size())));
+  check_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.scene(faces_.size() / 4)));
+  now.body_ = new_id(body_, ids.bodies);
+  now.number(solver);
+
+  const auto own_tet = [&](Index tet) {  // old to new, local
+    const Index id = ids.tets[tets_.scene(tet)];
+    if (id == kInvalidIndex || !now.tets_.has(id)) {
+      throw InvalidArgument("tet " + std::to_string(tets_.scene(tet)) +
+                            " of a live surface is not of its body after the compaction, which is "
+                            "of another solver");
+    }
+    return now.tets_.local(id);
+  };
+  std::vector<Index> faces(4 * static_cast<std::size_t>(now.tets_.count), kGone);
+  for (Index face = 0; face < faces_.size(); ++face) {
+    const Index state = faces_[face];
+    if (state != kGone) {
+      faces[4 * own_tet(face / 4) + face % 4] =
+          state < 0 ? state : 4 * own_tet(state / 4) + state % 4;
+    }
+  }
+  now.faces_ = UndoArray(std::move(faces));
+
+  std::vector<Triangle> triangles(static_cast<std::size_t>(slot_count()), kEmptyTriangle);
+  std::vector<TetFace> origins(triangles.size());
+  std::vector<Index> vertex_triangles(static_cast<std::size_t>(now.vertices_.count), 0);
+  for (Index slot = 0; slot < slot_count(); ++slot) {
+    const auto [tet, face] = origins_[slot];
+    if (tet == kInvalidIndex) {
+      continue;
+    }
+    origins[slot] = {ids.tets[tet], face};
+    triangles[slot] = now.vertices_of(solver, 4 * now.tets_.local(ids.tets[tet]) + face);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (triangles[slot][i] != ids.vertices[triangles_[slot][i]]) {
+        throw InvalidArgument("tet " + std::to_string(tet) + " of a live surface has corner " +
+                              std::to_string(triangles_[slot][i]) +
+                              ", and another after the compaction, which is of another solver");
+      }
+      ++vertex_triangles[now.vertices_.local(triangles[slot][i])];
+    }
+  }
+  now.triangles_ = UndoArray(std::move(triangles));
+  now.origins_ = UndoArray(std::move(origins));
+  now.vertex_triangles_ = UndoArray(std::move(vertex_triangles));
+  now.changes_.note_all();
+  now.version_before_ = now.version();
+  *this = std::move(now);
+}
+
 void LiveSurface::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, "a live surface");
+  followed_.check(solver, kWho);
 }
 
 void LiveSurface::apply(const Solver& solver, const TopologyEdit& edit,

@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 
 #include "core/check.h"
+#include "edit/renumbering.h"
 #include "surgery/current.h"
 #include "surgery/electrode_contact.h"
 #include "surgery/heat_changes.h"
@@ -314,6 +316,22 @@ void Cautery::Work::undo_links(const EditResult& result) {
   std::erase_if(parting_links, is_gone);
   std::copy_if(result.links.begin(), result.links.end(), std::back_inserter(parting_links),
                [&](Index l) { return !is_gone(l) && is_full(l); });
+}
+
+void Cautery::renumber(const Solver& solver, const Renumbering& ids) {
+  Work& work = *work_;
+  ElectrodeContact contact = work.contact;
+  contact.renumber(solver, ids);
+  check_size("a cautery", "links", ids.links, work.link_doses.size());
+  work.field.renumber(solver, ids);
+  // what is left follows the two
+  work.contact = std::move(contact);
+  work.current.renumber(work.field, ids);
+  work.changes.renumber(work.field, ids);
+  work.positions.renumber(solver, ids);
+  renumber_values(work.link_doses, ids.links, solver.links().size());
+  renumber_list(work.parting_links, ids.links);
+  work.cooling.assign(static_cast<std::size_t>(solver.vertex_count()), 0.0);
 }
 
 void Cautery::validate(const Solver& solver, const TopologyEdit& edit) const {

@@ -296,6 +296,13 @@ EditResult ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep
 }
 
 void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
+  const Index last_link =
+      strands_.empty() ? 0 : strands_.back().first_link + strands_.back().link_count;
+  if (last_link > static_cast<Index>(ids.links.size())) {
+    throw InvalidArgument("strands have " + std::to_string(last_link) +
+                          " links, the compaction was of a solver with " +
+                          std::to_string(ids.links.size()));
+  }
   followed_.renumber(solver, ids, "connective tissue");
   const auto count_left = [&](Index first, Index end) {
     return static_cast<Index>(std::count_if(ids.links.begin() + first, ids.links.begin() + end,

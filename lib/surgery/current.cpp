@@ -7,6 +7,8 @@
 
 #include "pbdsurg/thermal/tissue_state.h"
 
+#include "edit/renumbering.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -51,6 +53,17 @@ void Current::apply(const HeatField& field) noexcept {
   has_updated_ = false;
   seen_tets_.resize(count);
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
+}
+
+void Current::renumber(const HeatField& field, const Renumbering& ids) {
+  potential_.renumber(ids);
+  const auto count = static_cast<std::size_t>(field.mesh().tet_count());
+  renumber_values(conductivities_, ids.tets, count);
+  renumber_list(warm_tets_, ids.tets);
+  seen_tets_.assign(count, 0);
+  seen_vertices_.assign(static_cast<std::size_t>(field.mesh().vertex_count()), 0);
+  cooled_.clear();
+  shares_.clear();
 }
 
 void Current::undo(const HeatField& field) noexcept {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/thermal/disk_source.h"
@@ -65,6 +66,9 @@ class Current {
   [[nodiscard]] bool is_disk() const noexcept { return is_disk_; }
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
   [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
+
+  /// Goes along with a compaction, after the field has. What was touched has to be told again.
+  void renumber(const HeatField& field, const Renumbering& ids);
 
   void apply(const HeatField& field) noexcept;
   void undo(const HeatField& field) noexcept;

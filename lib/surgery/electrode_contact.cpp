@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "edit/renumbering.h"
 #include "mesh/closest_on_triangle.h"
 
 namespace pbdsurg {
@@ -20,6 +21,8 @@ constexpr double kMargin = 4;
 constexpr double kDeepest = 4;
 
 constexpr double kTie = 1e-9;  // relative
+
+constexpr auto kUnseen = static_cast<std::size_t>(-1);  // a number of links that there never is
 
 // Of the cosine to the normal under the electrode: beyond is the far side of a thin wall.
 constexpr double kLeastCosine = -0.5;
@@ -75,6 +78,10 @@ void ScenePositions::follow(const Solver& solver) {
   }
   values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
   read(solver, added);
+}
+
+void ScenePositions::renumber(const Solver& solver, const Renumbering& ids) {
+  renumber_values(values_, ids.vertices, static_cast<std::size_t>(solver.vertex_count()));
 }
 
 ElectrodeContact::ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies,
@@ -309,6 +316,21 @@ void ElectrodeContact::find_links(const Solver& solver, const Electrode& electro
   }
 }
 
+void ElectrodeContact::renumber(const Solver& solver, const Renumbering& ids) {
+  for (Body& body : bodies_) {
+    add_changed_slots(body);
+    body.surface.renumber(solver, ids);
+    body.seen_version = body.surface.version();  // slots hold what they held
+  }
+  const bool has_seen_links = seen_links_ == ids.links.size();
+  renumber_list(candidate_links_, ids.links);
+  seen_links_ = has_seen_links ? solver.links().size() : kUnseen;
+  nearest_ = {};
+  area_ = 0;
+  near_.clear();
+  links_.clear();
+}
+
 void ElectrodeContact::validate(const Solver& solver, const TopologyEdit& edit) const {
   for (const Body& body : bodies_) {
     body.surface.validate(solver, edit);
@@ -327,7 +349,7 @@ void ElectrodeContact::undo(const Solver& solver, const TopologyEdit& edit,
   for (Body& body : bodies_) {
     body.surface.undo(solver, edit, result);
   }
-  seen_links_ = static_cast<std::size_t>(-1);  // what was a new link may be another soon
+  seen_links_ = kUnseen;  // what was a new link may be another soon
 }
 
 }  // namespace pbdsurg

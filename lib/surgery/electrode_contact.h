@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
@@ -29,6 +30,9 @@ class ScenePositions {
 
   /// Keeps the size of the scene's; what is new is read at once.
   void follow(const Solver& solver);
+
+  /// Goes along with a compaction.
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   /// [vertex_count] m
   [[nodiscard]] std::span<const Eigen::Vector3f> values() const noexcept { return values_; }
@@ -97,6 +101,10 @@ class ElectrodeContact {
   [[nodiscard]] double area_of(Index vertex) const { return vertex_areas_[vertex]; }
 
   [[nodiscard]] std::span<const TouchedLink> links() const noexcept { return links_; }
+
+  /// Goes along with a compaction. What was touched has to be found again.
+  /// @throws InvalidArgument  as LiveSurface::renumber(), after which this is of no more use
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   void validate(const Solver& solver, const TopologyEdit& edit) const;
   void apply(const Solver& solver, const TopologyEdit& edit, const EditResult& result) noexcept;

@@ -8,6 +8,8 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
+#include "edit/renumbering.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -216,6 +218,16 @@ void HeatChanges::apply(const HeatField& field) noexcept {
     seen_water_.push_back(field.water()[v]);
   }
   seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
+}
+
+void HeatChanges::renumber(const HeatField& field, const Renumbering& ids) {
+  renumber_values(seen_water_, ids.vertices, static_cast<std::size_t>(field.mesh().vertex_count()));
+  seen_.assign(static_cast<std::size_t>(field.mesh().tet_count()), 0);
+  for (Pending& pending : pending_) {
+    pending.tet = ids.tets[pending.tet];
+  }
+  std::erase_if(pending_, [](const Pending& p) { return p.tet == kInvalidIndex; });
+  std::ranges::sort(pending_, {}, &Pending::tet);
 }
 
 void HeatChanges::undo(const HeatField& field) noexcept {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
@@ -43,6 +44,9 @@ class HeatChanges {
   [[nodiscard]] double removed_volume() const noexcept { return due_volume_; }
   [[nodiscard]] Index torn_count() const noexcept { return torn_; }
   [[nodiscard]] Index deferred_count() const noexcept { return deferred_count_; }
+
+  /// Goes along with a compaction, after the field has.
+  void renumber(const HeatField& field, const Renumbering& ids);
 
   void apply(const HeatField& field) noexcept;
   void undo(const HeatField& field) noexcept;

@@ -10,9 +10,11 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
 #include "core/check.h"
+#include "edit/renumbering.h"
 #include "thermal/heat_region.h"
 
 namespace pbdsurg {
@@ -201,6 +203,18 @@ void HeatField::add_vertex(Index vertex, const NewVertex& added) {
   }
   temperatures_[vertex] = std::lerp(temperatures_[added.first], temperatures_[added.second],
                                     second_share / (first_share + second_share));
+}
+
+void HeatField::renumber(const Solver& solver, const Renumbering& ids) {
+  mesh_.renumber(solver, ids);
+  const auto count = static_cast<std::size_t>(mesh_.vertex_count());
+  for (std::vector<double>* values :
+       {&temperatures_, &peaks_, &water_, &survival_, &collagen_, &charred_}) {
+    renumber_values(*values, ids.vertices, count);
+  }
+  renumber_list(held_, ids.vertices);
+  renumber_list(pending_, ids.vertices);
+  region_->renumber(ids.vertices, mesh_.vertex_count());
 }
 
 void HeatField::validate(const Solver& solver, const TopologyEdit& edit) const {

@@ -5,6 +5,8 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "edit/renumbering.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -58,6 +60,16 @@ void HeatRegion::drop_from(Index first_vertex) {
   }
   has_changed_ = has_changed_ || gone != vertices_.end();
   vertices_.erase(gone, vertices_.end());
+}
+
+void HeatRegion::renumber(const std::vector<Index>& vertices, Index vertex_count) {
+  renumber_list(vertices_, vertices);
+  std::sort(vertices_.begin(), vertices_.end());
+  rows_.assign(static_cast<std::size_t>(vertex_count), kInvalidIndex);
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    rows_[vertices_[i]] = static_cast<Index>(i);
+  }
+  has_changed_ = true;
 }
 
 void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {

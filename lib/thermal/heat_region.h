@@ -55,6 +55,10 @@ class HeatRegion {
   void clear();
   void drop_from(Index first_vertex);
 
+  /// Goes along with a compaction.
+  /// @param vertices      old to new  @param vertex_count  of the mesh from now on
+  void renumber(const std::vector<Index>& vertices, Index vertex_count);
+
   /// Tells that tetrahedra in the region may have changed.
   void mark_changed() noexcept { has_changed_ = true; }
 

@@ -9,12 +9,15 @@
 #include <numbers>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "coloring/thread_team.h"
 #include "core/check.h"
+#include "edit/renumbering.h"
 #include "solver/step_team.h"
 #include "thermal/device_system.h"
 #include "thermal/local_system.h"
@@ -136,6 +139,7 @@ struct PotentialField::Work {
         team(options.threads, options.wait),
         device(make_device_system(options.backend)) {}
 
+  void check_numbering() const;
   void find_seeds(std::span<const double> conductivities);
   [[nodiscard]] Contact measure_contact() const;
   [[nodiscard]] bool suits(const Contact& now, std::span<const double> conductivities) const;
@@ -155,6 +159,7 @@ struct PotentialField::Work {
   void sum_heat();
 
   const ThermalMesh& mesh;
+  int renumberings = mesh.renumberings();  // that this has gone along with
   PotentialOptions options;
   StepTeam team;
   LocalSystem system{&team};
@@ -224,6 +229,7 @@ std::span<const double> PotentialField::tet_heat() const noexcept {
 
 void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) {
   Work& work = *work_;
+  work.check_numbering();
   if (!patch.empty()) {
     check(area > 0 && std::isfinite(area), "contact area", area, "positive and finite");
   }
@@ -257,6 +263,7 @@ void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) 
 
 void PotentialField::set_ground(std::span<const Index> vertices) {
   Work& work = *work_;
+  work.check_numbering();
   for (const Index v : vertices) {
     check_id("ground", v, work.mesh.vertex_count());
   }
@@ -268,6 +275,7 @@ void PotentialField::set_ground(std::span<const Index> vertices) {
 const PotentialReport& PotentialField::solve(std::span<const double> conductivities,
                                              std::span<const Eigen::Vector3f> positions) {
   Work& work = *work_;
+  work.check_numbering();
   check_size("conductivities", conductivities, work.mesh.tet_count());
   if (!positions.empty()) {
     check_size("positions", positions, work.mesh.vertex_count());
@@ -305,6 +313,45 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
     throw;
   }
   return work.report;
+}
+
+void PotentialField::renumber(const Renumbering& ids) {
+  Work& work = *work_;
+  if (work.mesh.renumberings() != work.renumberings + 1) {
+    throw InvalidArgument(
+        "a potential field goes along with a compaction once, after its mesh has");
+  }
+  std::vector<PatchVertex> patch = work.patch;
+  std::vector<Index> ground = work.ground;
+  const auto renumber_vertex = [&](const char* what, Index& v) {
+    v = new_id(v, ids.vertices);
+    if (v != kInvalidIndex) {
+      check_id(what, v, work.mesh.vertex_count());
+    }
+  };
+  for (PatchVertex& touched : patch) {
+    renumber_vertex("after the compaction, the electrode patch", touched.vertex);
+  }
+  for (Index& v : ground) {  // what is gone stays in it, or the ball might take its place
+    renumber_vertex("after the compaction, ground", v);
+  }
+  std::erase_if(patch, [](const PatchVertex& p) { return p.vertex == kInvalidIndex; });
+  std::ranges::sort(patch, {}, &PatchVertex::vertex);
+  std::ranges::sort(ground);
+  work.patch = std::move(patch);
+  work.ground = std::move(ground);
+  work.is_patch_new = true;
+  work.leave_region();
+  work.report = {};
+  ++work.renumberings;
+}
+
+void PotentialField::Work::check_numbering() const {
+  if (renumberings != mesh.renumberings()) {
+    throw InvalidArgument(
+        "the mesh of a potential field has gone along with a compaction; the "
+        "field must, too");
+  }
 }
 
 // Those of the patch that conduct.

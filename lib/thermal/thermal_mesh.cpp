@@ -6,9 +6,17 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "edit/renumbering.h"
+
 namespace pbdsurg {
+namespace {
+
+constexpr char kWho[] = "a thermal mesh";  // in errors
+
+}  // namespace
 
 ThermalMesh::ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue)
     : ThermalMesh(mesh, std::span(&tissue, 1),
@@ -112,18 +120,29 @@ void ThermalMesh::resize(std::size_t vertex_count, std::size_t tet_count) {
   next_corners_.resize(tet_count);
 }
 
+double ThermalMesh::longest_edge(Index tet) const noexcept {
+  double longest = 0;
+  for (const auto& [a, b] : kTetEdges) {
+    longest = std::max(longest, (points_[tets_[tet][a]] - points_[tets_[tet][b]]).norm());
+  }
+  return longest;
+}
+
+// Of a tetrahedron whose volume is measured.
+bool ThermalMesh::is_sliver(Index tet) const noexcept {
+  const double longest = longest_edge(tet);
+  return !(longest > 0) || volumes_[tet] / (longest * longest * longest) < kLeastVolume;
+}
+
 // Gradients are inward area vectors of the faces over three volumes. Scaled areas and lengths keep
 // the arithmetic away from underflow for the smallest of slivers.
 void ThermalMesh::measure(Index tet) noexcept {
   const Tet& v = tets_[tet];
-  double longest = 0;
-  for (const auto& [a, b] : kTetEdges) {
-    longest = std::max(longest, (points_[v[a]] - points_[v[b]]).norm());
-  }
+  const double longest = longest_edge(tet);
   volumes_[tet] = std::max(tet_volume(points_, v), 0.0);
   coefficients_[tet] = {};
+  sliver_count_ += is_sliver(tet) ? 1 : 0;
   if (!(longest > 0)) {
-    ++sliver_count_;
     return;
   }
   std::array<Eigen::Vector3d, 4> areas;  // doubled, over longest^2
@@ -133,7 +152,6 @@ void ThermalMesh::measure(Index tet) noexcept {
                    .cross((points_[v[b]] - points_[v[a]]) / longest);
   }
   const double volume = volumes_[tet] / (longest * longest * longest);
-  sliver_count_ += volume < kLeastVolume ? 1 : 0;
   for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
     const auto& [i, j] = kTetEdges[e];
     coefficients_[tet][e] =
@@ -244,7 +262,61 @@ double ThermalMesh::surface_share(Index vertex) const noexcept {
 }
 
 void ThermalMesh::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, "a thermal mesh");
+  followed_.check(solver, kWho);
+}
+
+// Of tetrahedra that conduct, against those of the solver that they become.
+void ThermalMesh::check_corners(const Solver& solver, const Renumbering& ids) const {
+  for (Index t = 0; t < tet_count(); ++t) {
+    const Index id = ids.tets[t];
+    if (!is_alive(t)) {
+      continue;
+    }
+    if (id == kInvalidIndex) {
+      throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho +
+                            " lives, and does not after the compaction, which is of another "
+                            "solver");
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (solver.tets()[id][k] != ids.vertices[tets_[t][k]]) {
+        throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho + " has corner " +
+                              std::to_string(tets_[t][k]) +
+                              ", and another after the compaction, which is of another solver");
+      }
+    }
+  }
+}
+
+void ThermalMesh::renumber(const Solver& solver, const Renumbering& ids) {
+  FollowedVersion followed = followed_;
+  followed.renumber(solver, ids, kWho);
+  check_size(kWho, "vertices", ids.vertices, points_.size());
+  check_size(kWho, "tets", ids.tets, tets_.size());
+  check_corners(solver, ids);
+  followed_ = followed;
+
+  const auto vertices = static_cast<std::size_t>(solver.vertex_count());
+  const std::size_t tets = solver.tets().size();
+  renumber_values(points_, ids.vertices, vertices);
+  renumber_values(vertex_tissues_, ids.vertices, vertices);
+  tets_ = moved<Tet>(ids.tets, tets,
+                     [&](Index t) { return is_alive(t) ? solver.tets()[ids.tets[t]] : Tet{}; });
+  renumber_values(alive_, ids.tets, tets);
+  renumber_values(tet_tissues_, ids.tets, tets);
+  renumber_values(volumes_, ids.tets, tets);
+  renumber_values(coefficients_, ids.tets, tets);
+  first_corners_.assign(vertices, kInvalidIndex);
+  next_corners_.resize(tets);
+  link_all();
+  sliver_count_ = 0;
+  for (Index t = 0; t < tet_count(); ++t) {
+    sliver_count_ += is_alive(t) && is_sliver(t) ? 1 : 0;
+  }
+  touched_.clear();
+  touched_at_.assign(vertices, 0);
+  ++change_;
+  version_ = ++newest_version_;
+  ++renumberings_;
 }
 
 void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/edit/live_boundary.h"
 #include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "solver/growth.h"
@@ -249,6 +251,84 @@ TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh sol
     fresh.step(kTimeStep);
   }
   CHECK(solver.state_hash(1) == fresh.state_hash(1));
+}
+
+// Would catch triangles that change slots, pieces that change ids, and either of them misled in
+// edits and undos from then on; those of a body that is gone, or came late, included.
+TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[property]") {
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
+  const SolverOptions options{.backend = BackendKind::serial};
+  Solver solver(scene, options);
+  edit_much(solver, ProjectionMode::compliance);
+  LivePieces pieces(solver);
+  std::vector<LiveSurface> surfaces;
+  for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
+    surfaces.emplace_back(solver, b);
+  }
+  std::vector<EditParticipant*> views{&pieces};
+  for (LiveSurface& surface : surfaces) {
+    views.push_back(&surface);
+  }
+  std::vector<Index> bodies(surfaces.size());  // of the surfaces, as they are numbered now
+  std::iota(bodies.begin(), bodies.end(), 0);
+  for (Index round = 0; round < 4; ++round) {
+    for (Index i = 0; i < 4; ++i) {
+      for (const TopologyEdit& edit : {testing::eventful_edit(solver, 4 * round + i),
+                                       testing::part_vertex(solver, 20 + 3 * i + 5 * round, 7)}) {
+        const EditResult result = apply_edit(solver, edit, views);
+        undo_edit(solver, edit, result, views);
+        apply_edit(solver, edit, views);
+      }
+    }
+    const LivePieces old_pieces = pieces;
+    const std::vector<LiveSurface> old_surfaces = surfaces;
+    const Renumbering ids = compact(solver);
+    pieces.renumber(solver, ids);
+    REQUIRE(pieces.count() == old_pieces.count());
+    for (std::size_t t = 0; t < ids.tets.size(); ++t) {
+      const Index piece = old_pieces.piece_of(static_cast<Index>(t));
+      REQUIRE((ids.tets[t] == kInvalidIndex ? piece == kInvalidIndex
+                                            : pieces.piece_of(ids.tets[t]) == piece));
+    }
+    for (Index piece = 0; piece < pieces.count(); ++piece) {
+      const std::vector<Index> tets = pieces.tets(piece);
+      REQUIRE(pieces.tet_count(piece) == old_pieces.tet_count(piece));
+      REQUIRE(static_cast<Index>(tets.size()) == pieces.tet_count(piece));
+      REQUIRE(pieces.is_anchored(piece) == old_pieces.is_anchored(piece));
+      REQUIRE((tets.empty() || pieces.body(piece) == solver.body_of_tet(tets[0])));
+    }
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+      LiveSurface& now = surfaces[s];
+      const LiveSurface& before = old_surfaces[s];
+      std::vector<SlotRange> ranges;
+      now.renumber(solver, ids);
+      now.collect_changes(before.version(), ranges);
+      REQUIRE((ranges.size() == 1 && ranges[0].end == now.slot_count()));
+      REQUIRE(now.slot_count() == before.slot_count());
+      for (Index slot = 0; slot < now.slot_count(); ++slot) {
+        const TetFace from = before.origins()[slot], to = now.origins()[slot];
+        REQUIRE(to.tet == (from.tet == kInvalidIndex ? kInvalidIndex : ids.tets[from.tet]));
+        REQUIRE(to.face == from.face);
+      }
+      bodies[s] = bodies[s] == kInvalidIndex ? kInvalidIndex : ids.bodies[bodies[s]];
+      std::vector<std::pair<Index, Triangle>> shown, expected;
+      for (Index slot = 0; slot < now.slot_count(); ++slot) {
+        if (now.origins()[slot].tet != kInvalidIndex) {
+          shown.emplace_back(now.origins()[slot].tet, now.triangles()[slot]);
+        }
+      }
+      if (bodies[s] != kInvalidIndex) {
+        for (const BoundaryTriangle& triangle : find_live_boundary(solver, bodies[s])) {
+          expected.emplace_back(triangle.tet, triangle.vertices);
+          REQUIRE(now.is_on_surface(triangle.vertices[0]));
+        }
+      }
+      std::ranges::sort(shown);
+      std::ranges::sort(expected);
+      REQUIRE(shown == expected);
+    }
+  }
+  CHECK(std::ranges::count(bodies, kInvalidIndex) == 1);
 }
 
 // Would catch a build that touches the solver, which thread sanitizer sees, or depends on when it

@@ -1,126 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that follows topology, through the same edits: cuts, burns, strands that part, undo.
 #include <algorithm>
-#include <array>
-#include <memory>
 #include <vector>
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/surgery/connective_tissue.h"
 
 #include "support/catch.h"
-#include "support/meshes.h"
+#include "surgery/slabs.h"
 
 namespace pbdsurg {
 namespace {
 
-constexpr double kEdge = 2e-3;      // m
-constexpr float kTimeStep = 5e-3F;  // s
-
-// Two slabs with strands between them.
-struct Slabs {
-  Slabs() : lower(testing::make_box({6, 6, 2}, kEdge)) {
-    std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
-    for (Eigen::Vector3d& point : points) {
-      point.z() += 7e-3;
-    }
-    upper = TetMesh(points, {lower.tets().begin(), lower.tets().end()});
-    scene.add_body("lower", lower);
-    scene.add_body("upper", upper);
-    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-    strands.join(scene, 0, 1, scattered_links(lower, upper, {.max_distance = 6e-3, .density = 2e6}),
-                 {.segments = 3, .tear_stretch = 1.2});
-  }
-
-  TetMesh lower, upper;
-  Scene scene;
-  ConnectiveTissue strands;
-};
-
-// A solver and all that takes part in its edits.
-struct World {
-  explicit World(const Slabs& slabs, const SolverOptions& options = {.damping = 20})
-      : solver(slabs.scene, options),
-        cautery(solver,
-                std::array{ThermalBody{0, &slabs.lower, kFat}, ThermalBody{1, &slabs.upper, kFat}},
-                {.link_energy = 0.05}),
-        strands(slabs.strands),
-        surfaces{LiveSurface(solver, 0), LiveSurface(solver, 1)},
-        pieces(solver) {}
-
-  [[nodiscard]] std::vector<EditParticipant*> all() {
-    return {&cautery, &strands, &surfaces[0], &surfaces[1], &pieces};
-  }
-  [[nodiscard]] std::vector<EditParticipant*> all_but(const EditParticipant* one) {
-    std::vector<EditParticipant*> others = all();
-    std::erase(others, one);
-    return others;
-  }
-
-  void burn_and_tear(const Eigen::Vector3f& tip) {
-    cautery.update(solver, {tip, tip}, cut_settings(8), kTimeStep, all_but(&cautery));
-    strands.separate(solver, {}, all_but(&strands));
-  }
-
-  Solver solver;
-  Cautery cautery;
-  ConnectiveTissue strands;
-  std::array<LiveSurface, 2> surfaces;
-  LivePieces pieces;
-};
-
-std::vector<std::pair<Index, Triangle>> shown_by(const LiveSurface& surface) {
-  std::vector<std::pair<Index, Triangle>> shown;
-  for (Index slot = 0; slot < surface.slot_count(); ++slot) {
-    if (surface.origins()[slot].tet != kInvalidIndex) {
-      shown.emplace_back(surface.origins()[slot].tet, surface.triangles()[slot]);
-    }
-  }
-  std::ranges::sort(shown);
-  return shown;
-}
-
-// Surface and pieces against those found afresh.
-void check_views(const World& world) {
-  std::vector<Tet> live;
-  std::vector<Index> ids;
-  for (Index t = 0; t < static_cast<Index>(world.solver.tets().size()); ++t) {
-    if (world.solver.is_tet_alive(t)) {
-      live.push_back(world.solver.tets()[t]);
-      ids.push_back(t);
-    }
-  }
-  const Components components = find_components(world.solver.vertex_count(), live);
-  std::vector<Index> piece_of(static_cast<std::size_t>(components.count), kInvalidIndex);
-  Index wrong = 0, most = 0;
-  for (std::size_t i = 0; i < live.size(); ++i) {
-    Index& piece = piece_of[components.of_vertex[live[i][0]]];
-    const Index actual = world.pieces.piece_of(ids[i]);
-    piece = piece == kInvalidIndex ? actual : piece;
-    wrong += actual != piece;
-    wrong += world.pieces.body(actual) != world.solver.body_of_tet(ids[i]);
-  }
-  std::ranges::sort(piece_of);
-  most = static_cast<Index>(std::ranges::unique(piece_of).begin() - piece_of.begin());
-  REQUIRE(wrong == 0);
-  REQUIRE(most == components.count);  // no piece has two ids, no id two pieces
-
-  for (Index body = 0; body < 2; ++body) {
-    std::vector<std::pair<Index, Triangle>> expected;
-    for (const BoundaryTriangle& triangle : find_live_boundary(world.solver, body)) {
-      expected.emplace_back(triangle.tet, triangle.vertices);
-    }
-    std::ranges::sort(expected);
-    REQUIRE(shown_by(world.surfaces[body]) == expected);
-    REQUIRE(shown_by(LiveSurface(world.solver, body)) == expected);
-  }
-}
+using testing::check_views;
+using testing::kTimeStep;
+using testing::random_cut;
+using testing::shown_by;
+using testing::Slabs;
+using testing::World;
 
 void check_heat(const World& world, double energy_before) {
   const HeatField& field = world.cautery.field();
@@ -128,20 +25,6 @@ void check_heat(const World& world, double energy_before) {
   const HeatLedger& ledger = field.ledger();
   const double energy = ledger.sensible + ledger.latent + ledger.removed;
   REQUIRE(energy == testing::Approx(energy_before).epsilon(1e-9).margin(1e-12));
-}
-
-// A cut through both slabs, and strands, at some place.
-CutSurface random_cut(std::uint64_t seed, Index round) {
-  const auto random = [&](int what) {
-    return static_cast<float>(
-        random_unit(seed, static_cast<std::uint64_t>(round), static_cast<std::uint64_t>(what)));
-  };
-  const float x = 12e-3F * random(0), lean = 4e-3F * (random(1) - 0.5F);
-  const float depth = 12e-3F * random(2);
-  const std::array edges{
-      BladeEdge{{x, -1e-3F, 12e-3F}, {x + lean, 13e-3F, 12e-3F}},
-      BladeEdge{{x + lean, -1e-3F, 12e-3F - depth}, {x, 13e-3F, 12e-3F - depth}}};
-  return sweep_blade(edges);
 }
 
 }  // namespace

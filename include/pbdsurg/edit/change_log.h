@@ -38,6 +38,9 @@ class ChangeLog {
   /// Notes all changes since a version once more: they were taken back.
   void note_again(std::uint64_t since) noexcept;
 
+  /// Lets every reader get all slots once.
+  void note_all() noexcept { version_ += slots_.size() + 1; }  // beyond all memory
+
   /// Remembers at least so many changes from now on. Readers get all slots once if it has to grow.
   void reserve(Index slot_count);
 

@@ -40,8 +40,12 @@ struct Renumbering {
 /// order of constraints. The edit before cannot be taken back any more, and snapshots from before
 /// are of another topology.
 ///
-/// What follows edits is refused from then on: surfaces, pieces and heat fields are made anew;
-/// ConnectiveTissue::renumber() goes along. Heat and water do not go over yet.
+/// What follows edits is refused from then on, until its renumber() is called with the maps, once,
+/// before the next edit: LiveSurface, LivePieces, ThermalMesh or HeatField, Cautery,
+/// ConnectiveTissue, and a PotentialField after its mesh. Heat, water and all sums go on to the
+/// bit; slots of surfaces, pieces and strands keep their numbers. SurfaceMap and SurfaceTexture
+/// follow their surface by themselves in their next update(), by the fields as renumbered. What an
+/// application keeps by ids, it maps.
 class Compaction {
  public:
   /// Copies what lives, and how near it lies in the first copy.

@@ -33,9 +33,10 @@ class FollowedVersion {
   }
   void undo() noexcept { now_ = before_; }
 
-  /// For participants that go along with a compaction.
+  /// For participants that go along with a compaction. Cost: O(maps).
   /// @throws InvalidArgument  if the compaction was of another topology than the one followed, or
-  ///                          the solver's is not the one that it made; then nothing has changed
+  ///                          the solver's is not the one that it made, or maps of ids lead beyond
+  ///                          what that has; then nothing has changed
   void renumber(const Solver& solver, const Renumbering& ids, const char* who);
 
  private:

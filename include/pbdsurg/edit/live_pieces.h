@@ -16,6 +16,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// Small parts that an edit drops along.
 struct Crumbs {
   Index parts = 0;
@@ -50,7 +52,7 @@ class LivePieces final : public EditParticipant {
 
   // of a piece in [0, count())
 
-  /// The body that its tissue is from.
+  /// The body that its tissue is from; kInvalidIndex once a compaction has left that out.
   [[nodiscard]] Index body(Index piece) const { return pieces_[piece].body; }
 
   [[nodiscard]] Index tet_count(Index piece) const { return pieces_[piece].tet_count; }
@@ -70,6 +72,12 @@ class LivePieces final : public EditParticipant {
 
   /// Vertices that the searches of the last edit, or for its crumbs, have visited.
   [[nodiscard]] Index visited() const noexcept { return visited_count_; }
+
+  /// Goes along with a compaction of the solver: pieces keep their ids, those that are gone, too.
+  /// Cost: O(V + T).
+  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
+  ///                          compaction made of the one that this followed; then nothing changes
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   /// @throws InvalidArgument  if the pieces have missed an edit
   void validate(const Solver& solver, const TopologyEdit& edit) const override;

@@ -17,6 +17,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// One of the four triangles of a tetrahedron.
 struct TetFace {
   Index tet = kInvalidIndex;
@@ -65,6 +67,13 @@ class LiveSurface final : public EditParticipant {
   }
   static constexpr Index kJoinedGap = ChangeLog::kJoinedGap;
 
+  /// Goes along with a compaction of the solver. Triangles keep their slots, so that what a reader
+  /// keeps for each slot stays where it is; readers get all slots once, for their vertices are
+  /// others. That of a body that was gone stays empty. Cost: O(own tetrahedra and vertices).
+  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
+  ///                          compaction made of the one that this followed; then nothing changes
+  void renumber(const Solver& solver, const Renumbering& ids);
+
   /// @throws InvalidArgument  if the surface has missed an edit
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
@@ -92,6 +101,7 @@ class LiveSurface final : public EditParticipant {
     Index face;
   };
 
+  void number(const Solver& solver);
   [[nodiscard]] bool is_own(Index tet) const noexcept;
   [[nodiscard]] Triangle vertices_of(const Solver& solver, Index face) const noexcept;
   void detach(Index face);
@@ -100,6 +110,7 @@ class LiveSurface final : public EditParticipant {
   void show_open_faces(const Solver& solver);
   void hide(Index slot);
 
+  Index body_;  // kInvalidIndex once a compaction has left it out
   Numbering tets_, vertices_;
   // [4 * own tets] for face 4 * local tet + place: the face it shares, or a state below zero
   UndoArray<Index> faces_;

@@ -21,6 +21,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// The bare part of an instrument: a straight wire, or a point where both ends are one.
 struct Electrode {
   Eigen::Vector3f tip;   ///< m, in the world
@@ -143,6 +145,13 @@ class Cautery final : public EditParticipant {
   /// J that it would have cost to warm and boil dry all that heat removed: at most what was
   /// delivered to tissue.
   [[nodiscard]] double removal_energy() const noexcept;
+
+  /// Goes along with a compaction of the solver: heat, water, what links have taken, what waits to
+  /// go, the electrode's warmth and all sums go on as they are; contact and current are found again
+  /// by the next update(), and potential() has none until then. Cost: O(V + T + links).
+  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
+  ///                          compaction made of the one that this followed; then nothing changes
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,

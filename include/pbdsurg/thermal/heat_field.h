@@ -21,6 +21,7 @@
 namespace pbdsurg {
 
 class HeatRegion;
+struct Renumbering;
 
 /// Heat delivered to one vertex.
 struct HeatSource {
@@ -176,6 +177,12 @@ class HeatField final : public EditParticipant {
   [[nodiscard]] std::span<const Index> active_vertices() const noexcept;
 
   [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
+
+  /// Goes along with a compaction of the solver, as ThermalMesh does: temperatures, states, held
+  /// vertices, what takes part and the ledger go on as they are. What was gone has left the ledger
+  /// before. Cost: O(V + T).
+  /// @throws InvalidArgument  as ThermalMesh::renumber(); then nothing changes
+  void renumber(const Solver& solver, const Renumbering& ids);
 
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,

@@ -17,6 +17,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// A vertex that the electrode touches.
 struct PatchVertex {
   Index vertex;
@@ -63,9 +65,10 @@ struct PotentialReport {
 /// Heat for a voltage U is U^2 times what is given here for one volt, and sums to U^2 conductance
 /// to rounding, converged or not: scaled to a wanted power, that is always right.
 ///
-/// Does not follow edits by itself; solve() sees that its ThermalMesh has. Deterministic: the same
-/// calls give the same bits for any number of threads, or on the same device. Allocates nothing
-/// while regions are not larger than before.
+/// Does not follow edits by itself; solve() sees that its ThermalMesh has. After a compaction,
+/// renumber() must be called before anything is set or solved. Deterministic: the same calls give
+/// the same bits for any number of threads, or on the same device. Allocates nothing while regions
+/// are not larger than before.
 class PotentialField {
  public:
   /// @param mesh  must outlive this
@@ -81,7 +84,8 @@ class PotentialField {
   /// @param area  m^2 of contact, which gives the size of the region; positive and finite, or
   ///              anything for an empty patch
   /// @throws InvalidArgument  naming the vertex that is out of range or given twice, the weight
-  ///                          outside (0, 1], or the area; then nothing has changed
+  ///                          outside (0, 1], or the area, or if the mesh was renumbered and this
+  ///                          was not, as the next two; then nothing has changed
   void set_patch(std::span<const PatchVertex> patch, double area);
 
   /// Vertices at potential 0, in place of the ball around the patch; none: the ball. The patch
@@ -104,6 +108,12 @@ class PotentialField {
   /// Cost: O(region), and of a new region once more; see bench/potential_bench.cpp.
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
+
+  /// Goes along with a compaction, after the mesh has: patch and ground stay where they are, but
+  /// for vertices that were gone; there is no solution until the next solve(), as at first.
+  /// @throws InvalidArgument  if the mesh has not gone along with one compaction since the last, or
+  ///                          it lacks a vertex of patch or ground; then nothing has changed
+  void renumber(const Renumbering& ids);
 
   [[nodiscard]] const PotentialReport& report() const noexcept;
 

@@ -20,6 +20,8 @@
 
 namespace pbdsurg {
 
+struct Renumbering;
+
 /// A body of a solver that conducts.
 struct ThermalBody {
   Index body;           ///< of the solver
@@ -88,7 +90,8 @@ class ThermalMesh final : public EditParticipant {
   }
   static constexpr double kLeastVolume = 1e-6;
 
-  /// How many tetrahedra conduct less than they would for being slivers; removed ones count.
+  /// How many tetrahedra conduct less than they would for being slivers; removed ones count, until
+  /// a compaction.
   [[nodiscard]] Index sliver_count() const noexcept { return sliver_count_; }
 
   /// Calls visit(tet) for each live tetrahedron at a vertex, ascending: sums in this order depend
@@ -130,6 +133,16 @@ class ThermalMesh final : public EditParticipant {
   /// away with are left out. Valid until the next.
   [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
 
+  /// Goes along with a compaction of the solver: what lives has new ids, and keeps all that it has,
+  /// bit for bit. Counts as a change of topology. Cost: O(V + T).
+  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
+  ///                          compaction made of the one that this followed, or has tetrahedra with
+  ///                          other corners than the mesh that was given; then nothing changes
+  void renumber(const Solver& solver, const Renumbering& ids);
+
+  /// How many compactions this has gone along with: who keeps ids of it sees that they are old.
+  [[nodiscard]] int renumberings() const noexcept { return renumberings_; }
+
   void validate(const Solver& solver, const TopologyEdit& edit) const override;
   void apply(const Solver& solver, const TopologyEdit& edit,
              const EditResult& result) noexcept override;
@@ -139,7 +152,10 @@ class ThermalMesh final : public EditParticipant {
  private:
   void add_body(const TetMesh& mesh, Index first_vertex, Index first_tet, Index tissue);
   void link_all();
+  void check_corners(const Solver& solver, const Renumbering& ids) const;
   void resize(std::size_t vertex_count, std::size_t tet_count);
+  [[nodiscard]] double longest_edge(Index tet) const noexcept;
+  [[nodiscard]] bool is_sliver(Index tet) const noexcept;
   void measure(Index tet) noexcept;
   void link(Index corner) noexcept;
   void unlink(Index corner) noexcept;
@@ -161,6 +177,7 @@ class ThermalMesh final : public EditParticipant {
   std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
   Index sliver_count_ = 0;
   std::uint64_t version_ = 0, newest_version_ = 0;
+  int renumberings_ = 0;
 
   std::vector<Index> touched_;
   std::uint64_t change_ = 0;               // counts edits and undos
