@@ -75,10 +75,16 @@ TEST_CASE("edit equivalence: a device hears of any edits, within its steps, too"
 TEST_CASE("edit equivalence: bad edits break each rule, and change nothing", "[property]") {
   std::set<std::string> rules{
       "^tet 1 does not exist; ids must be in",
-      "^body 1 does not exist; ids must be in",
       "^tet 1 was removed before",
-      "^body 1 was removed before",
       "^tet 1 is listed twice in one edit",
+      "^edge 1 does not exist; ids must be in",
+      "^edge 1 was removed before",
+      "^edge 1 is listed twice in one edit",
+      "^link 1 does not exist; ids must be in",
+      "^link 1 was removed before",
+      "^link 1 is listed twice in one edit",
+      "^body 1 does not exist; ids must be in",
+      "^body 1 was removed before",
       "^body 1 is listed twice in one edit",
       "^tet 1 is of body",
       "^new vertex 1 is of body",

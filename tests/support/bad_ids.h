@@ -32,8 +32,8 @@ namespace pbdsurg::testing {
 /// @param live   ascending
 /// @param make   Entry(Index id)
 template <class Entry, class MakeEntry>
-void spoil_ids(std::vector<Entry>& entries, std::size_t count, const std::vector<Index>& live,
-               MakeEntry make, Choices& choices) {
+void spoil_ids(Choices& choices, std::vector<Entry>& entries, std::size_t count,
+               const std::vector<Index>& live, MakeEntry make) {
   const auto insert = [&](const Entry& bad) {
     const Index place = choices.below(static_cast<Index>(entries.size()) + 1);
     entries.insert(entries.begin() + place, bad);

@@ -96,9 +96,8 @@ bool spoil_bodies(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   switch (choices.below(8)) {
     case 0:
     case 1:
-      spoil_ids(
-          edit.remove_bodies, solver.bodies().size(), find_live_bodies(solver),
-          [](Index b) { return b; }, choices);
+      spoil_ids(choices, edit.remove_bodies, solver.bodies().size(), find_live_bodies(solver),
+                [](Index b) { return b; });
       return true;
     case 2:
     case 3:

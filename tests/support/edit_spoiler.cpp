@@ -61,11 +61,11 @@ class Spoiler {
  private:
   bool spoil_removal() {
     if (choices_.below(2) == 0) {
-      spoil_ids(
-          edit_.remove_tets, data_.tets.size(), live_tets_, [](Index t) { return t; }, choices_);
+      spoil_ids(choices_, edit_.remove_tets, data_.tets.size(), live_tets_,
+                [](Index t) { return t; });
     } else {
-      spoil_ids(
-          edit_.remove_links, data_.links.size(), live_links_, [](Index l) { return l; }, choices_);
+      spoil_ids(choices_, edit_.remove_links, data_.links.size(), live_links_,
+                [](Index l) { return l; });
     }
     return true;
   }
@@ -86,20 +86,14 @@ class Spoiler {
         edit_.rest_volumes = {{choices_.below(index_of(data_.tets.size())), bad_value}};
         break;
       case 2:
-        spoil_ids(
-            edit_.rest_lengths, data_.edges.size(), springs,
-            [](Index e) {
-              return RestLengthChange{e, 1e-3F};
-            },
-            choices_);
+        spoil_ids(choices_, edit_.rest_lengths, data_.edges.size(), springs, [](Index e) {
+          return RestLengthChange{e, 1e-3F};
+        });
         break;
       default:
-        spoil_ids(
-            edit_.rest_volumes, data_.tets.size(), volumes,
-            [](Index t) {
-              return RestVolumeChange{t, 1e-9F};
-            },
-            choices_);
+        spoil_ids(choices_, edit_.rest_volumes, data_.tets.size(), volumes, [](Index t) {
+          return RestVolumeChange{t, 1e-9F};
+        });
     }
     return true;
   }
@@ -147,12 +141,9 @@ class Spoiler {
     }
     if (choices_.below(4) == 0) {
       const std::size_t count = data_.tets.size();
-      spoil_ids(
-          edit_.corner_moves, count, live_tets_,
-          [](Index t) {
-            return CornerMove{t, 0, 0};
-          },
-          choices_);
+      spoil_ids(choices_, edit_.corner_moves, count, live_tets_, [](Index t) {
+        return CornerMove{t, 0, 0};
+      });
       return true;
     }
     const CornerMove good = add_move();
@@ -177,12 +168,9 @@ class Spoiler {
   bool spoil_link_move() {
     const std::size_t count = data_.links.size();
     if (choices_.below(4) == 0) {
-      spoil_ids(
-          edit_.link_moves, count, live_links_,
-          [](Index l) {
-            return LinkMove{l, 0, 0};
-          },
-          choices_);
+      spoil_ids(choices_, edit_.link_moves, count, live_links_, [](Index l) {
+        return LinkMove{l, 0, 0};
+      });
       return true;
     }
     std::vector<Index> links = live_links_;
