@@ -8,8 +8,9 @@
 
 namespace pbdsurg {
 
-// Would catch a device that misses anything of an edit or its undo, in steps between any of them:
-// stream, graph and cluster in turn, each state that of the serial backend, bit for bit.
+// Would catch a device that misses anything of an edit or its undo, or whose step feels one that
+// comes within it: stream, graph and cluster in turn, each state that of the serial backend, bit
+// for bit.
 TEST_CASE("cuda edits: any edits leave the serial bits", "[device]") {
   constexpr std::uint64_t kTrials = 300;
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {

@@ -7,6 +7,7 @@
 
 #include "solver/solver_data.h"
 #include "support/cuts.h"
+#include "support/random_bodies.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -59,26 +60,39 @@ EditMaker::EditMaker(const Solver& solver, Choices& choices, TopologyEdit edit)
 }
 
 void EditMaker::add() {
-  switch (choices_.below(8)) {
+  switch (choices_.below(20)) {
     case 0:
-    case 1:
-      remove_tets();
+      remove_bodies();
       break;
+    case 1:
     case 2:
-      remove_links();
+      add_bodies();
       break;
     case 3:
-      change_rest_lengths();
-      break;
     case 4:
-      change_rest_volumes();
+      remove_links();
       break;
     case 5:
     case 6:
+      change_rest_lengths();
+      break;
+    case 7:
+    case 8:
+      change_rest_volumes();
+      break;
+    case 9:
+    case 10:
+    case 11:
+    case 12:
       part_vertex();
       break;
-    default:
+    case 13:
+    case 14:
+    case 15:
       split_edge();
+      break;
+    default:
+      remove_tets();
   }
 }
 
@@ -213,6 +227,35 @@ void EditMaker::split_edge() {
   }
 }
 
+void EditMaker::add_bodies() {
+  if (edit_.new_bodies.bodies().empty()) {
+    edit_.new_bodies = make_bodies(solver_, choices_);
+  }
+}
+
+// Of which the edit has taken nothing.
+void EditMaker::remove_bodies() {
+  const auto is_free = [&](Index b) {
+    if (!solver_.is_body_alive(b) || std::ranges::count(edit_.remove_bodies, b) > 0) {
+      return false;
+    }
+    for (std::size_t t = 0; t < uses_.size(); ++t) {
+      if (uses_[t] != Use::none && solver_.body_of_tet(static_cast<Index>(t)) == b) {
+        return false;
+      }
+    }
+    return true;
+  };
+  for (const Index b : pick_some(find_all(solver_.bodies().size(), is_free), 2, choices_)) {
+    edit_.remove_bodies.push_back(b);
+    for (std::size_t t = 0; t < uses_.size(); ++t) {
+      if (solver_.body_of_tet(static_cast<Index>(t)) == b) {
+        uses_[t] = Use::gone;
+      }
+    }
+  }
+}
+
 // Between what has tissue whatever the edit does, or comes with it.
 void EditMaker::add_links() {
   std::vector<Index> ends = find_all(static_cast<std::size_t>(solver_.vertex_count()),
@@ -223,9 +266,16 @@ void EditMaker::add_links() {
       may_stop[v] = may_stop[v] || uses_[t] != Use::none;
     }
   }
-  std::erase_if(ends, [&](Index v) { return may_stop[v]; });
-  for (std::size_t i = 0; i < edit_.new_vertices.size(); ++i) {
-    ends.push_back(solver_.vertex_count() + static_cast<Index>(i));
+  std::erase_if(ends, [&](Index v) {
+    return may_stop[v] || std::ranges::count(edit_.remove_bodies, solver_.body_of_vertex(v)) > 0;
+  });
+  const Index first_new = solver_.vertex_count();
+  const Index first_of_bodies = first_new + static_cast<Index>(edit_.new_vertices.size());
+  for (Index v = first_new; v < first_of_bodies; ++v) {
+    ends.push_back(v);
+  }
+  for (const Index v : vertices_with_tissue(edit_.new_bodies)) {
+    ends.push_back(first_of_bodies + v);
   }
   for (Index count = choices_.below(3); count >= 0; --count) {
     const std::vector<Index> pair = pick_some(ends, 2, choices_);

@@ -2,8 +2,7 @@
 #pragma once
 
 /// @file
-/// Random good edits, of everything that an edit can hold but whole bodies, which bodies_test.cpp
-/// has.
+/// Random good edits, of everything that an edit can hold.
 
 #include <vector>
 
@@ -27,7 +26,7 @@ class EditMaker {
   /// Adds some change of a random kind, but links.
   void add();
 
-  /// Adds links, to new vertices, too: last, for what they hold on to must stay.
+  /// Adds links, to new vertices and bodies, too: last, for what they hold on to must stay.
   void add_links();
 
   [[nodiscard]] const TopologyEdit& edit() const { return edit_; }
@@ -45,6 +44,8 @@ class EditMaker {
   void change_rest_volumes();
   void part_vertex();
   void split_edge();
+  void add_bodies();
+  void remove_bodies();
 
   const Solver& solver_;
   Choices& choices_;

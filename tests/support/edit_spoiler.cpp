@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "solver/solver_data.h"
+#include "support/bad_ids.h"
+#include "support/body_spoiler.h"
 #include "support/cuts.h"
 
 namespace pbdsurg::testing {
@@ -35,7 +37,7 @@ class Spoiler {
                          [&](Index v) { return !data_.vertex_tets[v].empty(); })) {}
 
   bool spoil() {
-    switch (choices_.below(8)) {
+    switch (choices_.below(10)) {
       case 0:
         return spoil_removal();
       case 1:
@@ -49,17 +51,21 @@ class Spoiler {
       case 5:
       case 6:
         return spoil_new_tet();
-      default:
+      case 7:
         return spoil_new_link();
+      default:
+        return spoil_bodies(solver_, choices_, edit_);
     }
   }
 
  private:
   bool spoil_removal() {
     if (choices_.below(2) == 0) {
-      spoil_ids(edit_.remove_tets, data_.tets.size(), live_tets_, [](Index t) { return t; });
+      spoil_ids(choices_, edit_.remove_tets, data_.tets.size(), live_tets_,
+                [](Index t) { return t; });
     } else {
-      spoil_ids(edit_.remove_links, data_.links.size(), live_links_, [](Index l) { return l; });
+      spoil_ids(choices_, edit_.remove_links, data_.links.size(), live_links_,
+                [](Index l) { return l; });
     }
     return true;
   }
@@ -80,12 +86,12 @@ class Spoiler {
         edit_.rest_volumes = {{choices_.below(index_of(data_.tets.size())), bad_value}};
         break;
       case 2:
-        spoil_ids(edit_.rest_lengths, data_.edges.size(), springs, [](Index e) {
+        spoil_ids(choices_, edit_.rest_lengths, data_.edges.size(), springs, [](Index e) {
           return RestLengthChange{e, 1e-3F};
         });
         break;
       default:
-        spoil_ids(edit_.rest_volumes, data_.tets.size(), volumes, [](Index t) {
+        spoil_ids(choices_, edit_.rest_volumes, data_.tets.size(), volumes, [](Index t) {
           return RestVolumeChange{t, 1e-9F};
         });
     }
@@ -102,7 +108,7 @@ class Spoiler {
     switch (choices_.below(4)) {
       case 0:
         (choices_.below(2) == 0 ? vertex.first : vertex.second) =
-            bad_vertex(solver_.vertex_count());
+            bad_id(solver_.vertex_count(), choices_);
         return true;
       case 1: {
         const auto bare =
@@ -135,7 +141,9 @@ class Spoiler {
     }
     if (choices_.below(4) == 0) {
       const std::size_t count = data_.tets.size();
-      spoil_ids(edit_.corner_moves, count, live_tets_, [](Index t) { return CornerMove{t, 0, 0}; });
+      spoil_ids(choices_, edit_.corner_moves, count, live_tets_, [](Index t) {
+        return CornerMove{t, 0, 0};
+      });
       return true;
     }
     const CornerMove good = add_move();
@@ -145,8 +153,8 @@ class Spoiler {
         edit_.remove_tets.push_back(move.tet);
         return true;
       case 1:
-        move.from =
-            choices_.below(2) == 0 ? bad_vertex(solver_.vertex_count()) : choices_.one_of(tissue_);
+        move.from = choices_.below(2) == 0 ? bad_id(solver_.vertex_count(), choices_)
+                                           : choices_.one_of(tissue_);
         return !has_corner(solver_.tets()[move.tet], move.from);
       case 2:
         move.to = bad_copy(move.to, good.from);
@@ -160,7 +168,9 @@ class Spoiler {
   bool spoil_link_move() {
     const std::size_t count = data_.links.size();
     if (choices_.below(4) == 0) {
-      spoil_ids(edit_.link_moves, count, live_links_, [](Index l) { return LinkMove{l, 0, 0}; });
+      spoil_ids(choices_, edit_.link_moves, count, live_links_, [](Index l) {
+        return LinkMove{l, 0, 0};
+      });
       return true;
     }
     std::vector<Index> links = live_links_;
@@ -200,7 +210,7 @@ class Spoiler {
       case 0: {
         const auto dead = find_all(data_.tets.size(), [&](Index t) { return !data_.tet_alive[t]; });
         tet.parent = dead.empty() || choices_.below(2) == 0
-                         ? bad_vertex(index_of(data_.tets.size()))
+                         ? bad_id(index_of(data_.tets.size()), choices_)
                          : choices_.one_of(dead);
         return true;
       }
@@ -214,7 +224,7 @@ class Spoiler {
         return true;
       }
       case 3:
-        tet.vertices[choices_.below(4)] = bad_vertex(end);
+        tet.vertices[choices_.below(4)] = bad_id(end, choices_);
         return true;
       case 4: {
         std::vector<Index> others = tissue_;
@@ -244,7 +254,8 @@ class Spoiler {
     if (tissue_.empty()) {
       return false;
     }
-    const Index end = solver_.vertex_count() + index_of(edit_.new_vertices.size());
+    const Index end = solver_.vertex_count() + index_of(edit_.new_vertices.size()) +
+                      edit_.new_bodies.vertex_count();
     const Index vertex = choices_.one_of(tissue_);
     Link link{tissue_.front() == vertex ? tissue_.back() : tissue_.front(), vertex, 1e-3F, kLink};
     switch (choices_.below(7)) {
@@ -252,7 +263,7 @@ class Spoiler {
         link.first = link.second;
         break;
       case 1:
-        (choices_.below(2) == 0 ? link.first : link.second) = bad_vertex(end);
+        (choices_.below(2) == 0 ? link.first : link.second) = bad_id(end, choices_);
         break;
       case 2:
         link.rest_length = choices_.one_of(std::array{-1e-3F, kNan, kInfinite});
@@ -280,53 +291,13 @@ class Spoiler {
     return true;
   }
 
-  // An id that is out of range, or dead, or twice in the list, in some place of it.
-  template <class Entry, class MakeEntry>
-  void spoil_ids(std::vector<Entry>& entries, std::size_t count, const std::vector<Index>& live,
-                 MakeEntry make) {
-    const auto insert = [&](const Entry& bad) {
-      entries.insert(entries.begin() + choices_.below(index_of(entries.size()) + 1), bad);
-    };
-    const auto dead =
-        find_all(count, [&](Index id) { return !std::ranges::binary_search(live, id); });
-    switch (choices_.below(3)) {
-      case 0:
-        if (!dead.empty()) {
-          insert(make(choices_.one_of(dead)));
-          return;
-        }
-        [[fallthrough]];
-      case 1:
-        if (!live.empty()) {
-          entries.push_back(make(choices_.one_of(live)));
-          insert(entries.back());
-          return;
-        }
-        [[fallthrough]];
-      default:
-        insert(make(bad_vertex(index_of(count))));
-    }
-  }
-
-  // Out of range.
-  Index bad_vertex(Index count) {
-    switch (choices_.below(3)) {
-      case 0:
-        return count + choices_.below(3);
-      case 1:
-        return -1 - choices_.below(3);
-      default:
-        return std::numeric_limits<Index>::max() - choices_.below(2);
-    }
-  }
-
   // Something else than a new copy of a vertex. @param to  a good one, the last of the edit
   Index bad_copy(Index to, Index from) {
     switch (choices_.below(3)) {
       case 0:
         return from;
       case 1:
-        return bad_vertex(to + 1);
+        return bad_id(to + 1, choices_);
       default:
         edit_.new_vertices.push_back({choices_.one_of(tissue_), from, 0.5F});
         return to + 1;

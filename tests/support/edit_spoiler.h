@@ -11,8 +11,7 @@
 
 namespace pbdsurg::testing {
 
-/// Puts one thing into a good edit that breaks a rule of apply_edit(), any but those of whole
-/// bodies.
+/// Puts one thing into a good edit that breaks a rule of apply_edit().
 void spoil(const Solver& solver, Choices& choices, TopologyEdit& edit);
 
 }  // namespace pbdsurg::testing

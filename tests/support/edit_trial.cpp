@@ -11,6 +11,7 @@
 #include "solver/solver_data.h"
 #include "support/edit_maker.h"
 #include "support/edit_spoiler.h"
+#include "support/eventful_program.h"
 #include "support/model_difference.h"
 #include "support/solver_digest.h"
 
@@ -26,19 +27,24 @@ Cautery make_cautery(const EditScene& scene, const Solver& solver) {
 
 }  // namespace
 
-EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options)
+EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options, bool has_twin)
     : solver_(scene.scene, options),
       cautery_(make_cautery(scene, solver_)),
       strands_(scene.strands),
       pieces_(solver_),
       model_(scene.scene) {
-  for (Index body = 0; body < static_cast<Index>(solver_.bodies().size()); ++body) {
-    surfaces_.emplace_back(solver_, body);
-  }
-  if (options.backend != BackendKind::serial) {
+  add_surfaces();
+  if (has_twin || options.backend != BackendKind::serial) {
     SolverOptions serial = options;
     serial.backend = BackendKind::serial;
-    serial_.emplace(scene.scene, serial);
+    twin_.emplace(scene.scene, serial);
+  }
+}
+
+// Of bodies that have none yet.
+void EditTrial::add_surfaces() {
+  while (surfaces_.size() < solver_.bodies().size()) {
+    surfaces_.emplace_back(solver_, static_cast<Index>(surfaces_.size()));
   }
 }
 
@@ -51,8 +57,8 @@ std::vector<EditParticipant*> EditTrial::participants() {
 }
 
 EditResult EditTrial::apply(const TopologyEdit& change) {
-  if (serial_) {
-    apply_edit(*serial_, change);
+  if (twin_) {
+    apply_edit(*twin_, change);
   }
   return apply_edit(solver_, change, participants());
 }
@@ -60,6 +66,7 @@ EditResult EditTrial::apply(const TopologyEdit& change) {
 void EditTrial::edit(const TopologyEdit& change) {
   model_.apply(solver_, change);
   apply(change);
+  add_surfaces();
   front_ = {};
 }
 
@@ -75,14 +82,16 @@ std::string EditTrial::edit_and_undo(Choices& choices) {
 }
 
 std::string EditTrial::edit_and_undo(const TopologyEdit& change, bool steps) {
-  const std::uint64_t before = digest_of(solver_data(solver_));
+  // a device has the state while it steps, but the twin, with which step() compares, has it here
+  const SolverData& still = solver_data(is_stepping_ && twin_ ? *twin_ : solver_);
+  const std::uint64_t before = digest_of(still);
   const EditResult result = apply(change);
   std::string wrong = steps ? step() : "";
   undo_edit(solver_, change, result, participants());
-  if (serial_) {
-    undo_edit(*serial_, change, result);
+  if (twin_) {
+    undo_edit(*twin_, change, result);
   }
-  if (wrong.empty() && !steps && digest_of(solver_data(solver_)) != before) {
+  if (wrong.empty() && !steps && digest_of(still) != before) {
     wrong = "undo leaves something changed";
   }
   return wrong;
@@ -108,15 +117,37 @@ std::string EditTrial::try_bad_edit(Choices& choices) {
   }
 }
 
+void EditTrial::begin_step() {
+  solver_.start_step(kTimeStep);
+  if (twin_) {
+    twin_report_ = twin_->step(kTimeStep);
+  }
+}
+
+void EditTrial::start_step() {
+  begin_step();
+  is_stepping_ = true;
+}
+
 std::string EditTrial::step() {
-  const StepReport report = solver_.step(kTimeStep);
+  const bool had_edits_within = std::exchange(is_stepping_, false);
+  if (!had_edits_within) {
+    begin_step();
+  }
+  const StepReport report = solver_.finish_step();
   if (report.non_finite_vertices > 0) {
     return "vertex " + std::to_string(report.first_non_finite) + " is not finite";
   }
-  if (serial_) {
-    serial_->step(kTimeStep);
-    if (solver_.state_hash() != serial_->state_hash()) {
-      return std::string(solver_.backend_name()) + " has not the serial state";
+  if (twin_) {
+    const std::string name = solver_.backend_name();
+    if (!equal(report, twin_report_)) {
+      return name + " reports another step than its twin";
+    }
+    if (solver_.state_hash() != twin_->state_hash()) {
+      return name + " has not the state of its twin";
+    }
+    if (had_edits_within && digest_of(solver_data(solver_)) != digest_of(solver_data(*twin_))) {
+      return name + " has not the topology of its twin";
     }
   }
   return "";
@@ -177,9 +208,12 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, BackendKind back
       options.device_strategy = DeviceStrategy::automatic;
     }
   }
-  EditTrial trial(scene, options);
+  EditTrial trial(scene, options, choices.below(8) == 0);
   std::string wrong;
   while (wrong.empty() && !choices.is_spent()) {
+    if (!trial.is_stepping() && choices.below(4) == 0) {
+      trial.start_step();
+    }
     switch (choices.below(10)) {
       case 0:
         wrong = trial.try_bad_edit(choices);
@@ -193,12 +227,12 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, BackendKind back
         break;
       default:
         trial.edit(choices);
-        if (backend != BackendKind::serial) {
+        if (trial.is_stepping() ? choices.below(2) == 0 : backend != BackendKind::serial) {
           wrong = trial.step();
         }
     }
   }
-  for (int i = 0; i < 2 && wrong.empty(); ++i) {
+  for (int i = trial.is_stepping() ? -1 : 0; i < 2 && wrong.empty(); ++i) {
     wrong = trial.step();
   }
   if (wrong.empty()) {

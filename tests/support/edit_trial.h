@@ -25,18 +25,21 @@
 
 namespace pbdsurg::testing {
 
-/// A solver, all that follows its edits, and their model. Where the backend is not the serial one,
-/// a serial solver takes part: in strict mode both must have the same bits.
+/// A solver, all that follows its edits, and their model. Edits come between steps or within them.
+/// A twin may take part, a serial solver that steps at once, so that its edits come after the step:
+/// both must have the same bits.
 class EditTrial {
  public:
-  /// @param options  of another backend than the serial one: strict, with its composition named
-  EditTrial(const EditScene& scene, const SolverOptions& options);
+  /// @param options   with a twin: strict, with the composition named
+  /// @param has_twin  always there beside another backend than the serial one
+  EditTrial(const EditScene& scene, const SolverOptions& options, bool has_twin = false);
 
   /// @param change  a good one
   void edit(const TopologyEdit& change);
   void edit(Choices& choices);
 
-  /// Makes a good edit and takes it back, with or without a step in between.
+  /// Makes a good edit and takes it back, with or without a step in between, or the end of the one
+  /// that runs.
   /// @return  what went wrong; empty if, without a step, all bits are those of before
   [[nodiscard]] std::string edit_and_undo(const TopologyEdit& change, bool steps = false);
   [[nodiscard]] std::string edit_and_undo(Choices& choices);
@@ -48,7 +51,12 @@ class EditTrial {
   /// Why the last bad edit was refused.
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
-  /// @return  what went wrong; empty if the state is finite, and that of the serial solver
+  /// Begins a step, within which edits come until step().
+  void start_step();
+  [[nodiscard]] bool is_stepping() const { return is_stepping_; }
+
+  /// Makes a step, or ends the one that runs.
+  /// @return  what went wrong; empty if the state is finite, and all that the twin has
   [[nodiscard]] std::string step();
 
   /// @return  what differs from the model; empty if nothing does
@@ -62,11 +70,15 @@ class EditTrial {
     CutFront front;
   };
   [[nodiscard]] std::vector<EditParticipant*> participants();
+  void add_surfaces();
+  void begin_step();
   [[nodiscard]] Change make_change(Choices& choices);
   EditResult apply(const TopologyEdit& change);
 
   Solver solver_;
-  std::optional<Solver> serial_;
+  std::optional<Solver> twin_;
+  StepReport twin_report_;
+  bool is_stepping_ = false;
   Cautery cautery_;
   ConnectiveTissue strands_;
   std::vector<LiveSurface> surfaces_;  // [body]
@@ -76,9 +88,9 @@ class EditTrial {
   std::string refusal_;
 };
 
-/// A trial of edits, good and bad, and steps between them, until the bytes are spent.
-/// @param backend  who steps, beside the serial backend; the strategy of a device is then chosen by
-///                 the bytes
+/// A trial of edits, good and bad, between steps and within them, until the bytes are spent.
+/// @param backend  who steps, with a twin; of the serial backend some trials have one; the strategy
+///                 of a device is chosen by the bytes
 /// @return  what went wrong; empty if nothing did
 [[nodiscard]] std::string run_edit_trial(std::span<const std::uint8_t> bytes,
                                          BackendKind backend = BackendKind::serial);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "pbdsurg/mesh/topology.h"
 
@@ -31,25 +32,33 @@ Edge edge_between(Index a, Index b) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-LiveModel::LiveModel(const Scene& of)
-    : scene(&of),
-      points(of.positions().begin(), of.positions().end()),
-      tets(of.tets().begin(), of.tets().end()),
-      tet_alive(tets.size(), true),
-      links(of.links().begin(), of.links().end()),
-      link_alive(links.size(), true) {
-  for (Index v = 0; v < of.vertex_count(); ++v) {
-    is_fixed.push_back(of.is_fixed(v));
+LiveModel::LiveModel(const Scene& scene) {
+  add_bodies(scene);
+}
+
+void LiveModel::add_bodies(const Scene& added) {
+  const Index first_vertex = vertex_count();
+  const auto first_tet = static_cast<Index>(tets.size());
+  points.insert(points.end(), added.positions().begin(), added.positions().end());
+  for (Index v = 0; v < added.vertex_count(); ++v) {
+    is_fixed.push_back(added.is_fixed(v));
   }
-  for (std::size_t b = 0; b < of.bodies().size(); ++b) {
-    const Body& body = of.bodies()[b];
-    vertex_bodies.resize(vertex_bodies.size() + static_cast<std::size_t>(body.vertex_count),
-                         static_cast<Index>(b));
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      tet_bodies.push_back(static_cast<Index>(b));
-      rest_volumes.push_back(static_cast<float>(tet_volume(points, tets[t])));
+  for (Body body : added.bodies()) {
+    const auto id = static_cast<Index>(bodies.size());
+    for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      vertex_bodies.push_back(id);
+      particle_masses.push_back(body.tet_count == 0 ? added.masses()[v] : 0);
+    }
+    for (Tet tet : added.tets().subspan(body.first_tet, body.tet_count)) {
+      for (Index& v : tet) {
+        v += first_vertex;
+      }
+      tets.push_back(tet);
+      tet_alive.push_back(true);
+      tet_bodies.push_back(id);
+      rest_volumes.push_back(static_cast<float>(tet_volume(points, tet)));
       for (const auto& [i, j] : kTetEdges) {
-        const Edge edge = edge_between(tets[t][i], tets[t][j]);
+        const Edge edge = edge_between(tet[i], tet[j]);
         const double length = (points[edge[0]] - points[edge[1]]).norm();
         rest_lengths[edge] = static_cast<float>(length);
         if (std::isfinite(body.material.max_stretch)) {
@@ -57,6 +66,24 @@ LiveModel::LiveModel(const Scene& of)
         }
       }
     }
+    body.first_vertex += first_vertex;
+    body.first_tet += first_tet;
+    bodies.push_back(std::move(body));
+  }
+  for (Link link : added.links()) {
+    link.first += first_vertex;
+    link.second += first_vertex;
+    links.push_back(link);
+  }
+  link_alive.resize(links.size(), true);
+}
+
+void LiveModel::remove_body(Index body) {
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    tet_alive[t] = tet_alive[t] && tet_bodies[t] != body;
+  }
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    particle_masses[v] = vertex_bodies[v] == body ? 0 : particle_masses[v];
   }
 }
 
@@ -78,6 +105,7 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const NewVertex& vertex : edit.new_vertices) {
     const Eigen::Vector3d along = points[vertex.second] - points[vertex.first];
     points.push_back(points[vertex.first] + double{vertex.share} * along);
+    particle_masses.push_back(0);
     vertex_bodies.push_back(vertex_bodies[vertex.first]);
     is_fixed.push_back(is_fixed[vertex.first] && is_fixed[vertex.second]);
   }
@@ -87,6 +115,9 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   }
   for (const Index t : edit.remove_tets) {
     tet_alive[t] = false;
+  }
+  for (const Index body : edit.remove_bodies) {
+    remove_body(body);
   }
   for (const CornerMove& move : edit.corner_moves) {
     move_corner(move);
@@ -99,6 +130,8 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   }
   links.insert(links.end(), edit.new_links.begin(), edit.new_links.end());
   link_alive.resize(links.size(), true);
+  add_bodies(edit.new_bodies);
+  has_grown = has_grown || vertex_count() > first_new_vertex || !edit.new_tets.empty();
 }
 
 // A Neo-Hookean body has no rest lengths: limits follow the shapes around an edge, each of n by the

@@ -25,10 +25,11 @@ struct LiveModel {
   void apply(const Solver& solver, const TopologyEdit& edit);
 
   [[nodiscard]] Index vertex_count() const { return static_cast<Index>(points.size()); }
-  [[nodiscard]] const Body& body_of_tet(Index tet) const { return scene->body(tet_bodies[tet]); }
+  [[nodiscard]] const Body& body_of_tet(Index tet) const { return bodies[tet_bodies[tet]]; }
 
-  const Scene* scene;                   // must outlive this
+  std::vector<Body> bodies;             // [body_count] as they came, also those that went
   std::vector<Eigen::Vector3d> points;  // [vertex_count] m, at rest
+  std::vector<double> particle_masses;  // [vertex_count] kg, zero of all that are no particles
   std::vector<Index> vertex_bodies;     // [vertex_count]
   std::vector<bool> is_fixed;           // [vertex_count]
   std::vector<Tet> tets;                // [tet_count]
@@ -39,8 +40,11 @@ struct LiveModel {
   std::vector<bool> link_alive;         // [link_count] unless an end has lost its tissue
   std::map<Edge, float> rest_lengths;   // m, of edges that are or were
   std::map<Edge, float> limits;         // m, the same where stretch is limited
+  bool has_grown = false;               // whether edits brought vertices or tetrahedra
 
  private:
+  void add_bodies(const Scene& added);
+  void remove_body(Index body);
   void change_volume(const RestVolumeChange& change);
   void move_corner(const CornerMove& move);
   void add_tet(const NewTet& tet, const TopologyEdit& edit, Index first_new_vertex);

@@ -50,12 +50,7 @@ struct Fresh {
   };
 
   explicit Fresh(const LiveModel& model)
-      : vertex_tets(model.points.size()), masses(model.points.size()) {
-    for (Index v = 0; v < model.scene->vertex_count(); ++v) {
-      if (model.scene->body(model.vertex_bodies[v]).tet_count == 0) {
-        masses[v] = model.scene->masses()[v];
-      }
-    }
+      : vertex_tets(model.points.size()), masses(model.particle_masses) {
     for (std::size_t t = 0; t < model.tets.size(); ++t) {
       if (!model.tet_alive[t]) {
         continue;
@@ -93,6 +88,28 @@ struct Fresh {
   std::vector<LiveEdge> edges;     // sorted
 };
 
+void compare_bodies(const Solver& solver, const Fresh& fresh, const LiveModel& model) {
+  require(solver.bodies().size() == model.bodies.size(), "bodies",
+          index_of(solver.bodies().size()));
+  std::vector<bool> is_alive(model.bodies.size());
+  for (Index v = 0; v < model.vertex_count(); ++v) {
+    const Index body = model.vertex_bodies[v];
+    require(solver.body_of_vertex(v) == body, "body of vertex", v);
+    is_alive[body] = is_alive[body] || fresh.masses[v] > 0;
+  }
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Index b = index_of(i);
+    const Body& actual = solver.body(b);
+    const Body& expected = model.bodies[i];
+    require(actual.name == expected.name, "name of body", b);
+    require(actual.first_vertex == expected.first_vertex &&
+                actual.vertex_count == expected.vertex_count &&
+                actual.first_tet == expected.first_tet && actual.tet_count == expected.tet_count,
+            "ids of body", b);
+    require(solver.is_body_alive(b) == is_alive[i], "body alive", b);
+  }
+}
+
 void compare_topology(const Solver& solver, const Fresh& fresh, const LiveModel& model) {
   const SolverData& data = solver_data(solver);
   require(solver.vertex_count() == model.vertex_count(), "vertices", solver.vertex_count());
@@ -129,7 +146,6 @@ void compare_masses(const LiveModel& model, const Solver& solver, const Fresh& f
   for (Index v = 0; v < model.vertex_count(); ++v) {
     const double mass = fresh.masses[v];
     const float w = data.particle(v).w;
-    require(data.body_of_vertex(v) == model.vertex_bodies[v], "body of vertex", v);
     require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v],
             "tets at vertex", v);
     require(solver.has_tissue(v) == (mass > 0), "tissue at vertex", v);
@@ -340,8 +356,6 @@ void compare_plan(const SolverData& data) {
 void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
   const SolverData& data = solver_data(solver);
   const bool is_joint = data.options.composition == PlanComposition::joint;
-  const bool has_grown = model.tets.size() > model.scene->tets().size() ||
-                         model.vertex_count() > model.scene->vertex_count();
   std::vector<bool> has_phase(static_cast<std::size_t>(data.distances.group_count()));
   for (const Phase& phase : data.constraint_phases) {
     if (phase.kind == PhaseKind::distance) {
@@ -356,7 +370,7 @@ void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& f
     }
     const Index owner = data.edge_owners[e];
     const bool may_be_alone =
-        !is_joint || has_grown || !has_volume_constraints(*fresh.find(data.edges[i])->body);
+        !is_joint || model.has_grown || !has_volume_constraints(*fresh.find(data.edges[i])->body);
     if (owner == kInvalidIndex) {
       require(may_be_alone && has_phase[data.distances.group_of(distance)], "owner of edge", e);
       continue;
@@ -376,6 +390,7 @@ void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& f
 std::string difference(const LiveModel& model, const Solver& solver) {
   try {
     const Fresh fresh(model);
+    compare_bodies(solver, fresh, model);
     compare_topology(solver, fresh, model);
     compare_masses(model, solver, fresh);
     compare_distances(model, solver, fresh);

@@ -17,8 +17,8 @@
 
 namespace pbdsurg::testing {
 
-/// Topology, masses, every constraint with its vertices and parameters, colours and phases, and who
-/// owns edges in a joint plan.
+/// Bodies, topology, masses, every constraint with its vertices and parameters, colours and phases,
+/// and who owns edges in a joint plan.
 [[nodiscard]] std::string difference(const LiveModel& model, const Solver& solver);
 
 /// The surface of a body, and whether find_live_boundary() finds the same.

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/random_bodies.h"
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "support/meshes.h"
+
+namespace pbdsurg::testing {
+namespace {
+
+constexpr double kEdge = 4e-3;  // m
+constexpr Stiffness kLink{0.5F, 1e-3F};
+
+TetMesh make_mesh(Choices& choices) {
+  const auto seed = static_cast<std::uint64_t>(choices.below(8));
+  if (choices.below(3) > 0) {
+    return make_box({1 + choices.below(2), 1, 1}, kEdge, 0.1, seed);
+  }
+  const auto corners = random_tet(kEdge, seed);
+  std::vector<Eigen::Vector3d> points(corners.begin(), corners.end());
+  points.emplace_back(0, 0, -kEdge);
+  return {std::move(points), {{0, 1, 2, 3}}};
+}
+
+Material make_material(const TetMesh& mesh, ProjectionMode mode, Choices& choices) {
+  Material material = elastic_material(mesh, 500.0 * (1 + choices.below(3)), 20e3);
+  material.has_volume_constraints = choices.below(3) > 0;
+  if (choices.below(3) == 0) {
+    material.max_stretch = 1.2F;
+  }
+  if (mode == ProjectionMode::compliance) {
+    if (choices.below(3) == 0) {
+      material.model = ElasticModel::neo_hookean;
+    }
+    if (choices.below(3) == 0) {
+      material.damping = 1e-3F;
+    }
+  }
+  return material;
+}
+
+}  // namespace
+
+Scene make_bodies(const Solver& solver, Choices& choices) {
+  Scene scene;
+  for (Index count = 1 + choices.below(2); count > 0; --count) {
+    const std::string name =
+        "guest " + std::to_string(solver.bodies().size() + scene.bodies().size());
+    if (choices.below(4) == 0) {
+      scene.add_particles(
+          name, std::array<Eigen::Vector3d, 2>{{{0, 0, 2 * kEdge}, {kEdge, 0, 2 * kEdge}}}, 1e-5);
+      continue;
+    }
+    const TetMesh mesh = make_mesh(choices);
+    const Index body =
+        scene.add_body(name, mesh, make_material(mesh, solver.options().mode, choices));
+    if (choices.below(2) == 0) {
+      const auto any = [](Index) { return true; };
+      const auto all = find_all(static_cast<std::size_t>(mesh.vertex_count()), any);
+      scene.fix_vertices(body, pick_some(all, 3, choices));
+    }
+  }
+  for (Index count = choices.below(4); count > 0; --count) {
+    const std::vector<Index> ends = pick_some(vertices_with_tissue(scene), 2, choices);
+    if (ends.size() == 2) {
+      scene.add_link({ends[0], ends[1], 2e-3F, kLink});
+    }
+  }
+  return scene;
+}
+
+std::vector<Index> vertices_with_tissue(const Scene& scene) {
+  return find_all(scene.masses().size(), [&](Index v) { return scene.masses()[v] > 0; });
+}
+
+}  // namespace pbdsurg::testing

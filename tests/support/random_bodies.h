@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Random small bodies that come into a scene while it is edited.
+
+#include <vector>
+
+#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "support/choices.h"
+
+namespace pbdsurg::testing {
+
+/// One or two bodies that the solver accepts, named as none of its own, of all materials that its
+/// mode allows: blocks, a tetrahedron with a vertex that it does not use, or a thread of particles;
+/// with fixed vertices and links between them.
+[[nodiscard]] Scene make_bodies(const Solver& solver, Choices& choices);
+
+/// Vertices of a scene that have mass.
+[[nodiscard]] std::vector<Index> vertices_with_tissue(const Scene& scene);
+
+}  // namespace pbdsurg::testing
