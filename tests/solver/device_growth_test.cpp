@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/core/random.h"
@@ -27,9 +28,10 @@ using testing::Variant;
 constexpr double kEdge = testing::kEventfulEdge;
 constexpr float kTimeStep = testing::kEventfulTimeStep;
 
-Scene make_block() {
+Scene make_block(const std::string& name, Index cells) {
+  const TetMesh mesh = testing::make_box({cells, cells, cells}, kEdge, 0.1);
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1));
+  scene.add_body(name, mesh, elastic_material(mesh, 1000, 20e3));
   return scene;
 }
 
@@ -38,7 +40,7 @@ FakeDevice& device_of(Solver& solver) {
 }
 
 Index some_edge(const Solver& solver, std::uint64_t seed) {
-  auto edge = static_cast<Index>(random_bits(seed) % solver.edges().size());
+  auto edge = static_cast<Index>(random_bits(seed, 7) % solver.edges().size());
   while (!solver.is_edge_alive(edge)) {
     edge = (edge + 1) % static_cast<Index>(solver.edges().size());
   }
@@ -109,11 +111,8 @@ class RandomEdits {
       case 3:
         return solver.has_tissue(newest) ? testing::part_vertex(solver, newest, seed)
                                          : TopologyEdit{};
-      case 4: {
-        Scene guest;
-        guest.add_body("guest", testing::make_box({1, 1, 2}, kEdge, 0.1));
-        return {.new_bodies = guest};
-      }
+      case 4:
+        return {.new_bodies = make_block("guest " + std::to_string(seed), 1)};
       default: {
         const testing::Surroundings some = testing::some_surroundings(solver, seed);
         return {.remove_tets = some.tets};
@@ -226,7 +225,8 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
 TEST_CASE("device growth: an edit reads the ends of new vertices, and no others", "[unit]") {
   const HookGuard guard(&kFakeDeviceHook);
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(make_block(), {.method = method, .copies = 2, .backend = BackendKind::cuda});
+  Solver solver(make_block("block", 3),
+                {.method = method, .copies = 2, .backend = BackendKind::cuda});
   solver.step(kTimeStep);
   const FakeDevice& device = device_of(solver);
   const SolverData& data = solver_data(solver);
@@ -239,7 +239,7 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
   CHECK(device.asked_count == 2);
   undo_edit(solver, edit, result);
   solver.step(kTimeStep);
-  apply_edit(solver, {.new_bodies = make_block()});
+  apply_edit(solver, {.new_bodies = make_block("guest", 1)});
   CHECK(device.asked_count == 2);
   solver.step(kTimeStep);
   edit = {.remove_tets = testing::some_surroundings(solver, 1).tets};
@@ -262,7 +262,7 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
 // Would catch room that is not used, or made anew at every edit.
 TEST_CASE("device growth: vertices outgrow their room once in a while", "[unit]") {
   const HookGuard guard(&kFakeDeviceHook);
-  const Scene scene = make_block();
+  const Scene scene = make_block("block", 3);
   const SolverOptions options{.copies = 2, .spare = {.vertices = 30}};
   Twins twins(scene, options);
   twins.both([](Solver& solver) { solver.step(kTimeStep); });
