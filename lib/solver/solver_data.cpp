@@ -9,18 +9,6 @@
 #include "solver/growth.h"
 
 namespace pbdsurg {
-namespace {
-
-// Those that an edit stopped since the backend last heard of any.
-void stop_vertices(CopyState& state, const Changes& changes) {
-  for (const Index place : changes.vertices) {
-    if (state.particles[place].w == 0) {
-      state.velocities[place] = {};
-    }
-  }
-}
-
-}  // namespace
 
 void CopyState::color_attachments() {
   attachment_colors = 0;
@@ -78,7 +66,11 @@ void SolverData::fetch_state(Index index) {
     moved.push_back(state.motion_of(place_of_vertex[v]));
   }
   backend->fetch_state(*this, index);
-  stop_vertices(state, changes);
+  for (const Index place : changes.vertices) {
+    if (state.particles[place].w == 0) {
+      state.velocities[place] = {};
+    }
+  }
   for (std::size_t i = 0; i < moved.size(); ++i) {
     state.set_motion(place_of_vertex[changes.moved[i]], moved[i]);
   }
@@ -109,7 +101,6 @@ void SolverData::fetch_motion(std::span<const Index> vertices) {
     for (std::size_t k = 0; k < motions.size(); ++k) {
       state.set_motion(read_places[k], motions[k]);
     }
-    stop_vertices(state, changes);
   }
 }
 

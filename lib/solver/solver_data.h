@@ -175,8 +175,8 @@ class SolverData : public CopyState {
   /// Makes positions, velocities and `falling` of a copy those of now.
   void fetch_state(Index copy);
 
-  /// As fetch_state(), of some vertices in all copies: what else is out of date stays so.
-  /// Cost: proportional to these and to what changed since the last step.
+  /// As fetch_state(), of some vertices with tissue in all copies: what else is out of date stays
+  /// so. Cost: proportional to these.
   void fetch_motion(std::span<const Index> vertices);
 
   /// Reads some positions of a copy, without fetching all.
