@@ -13,21 +13,24 @@ namespace {
 
 constexpr std::size_t kLeastMotionRoom = 1024;
 
+bool has_falling(const SolverData& data) {  // also while there is no vertex
+  return data.options.method == SolverMethod::vertex_block;
+}
+
 }  // namespace
 
-DeviceState StateBuffers::Arrays::reserve(Index copy_count, std::size_t capacity,
-                                          bool has_falling) {
+DeviceState StateBuffers::Arrays::reserve(Index copy_count, std::size_t capacity, bool falls) {
   const std::size_t all = static_cast<std::size_t>(copy_count) * capacity;
-  const std::size_t falls = has_falling ? all : 0;
-  return {particles.reserve(all),      previous.reserve(all),
-          velocities.reserve(all),     vertex_of_place.reserve(capacity),
-          falling.reserve(falls),      flights.reserve(falls),
+  const std::size_t falling_count = falls ? all : 0;
+  return {particles.reserve(all),         previous.reserve(all),
+          velocities.reserve(all),        vertex_of_place.reserve(capacity),
+          falling.reserve(falling_count), flights.reserve(falling_count),
           static_cast<Index>(capacity)};
 }
 
 StateBuffers::StateBuffers(const SolverData& data) : copy_count_(data.copy_count()) {
   const auto spare = static_cast<std::size_t>(data.options.spare.vertices);
-  arrays_ = buffers_.reserve(copy_count_, data.particles.size() + spare, !data.falling.empty());
+  arrays_ = buffers_.reserve(copy_count_, data.particles.size() + spare, has_falling(data));
   reserve_motion(kLeastMotionRoom);
 }
 
@@ -37,7 +40,7 @@ void StateBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   }
   Arrays larger;
   const DeviceState now =
-      larger.reserve(copy_count_, room_to_grow(data.particles.size()), !data.falling.empty());
+      larger.reserve(copy_count_, room_to_grow(data.particles.size()), has_falling(data));
   const auto keep = [&](auto* to, const auto* from, Index copies) {  // scratch starts anew
     if (from != nullptr && count_ > 0) {
       const auto pitch = [](const DeviceState& state) {

@@ -58,7 +58,8 @@ class StateBuffers {
     DeviceBuffer<float> falling;
     DeviceBuffer<Index> vertex_of_place;  // [capacity]
 
-    DeviceState reserve(Index copy_count, std::size_t capacity, bool has_falling);
+    /// @param falls  by the vertex-block method
+    DeviceState reserve(Index copy_count, std::size_t capacity, bool falls);
   };
 
   void upload(const CopyState& state, Index copy, cudaStream_t stream);

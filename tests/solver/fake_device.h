@@ -173,7 +173,7 @@ class FakeDevice final : public Backend {
       : number(device),
         state_(data.copy_count(),
                data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
-               !data.falling.empty()) {
+               data.options.method == SolverMethod::vertex_block) {
     take_all(data);
   }
 
@@ -388,7 +388,8 @@ class FakeDevice final : public Backend {
     const Changes& changes = data.changes;
     const std::size_t count = data.particles.size();
     if (count > state_.capacity()) {
-      DeviceState larger(data.copy_count(), room_to_grow(count), !data.falling.empty());
+      DeviceState larger(data.copy_count(), room_to_grow(count),
+                         data.options.method == SolverMethod::vertex_block);
       for (Index i = 0; i < data.copy_count(); ++i) {
         state_.give(i, own_.copy(i), vertex_count_);
         larger.take(i, own_.copy(i), vertex_count_);
