@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What it costs to delete tetrahedra while a scene is stepped, by backend, size of mesh and rate.
+// What it costs to delete tetrahedra while a scene is stepped, by backend, size of mesh and rate;
+// and to cut them.
 #include <cstdio>
 #include <filesystem>
 #include <list>
@@ -31,7 +32,8 @@ struct NamedMesh {
 
 std::list<NamedMesh> make_meshes(const Arguments& arguments, std::vector<std::string>& notes) {
   std::list<NamedMesh> meshes;
-  const EditEffort effort{{0, 100, 1000, 10000}, arguments.frames};
+  EditEffort effort{{0, 100, 1000, 10000}, arguments.frames};
+  effort.cut_frames = arguments.frames;
   const std::vector<int> rows = arguments.quick ? std::vector{1} : std::vector{2, 5};
   for (const Sample& sample : make_samples(rows, {Table2Kind::hollow}, notes)) {
     meshes.push_back({"hollow " + std::to_string(sample.row), sample.mesh, effort});
@@ -84,7 +86,8 @@ void run(const Arguments& arguments) {
 }  // namespace pbdsurg::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Edits: what it costs to delete tetrahedra while a scene is stepped.", "edits");
+  CLI::App app("Edits: what it costs to delete or cut tetrahedra while a scene is stepped.",
+               "edits");
   pbdsurg::bench::Arguments arguments;
   pbdsurg::bench::add_threads_option(app, arguments.threads);
   app.add_option("--frames", arguments.frames, "at each rate, of all meshes but the largest")

@@ -2,83 +2,41 @@
 #include "measure.h"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
 #include <utility>
 
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/surgery/cautery.h"
-
-#include "support/paper_step.h"
-#include "support/repeated_step.h"
-#include "support/timing.h"
+#include "edited_organ.h"
 
 namespace pbdsurg::bench {
 namespace {
 
-/// An organ in motion.
-struct Moving {
-  Moving(const Scene& scene, const SolverOptions& options) : solver(scene, options) {
-    solver.write_positions(stretched_positions(scene));
-    step();  // takes the start to a device
-  }
-
-  double step() {
-    StepReport report;
-    const double ms = time_of([&] { report = solver.step(kPaperTimeStep); });
-    check_finite(report, solver);
-    return ms;
-  }
-
-  Solver solver;
+struct Frame {
+  double edit_ms = 0;
+  double ms;  // of all
 };
 
-/// One that is edited, and all that follows its topology.
-struct Edited : Moving {
-  Edited(const TetMesh& mesh, const Scene& scene, const SolverOptions& options)
-      : Moving(scene, options),
-        cautery(solver, std::array{ThermalBody{0, &mesh, kGallbladderWall}}),
-        surface(solver, 0),
-        pieces(solver),
-        participants{&cautery, &surface, &pieces} {}
-
-  struct Frame {
-    double edit_ms = 0;
-    double ms;  // of all
+// A step, and an edit before it or, if the backend steps by itself, meanwhile.
+Frame remove_and_step(Edited& edited, std::vector<Index> tets, bool overlaps) {
+  const TopologyEdit edit{.remove_tets = std::move(tets)};
+  Frame frame;
+  StepReport report;
+  const auto remove = [&] {
+    if (!edit.remove_tets.empty()) {
+      frame.edit_ms = edited.apply(edit);
+    }
   };
-
-  /// A step, and an edit before it or, if the backend steps by itself, meanwhile.
-  Frame remove_and_step(std::vector<Index> tets, bool overlaps) {
-    const TopologyEdit edit{.remove_tets = std::move(tets)};
-    Frame frame;
-    StepReport report;
-    const auto remove = [&] {
-      if (!edit.remove_tets.empty()) {
-        frame.edit_ms = time_of([&] { apply_edit(solver, edit, result, participants); });
-      }
-    };
-    frame.ms = time_of([&] {
-      if (!overlaps) {
-        remove();
-      }
-      solver.start_step(kPaperTimeStep);
-      if (overlaps) {
-        remove();
-      }
-      report = solver.finish_step();
-    });
-    check_finite(report, solver);
-    return frame;
-  }
-
-  Cautery cautery;
-  LiveSurface surface;
-  LivePieces pieces;
-  std::vector<EditParticipant*> participants;
-  EditResult result;
-};
+  frame.ms = time_of([&] {
+    if (!overlaps) {
+      remove();
+    }
+    edited.solver.start_step(kPaperTimeStep);
+    if (overlaps) {
+      remove();
+    }
+    report = edited.solver.finish_step();
+  });
+  check_finite(report, edited.solver);
+  return frame;
+}
 
 EditTimes measure_rate(Edited& edited, Moving& plain, Deletions& deletions, Pattern pattern,
                        int rate, int frames, bool overlaps) {
@@ -90,7 +48,7 @@ EditTimes measure_rate(Edited& edited, Moving& plain, Deletions& deletions, Patt
   for (int frame = 0; frame < frames; ++frame) {
     const Index count = deletions_in_frame(rate, frame);
     plain_steps.push_back(plain.step());
-    const Edited::Frame both = edited.remove_and_step(deletions.next(count), overlaps);
+    const Frame both = remove_and_step(edited, deletions.next(count), overlaps);
     edits.push_back(both.edit_ms);
     per_deletion.push_back(count > 0 ? 1e3 * both.edit_ms / count : 0);
     times.deleted += count;
@@ -110,7 +68,7 @@ EditTimes measure_rate(Edited& edited, Moving& plain, Deletions& deletions, Patt
 EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options, const EditEffort& effort) {
   const Scene scene = make_organ_scene(mesh);
   Moving plain(scene, options);
-  EditRun run{plain.solver.plan().name, plain.solver.backend_name(), false, {}};
+  EditRun run{plain.solver.plan().name, plain.solver.backend_name(), false, {}, {}};
   run.overlaps = run.backend.starts_with("cuda");
   for (const Pattern pattern : {Pattern::regional, Pattern::scattered}) {
     Edited edited(mesh, scene, options);
@@ -122,6 +80,9 @@ EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options, const E
       run.times.push_back(
           measure_rate(edited, plain, deletions, pattern, rate, frames, run.overlaps));
     }
+  }
+  if (effort.cut_frames > 0) {
+    run.cut = measure_cuts(mesh, options, effort.cut_frames);
   }
   return run;
 }

@@ -2,14 +2,16 @@
 #pragma once
 
 /// @file
-/// What deletions cost, beside the step.
+/// What deletions and cuts cost, beside the step.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "cut_times.h"
 #include "deletions.h"
 
 namespace pbdsurg::bench {
@@ -19,6 +21,7 @@ struct EditEffort {
   std::vector<int> rates;     ///< tetrahedra a second, ascending
   int frames;                 ///< at each rate
   double most_deleted = 0.2;  ///< of the mesh, at each rate: fewer frames where it would be more
+  int cut_frames = 0;
 };
 
 /// One pattern at one rate; medians over frames.
@@ -40,10 +43,11 @@ struct EditRun {
   std::string backend;
   bool overlaps;  ///< edits go on while a device steps
   std::vector<EditTimes> times;
+  std::optional<CutTimes> cut;
 };
 
 /// Steps the scene of a mesh at 60 frames a second, and deletes tetrahedra in one edit a frame, in
-/// which all that follows topology takes part.
+/// which all that follows topology takes part; and cuts it.
 /// @throws Error  if a step leaves vertices that are not finite
 [[nodiscard]] EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options,
                                     const EditEffort& effort);

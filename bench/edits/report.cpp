@@ -39,13 +39,41 @@ Json to_json(const Measured& measured, const EditTimes& times) {
           {"deletions_per_s", times.deletions_per_s},
           {"frames", times.frames},
           {"deleted", times.deleted},
+          {"added", 0},
+          {"plan_ms_per_step", Json()},
           {"plain_step_ms", rounded(times.plain_step_ms, 1e4)},
           {"step_ms", rounded(times.step_ms, 1e4)},
           {"edit_ms_per_step", rounded(times.edit_ms, 1e4)},
           {"us_per_edit", rounded(times.us_per_deletion, 1e2)},
           {"added_ms_per_step", rounded(times.added_ms, 1e4)},
           {"edit_share", rounded(edit_share(times), 1e4)},
-          {"added_share", rounded(added_share(times), 1e4)}};
+          {"added_share", rounded(added_share(times), 1e4)},
+          {"longest_edit_ms", Json()},
+          {"longest_step_ms", Json()}};
+}
+
+// With the keys of a row of deletions; an edit of one tetrahedron is a part that came.
+Json to_json(const Measured& measured, const CutTimes& times) {
+  return {{"backend", measured.backend},
+          {"mesh", measured.mesh},
+          {"tets", measured.tets},
+          {"plan", measured.run.plan},
+          {"overlapped", false},
+          {"pattern", "cut"},
+          {"deletions_per_s", kFramesPerSecond * times.divided / times.frames},
+          {"frames", times.frames},
+          {"deleted", times.divided},
+          {"added", times.added},
+          {"plan_ms_per_step", rounded(times.plan_ms, 1e4)},
+          {"plain_step_ms", rounded(times.plain_step_ms, 1e4)},
+          {"step_ms", rounded(times.step_ms, 1e4)},
+          {"edit_ms_per_step", rounded(times.edit_ms, 1e4)},
+          {"us_per_edit", rounded(times.us_per_added, 1e2)},
+          {"added_ms_per_step", rounded(times.added_ms, 1e4)},
+          {"edit_share", rounded(times.edit_ms / times.plain_step_ms, 1e4)},
+          {"added_share", rounded(times.added_ms / times.plain_step_ms, 1e4)},
+          {"longest_edit_ms", rounded(times.longest_edit_ms, 1e4)},
+          {"longest_step_ms", rounded(times.longest_step_ms, 1e4)}};
 }
 
 const std::vector<Column>& columns() {
@@ -58,6 +86,21 @@ const std::vector<Column>& columns() {
                                        {"us_per_edit", "a deletion, us", 2},
                                        {"edit_share", "edits / step", 4},
                                        {"added_share", "added / step", 4},
+                                       {"frames", "frames", 0}};
+  return all;
+}
+
+const std::vector<Column>& cut_columns() {
+  static const std::vector<Column> all{{"tets", "tets", 0},
+                                       {"plain_step_ms", "step without edits, ms", 3},
+                                       {"plan_ms_per_step", "plan, ms", 3},
+                                       {"edit_ms_per_step", "edit, ms", 3},
+                                       {"us_per_edit", "a new tetrahedron, us", 1},
+                                       {"step_ms", "step, ms", 3},
+                                       {"longest_edit_ms", "longest edit, ms", 3},
+                                       {"longest_step_ms", "longest step, ms", 3},
+                                       {"deleted", "divided", 0},
+                                       {"added", "parts", 0},
                                        {"frames", "frames", 0}};
   return all;
 }
@@ -81,6 +124,7 @@ constexpr const char* kLegend = R"(# Edits
 - tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field, a live surface and live pieces take part
 - one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is what edit and step take more. Threads step after the edit; a device steps meanwhile, so there a step is from its start to its report with the edit of the next in it
 - a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, what is added
+- cut: a blade that crosses some twenty tetrahedra a frame, all in one edit with their neighbours, planned and made before the step, in a solver with spare room; medians over the frames in which tissue parts. The longest step says whether buffers of a device were made anew
 )";
 
 }  // namespace
@@ -90,6 +134,9 @@ Json to_json(const std::vector<Measured>& all) {
   for (const Measured& measured : all) {
     for (const EditTimes& times : measured.run.times) {
       json.push_back(to_json(measured, times));
+    }
+    if (measured.run.cut) {
+      json.push_back(to_json(measured, *measured.run.cut));
     }
   }
   return json;
@@ -130,7 +177,16 @@ std::string to_markdown(const Json& rows, const std::vector<std::string>& notes)
       backend = row["backend"];
       text += "\n## " + backend + "\n\n" + markdown_header("mesh", columns());
     }
-    text += markdown_line(text_of(row["mesh"]), row, columns());
+    if (row["pattern"] != "cut") {
+      text += markdown_line(text_of(row["mesh"]), row, columns());
+    }
+  }
+  text += "\n## Cuts\n\n" + markdown_header("backend, mesh", cut_columns());
+  for (const Json& row : rows) {
+    if (row["pattern"] == "cut") {
+      text +=
+          markdown_line(text_of(row["backend"]) + ", " + text_of(row["mesh"]), row, cut_columns());
+    }
   }
   return text;
 }

@@ -271,7 +271,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     sweep_by_cluster(ClusterArrays cluster, DeviceState state, ToolArrays tools, StepInput* input,
                      ClusterSweep sweep) {
   state = of_copy(state);
-  tools = of_copy(tools, state.count);
+  tools = of_copy(tools, state.capacity);
   input += copy_index();
   cluster.multipliers += copy_index() * cluster.multiplier_count;
   extern __shared__ float4 shared[];
@@ -412,7 +412,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
       for (std::uint32_t i = thread; i < tool_counts[1]; i += kThreads) {
         const float4 p = shared[touched[i]];
         const Particle moved =
-            push(tools, input, __ldg(places + touched[i]), state.count, {p.x, p.y, p.z, p.w});
+            push(tools, input, __ldg(places + touched[i]), state.capacity, {p.x, p.y, p.z, p.w});
         shared[touched[i]] = make_float4(moved.x, moved.y, moved.z, moved.w);
       }
       meet(kProjectBarrier, kThreads);

@@ -64,9 +64,7 @@ bool can_overlap(const StepKernels& kernels) {
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
-      : device_(current_device()),
-        overlaps_(can_overlap(kernels_of(data.options))),
-        state_(data, 0, stream_.get()) {
+      : device_(current_device()), overlaps_(can_overlap(kernels_of(data.options))), state_(data) {
     make_plan(data);
   }
 
@@ -197,10 +195,7 @@ class CudaBackend final : public Backend {
   void take_over(const SolverData& data) {
     const Changes& changes = data.changes;
     words_.clear();
-    if (static_cast<std::size_t>(state_.arrays().count) != data.particles.size()) {
-      is_planned_ = false;
-      state_ = StateBuffers(data, state_.motion_room(), stream_.get());
-    }
+    state_.make_room(data, stream_.get());
     if (!is_planned_ || !plan_.follow(data, changes, words_)) {
       words_.clear();
       make_plan(data);
@@ -209,15 +204,11 @@ class CudaBackend final : public Backend {
       sweeps_->follow(words_, own_words);
       words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
-    for (Index copy = 0; copy < data.copy_count(); ++copy) {
-      if (changes.state[copy]) {
-        state_.upload(data, copy, stream_.get());
-      }
-    }
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
-    if (changes.tools) {
-      tools_.take_over(data);
+    state_.take_over(data, stream_.get());
+    if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
+      tools_.take_over(data, state_.arrays().capacity);
     }
     if (changes.watched) {
       watched_places_.upload(data.watched_places, stream_.get());
@@ -252,7 +243,8 @@ class CudaBackend final : public Backend {
       arrays.strides[a] = vertices_.stride(array);
     }
     for (const DeviceArray array : {DeviceArray::particles, DeviceArray::velocities}) {
-      arrays.strides[static_cast<int>(array)] = 4 * data.particles.size();
+      arrays.strides[static_cast<int>(array)] =
+          4 * static_cast<std::size_t>(state_.arrays().capacity);
     }
     const auto start = [&](DeviceArray array) -> std::uint32_t*& {
       return arrays.starts[static_cast<int>(array)];

@@ -19,16 +19,17 @@
 namespace pbdsurg::cuda {
 
 /// State, in the order of places: see SolverData. Here and below, arrays are those of all copies;
-/// kernels take the part of theirs.
+/// kernels take the part of theirs. There is room for more vertices than there are, which
+/// StepInput::vertex_count says; what lies there is undefined.
 struct DeviceState {
-  Particle* particles;           ///< [copy][count]
-  Particle* previous;            ///< [copy][count] at the start of the substep
-  Velocity* velocities;          ///< [copy][count] before and after a step
-  const Index* vertex_of_place;  ///< [count] of the scene
+  Particle* particles;     ///< [copy][capacity]
+  Particle* previous;      ///< [copy][capacity] at the start of the substep
+  Velocity* velocities;    ///< [copy][capacity] before and after a step
+  Index* vertex_of_place;  ///< [capacity] of the scene
   // of the vertex-block method, else null
-  float* falling;     ///< [copy][count] as in Snapshot
-  Particle* flights;  ///< [copy][count] m, where a vertex would be without its rows
-  Index count;
+  float* falling;     ///< [copy][capacity] as in Snapshot
+  Particle* flights;  ///< [copy][capacity] m, where a vertex would be without its rows
+  Index capacity;
 
   bool operator==(const DeviceState&) const = default;
 };
@@ -79,13 +80,13 @@ struct ConstraintArrays {
 struct ToolArrays {
   // of the current substep
   std::uint32_t* touched;               ///< [copy][pusher][word_count] a bit a place
-  ContactPlane* planes;                 ///< [copy][pusher][place] where touched
-  float* contact_multipliers;           ///< [copy][pusher][place] kg m, where touched
+  ContactPlane* planes;                 ///< [copy][pusher][DeviceState::capacity] where touched
+  float* contact_multipliers;           ///< likewise, kg m
   Index* contact_places;                ///< [copy][pusher][contact_room] ascending
   Index* contact_counts;                ///< [copy][pusher]
   Vec3<float>* attachment_multipliers;  ///< [copy][attachment] kg m
-  Index word_count;                     ///< 32 places each
-  Index contact_room;                   ///< the contact capacity, or all places if they are fewer
+  Index word_count;                     ///< 32 places each, of those there is room for
+  Index contact_room;                   ///< the contact capacity, or all these if they are fewer
   Index pusher_room, attachment_room;
 
   bool operator==(const ToolArrays&) const = default;
@@ -145,6 +146,7 @@ struct alignas(16) StepInput {
   // of the vertex-block method: see way_of_fall() and gravity_per_square()
   Vec3<float> fall;                ///< m
   Vec3<float> gravity_per_square;  ///< s^2/m
+  Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
   std::uint32_t tools;        ///< ToolInput[tool]

@@ -43,9 +43,15 @@ __device__ inline std::size_t copy_index() {
   return blockIdx.y;
 }
 
+/// How many vertices a step has. The host wrote that before its first kernel, so it may be read
+/// while the kernel before is at work.
+__device__ inline Index vertex_count(const StepInput* input) {
+  return __ldg(&input->vertex_count);
+}
+
 /// What a copy has of arrays of all.
 __device__ inline DeviceState of_copy(DeviceState state) {
-  const std::size_t first = copy_index() * static_cast<std::size_t>(state.count);
+  const std::size_t first = copy_index() * static_cast<std::size_t>(state.capacity);
   state.particles += first;
   state.previous += first;
   state.velocities += first;

@@ -323,7 +323,7 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
                         input,
                         multipliers,
                         stride,
-                        state.count,
+                        state.capacity,
                         constraints.multiplier_count,
                         projection.takes_multipliers,
                         projection.leaves_multipliers};

@@ -44,8 +44,8 @@ __device__ void load_corners(const Particle* particles, const Index (&places)[kV
   }
 }
 
-__device__ inline void see_vertices(const DeviceState& state, Seen& seen) {
-  for (Index i = thread_index(); i < state.count; i += thread_count()) {
+__device__ inline void see_vertices(const DeviceState& state, Index count, Seen& seen) {
+  for (Index i = thread_index(); i < count; i += thread_count()) {
     if (!is_finite(position_of(load_particle(state.particles + i)))) {
       const Index vertex = __ldg(state.vertex_of_place + i);
       ++seen.non_finite;
@@ -170,7 +170,7 @@ __global__ void __launch_bounds__(kReportThreads)
   state = of_copy(state);
   input += copy_index();
   Seen seen;
-  see_vertices(state, seen);
+  see_vertices(state, vertex_count(input), seen);
   see_distances(state.particles, constraints, seen);
   see_volumes(state.particles, constraints, seen);
   see_joints(state.particles, constraints, seen);
@@ -199,7 +199,7 @@ __global__ void __launch_bounds__(kReportThreads)
 
 void report(const DeviceState& state, const ConstraintArrays& constraints, StepInput* input,
             const StepOutput& output, const Launch& how) {
-  Index most = state.count;
+  Index most = state.capacity;
   for (const Index count :
        {constraints.distance_count, constraints.volume_count, constraints.joint_count,
         constraints.neo_hookean_count, constraints.tube_count}) {

@@ -3,36 +3,82 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 #include <vector>
 
-#include "solver/word_kernels.h"
+#include "solver/room_to_grow.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
 constexpr std::size_t kLeastMotionRoom = 1024;
 
-}  // namespace
-
-StateBuffers::StateBuffers(const SolverData& data, std::size_t motion_room, cudaStream_t stream)
-    : copy_count_(data.copy_count()) {
-  const std::size_t count = data.particles.size();
-  std::vector<Index> vertex_of_place(count);
-  for (std::size_t v = 0; v < count; ++v) {
-    vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
-  }
-  const std::size_t all = static_cast<std::size_t>(data.copy_count()) * count;
-  const std::size_t falling = data.falling.empty() ? 0 : all;
-  arrays_ = {particles_.reserve(all),   previous_.reserve(all),
-             velocities_.reserve(all),  vertex_of_place_.upload(vertex_of_place, stream),
-             falling_.reserve(falling), flights_.reserve(falling),
-             static_cast<Index>(count)};
-  reserve_motion(std::max(motion_room, kLeastMotionRoom));
-  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
+bool has_falling(const SolverData& data) {  // also while there is no vertex
+  return data.options.method == SolverMethod::vertex_block;
 }
 
-void StateBuffers::upload(const SolverData& data, Index copy, cudaStream_t stream) {
-  const CopyState& state = data.copy(copy);
+}  // namespace
+
+DeviceState StateBuffers::Arrays::reserve(Index copy_count, std::size_t capacity, bool falls) {
+  const std::size_t all = static_cast<std::size_t>(copy_count) * capacity;
+  const std::size_t falling_count = falls ? all : 0;
+  return {particles.reserve(all),         previous.reserve(all),
+          velocities.reserve(all),        vertex_of_place.reserve(capacity),
+          falling.reserve(falling_count), flights.reserve(falling_count),
+          static_cast<Index>(capacity)};
+}
+
+StateBuffers::StateBuffers(const SolverData& data) : copy_count_(data.copy_count()) {
+  const auto spare = static_cast<std::size_t>(data.options.spare.vertices);
+  arrays_ = buffers_.reserve(copy_count_, data.particles.size() + spare, has_falling(data));
+  reserve_motion(kLeastMotionRoom);
+}
+
+void StateBuffers::make_room(const SolverData& data, cudaStream_t stream) {
+  if (data.particles.size() <= static_cast<std::size_t>(arrays_.capacity)) {
+    return;
+  }
+  Arrays larger;
+  const DeviceState now =
+      larger.reserve(copy_count_, room_to_grow(data.particles.size()), has_falling(data));
+  const auto keep = [&](auto* to, const auto* from, Index copies) {  // scratch starts anew
+    if (from != nullptr && count_ > 0) {
+      const auto pitch = [](const DeviceState& state) {
+        return static_cast<std::size_t>(state.capacity) * sizeof(*to);
+      };
+      PBDSURG_CUDA_CHECK(cudaMemcpy2DAsync(to, pitch(now), from, pitch(arrays_),
+                                           count_ * sizeof(*to), static_cast<std::size_t>(copies),
+                                           cudaMemcpyDeviceToDevice, stream));
+    }
+  };
+  keep(now.particles, arrays_.particles, copy_count_);
+  keep(now.velocities, arrays_.velocities, copy_count_);
+  keep(now.falling, arrays_.falling, copy_count_);
+  keep(now.vertex_of_place, arrays_.vertex_of_place, 1);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the smaller go
+  buffers_ = std::move(larger);
+  arrays_ = now;
+}
+
+void StateBuffers::take_over(const SolverData& data, cudaStream_t stream) {
+  if (count_ == 0) {
+    std::vector<Index> vertex_of_place(data.particles.size());
+    for (std::size_t v = 0; v < vertex_of_place.size(); ++v) {
+      vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
+    }
+    buffers_.vertex_of_place.upload(vertex_of_place, stream);
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
+  }
+  count_ = data.particles.size();
+  for (Index copy = 0; copy < copy_count_; ++copy) {
+    if (data.changes.state[copy]) {
+      upload(data.copy(copy), copy, stream);
+    }
+  }
+  upload_moved(data, stream);
+}
+
+void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t stream) {
   const std::size_t count = state.particles.size();
   if (count == 0) {
     return;
@@ -47,9 +93,28 @@ void StateBuffers::upload(const SolverData& data, Index copy, cudaStream_t strea
   }
 }
 
+// The device reads them from the host's memory.
+void StateBuffers::upload_moved(const SolverData& data, cudaStream_t stream) {
+  const std::vector<Index>& vertices = data.changes.moved;
+  if (vertices.empty()) {
+    return;
+  }
+  const std::size_t size = static_cast<std::size_t>(copy_count_) * vertices.size();
+  MovedVertex* moved = moved_.reserve(std::bit_ceil(size));  // edits differ in size
+  for (Index copy = 0; copy < copy_count_; ++copy) {
+    const CopyState& state = data.copy(copy);
+    for (const Index v : vertices) {
+      const Index place = data.place_of_vertex[v];
+      *moved++ = {state.particles[place], state.velocities[place],
+                  state.falling.empty() ? 0.0F : state.falling[place], place, v};
+    }
+  }
+  write_vertices(arrays_, copy_count_, moved_.get(), static_cast<Index>(vertices.size()), stream);
+}
+
 void StateBuffers::fetch(SolverData& data, Index copy, cudaStream_t stream) {
   CopyState& state = data.copy(copy);
-  const std::size_t count = state.particles.size();
+  const std::size_t count = std::min(count_, state.particles.size());
   if (count == 0) {
     return;
   }
@@ -86,10 +151,8 @@ void StateBuffers::ask_for_motion(std::span<const Index> places, cudaStream_t st
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the read before may be at work
     reserve_motion(std::bit_ceil(size));
   }
-  gather_motion(
-      {arrays_.particles, arrays_.velocities, arrays_.falling, arrays_.count, copy_count_},
-      asked_places_.upload(places, stream), motion_.get(), static_cast<Index>(places.size()),
-      stream);
+  gather_motion(arrays_, copy_count_, asked_places_.upload(places, stream), motion_.get(),
+                static_cast<Index>(places.size()), stream);
 }
 
 void StateBuffers::reserve_motion(std::size_t size) {
@@ -104,8 +167,9 @@ void StateBuffers::collect_motion(Index copy, std::span<VertexMotion> out, cudaS
 }
 
 std::size_t StateBuffers::memory_bytes() const noexcept {
-  return particles_.memory_bytes() + previous_.memory_bytes() + velocities_.memory_bytes() +
-         falling_.memory_bytes() + flights_.memory_bytes() + vertex_of_place_.memory_bytes() +
+  return buffers_.particles.memory_bytes() + buffers_.previous.memory_bytes() +
+         buffers_.flights.memory_bytes() + buffers_.velocities.memory_bytes() +
+         buffers_.falling.memory_bytes() + buffers_.vertex_of_place.memory_bytes() +
          read_places_.memory_bytes() + asked_places_.memory_bytes();
 }
 

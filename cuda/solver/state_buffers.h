@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// State of all copies on a device: in the order of places, as on the host.
+/// State of all copies on a device: in the order of places, as on the host, with room for more.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -11,21 +11,28 @@
 #include "buffer.cuh"
 #include "solver/device_arrays.h"
 #include "solver/solver_data.h"
+#include "solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
 
 class StateBuffers {
  public:
-  /// @param motion_room  at least, see motion_room()
-  StateBuffers(const SolverData& data, std::size_t motion_room, cudaStream_t stream);
+  /// With the room that options ask for; nothing is there yet.
+  explicit StateBuffers(const SolverData& data);
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
-  /// Copies particles, velocities and `falling` of a copy to the device.
-  void upload(const SolverData& data, Index copy, cudaStream_t stream);
+  /// Makes room for all vertices that there are now. Where there is too little, all arrays are
+  /// others then, with what was there; waits.
+  void make_room(const SolverData& data, cudaStream_t stream);
 
-  /// Copies positions, velocities and `falling` of a copy to the host, whose inverse masses stay.
-  /// Waits.
+  /// Enqueues what Changes says of the state: of copies that were rewritten, and of vertices that
+  /// moved. There must be room, and inverse masses that changed must be there. No such work may be
+  /// under way. Cost: of copies O(vertex_count) each, else proportional to those moved.
+  void take_over(const SolverData& data, cudaStream_t stream);
+
+  /// Copies positions, velocities and `falling` of a copy to the host, whose inverse masses stay:
+  /// of places taken over that are still there. Waits.
   void fetch(SolverData& data, Index copy, cudaStream_t stream);
 
   /// Reads positions of a copy at some places. Waits.
@@ -34,38 +41,47 @@ class StateBuffers {
             cudaStream_t stream);
 
   /// Enqueues a read of how vertices of all copies move at some places. Waits only where there is
-  /// no room for so many.
+  /// no room for so many: 1024 over all copies, or the most there ever were.
   void ask_for_motion(std::span<const Index> places, cudaStream_t stream);
 
   /// What was asked for last, of a copy. Waits.
   /// @param out  [places.size()]
   void collect_motion(Index copy, std::span<VertexMotion> out, cudaStream_t stream);
 
-  /// How many vertices it can be asked about without a wait, over all copies: 1024, or the most
-  /// there ever were.
-  [[nodiscard]] std::size_t motion_room() const noexcept { return motion_room_; }
-
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  /// [copy][capacity]
+  struct Arrays {
+    DeviceBuffer<Particle> particles, previous, flights;
+    DeviceBuffer<Velocity> velocities;
+    DeviceBuffer<float> falling;
+    DeviceBuffer<Index> vertex_of_place;  // [capacity]
+
+    /// @param falls  by the vertex-block method
+    DeviceState reserve(Index copy_count, std::size_t capacity, bool falls);
+  };
+
+  void upload(const CopyState& state, Index copy, cudaStream_t stream);
+  void upload_moved(const SolverData& data, cudaStream_t stream);
   void reserve_motion(std::size_t size);
 
   /// Where a copy's part of an array starts.
   [[nodiscard]] std::size_t start(Index copy) const noexcept {
-    return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.count);
+    return static_cast<std::size_t>(copy) * static_cast<std::size_t>(arrays_.capacity);
   }
 
-  DeviceBuffer<Particle> particles_, previous_, flights_;
-  DeviceBuffer<Velocity> velocities_;
-  DeviceBuffer<float> falling_;
-  DeviceBuffer<Index> vertex_of_place_, read_places_;
+  Arrays buffers_;
+  DeviceState arrays_{};
+  Index copy_count_;
+  std::size_t count_ = 0;            // of vertices, as taken over
+  PinnedBuffer<MovedVertex> moved_;  // [copy][moved]
+  DeviceBuffer<Index> read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
   DeviceBuffer<Index> asked_places_;
   PinnedBuffer<VertexMotion> motion_;  // [copy][asked]
   std::size_t motion_room_ = 0;
   PinnedBuffer<Particle> fetched_particles_;
-  DeviceState arrays_{};
-  Index copy_count_;
 };
 
 }  // namespace pbdsurg::cuda

@@ -44,7 +44,7 @@ ToolBuffers::CopyTools ToolBuffers::find_tools(const SolverData& data, const Cop
   return tools;
 }
 
-void ToolBuffers::take_over(const SolverData& data) {
+void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
   const auto copy_count = static_cast<std::size_t>(data.copy_count());
   copies_.resize(copy_count);
   for (Index copy = 0; copy < data.copy_count(); ++copy) {
@@ -57,7 +57,7 @@ void ToolBuffers::take_over(const SolverData& data) {
     arrays_.attachment_room = std::max(arrays_.attachment_room, tools.attachment_count);
   }
 
-  const std::size_t places = data.particles.size();
+  const auto places = static_cast<std::size_t>(vertex_room);
   const std::size_t words = (places + 31) / 32;
   const std::size_t room =
       std::min(places, static_cast<std::size_t>(data.options.contact_capacity));
@@ -73,6 +73,7 @@ void ToolBuffers::take_over(const SolverData& data) {
              static_cast<Index>(room),
              arrays_.pusher_room,
              arrays_.attachment_room};
+  vertex_room_ = vertex_room;
 }
 
 // Sets the counts and tables of a copy, in bytes from its input.
@@ -157,6 +158,7 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
   header.fall = way_of_fall(data, header.substep);
   header.gravity_per_square = gravity_per_square(data);
+  header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());
   header.watched_count = static_cast<Index>(data.watched_places.size());

@@ -20,11 +20,15 @@ inline bool is_pusher(const ToolState& tool) {
 
 class ToolBuffers {
  public:
-  /// Follows tools that are new or hold something else.
-  void take_over(const SolverData& data);
+  /// Follows tools that are new or hold something else, and room for more vertices.
+  /// @param vertex_room  at least as many as there are
+  void take_over(const SolverData& data, Index vertex_room);
 
   /// Computes what the host tells about a step, and enqueues its copy. No step may be at work.
   void upload(SolverData& data, float dt, cudaStream_t stream);
+
+  /// As taken over.
+  [[nodiscard]] Index vertex_room() const noexcept { return vertex_room_; }
 
   [[nodiscard]] const ToolArrays& arrays() const noexcept { return arrays_; }
   [[nodiscard]] StepInput* input() const noexcept {
@@ -57,6 +61,7 @@ class ToolBuffers {
   static void write_substep(const CopyState& copy, Index substep, StepInput* input);
 
   std::vector<CopyTools> copies_;
+  Index vertex_room_ = 0;
 
   bool has_pushers_ = false;
   bool has_attachments_ = false;

@@ -22,11 +22,11 @@ __device__ inline std::size_t of_pusher(Index pusher, Index stride) {
   return static_cast<std::size_t>(pusher) * static_cast<std::size_t>(stride);
 }
 
-__device__ inline ToolArrays of_copy(ToolArrays tools, Index place_count) {
+__device__ inline ToolArrays of_copy(ToolArrays tools, Index place_room) {
   const std::size_t pushers = copy_index() * static_cast<std::size_t>(tools.pusher_room);
   tools.touched += pushers * static_cast<std::size_t>(tools.word_count);
-  tools.planes += pushers * static_cast<std::size_t>(place_count);
-  tools.contact_multipliers += pushers * static_cast<std::size_t>(place_count);
+  tools.planes += pushers * static_cast<std::size_t>(place_room);
+  tools.contact_multipliers += pushers * static_cast<std::size_t>(place_room);
   tools.contact_places += pushers * static_cast<std::size_t>(tools.contact_room);
   tools.contact_counts += pushers;
   tools.attachment_multipliers += copy_index() * static_cast<std::size_t>(tools.attachment_room);
@@ -79,12 +79,13 @@ __device__ void keep_contacts(const ToolArrays& tools, StepInput* input) {
 
 __global__ void __launch_bounds__(kToolThreads)
     find(DeviceState state, ToolArrays tools, StepInput* input, Index substep) {
+  const Index count = vertex_count(input);
   wait_for_previous();
   state = of_copy(state);
-  tools = of_copy(tools, state.count);
+  tools = of_copy(tools, state.capacity);
   input += copy_index();
   const Index place = thread_index();
-  const bool is_vertex = place < state.count;
+  const bool is_vertex = place < count;
   const Particle p = is_vertex ? load_particle(state.particles + place) : Particle{0, 0, 0, 0};
   const Vec3<float> x = position_of(p);
   const PusherInput* const pushers =
@@ -101,12 +102,12 @@ __global__ void __launch_bounds__(kToolThreads)
       }
     }
     if (search.has_contact()) {
-      const std::size_t slot = of_pusher(pusher, state.count) + static_cast<std::size_t>(place);
+      const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
       tools.planes[slot] = search.plane;
       tools.contact_multipliers[slot] = 0;
     }
     const std::uint32_t bits = __ballot_sync(~0U, search.has_contact());
-    if (threadIdx.x % kWarp == 0 && is_vertex) {
+    if (threadIdx.x % kWarp == 0 && place < state.capacity) {  // none where there is but room
       tools.touched[of_pusher(pusher, tools.word_count) + static_cast<std::size_t>(place / kWarp)] =
           bits;
     }
@@ -118,7 +119,7 @@ __global__ void __launch_bounds__(kToolThreads)
 
 void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput* input,
                    Index substep, const Launch& how) {
-  launch(how, "launching the search for contacts", blocks_for(state.count, kToolThreads),
+  launch(how, "launching the search for contacts", blocks_for(state.capacity, kToolThreads),
          kToolThreads, find, state, tools, input, substep);
 }
 
@@ -151,7 +152,7 @@ __global__ void __launch_bounds__(kToolThreads)
     pull_held(DeviceState state, ToolArrays tools, StepInput* input, Index substep, bool is_first) {
   wait_for_previous();
   state = of_copy(state);
-  tools = of_copy(tools, state.count);
+  tools = of_copy(tools, state.capacity);
   input += copy_index();
   for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
     Particle* const p = state.particles + table<HeldInput>(input, input->held)[h].place;
@@ -174,12 +175,12 @@ __device__ inline bool touches(const ToolArrays& tools, Index pusher, Index plac
 
 /// All that touch a vertex, one after another.
 __device__ inline Particle push(const ToolArrays& tools, const StepInput* input, Index place,
-                                Index place_count, Particle p) {
+                                Index place_room, Particle p) {
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
     if (!touches(tools, pusher, place)) {
       continue;
     }
-    const std::size_t slot = of_pusher(pusher, place_count) + static_cast<std::size_t>(place);
+    const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
     const ContactPlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
     ContactConstraint::project(x, p.w, plane.normal, plane.offset, tools.contact_multipliers[slot]);
@@ -190,12 +191,13 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
 
 __global__ void __launch_bounds__(kToolThreads)
     push_touched(DeviceState state, ToolArrays tools, const StepInput* input) {
+  const Index count = vertex_count(input);
   wait_for_previous();
   state = of_copy(state);
-  tools = of_copy(tools, state.count);
+  tools = of_copy(tools, state.capacity);
   input += copy_index();
   const Index place = thread_index();
-  if (place >= state.count) {
+  if (place >= count) {
     return;
   }
   bool is_touched = false;
@@ -204,23 +206,23 @@ __global__ void __launch_bounds__(kToolThreads)
   }
   if (is_touched) {
     Particle* const p = state.particles + place;
-    const Particle moved = push(tools, input, place, state.count, load_particle(p));
+    const Particle moved = push(tools, input, place, state.capacity, load_particle(p));
     store_particle(p, position_of(moved), moved.w);
   }
 }
 
 void project_contacts(const DeviceState& state, const ToolArrays& tools, const StepInput* input,
                       const Launch& how) {
-  launch(how, "launching the phases of contacts", blocks_for(state.count, kToolThreads),
+  launch(how, "launching the phases of contacts", blocks_for(state.capacity, kToolThreads),
          kToolThreads, push_touched, state, tools, input);
 }
 
 /// A block a tool. Forces are computed side by side and added one after another: the sum is that of
 /// one processor.
 __global__ void __launch_bounds__(kToolThreads)
-    collect(ToolArrays tools, StepInput* input, Index place_count) {
+    collect(ToolArrays tools, StepInput* input, Index place_room) {
   wait_for_previous();
-  tools = of_copy(tools, place_count);
+  tools = of_copy(tools, place_room);
   input += copy_index();
   __shared__ float parts[3][kToolThreads];
   const float scale = input->force_per_multiplier;
@@ -239,7 +241,7 @@ __global__ void __launch_bounds__(kToolThreads)
           const Index place = tools.contact_places[of_pusher(tool.pusher, tools.contact_room) +
                                                    static_cast<std::size_t>(i)];
           const std::size_t slot =
-              of_pusher(tool.pusher, place_count) + static_cast<std::size_t>(place);
+              of_pusher(tool.pusher, place_room) + static_cast<std::size_t>(place);
           force = (scale * tools.contact_multipliers[slot]) * tools.planes[slot].normal;
         } else {
           force = scale * tools.attachment_multipliers[tool.first_attachment + i];
@@ -269,7 +271,7 @@ __global__ void __launch_bounds__(kToolThreads)
 void collect_forces(const DeviceState& state, const ToolArrays& tools, StepInput* input,
                     const Launch& how) {
   launch(how, "launching the sum of forces", share_blocks(kForceBlocks, 1, how), kToolThreads,
-         collect, tools, input, state.count);
+         collect, tools, input, state.capacity);
 }
 
 }  // namespace

@@ -72,10 +72,11 @@ struct DeviceLane {
 template <bool kEnds, bool kBegins>
 __global__ void __launch_bounds__(kVertexThreads)
     advance_falling_vertices(DeviceState state, const StepInput* input) {
+  const Index count = vertex_count(input);
   wait_for_previous();
   state = of_copy(state);
   const Index i = thread_index();
-  if (i >= state.count) {
+  if (i >= count) {
     return;
   }
   const Particle p = load_particle(state.particles + i);
@@ -108,7 +109,7 @@ void advance_falling(const DeviceState& state, const StepInput* input, bool ends
   auto* const kernel = !begins ? advance_falling_vertices<true, false>
                        : ends  ? advance_falling_vertices<true, true>
                                : advance_falling_vertices<false, true>;
-  launch(how, "launching a prediction", blocks_for(state.count, kVertexThreads), kVertexThreads,
+  launch(how, "launching a prediction", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          kernel, state, input);
 }
 
@@ -145,7 +146,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   vertices = of_copy(vertices);
   input += copy_index();
   if (has_tools) {
-    tools = of_copy(tools, state.count);
+    tools = of_copy(tools, state.capacity);
     // no sweep visits those that hold what cannot move
     for (Index a = thread_index(); a < input->attachment_count; a += thread_count()) {
       tools.attachment_multipliers[a] = {};
@@ -184,7 +185,7 @@ void prepare_vertices(const DeviceState& state, const VertexArrays& vertices,
 struct HeldVertex {
   const ToolArrays& tools;
   StepInput* input;
-  Index substep, place, place_count;
+  Index substep, place, place_room;
   Index hold;  ///< index of its HeldInput, or kOnlyTouched
 
   struct Grasp {
@@ -225,7 +226,7 @@ struct HeldVertex {
   __device__ void for_each_contact(const Visit& visit) const {
     for (Index pusher = input->pusher_count; pusher-- > 0;) {
       if (touches(tools, pusher, place)) {
-        const std::size_t slot = of_pusher(pusher, place_count) + static_cast<std::size_t>(place);
+        const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
         visit(Touch{tools.planes[slot], tools.contact_multipliers + slot});
       }
     }
@@ -264,13 +265,13 @@ __global__ void __launch_bounds__(kBlockThreads)
                  position_of(load_particle(&at(state.flights, corner))) - x);
   [[maybe_unused]] Index hold = kInvalidIndex;
   if constexpr (kTools) {
-    tools = of_copy(tools, state.count);
+    tools = of_copy(tools, state.capacity);
     hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
   }
   const auto solve = [&](const VertexEnergy<float>& energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
-        const HeldVertex held{tools, input, sweep.substep, place_at(corner), state.count, hold};
+        const HeldVertex held{tools, input, sweep.substep, place_at(corner), state.capacity, hold};
         return move_held(held, x, energy, 1 / inverse_dt_squared);
       }
     }

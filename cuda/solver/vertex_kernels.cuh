@@ -16,10 +16,11 @@ constexpr int kVertexThreads = 128;
 template <bool kEnds, bool kBegins>
 __global__ void __launch_bounds__(kVertexThreads)
     advance_vertices(DeviceState state, const StepInput* input) {
+  const Index count = vertex_count(input);
   wait_for_previous();
   state = of_copy(state);
   const Index i = thread_index();
-  if (i >= state.count) {
+  if (i >= count) {
     return;
   }
   const Particle p = load_particle(state.particles + i);
@@ -58,7 +59,7 @@ void advance(const DeviceState& state, const StepInput* input, bool ends, bool b
   auto* const kernel = !begins ? advance_vertices<true, false>
                        : ends  ? advance_vertices<true, true>
                                : advance_vertices<false, true>;
-  launch(how, "launching a prediction", blocks_for(state.count, kVertexThreads), kVertexThreads,
+  launch(how, "launching a prediction", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          kernel, state, input);
 }
 

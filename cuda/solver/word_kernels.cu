@@ -34,16 +34,34 @@ __global__ void gather(const Particle* particles, const Index* places, Vec3<floa
   }
 }
 
-__global__ void gather(MotionArrays arrays, const Index* places, VertexMotion* out, Index count) {
+// Where entry i of a copy lies in an array of all.
+__device__ std::size_t in_copy(Index size, Index i) {
+  return blockIdx.y * static_cast<std::size_t>(size) + static_cast<std::size_t>(i);
+}
+
+__global__ void gather(DeviceState state, const Index* places, VertexMotion* out, Index count) {
   const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < count) {
-    const std::size_t copy = blockIdx.y;
-    const std::size_t place =
-        copy * static_cast<std::size_t>(arrays.place_count) + static_cast<std::size_t>(places[i]);
-    const Particle p = arrays.particles[place];
-    out[copy * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] = {
-        p.x, p.y, p.z, arrays.velocities[place],
-        arrays.falling == nullptr ? 0.0F : arrays.falling[place]};
+    const std::size_t place = in_copy(state.capacity, places[i]);
+    const Particle p = state.particles[place];
+    out[in_copy(count, i)] = {p.x, p.y, p.z, state.velocities[place],
+                              state.falling == nullptr ? 0.0F : state.falling[place]};
+  }
+}
+
+__global__ void place_vertices(DeviceState state, const MovedVertex* moved, Index count) {
+  const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) {
+    const MovedVertex vertex = moved[in_copy(count, i)];
+    const std::size_t place = in_copy(state.capacity, vertex.place);
+    state.particles[place] = vertex.particle;
+    state.velocities[place] = vertex.velocity;
+    if (state.falling != nullptr) {
+      state.falling[place] = vertex.falling;
+    }
+    if (blockIdx.y == 0) {
+      state.vertex_of_place[vertex.place] = vertex.vertex;
+    }
   }
 }
 
@@ -71,12 +89,21 @@ void gather_positions(const Particle* particles, const Index* places, Vec3<float
   }
 }
 
-void gather_motion(const MotionArrays& arrays, const Index* places, VertexMotion* out, Index count,
-                   cudaStream_t stream) {
+void gather_motion(const DeviceState& state, Index copy_count, const Index* places,
+                   VertexMotion* out, Index count, cudaStream_t stream) {
   if (count > 0) {
-    const dim3 blocks(blocks_for(count), static_cast<unsigned>(arrays.copy_count));
-    gather<<<blocks, kThreads, 0, stream>>>(arrays, places, out, count);
+    const dim3 blocks(blocks_for(count), static_cast<unsigned>(copy_count));
+    gather<<<blocks, kThreads, 0, stream>>>(state, places, out, count);
     check(cudaGetLastError(), "launching the kernel that gathers motion");
+  }
+}
+
+void write_vertices(const DeviceState& state, Index copy_count, const MovedVertex* moved,
+                    Index count, cudaStream_t stream) {
+  if (count > 0) {
+    const dim3 blocks(blocks_for(count), static_cast<unsigned>(copy_count));
+    place_vertices<<<blocks, kThreads, 0, stream>>>(state, moved, count);
+    check(cudaGetLastError(), "launching the kernel that writes vertices");
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/core/vec3.h"
 
+#include "solver/device_arrays.h"
 #include "solver/particle.h"
 #include "solver/stages.h"
 
@@ -35,18 +36,24 @@ void write_words(const ArrayStarts& arrays, const WordChange* changes, Index cou
 void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
                       cudaStream_t stream);
 
-/// How vertices of all copies move.
-struct MotionArrays {
-  const Particle* particles;   ///< [copy][place_count]
-  const Velocity* velocities;  ///< likewise
-  const float* falling;        ///< likewise, or null for none: zero then
-  Index place_count, copy_count;
-};
-
-/// Copies how vertices move at some places.
+/// Copies how vertices of all copies move at some places; `falling` is zero where there is none.
 /// @param places  [count] on the device
 /// @param out     [copy][count]
-void gather_motion(const MotionArrays& arrays, const Index* places, VertexMotion* out, Index count,
-                   cudaStream_t stream);
+void gather_motion(const DeviceState& state, Index copy_count, const Index* places,
+                   VertexMotion* out, Index count, cudaStream_t stream);
+
+/// A vertex that an edit brought, or set in motion again.
+struct MovedVertex {
+  Particle particle;
+  Velocity velocity;
+  float falling;
+  Index place;
+  Index vertex;  ///< of the scene
+};
+
+/// Writes vertices of all copies to their places.
+/// @param moved  [copy][count]
+void write_vertices(const DeviceState& state, Index copy_count, const MovedVertex* moved,
+                    Index count, cudaStream_t stream);
 
 }  // namespace pbdsurg::cuda

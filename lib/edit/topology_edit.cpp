@@ -94,12 +94,15 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
 
   const bool brings_bodies = !edit.new_bodies.bodies().empty();
   const bool brings_vertices = brings_bodies || !edit.new_vertices.empty();
-  for (Index copy = 0; copy < data.copy_count() && brings_vertices; ++copy) {
-    data.fetch_state(copy);  // waits for a step that runs, which all else leaves alone
-    data.changes.state[copy] = true;
+  std::vector<Index> ends;
+  for (const NewVertex& vertex : edit.new_vertices) {
+    ends.insert(ends.end(), {vertex.first, vertex.second});
+  }
+  if (brings_vertices) {
+    data.finish_running_step();  // all else leaves it alone
   }
   prefetch_removals(data, edit.remove_tets);
-  data.begin_edit(stopping);
+  data.begin_edit(stopping, ends);
   clear(result);
   result.first_new_vertex = static_cast<Index>(data.particles.size());
   result.first_new_tet = static_cast<Index>(data.tets.size());

@@ -38,6 +38,7 @@ void add_vertices(SolverData& data, const Scene& scene, const FirstIds& first) {
   }
   data.previous.resize(count);
   for (const Index place : places) {
+    data.log_moved(static_cast<Index>(data.place_of_vertex.size()));
     data.place_of_vertex.push_back(first.vertex + place);
   }
   data.vertex_masses.resize(count, 0);

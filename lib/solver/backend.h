@@ -28,7 +28,8 @@ struct SolverOptions;
 /// - SolverData::changes says what happened since its last step, or since it was made from the
 ///   data. start_step() takes that over; the solver clears it when start_step() has returned.
 /// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
-///   fetch_state() or until the host rewrites them all. Inverse masses there are always valid.
+///   fetch_state() or until the host rewrites them all, but for those of Changes::moved. Inverse
+///   masses there are always valid.
 /// - Between start_step() and finish_step() none of its functions is called but name(),
 ///   keeps_state(), memory_bytes(), ask_for_motion() and the destructor.
 /// - Edits that bring no vertices happen there, too: topology, constraints, masses, vertex blocks,
@@ -56,19 +57,20 @@ class Backend {
   [[nodiscard]] virtual bool keeps_state() const noexcept { return false; }
 
   /// Brings positions, velocities and `falling` of a copy as the last step left them into
-  /// SolverData. Inverse masses there stay: an edit may have changed them since.
+  /// SolverData: at all places that there were in it and still are. Inverse masses there stay: an
+  /// edit may have changed them since.
   virtual void fetch_state(SolverData& data, Index copy);
 
   /// Reads some positions of a copy as the last step left them; called only while those of
   /// SolverData are out of date.
-  /// @param places  [n] see SolverData
+  /// @param places  [n] see SolverData; of vertices that were in that step
   /// @param out     [n] m
   virtual void read_positions(const SolverData& data, Index copy, std::span<const Index> places,
                               std::span<Eigen::Vector3f> out);
 
   /// Begins to read how some vertices of all copies move, as the last step begun leaves them; may
   /// return before that step is done. One such read is kept, the last.
-  /// @param places  [n] see SolverData
+  /// @param places  [n] see SolverData; of vertices that were in that step
   virtual void ask_for_motion(std::span<const Index> /*places*/) {}
 
   /// What was asked for, of a copy.

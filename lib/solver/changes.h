@@ -24,6 +24,10 @@ struct Changes {
 
   /// [copy] whether positions, velocities and `falling` were rewritten as a whole.
   std::vector<bool> state{true};
+  /// Vertices that are new, or move as before an edit that was taken back: in all copies, position,
+  /// velocity and `falling` are those of the host, even while the others there are out of date.
+  /// Ascending, without repetition.
+  std::vector<Index> moved;
   /// Tools were added, or what they hold changed; poses and targets change without this.
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
@@ -39,12 +43,26 @@ struct Changes {
   std::vector<Index> tets;  ///< removed or back, whether they have constraints or not
 
   [[nodiscard]] bool any() const noexcept {
-    return tools || watched || grown || !vertices.empty() || !constraints.empty() ||
-           !tets.empty() || std::find(state.begin(), state.end(), true) != state.end();
+    return tools || watched || grown || !moved.empty() || !vertices.empty() ||
+           !constraints.empty() || !tets.empty() ||
+           std::find(state.begin(), state.end(), true) != state.end();
   }
+
+  [[nodiscard]] bool has_moved(Index vertex) const {
+    return std::ranges::binary_search(moved, vertex);
+  }
+  /// Cost: constant for new vertices, which come last.
+  void add_moved(Index vertex) {
+    const auto place = std::ranges::lower_bound(moved, vertex);
+    if (place == moved.end() || *place != vertex) {
+      moved.insert(place, vertex);
+    }
+  }
+
   void clear() noexcept {
     std::fill(state.begin(), state.end(), false);
     tools = watched = grown = false;
+    moved.clear();
     vertices.clear();
     constraints.clear();
     tets.clear();

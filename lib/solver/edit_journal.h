@@ -64,9 +64,10 @@ struct EditJournal {
   std::vector<Ends> edges, links;        ///< before each change
   std::vector<Entry> tet_entries, link_entries;
   std::vector<Mass> masses;               ///< before each change
-  std::vector<Index> stopped;             ///< places of vertices that lost their last tetrahedron
+  std::vector<Index> stopped;             ///< vertices that lost their last tetrahedron
   std::vector<VertexMotion> motions;      ///< [copy][stopped] as they moved before
-  std::vector<bool> is_motion_asked;      ///< [copy] the backend has its part of `motions`
+  std::vector<bool> is_motion_asked;      ///< [copy] the backend has its part of `motions`,
+  std::vector<Index> asked;               ///< for these entries of `stopped`
   std::vector<Release> releases;          ///< by tools of vertices without tissue
   std::vector<const void*> participants;  ///< who followed the edit, in their order
 
@@ -80,7 +81,7 @@ struct EditJournal {
     };
     return (before_growth ? before_growth->memory_bytes() : 0) + is_motion_asked.capacity() / 8 +
            bytes_of(opened_groups, tets, shapes, edge_tets, edges, links, tet_entries, link_entries,
-                    masses, stopped, motions, releases, participants);
+                    masses, stopped, motions, asked, releases, participants);
   }
 };
 

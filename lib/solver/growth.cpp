@@ -172,6 +172,7 @@ void add_vertex(SolverData& data, Index first, Index second, float share) {
       state.falling.push_back(between(state.falling[a], state.falling[b]));
     }
   }
+  data.log_moved(place);
   const Index body = data.body_of_vertex(first);  // while both arrays below count alike
   data.previous.push_back(data.particles.back());
   data.place_of_vertex.push_back(place);
@@ -252,11 +253,9 @@ void add_link(SolverData& data, const Link& link) {
 
 void finish_growth(SolverData& data) {
   data.log_growth();
-  if (data.backend->keeps_state()) {
-    // tables of tools follow the number of vertices
-    data.changes.tools = data.changes.tools || data.particles.size() > data.journal.vertex_count;
+  if (data.particles.size() > data.journal.vertex_count) {
+    reserve_tools(data);
   }
-  reserve_tools(data);
   regrow_vertices(data);
 }
 
@@ -293,10 +292,11 @@ void undo_growth(SolverData& data) {
     data.vertex_masses.resize(journal.vertex_count);
     data.vertex_tets.resize(static_cast<Index>(journal.vertex_count));
     data.vertex_links.resize(static_cast<Index>(journal.vertex_count));
-    data.changes.tools = true;
-    std::erase_if(data.changes.vertices, [&](Index place) {
+    const auto is_gone = [&](Index place) {  // the places and ids of new vertices are last
       return static_cast<std::size_t>(place) >= journal.vertex_count;
-    });
+    };
+    std::erase_if(data.changes.vertices, is_gone);
+    std::erase_if(data.changes.moved, is_gone);
   }
   undo_bodies(data);
   data.later_tet_bodies.resize(data.later_tet_bodies.size() -

@@ -53,8 +53,7 @@ Index add_tet(SolverData& data, const Tet& vertices, Index body, double mass);
 void add_link(SolverData& data, const Link& link);
 
 /// After an edit that added anything, or gave constraints other vertices: tells backends, and
-/// rebuilds the rows of the vertex-block method. Cost: O(vertex_count) for a backend that keeps the
-/// state, or for that method.
+/// rebuilds the rows of the vertex-block method. Cost: that of this method O(tets), else constant.
 void finish_growth(SolverData& data);
 
 /// Takes back what the edit at hand added; constraints have gone already.

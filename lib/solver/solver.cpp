@@ -275,8 +275,8 @@ std::size_t Solver::memory_bytes() const noexcept {
                   data.tet_edges, data.edge_tets, data.tet_masses, data.vertex_masses,
                   data.constraint_phases, data.plan.phases, data.later_vertex_bodies,
                   data.later_tet_bodies, data.tissue_counts, data.watched_places, data.read_places,
-                  data.edit_buffer, data.changes.vertices, data.changes.constraints,
-                  data.changes.tets) +
+                  data.edit_buffer, data.changes.moved, data.changes.vertices,
+                  data.changes.constraints, data.changes.tets) +
          data.vertex_tets.memory_bytes() + data.vertex_links.memory_bytes() +
          data.distance_ids.memory_bytes() + data.edge_owners.memory_bytes() +
          data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +

@@ -2,6 +2,7 @@
 #include "solver/solver_data.h"
 
 #include <algorithm>
+#include <ranges>
 #include <unordered_map>
 
 #include "solver/backend.h"
@@ -60,26 +61,67 @@ void SolverData::fetch_state(Index index) {
   if (state.is_state_current) {
     return;
   }
+  std::vector<VertexMotion> moved;  // of these the backend has not heard yet
+  for (const Index v : changes.moved) {
+    moved.push_back(state.motion_of(place_of_vertex[v]));
+  }
   backend->fetch_state(*this, index);
-  for (const Index place : changes.vertices) {  // of which the backend has not heard yet
+  for (const Index place : changes.vertices) {
     if (state.particles[place].w == 0) {
       state.velocities[place] = {};
     }
   }
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    state.set_motion(place_of_vertex[changes.moved[i]], moved[i]);
+  }
   state.is_state_current = true;
+}
+
+void SolverData::fetch_motion(std::span<const Index> vertices) {
+  finish_running_step();
+  read_places.clear();
+  for (const Index v : vertices) {
+    if (!changes.has_moved(v)) {
+      read_places.push_back(place_of_vertex[v]);
+    }
+  }
+  const auto is_current = [&](Index i) { return copy(i).is_state_current; };
+  const auto copies = std::views::iota(Index{0}, copy_count());
+  if (read_places.empty() || std::ranges::all_of(copies, is_current)) {
+    return;
+  }
+  backend->ask_for_motion(read_places);
+  std::vector<VertexMotion> motions(read_places.size());
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    if (state.is_state_current) {
+      continue;
+    }
+    backend->collect_motion(i, motions);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      state.set_motion(read_places[k], motions[k]);
+    }
+  }
 }
 
 void SolverData::read_positions(Index index, std::span<const Index> vertices,
                                 std::span<Eigen::Vector3f> out) {
   finish_running_step();
+  const CopyState& state = copy(index);
+  const auto is_here = [&](Index v) { return state.is_state_current || changes.has_moved(v); };
   read_places.clear();
   for (const Index v : vertices) {
-    read_places.push_back(place_of_vertex[v]);
+    if (!is_here(v)) {
+      read_places.push_back(place_of_vertex[v]);
+    }
   }
-  if (copy(index).is_state_current) {
-    backend->Backend::read_positions(*this, index, read_places, out);
-  } else {
-    backend->read_positions(*this, index, read_places, out);
+  std::size_t unread = read_places.size();
+  if (unread > 0) {
+    backend->read_positions(*this, index, read_places, out.first(unread));
+  }
+  for (std::size_t i = vertices.size(); i-- > 0;) {  // what was read moves back to make room
+    const Particle& p = state.particles[place_of_vertex[vertices[i]]];
+    out[i] = is_here(vertices[i]) ? Eigen::Vector3f(p.x, p.y, p.z) : out[--unread];
   }
 }
 
@@ -129,6 +171,12 @@ void SolverData::log_tet(Index tet) {
 void SolverData::log_vertex(Index vertex) {
   if (backend->keeps_state()) {
     changes.vertices.push_back(place_of_vertex[vertex]);
+  }
+}
+
+void SolverData::log_moved(Index vertex) {
+  if (backend->keeps_state()) {
+    changes.add_moved(vertex);
   }
 }
 
@@ -275,7 +323,7 @@ void SolverData::log_growth() {
   changes.grown = changes.grown || backend->keeps_state();
 }
 
-void SolverData::begin_edit(std::span<const Index> stopping) {
+void SolverData::begin_edit(std::span<const Index> stopping, std::span<const Index> ends) {
   journal.is_open = false;
   journal.is_growth = false;
   journal.body_count = bodies.size();
@@ -294,9 +342,9 @@ void SolverData::begin_edit(std::span<const Index> stopping) {
   journal.before_growth.reset();
   journal.masses.clear();
   journal.releases.clear();
-  journal.stopped.clear();
-  for (const Index v : stopping) {
-    journal.stopped.push_back(place_of_vertex[v]);
+  journal.stopped.assign(stopping.begin(), stopping.end());
+  if (!ends.empty()) {
+    fetch_motion(ends);
   }
   keep_motion();
   distances.begin_edit();
@@ -311,20 +359,41 @@ void SolverData::keep_motion() {
   const std::size_t count = journal.stopped.size();
   journal.motions.resize(static_cast<std::size_t>(copy_count()) * count);
   journal.is_motion_asked.assign(static_cast<std::size_t>(copy_count()), false);
+  journal.asked.clear();
   bool asks = false;
   auto motion = journal.motions.begin();
   for (Index i = 0; i < copy_count() && count > 0; ++i) {
     const CopyState& state = copy(i);
-    if (state.is_state_current) {
-      std::ranges::transform(journal.stopped, motion,
-                             [&](Index place) { return state.motion_of(place); });
-    } else {
-      journal.is_motion_asked[i] = asks = true;
-    }
-    motion += static_cast<std::ptrdiff_t>(count);
+    motion = std::ranges::transform(journal.stopped, motion, [&](Index v) {
+               return state.motion_of(place_of_vertex[v]);
+             }).out;
+    journal.is_motion_asked[i] = !state.is_state_current;
+    asks = asks || !state.is_state_current;
   }
-  if (asks) {
-    backend->ask_for_motion(journal.stopped);
+  if (!asks) {
+    return;
+  }
+  read_places.clear();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!changes.has_moved(journal.stopped[k])) {
+      journal.asked.push_back(static_cast<Index>(k));
+      read_places.push_back(place_of_vertex[journal.stopped[k]]);
+    }
+  }
+  backend->ask_for_motion(read_places);
+}
+
+void SolverData::collect_motion() {
+  std::vector<VertexMotion> motions(journal.asked.size());
+  for (Index i = 0; i < copy_count() && !motions.empty(); ++i) {
+    if (!journal.is_motion_asked[i]) {
+      continue;
+    }
+    backend->collect_motion(i, motions);
+    const std::size_t first = static_cast<std::size_t>(i) * journal.stopped.size();
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      journal.motions[first + static_cast<std::size_t>(journal.asked[k])] = motions[k];
+    }
   }
 }
 
@@ -336,16 +405,7 @@ void SolverData::end_edit(std::uint64_t fingerprint) {
 }
 
 void SolverData::undo_edit() {
-  const bool changes_state = !journal.stopped.empty() || particles.size() > journal.vertex_count;
-  for (Index i = 0; i < copy_count() && changes_state; ++i) {
-    fetch_state(i);
-    changes.state[i] = true;
-    if (journal.is_motion_asked[i]) {
-      const std::size_t count = journal.stopped.size();
-      backend->collect_motion(
-          i, std::span(journal.motions).subspan(static_cast<std::size_t>(i) * count, count));
-    }
-  }
+  collect_motion();
   journal.is_open = false;  // nothing fails from here on
   const auto log_as = [&](PhaseKind kind) {
     return [this, kind](Index id) { log_constraint(kind, id); };
@@ -404,14 +464,12 @@ void SolverData::undo_edit() {
   auto motion = journal.motions.begin();
   for (Index i = 0; i < copy_count(); ++i) {
     CopyState& state = copy(i);
-    for (const Index place : journal.stopped) {
-      state.particles[place] = {motion->x, motion->y, motion->z, state.particles[place].w};
-      state.velocities[place] = motion->velocity;
-      if (!state.falling.empty()) {
-        state.falling[place] = motion->falling;
-      }
-      ++motion;
+    for (const Index v : journal.stopped) {
+      state.set_motion(place_of_vertex[v], *motion++);
     }
+  }
+  for (const Index v : journal.stopped) {
+    log_moved(v);
   }
   const bool releases = !journal.releases.empty();
   for (; !journal.releases.empty(); journal.releases.pop_back()) {

@@ -49,6 +49,13 @@ struct CopyState {
     const Particle& p = particles[place];
     return {p.x, p.y, p.z, velocities[place], falling.empty() ? 0.0F : falling[place]};
   }
+  void set_motion(Index place, const VertexMotion& motion) noexcept {
+    particles[place] = {motion.x, motion.y, motion.z, particles[place].w};
+    velocities[place] = motion.velocity;
+    if (!falling.empty()) {
+      falling[place] = motion.falling;
+    }
+  }
 
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
   /// same vertex. Cost: O(held vertices).
@@ -113,7 +120,7 @@ class SolverData : public CopyState {
   StepReport report;  // of a finished step
   Changes changes;    // since the last step began
   std::vector<Index> watched_places;
-  std::vector<Index> read_places;  // buffer of read_positions()
+  std::vector<Index> read_places;  // buffer of reads from the backend
   std::vector<Index> edit_buffer;  // of what an edit needs for a while
 
   [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
@@ -168,6 +175,10 @@ class SolverData : public CopyState {
   /// Makes positions, velocities and `falling` of a copy those of now.
   void fetch_state(Index copy);
 
+  /// As fetch_state(), of some vertices with tissue in all copies: what else is out of date stays
+  /// so. Cost: proportional to these.
+  void fetch_motion(std::span<const Index> vertices);
+
   /// Reads some positions of a copy, without fetching all.
   /// @param vertices  [n] scene vertices
   /// @param out       [n] m
@@ -188,6 +199,7 @@ class SolverData : public CopyState {
   void log_constraint(PhaseKind kind, Index id);
   void log_tet(Index tet);
   void log_vertex(Index vertex);
+  void log_moved(Index vertex);
 
   // Topology, kept in mind; constraints are another matter.
   void set_tet(Index tet, const Tet& vertices, const std::array<Index, 6>& edges_of_tet);
@@ -221,20 +233,23 @@ class SolverData : public CopyState {
 
   /// From here on, changes belong to a new edit; those before are for good.
   /// @param stopping  [n] vertices that will lose their last tetrahedron
-  void begin_edit(std::span<const Index> stopping);
+  /// @param ends      [n] vertices whose motion the edit looks at; if there are any, no step may
+  /// run
+  void begin_edit(std::span<const Index> stopping, std::span<const Index> ends);
 
   /// Tells backends, and undo, that more changed than constraints that go or come back.
   void log_growth();
 
-  /// Keeps in mind how the vertices at EditJournal::stopped move; waits for no step.
+  /// Keeps in mind how the vertices at EditJournal::stopped move; waits for no step. Or reads what
+  /// the backend keeps in mind of that.
   void keep_motion();
+  void collect_motion();
 
   /// Gives the topology a new number.
   /// @param fingerprint  by which the edit is known
   void end_edit(std::uint64_t fingerprint);
 
-  /// Takes back the last edit, which must be open. Cost: proportional to the edit and O(phases);
-  /// where vertices move again whose state a backend keeps, O(vertex_count).
+  /// Takes back the last edit, which must be open. Cost: proportional to the edit and O(phases).
   void undo_edit();
 
   /// Lets tools of all copies go of vertices from an id on, which are about to go themselves.

@@ -32,11 +32,11 @@ constexpr float kTimeStep = 2e-3F;  // s
 
 /// What a CUDA backend has, without the backend.
 struct Device {
-  explicit Device(SolverData& data, const StageRecords& records) : state(data, 0, stream.get()) {
+  explicit Device(SolverData& data, const StageRecords& records) : state(data) {
     constraints.upload(records, true, 1, stream.get());
     vertices.upload(data, stream.get());
-    state.upload(data, 0, stream.get());
-    tools.take_over(data);
+    state.take_over(data, stream.get());
+    tools.take_over(data, state.arrays().capacity);
     tools.upload(data, kTimeStep, stream.get());
   }
 
@@ -44,7 +44,7 @@ struct Device {
 
   template <class T>
   std::vector<T> of_places(const T* array) {
-    return all(array, static_cast<std::size_t>(state.arrays().count));
+    return all(array, static_cast<std::size_t>(state.arrays().capacity));
   }
 
   template <class T>
@@ -180,7 +180,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
     for (std::size_t c = 0; c < places.size(); ++c) {
       REQUIRE(places[c] == expected[c].place);
       ContactPlane plane;
-      device.copy(&plane, tools.planes + pusher * state.count + places[c], 1);
+      device.copy(&plane, tools.planes + pusher * state.capacity + places[c], 1);
       REQUIRE(plane.normal.x == expected[c].normal.x());
       REQUIRE(plane.normal.y == expected[c].normal.y());
       REQUIRE(plane.normal.z == expected[c].normal.z());
@@ -374,7 +374,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
       const VertexBlocks& blocks = data.vertex_method.blocks;
       const std::vector<Index> holds =
           device.all(vertices.holds, static_cast<std::size_t>(blocks.block_count() * kBlockLanes));
-      for (Index place = 0; place < state.count; ++place) {
+      for (Index place = 0; place < state.capacity; ++place) {
         const auto [block, lane] = blocks.place_of(place);
         if (block != kInvalidIndex) {
           INFO("what tools do at place " << place);

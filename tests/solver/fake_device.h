@@ -4,6 +4,9 @@
 /// @file
 /// A backend that keeps the state to itself, as one on a device does, and hears of changes from the
 /// log alone. It steps with the serial backend, so its bits are those if the log tells all.
+///
+/// State lies as on a device, in arrays of all copies with room for more vertices; what nobody
+/// wrote there is not a number.
 
 #include <algorithm>
 #include <cstring>
@@ -18,6 +21,7 @@
 
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
+#include "solver/room_to_grow.h"
 #include "solver/solver_data.h"
 
 namespace pbdsurg::testing {
@@ -95,6 +99,69 @@ class DeviceRecords {
   std::set<Index> serial_, touched_;
 };
 
+/// State of all copies as a device holds it: [copy][capacity].
+class DeviceState {
+ public:
+  DeviceState() = default;
+  DeviceState(Index copy_count, std::size_t capacity, bool has_falling)
+      : capacity_(capacity),
+        has_falling_(has_falling),
+        particles_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
+        velocities_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
+        falling_(copy_count * capacity, kNan) {}
+
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+
+  /// The first places of a copy, from another state or into one.
+  void take(Index copy, const CopyState& from, std::size_t count) {
+    for (std::size_t place = 0; place < count; ++place) {
+      take_place(copy, from, static_cast<Index>(place));
+    }
+  }
+  void take_place(Index copy, const CopyState& from, Index place) {
+    particles_[at(copy, place)] = from.particles[place];
+    velocities_[at(copy, place)] = from.velocities[place];
+    falling_[at(copy, place)] = has_falling_ ? from.falling[place] : 0;
+  }
+  void give(Index copy, CopyState& to, std::size_t count) const {
+    to.particles.resize(count);
+    to.velocities.resize(count);
+    to.falling.resize(has_falling_ ? count : 0);
+    for (Index place = 0; place < static_cast<Index>(count); ++place) {
+      to.particles[place].w = particles_[at(copy, place)].w;
+      to.set_motion(place, motion(copy, place));
+    }
+  }
+
+  void set_inverse_mass(Index copy, Index place, float w) {
+    particles_[at(copy, place)].w = w;
+    if (w == 0) {
+      velocities_[at(copy, place)] = {};
+    }
+  }
+
+  [[nodiscard]] VertexMotion motion(Index copy, Index place) const {
+    const Particle& p = particles_[at(copy, place)];
+    return {p.x, p.y, p.z, velocities_[at(copy, place)], falling_[at(copy, place)]};
+  }
+
+ private:
+  static constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+  [[nodiscard]] std::size_t at(Index copy, Index place) const {
+    if (place < 0 || static_cast<std::size_t>(place) >= capacity_) {
+      throw Error("there is no room for place " + std::to_string(place));
+    }
+    return static_cast<std::size_t>(copy) * capacity_ + static_cast<std::size_t>(place);
+  }
+
+  std::size_t capacity_ = 0;
+  bool has_falling_ = false;
+  std::vector<Particle> particles_;
+  std::vector<Velocity> velocities_;
+  std::vector<float> falling_;
+};
+
 /// The number of the fake device that is current in a thread.
 inline thread_local int current_fake_device = 0;
 
@@ -102,7 +169,13 @@ class FakeDevice final : public Backend {
  public:
   static constexpr std::size_t kMemory = 12'345'678;  // bytes
 
-  FakeDevice(const SolverData& data, int device) : number(device) { take_all(data); }
+  FakeDevice(const SolverData& data, int device)
+      : number(device),
+        state_(data.copy_count(),
+               data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
+               data.options.method == SolverMethod::vertex_block) {
+    take_all(data);
+  }
 
   [[nodiscard]] const char* name() const noexcept override { return "fake device"; }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
@@ -130,10 +203,17 @@ class FakeDevice final : public Backend {
   StepReport finish_step(SolverData& data) override {
     if (data.changes.watched ||
         data.changes.state != std::vector<bool>(data.changes.state.size()) ||
-        data.particles.size() != own_.particles.size() || data.tools.size() != own_.tools.size()) {
+        data.particles.size() != vertex_count_ || data.tools.size() != own_.tools.size()) {
       throw Error("somebody changed what must stay while a step runs");
     }
+    own_.previous.resize(vertex_count_);
+    for (Index i = 0; i < own_.copy_count(); ++i) {
+      state_.give(i, own_.copy(i), vertex_count_);
+    }
     const StepReport report = step_copies(own_, *serial_, dt_);
+    for (Index i = 0; i < own_.copy_count(); ++i) {
+      state_.take(i, own_.copy(i), vertex_count_);
+    }
     is_running_ = false;
     answer();
     for (Index i = 0; i < data.copy_count(); ++i) {
@@ -143,30 +223,31 @@ class FakeDevice final : public Backend {
         copy.tools[t].force = own_.copy(i).tools[t].force;
       }
       copy.last_report = own_.copy(i).last_report;
-      Backend::read_positions(own_, i, watched_, copy.watched_positions);
+      read_positions(data, i, watched_, copy.watched_positions);
     }
     return report;
   }
 
   void fetch_state(SolverData& data, Index index) override {
     ++fetch_count;
-    const CopyState& own = own_.copy(index);
     CopyState& copy = data.copy(index);
-    for (std::size_t place = 0; place < own.particles.size(); ++place) {
-      const Particle& p = own.particles[place];
-      copy.particles[place] = {p.x, p.y, p.z, copy.particles[place].w};
+    const std::size_t count = std::min(vertex_count_, copy.particles.size());
+    for (Index place = 0; place < static_cast<Index>(count); ++place) {
+      copy.set_motion(place, state_.motion(index, place));
     }
-    copy.velocities = own.velocities;
-    copy.falling = own.falling;
   }
 
   void read_positions(const SolverData& /*data*/, Index copy, std::span<const Index> places,
                       std::span<Eigen::Vector3f> out) override {
-    Backend::read_positions(own_, copy, places, out);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const VertexMotion motion = motion_of(copy, places[i]);
+      out[i] = {motion.x, motion.y, motion.z};
+    }
   }
 
   void ask_for_motion(std::span<const Index> places) override {
     asked_.assign(places.begin(), places.end());
+    asked_count += places.size();
     if (!is_running_) {
       answer();
     }
@@ -180,14 +261,23 @@ class FakeDevice final : public Backend {
 
   const int number;
   int fetch_count = 0;
+  int remade_count = 0;         ///< how often vertices outgrew their room
+  std::size_t asked_count = 0;  ///< vertices that it was asked about, in all
 
  private:
+  [[nodiscard]] VertexMotion motion_of(Index copy, Index place) const {
+    if (static_cast<std::size_t>(place) >= vertex_count_) {
+      throw Error("place " + std::to_string(place) + " was in no step");
+    }
+    return state_.motion(copy, place);
+  }
+
   void answer() {
     motion_.resize(static_cast<std::size_t>(own_.copy_count()));
     for (Index i = 0; i < own_.copy_count() && !asked_.empty(); ++i) {
       motion_[i].clear();
       for (const Index place : asked_) {
-        motion_[i].push_back(own_.copy(i).motion_of(place));
+        motion_[i].push_back(motion_of(i, place));
       }
     }
     asked_.clear();
@@ -250,25 +340,10 @@ class FakeDevice final : public Backend {
       own_.rebuild_plan();
     }
     const Changes& changes = data.changes;
-    own_.previous.resize(data.previous.size());
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      CopyState& own = own_.copy(i);
-      const CopyState& copy = data.copy(i);
-      if (changes.state[i]) {
-        own.particles = copy.particles;
-        own.velocities = copy.velocities;
-        own.falling = copy.falling;
-      }
-      for (const Index place : changes.vertices) {
-        own.particles[place].w = data.particles[place].w;
-        if (own.particles[place].w == 0) {
-          own.velocities[place] = {};
-        }
-      }
-      if (changes.tools) {
-        own.tools = copy.tools;
-        own.attachment_colors = copy.attachment_colors;
-      }
+    take_over_state(data);
+    for (Index i = 0; i < data.copy_count() && changes.tools; ++i) {
+      own_.copy(i).tools = data.copy(i).tools;
+      own_.copy(i).attachment_colors = data.copy(i).attachment_colors;
     }
     for (const Index tet : changes.tets) {
       own_.tet_alive[tet] = data.tet_alive[tet];
@@ -307,6 +382,33 @@ class FakeDevice final : public Backend {
     if (changes.any()) {
       own_.rebuild_plan();
     }
+  }
+
+  void take_over_state(const SolverData& data) {
+    const Changes& changes = data.changes;
+    const std::size_t count = data.particles.size();
+    if (count > state_.capacity()) {
+      DeviceState larger(data.copy_count(), room_to_grow(count),
+                         data.options.method == SolverMethod::vertex_block);
+      for (Index i = 0; i < data.copy_count(); ++i) {
+        state_.give(i, own_.copy(i), vertex_count_);
+        larger.take(i, own_.copy(i), vertex_count_);
+      }
+      state_ = std::move(larger);
+      ++remade_count;
+    }
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      for (const Index place : changes.vertices) {
+        state_.set_inverse_mass(i, place, data.particles[place].w);
+      }
+      if (changes.state[i]) {
+        state_.take(i, data.copy(i), count);
+      }
+      for (const Index v : changes.moved) {
+        state_.take_place(i, data.copy(i), data.place_of_vertex[v]);
+      }
+    }
+    vertex_count_ = count;
   }
 
   // Rows cannot be written one by one, so all are copied once no others differ than were named.
@@ -353,6 +455,8 @@ class FakeDevice final : public Backend {
   }
 
   SolverData own_;
+  DeviceState state_;
+  std::size_t vertex_count_ = 0;  // in the last step
   DeviceRecords<DistanceConstraint> distances_;
   DeviceRecords<VolumeConstraint> volumes_;
   DeviceRecords<NeoHookeanConstraint> neo_hookeans_;

@@ -141,9 +141,10 @@ class EditParticipant {
 /// of them comes or goes; for bodies that come, to their size and the number of bodies; for one
 /// that goes, to its size and all that edits brought so far; participants add theirs. What adds
 /// anything, or in a joint plan takes the last owner of an edge, costs as much as there is on a
-/// device, whose buffers are made anew before the next step; what adds anything also with the
-/// vertex-block method, which lays out its rows anew. What brings vertices also has the state of
-/// all copies fetched from a device.
+/// device, whose constraints are made anew before the next step; what adds anything also with the
+/// vertex-block method, which lays out its rows anew. From a device, new vertices have those read
+/// that they lie between; there is room for SolverOptions::spare, and where it runs out the device
+/// copies its state to where there is more.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cut_times.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "blade.h"
+#include "edited_organ.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+// What some hundred frames bring.
+constexpr SpareRoom kSpare{.vertices = 8000, .tets = 24'000, .edges = 40'000, .links = 0};
+
+}  // namespace
+
+CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
+  const Scene scene = make_organ_scene(mesh);
+  Moving plain(scene, options);
+  options.spare = kSpare;
+  Edited edited(mesh, scene, options);
+  Blade blade(mesh, stretched_positions(scene));
+  CutFront front;
+  CutTimes times{};
+  std::vector<double> plain_steps, plans, edits, per_added, steps, added;
+  for (int frame = 0; frame < frames; ++frame) {
+    plain_steps.push_back(plain.step());
+    const Blade::Way way = blade.next();
+    CutPlan plan;
+    const double plan_ms = time_of([&] {
+      const CutOptions cut{.front = way.begins ? CutFront{} : std::move(front)};
+      plan = plan_cut(edited.solver, way.surface, cut);
+    });
+    front = std::move(plan.front);
+    const auto count = static_cast<Index>(plan.edit.new_tets.size());
+    if (count == 0) {
+      edited.step();
+      continue;
+    }
+    plans.push_back(plan_ms);
+    edits.push_back(edited.apply(plan.edit));
+    steps.push_back(edited.step());
+    per_added.push_back(1e3 * edits.back() / count);
+    added.push_back(edits.back() + steps.back() - plain_steps.back());
+    times.added += count;
+    times.divided += static_cast<Index>(edited.result.tets.size());
+  }
+  times.frames = static_cast<int>(edits.size());
+  times.plain_step_ms = median(plain_steps);
+  times.plan_ms = median(plans);
+  times.edit_ms = median(edits);
+  times.us_per_added = median(per_added);
+  times.step_ms = median(steps);
+  times.added_ms = median(added);
+  times.longest_edit_ms = std::ranges::max(edits);
+  times.longest_step_ms = std::ranges::max(steps);
+  return times;
+}
+
+}  // namespace pbdsurg::bench
