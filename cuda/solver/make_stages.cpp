@@ -70,8 +70,11 @@ class StagePlan::Builder {
       const auto [level, kind, ordinal] = key;
       visit_kind(kind, [&](const auto& slots, const auto&) {
         pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kEmptyStages), kNoPool);
-        if (is_joinable(level, ordinal) && !collect(slots, groups_of_stage).empty()) {
-          ++stage_counts_[static_cast<std::size_t>(holder_of(kind))];
+        const auto count = static_cast<Index>(collect(slots, groups_of_stage).size());
+        if (is_joinable(level, ordinal) && count > 0) {
+          Joinable& joinable = joinable_[static_cast<std::size_t>(holder_of(kind))];
+          ++joinable.stages;
+          joinable.constraints += count;
         }
       });
     }
@@ -97,11 +100,17 @@ class StagePlan::Builder {
       }
     });
     const auto count = static_cast<Index>(records_.tubes.size());
-    stage_counts_[static_cast<std::size_t>(Holder::tube)] = count > 0 ? 1 : 0;
-    add_spare(plan_.tube_pool_, spare_count(Holder::tube, count), records_.tubes);
+    joinable_[static_cast<std::size_t>(Holder::tube)] = {count > 0 ? 1 : 0, count};
+    add_spare(plan_.tube_pool_, spare_count(Holder::tube), records_.tubes);
   }
 
  private:
+  // Stages that have constraints and take more, and how many they have.
+  struct Joinable {
+    Index stages = 0;
+    Index constraints = 0;
+  };
+
   // Calls visit(slots, records) with the constraints of a kind.
   template <class Visit>
   void visit_kind(PhaseKind kind, Visit visit) {
@@ -144,32 +153,29 @@ class StagePlan::Builder {
     return ids;
   }
 
-  // Spare records of a stage that constraints may join and that has so many.
-  [[nodiscard]] Index spare_count(Holder holder, Index count) const {
-    const Index stage_count = stage_counts_[static_cast<std::size_t>(holder)];
+  // Spare records of a stage that constraints may join. They join the first that is free at their
+  // vertices, so some stages get several times their share.
+  [[nodiscard]] Index spare_count(Holder holder) const {
+    const auto [stages, constraints] = joinable_[static_cast<std::size_t>(holder)];
     if (data_.options.method == SolverMethod::vertex_block ||  // whose rows do not grow
-        (stage_count == 0 && holder != Holder::distance)) {
+        (stages == 0 && holder != Holder::distance)) {
       return 0;
     }
-    constexpr Index kFewest = 32;
-    constexpr Index kPart = 16;  // of those that there are
-    // constraints take the first group that is free, so some stages get several times their share
-    constexpr Index kShares = 4;
-    const Index expected = expected_growth(holder);
-    const Index share = kFewest + kShares * (expected / std::max<Index>(1, stage_count));
-    return std::max(std::min(expected, share), has_grown_ ? kFewest + count / kPart : 0);
+    constexpr Index kFewest = 32, kShares = 4;
+    const Index expected = expected_growth(holder, constraints);
+    return std::min(expected, kFewest + kShares * (expected / std::max<Index>(1, stages)));
   }
 
-  [[nodiscard]] Index expected_growth(Holder holder) const {
+  [[nodiscard]] Index expected_growth(Holder holder, Index constraints) const {
+    constexpr Index kFewest = 256, kPart = 16;
     const SpareRoom& spare = data_.options.spare;
-    switch (holder) {
-      case Holder::distance:
-        return spare.edges + spare.links;
-      case Holder::strain_limit:
-        return spare.edges;
-      default:
-        return spare.tets;
+    Index asked = spare.tets;
+    if (holder == Holder::distance) {
+      asked = spare.edges + spare.links;
+    } else if (holder == Holder::strain_limit) {
+      asked = spare.edges;
     }
+    return has_grown_ ? std::max(asked, kFewest + constraints / kPart) : asked;
   }
 
   template <class Record>
@@ -182,10 +188,11 @@ class StagePlan::Builder {
     visit_kind(kind, [&](const auto& slots, auto& records) {
       std::vector<Index> ids = collect(slots, groups);
       const auto count = static_cast<Index>(ids.size());
-      const Index spare = is_joinable ? spare_count(holder_of(kind), count) : 0;
-      if (count == 0 && (spare == 0 || empty_stages_[kind]++ == kEmptyStages)) {
+      const Index spare = is_joinable ? spare_count(holder_of(kind)) : 0;
+      if (count == 0 && (spare == 0 || empty_stages_[kind] == kEmptyStages)) {
         return;
       }
+      empty_stages_[kind] += count == 0 ? 1 : 0;
       // near constraints near each other: they share cache lines
       std::ranges::sort(ids, {}, [&](Index id) {
         return std::pair(std::ranges::min(slots.record(id).places), id);
@@ -298,7 +305,7 @@ class StagePlan::Builder {
   bool has_grown_;
   StagePlan& plan_;
   StageRecords& records_;
-  std::array<Index, kHolderCount> stage_counts_{};  // of stages with constraints that more may join
+  std::array<Joinable, kHolderCount> joinable_{};
   std::map<PhaseKind, Index> empty_stages_;
 };
 
