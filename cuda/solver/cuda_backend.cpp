@@ -152,7 +152,8 @@ class CudaBackend final : public Backend {
                            data.options.iterations > 1;
     is_planned_ = is_recorded_ = false;
     StageRecords records;
-    plan_ = StagePlan(data, records);
+    has_grown_ = has_grown_ || data.changes.grown;
+    plan_ = StagePlan(data, records, has_grown_);
     choose_sweeps(data, records);
     name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
             (data.options.math == MathMode::strict ? "strict" : "fast");
@@ -314,6 +315,7 @@ class CudaBackend final : public Backend {
   DeviceStep recorded_;      // in the graph, if it is recorded
   bool is_planned_ = false;  // stages and records follow the data
   bool is_recorded_ = false;
+  bool has_grown_ = false;  // edits brought constraints before: plans have room for more
 };
 
 }  // namespace

@@ -5,66 +5,61 @@
 /// From the phases of a plan to the stages of a device. Stages of the vertex-block method are its
 /// colours, then strain limits; there are records of all constraints, for the report.
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
 
 #include "solver/changes.h"
-#include "solver/records.h"
+#include "solver/record_table.h"
 #include "solver/solver_data.h"
+#include "solver/stage_records.h"
 #include "solver/stages.h"
 
 namespace pbdsurg::cuda {
 
-/// Constraints in the order of the stages.
-struct StageRecords {
-  std::vector<DistanceRecord> distances;
-  std::vector<float> distance_damping;  ///< [distance] s
-  std::vector<VolumeRecord> volumes;
-  std::vector<JointRecord> joints;
-  std::vector<NeoHookeanRecord> neo_hookeans;
-  std::vector<StrainLimitRecord> strain_limits;
-  std::vector<TubeRecord> tubes;
-  std::vector<Index> level_ends;  ///< of serial stages, among the records of their kind
-};
-
+/// Stages that constraints may join have spare records where the options ask for room, or edits
+/// have brought constraints before: an edit is then followed record by record, until a stage has
+/// none left.
 class StagePlan {
  public:
   StagePlan() = default;
-  StagePlan(const SolverData& data, StageRecords& records);
+
+  /// @param records    filled
+  /// @param has_grown  whether edits brought constraints before: more are expected
+  StagePlan(const SolverData& data, StageRecords& records, bool has_grown = false);
 
   [[nodiscard]] std::span<const Stage> stages() const noexcept { return stages_; }
 
   /// Finds what to write where, so that records follow changes of constraints and tetrahedra. Cost:
   /// proportional to the changes.
-  /// @param words  appended to
-  /// @return       false if the plan has to be made anew: constraints were added, a serial phase
-  ///               has changed, or what came back was gone already when the plan was made
+  /// @param words  appended to; where one is listed twice, both are alike
+  /// @return       false if the plan has to be made anew, and follows no more: a stage has no spare
+  ///               record left, or there is none for a group; a serial phase has changed; rows of
+  ///               vertices were laid out anew; or damping came, or went
   [[nodiscard]] bool follow(const SolverData& data, const Changes& changes,
                             std::vector<WordChange>& words);
 
  private:
-  /// Where a constraint's numbers are; those removed may come back to where they were.
-  struct Location {
-    DeviceArray array = DeviceArray::distances;
-    Index record = kInvalidIndex;
-    Index place = 0;  ///< of an edge among kTetEdges of a joint record
-  };
-  using Locations = std::vector<Location>;  // [id]
-
   class Builder;
+  // An edge in the record of a tetrahedron that owns it, or did.
+  struct TetEdge {
+    Index tet, edge;
+  };
 
-  [[nodiscard]] Location joint_location(const SolverData& data, Index edge) const;
-  bool follow_distance(const SolverData& data, Index id, std::vector<WordChange>& words);
-  bool follow_volume(const SolverData& data, Index id, std::vector<WordChange>& words);
+  [[nodiscard]] Index pool_of(const SolverData& data, const Changes::Constraint& change) const;
+  void note_owner(const SolverData& data, Index distance);
+  void write_records(const SolverData& data, std::vector<WordChange>& words) const;
+  void write_edges(const SolverData& data, std::vector<WordChange>& words) const;
 
   std::vector<Stage> stages_;
-  Locations distances_;       // [edge and link]
-  Locations volumes_;         // [tet]
-  Locations neo_hookeans_;    // [tet]
-  Locations strain_limits_;   // [edge]
-  std::vector<Index> tubes_;  // [tet] record or kInvalidIndex
+  bool is_damped_ = false;
+  RecordTable table_;
+  std::array<std::vector<Index>, kHolderCount> pools_;  // [holder][group], or what stands for one
+  Index tube_pool_ = kNoPool;
+  std::vector<Index> owners_;  // [distance] the tetrahedron whose record has it, or kInvalidIndex
+  std::vector<TetEdge> touched_edges_;
 };
 
 }  // namespace pbdsurg::cuda

@@ -47,14 +47,17 @@ void move_corner(SolverData& data, const CornerMove& move, EditResult& result) {
   Tet vertices = data.tets[move.tet];
   std::ranges::replace(vertices, move.from, move.to);
   data.set_tet(move.tet, vertices, data.tet_edges[move.tet]);
+  data.log_tet(move.tet);
   data.add_tet_at(move.to, move.tet);
   take_from_vertex(data, move.from, move.tet, result);
   const Tet places = data.places_of(vertices);
   if (data.volumes.is_alive(move.tet)) {
     data.volumes.set_places(move.tet, places);
+    data.log_constraint(PhaseKind::volume, move.tet);
   }
   if (data.neo_hookeans.is_alive(move.tet)) {
     data.neo_hookeans.set_places(move.tet, places);
+    data.log_constraint(PhaseKind::neo_hookean, move.tet);
   }
 }
 
@@ -69,9 +72,11 @@ void point_edge(SolverData& data, Index edge, const Edge& ends) {
   const Index distance = data.distance_ids.of_edge(edge);
   if (data.distances.is_alive(distance)) {
     data.distances.set_places(distance, data.places_of(ends));
+    data.log_constraint(PhaseKind::distance, distance);
   }
   if (data.strain_limits.is_alive(edge)) {
     data.strain_limits.set_places(edge, data.places_of(ends));
+    data.log_constraint(PhaseKind::strain_limit, edge);
   }
 }
 
@@ -149,7 +154,9 @@ void move_links(SolverData& data, const TopologyEdit& edit) {
     data.set_link(move.link, ends[0], ends[1]);
     data.remove_link_at(move.from, move.link);
     data.add_link_at(move.to, move.link);
-    data.distances.set_places(data.distance_ids.of_link(move.link), data.places_of(ends));
+    const Index distance = data.distance_ids.of_link(move.link);
+    data.distances.set_places(distance, data.places_of(ends));
+    data.log_constraint(PhaseKind::distance, distance);
   }
 }
 

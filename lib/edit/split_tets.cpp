@@ -167,10 +167,12 @@ void replace_parents(SolverData& data, const TopologyEdit& edit, EditResult& res
     if (part.volume) {
       const Index group = find_free_group(data, PhaseKind::volume, vertices);
       data.volumes.add(part.tet, group, *part.volume);
+      data.log_constraint(PhaseKind::volume, part.tet);
     }
     if (part.neo_hookean) {
       const Index group = find_free_group(data, PhaseKind::neo_hookean, vertices);
       data.neo_hookeans.add(part.tet, group, *part.neo_hookean);
+      data.log_constraint(PhaseKind::neo_hookean, part.tet);
     }
   }
   for (const auto& [edge, numbers] : added) {

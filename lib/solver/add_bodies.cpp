@@ -122,12 +122,14 @@ void add_apart(SolverData& data, PhaseKind kind, ConstraintSlots<Constraint>& sl
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (!is_over(i)) {
       slots.add(added[i].id, groups[coloring.color_of[i]], added[i].record);
+      data.log_constraint(kind, added[i].id);
     }
   }
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (is_over(i)) {
       const Index group = find_free_group(data, kind, added[i].vertices);
       slots.add(added[i].id, group, added[i].record);
+      data.log_constraint(kind, added[i].id);
     }
   }
 }

@@ -31,16 +31,18 @@ struct Changes {
   /// Tools were added, or what they hold changed; poses and targets change without this.
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
-  /// Constraints were added, or such are gone again: all that was made of them must be made anew,
-  /// and the lists below do not tell all.
+  /// Constraints were added, or such are gone again. They are in the lists below like any others;
+  /// ids there that are not among the present ones are gone for good. Rows of the vertex-block
+  /// method are others as a whole.
   bool grown = false;
   /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
   std::vector<Index> vertices;
-  /// Constraints removed or back, moved to another group or with a new parameter; vertices with
-  /// other rows. Where a serial group lost or got one, the order of its others may have changed,
-  /// too.
+  /// Constraints added, removed or back, gone, moved to another group, or with other vertices or
+  /// parameters; vertices with other rows. Where a serial group lost or got one, the order of its
+  /// others may have changed, too.
   std::vector<Constraint> constraints;
-  std::vector<Index> tets;  ///< removed or back, whether they have constraints or not
+  /// Added, removed or back, gone, or with other vertices, whether they have constraints or not.
+  std::vector<Index> tets;
 
   [[nodiscard]] bool any() const noexcept {
     return tools || watched || grown || !moved.empty() || !vertices.empty() ||

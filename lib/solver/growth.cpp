@@ -218,12 +218,14 @@ void add_edge_constraints(SolverData& data, Index edge, const EdgeNumbers& numbe
   const Edge& ends = data.edges[edge];
   if (numbers.distance) {
     const Index group = find_free_group(data, PhaseKind::distance, ends);
-    data.distances.add(data.distance_ids.of_edge(edge), group,
-                       {data.places_of(ends), *numbers.distance});
+    const Index distance = data.distance_ids.of_edge(edge);
+    data.distances.add(distance, group, {data.places_of(ends), *numbers.distance});
+    data.log_constraint(PhaseKind::distance, distance);
   }
   if (numbers.limit) {
     const Index group = find_free_group(data, PhaseKind::strain_limit, ends);
     data.strain_limits.add(edge, group, {data.places_of(ends), *numbers.limit});
+    data.log_constraint(PhaseKind::strain_limit, edge);
   }
 }
 
@@ -235,7 +237,9 @@ Index add_tet(SolverData& data, const Tet& vertices, Index body, double mass) {
   data.later_tet_bodies.push_back(body);
   data.volumes.set_id_count(data.tets.size());
   data.neo_hookeans.set_id_count(data.tets.size());
-  return static_cast<Index>(data.tets.size()) - 1;
+  const Index id = static_cast<Index>(data.tets.size()) - 1;
+  data.log_tet(id);
+  return id;
 }
 
 void add_link(SolverData& data, const Link& link) {
@@ -247,6 +251,7 @@ void add_link(SolverData& data, const Link& link) {
   const Index group = find_free_group(data, PhaseKind::distance, ends);
   data.distances.add(distance, group,
                      {data.places_of(ends), link_numbers(link, data.options.mode)});
+  data.log_constraint(PhaseKind::distance, distance);
   data.add_link_at(link.first, id);
   data.add_link_at(link.second, id);
 }
@@ -299,6 +304,10 @@ void undo_growth(SolverData& data) {
     std::erase_if(data.changes.moved, is_gone);
   }
   undo_bodies(data);
+  for (auto tet = static_cast<Index>(journal.tet_count); tet < static_cast<Index>(data.tets.size());
+       ++tet) {
+    data.log_tet(tet);
+  }
   data.later_tet_bodies.resize(data.later_tet_bodies.size() -
                                (data.tets.size() - journal.tet_count));
   data.tets.resize(journal.tet_count);

@@ -423,6 +423,7 @@ void SolverData::undo_edit() {
     const EditJournal::Shape& before = journal.shapes.back();
     tets[before.tet] = before.vertices;
     tet_edges[before.tet] = before.edges;
+    log_tet(before.tet);
   }
   for (; !journal.edge_tets.empty(); journal.edge_tets.pop_back()) {
     edge_tets[journal.edge_tets.back().edge] = journal.edge_tets.back().count;

@@ -237,7 +237,7 @@ class SolverData : public CopyState {
   /// run
   void begin_edit(std::span<const Index> stopping, std::span<const Index> ends);
 
-  /// Tells backends, and undo, that more changed than constraints that go or come back.
+  /// Tells backends, and undo, that constraints are added, or that such are gone.
   void log_growth();
 
   /// Keeps in mind how the vertices at EditJournal::stopped move; waits for no step. Or reads what

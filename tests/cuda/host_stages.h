@@ -5,6 +5,7 @@
 /// Stages of a device, projected by one thread of the host, against the order of their records: a
 /// stage whose constraints shared a vertex would show.
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "solver/load_store.h"
+#include "solver/serial_phases.h"
 #include "solver/stage_plan.h"
 #include "support/eventful_program.h"
 
@@ -22,8 +24,8 @@ namespace pbdsurg::cuda::testing {
 
 /// Constraints as a device holds them, with what they remember.
 struct HostStages {
-  explicit HostStages(const SolverData& data)
-      : mode(data.options.mode), is_damped(data.has_damping), plan(data, records) {
+  explicit HostStages(const SolverData& data, bool has_grown = false)
+      : mode(data.options.mode), is_damped(data.has_damping), plan(data, records, has_grown) {
     forget();
   }
 
@@ -41,6 +43,8 @@ struct HostStages {
       switch (array) {
         case DeviceArray::distances:
           return records.distances.data();
+        case DeviceArray::distance_damping:
+          return records.distance_damping.data();
         case DeviceArray::volumes:
           return records.volumes.data();
         case DeviceArray::joints:
@@ -176,6 +180,51 @@ struct HostStages {
   std::vector<Multipliers<1>> distances, volumes, joints;
   std::vector<Multipliers<9>> neo_hookeans;
 };
+
+/// Takes all out of rest.
+inline void stretch(Solver& solver) {
+  std::vector<Eigen::Vector3f> positions = solver.positions();
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    positions[v] *= v % 3 == 0 ? 1.1F : 0.97F;
+  }
+  solver.write_positions(positions);
+}
+
+template <class Constraint>
+void forget_multipliers(ConstraintSlots<Constraint>& slots) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    std::ranges::fill(slots.multipliers(group), MultiplierBlock<Constraint>{});
+  }
+}
+
+inline bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
+}
+
+/// Two sweeps from the state of the data, by the stages and by the serial backend.
+inline bool have_serial_bits(HostStages& stages, SolverData& data) {
+  constexpr Substep<float> kSubstep{1e3F, 1e6F};
+  forget_multipliers(data.distances);
+  forget_multipliers(data.volumes);
+  forget_multipliers(data.neo_hookeans);
+  stages.forget();
+  const std::vector<Particle> start = data.particles;
+  data.previous = start;
+  std::vector<Particle> particles = start;
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (const Phase& phase : data.plan.phases) {
+      if (phase.kind != PhaseKind::attachment && phase.kind != PhaseKind::contact) {
+        project_serially(data, phase, kSubstep);
+      }
+    }
+    for (const Stage& stage : stages.plan.stages()) {
+      stages.project(stage, particles, start, kSubstep);
+    }
+  }
+  const bool have = same_bits(particles, data.particles) && !same_bits(particles, start);
+  data.particles = start;
+  return have;
+}
 
 /// What plans can be made of.
 inline std::vector<pbdsurg::testing::Variant> plan_variants() {

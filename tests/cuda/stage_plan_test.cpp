@@ -10,7 +10,6 @@
 
 #include "host_stages.h"
 #include "solver/fake_device.h"
-#include "solver/serial_phases.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
 
@@ -20,52 +19,9 @@ namespace {
 using pbdsurg::testing::HookGuard;
 using pbdsurg::testing::kFakeDeviceHook;
 using pbdsurg::testing::Variant;
+using testing::have_serial_bits;
 using testing::HostStages;
-
-constexpr Substep<float> kSubstep{1e3F, 1e6F};
-
-void stretch(Solver& solver) {
-  std::vector<Eigen::Vector3f> positions = solver.positions();
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    positions[v] *= v % 3 == 0 ? 1.1F : 0.97F;
-  }
-  solver.write_positions(positions);
-}
-
-template <class Constraint>
-void forget(ConstraintSlots<Constraint>& slots) {
-  for (Index group = 0; group < slots.group_count(); ++group) {
-    std::ranges::fill(slots.multipliers(group), MultiplierBlock<Constraint>{});
-  }
-}
-
-bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
-}
-
-// Two sweeps from the state of the data, by the stages and by the serial backend.
-bool have_serial_bits(HostStages& stages, SolverData& data) {
-  forget(data.distances);
-  forget(data.volumes);
-  forget(data.neo_hookeans);
-  stages.forget();
-  const std::vector<Particle> start = data.particles;
-  data.previous = start;
-  std::vector<Particle> particles = start;
-  for (int sweep = 0; sweep < 2; ++sweep) {
-    for (const Phase& phase : data.plan.phases) {
-      if (phase.kind != PhaseKind::attachment && phase.kind != PhaseKind::contact) {
-        project_serially(data, phase, kSubstep);
-      }
-    }
-    for (const Stage& stage : stages.plan.stages()) {
-      stages.project(stage, particles, start, kSubstep);
-    }
-  }
-  const bool have = same_bits(particles, data.particles) && !same_bits(particles, start);
-  data.particles = start;
-  return have;
-}
+using testing::stretch;
 
 // In a stage, or in a level of it, no vertex is two constraints'.
 template <class Record>

@@ -346,7 +346,9 @@ class FakeDevice final : public Backend {
       own_.copy(i).attachment_colors = data.copy(i).attachment_colors;
     }
     for (const Index tet : changes.tets) {
-      own_.tet_alive[tet] = data.tet_alive[tet];
+      if (!changes.grown) {  // else all are there, and some that are named may be gone
+        own_.tet_alive[tet] = data.tet_alive[tet];
+      }
     }
     std::set<Index> blocks;
     for (const auto& [kind, id] : changes.constraints) {

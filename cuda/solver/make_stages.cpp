@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a plan of stages is made; stage_plan.cpp has how it follows edits.
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "solver/stage_plan.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+// Groups by what one stage takes together: a level, a kind and the phase's number within them.
+using GroupsOfStages = std::map<std::tuple<Index, PhaseKind, Index>, std::vector<Index>>;
+
+// What is serial comes last of its kind, whatever the number of colours.
+constexpr Index kSerialOrdinal = std::numeric_limits<Index>::max();
+
+// Constraints that find all groups taken open a new one. So many of each kind get stages before
+// they have constraints; not more, because each takes time in every sweep.
+constexpr Index kEmptyStages = 2;
+
+Index last_level(const SolverData& data) {
+  return static_cast<Index>(data.domain_counts.size()) - 1;
+}
+
+// Those that there are, and those that edits would open next, behind all others of their kind.
+GroupsOfStages find_groups(const SolverData& data) {
+  GroupsOfStages groups;
+  std::map<PhaseKind, Index> next_ordinal;  // of the last level
+  Index ordinal = 0;
+  const Phase* before = nullptr;
+  for (const Phase& phase : data.constraint_phases) {
+    if (before == nullptr || std::tie(phase.level, phase.domain, phase.kind) !=
+                                 std::tie(before->level, before->domain, before->kind)) {
+      ordinal = 0;
+    }
+    groups[{phase.level, phase.kind, phase.serial ? kSerialOrdinal : ordinal++}].push_back(
+        phase.color);
+    if (phase.level == last_level(data)) {
+      next_ordinal[phase.kind] = ordinal;
+    }
+    before = &phase;
+  }
+  const auto add_next = [&](PhaseKind kind, Index group_count) {
+    for (Index i = 0; i < kEmptyStages; ++i) {
+      groups[{last_level(data), kind, next_ordinal[kind] + i}].push_back(group_count + i);
+    }
+  };
+  add_next(PhaseKind::distance, data.distances.group_count());
+  add_next(PhaseKind::volume, data.volumes.group_count());
+  add_next(PhaseKind::neo_hookean, data.neo_hookeans.group_count());
+  add_next(PhaseKind::strain_limit, data.strain_limits.group_count());
+  return groups;
+}
+
+}  // namespace
+
+/// Makes stages of phases.
+class StagePlan::Builder {
+ public:
+  Builder(const SolverData& data, bool has_grown, StagePlan& plan, StageRecords& records)
+      : data_(data), has_grown_(has_grown), plan_(plan), records_(records) {}
+
+  void add_stages() {
+    const GroupsOfStages groups = find_groups(data_);
+    for (const auto& [key, groups_of_stage] : groups) {
+      const auto [level, kind, ordinal] = key;
+      visit_kind(kind, [&](const auto& slots, const auto&) {
+        pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kEmptyStages), kNoPool);
+        const auto count = static_cast<Index>(collect(slots, groups_of_stage).size());
+        if (is_joinable(level, ordinal) && count > 0) {
+          Joinable& joinable = joinable_[static_cast<std::size_t>(holder_of(kind))];
+          ++joinable.stages;
+          joinable.constraints += count;
+        }
+      });
+    }
+    for (const auto& [key, groups_of_stage] : groups) {
+      const auto [level, kind, ordinal] = key;
+      if (ordinal != kSerialOrdinal) {
+        add_parallel(kind, groups_of_stage, is_joinable(level, ordinal));
+      } else if (kind == PhaseKind::joint) {
+        add_serial_joints(groups_of_stage);
+      } else {
+        add_serial(kind, groups_of_stage);
+      }
+    }
+  }
+
+  void add_tubes() {
+    plan_.tube_pool_ = plan_.table_.add_pool(DeviceArray::tubes);
+    for_each_tube_tet(data_, [&](Index t) {
+      if (data_.tet_alive[t]) {
+        const auto record = static_cast<Index>(records_.tubes.size());
+        plan_.table_.add(plan_.tube_pool_, Holder::tube, t, record);
+        records_.tubes.push_back(to_tube_record(data_, t));
+      }
+    });
+    const auto count = static_cast<Index>(records_.tubes.size());
+    joinable_[static_cast<std::size_t>(Holder::tube)] = {count > 0 ? 1 : 0, count};
+    add_spare(plan_.tube_pool_, spare_count(Holder::tube), records_.tubes);
+  }
+
+ private:
+  // Stages that have constraints and take more, and how many they have.
+  struct Joinable {
+    Index stages = 0;
+    Index constraints = 0;
+  };
+
+  // Calls visit(slots, records) with the constraints of a kind.
+  template <class Visit>
+  void visit_kind(PhaseKind kind, Visit visit) {
+    switch (kind) {
+      case PhaseKind::distance:
+        return visit(data_.distances, records_.distances);
+      case PhaseKind::volume:
+        return visit(data_.volumes, records_.volumes);
+      case PhaseKind::joint:
+        return visit(data_.volumes, records_.joints);
+      case PhaseKind::neo_hookean:
+        return visit(data_.neo_hookeans, records_.neo_hookeans);
+      case PhaseKind::strain_limit:
+        return visit(data_.strain_limits, records_.strain_limits);
+      case PhaseKind::vertex:
+      case PhaseKind::attachment:
+      case PhaseKind::contact:
+        break;  // not among a solver's constraints
+    }
+  }
+
+  std::vector<Index>& pools(PhaseKind kind) {
+    return plan_.pools_[static_cast<std::size_t>(holder_of(kind))];
+  }
+
+  // Whether new constraints may join.
+  [[nodiscard]] bool is_joinable(Index level, Index ordinal) const {
+    return level == last_level(data_) && ordinal != kSerialOrdinal;
+  }
+
+  template <class Constraint>
+  static std::vector<Index> collect(const ConstraintSlots<Constraint>& slots,
+                                    std::span<const Index> groups) {
+    std::vector<Index> ids;
+    for (const Index group : groups) {
+      if (group < slots.group_count()) {
+        ids.insert(ids.end(), slots.ids(group).begin(), slots.ids(group).end());
+      }
+    }
+    return ids;
+  }
+
+  // Spare records of a stage that constraints may join. They join the first that is free at their
+  // vertices, so some stages get several times their share.
+  [[nodiscard]] Index spare_count(Holder holder) const {
+    const auto [stages, constraints] = joinable_[static_cast<std::size_t>(holder)];
+    if (data_.options.method == SolverMethod::vertex_block ||  // whose rows do not grow
+        (stages == 0 && holder != Holder::distance)) {
+      return 0;
+    }
+    constexpr Index kFewest = 32, kShares = 4;
+    const Index expected = expected_growth(holder, constraints);
+    return std::min(expected, kFewest + kShares * (expected / std::max<Index>(1, stages)));
+  }
+
+  [[nodiscard]] Index expected_growth(Holder holder, Index constraints) const {
+    constexpr Index kFewest = 256, kPart = 16;
+    const SpareRoom& spare = data_.options.spare;
+    Index asked = spare.tets;
+    if (holder == Holder::distance) {
+      asked = spare.edges + spare.links;
+    } else if (holder == Holder::strain_limit) {
+      asked = spare.edges;
+    }
+    return has_grown_ ? std::max(asked, kFewest + constraints / kPart) : asked;
+  }
+
+  template <class Record>
+  void add_spare(Index pool, Index count, std::vector<Record>& records) {
+    plan_.table_.add_free(pool, static_cast<Index>(records.size()), count);
+    records.resize(records.size() + static_cast<std::size_t>(count), no_record<Record>());
+  }
+
+  void add_parallel(PhaseKind kind, std::span<const Index> groups, bool is_joinable) {
+    visit_kind(kind, [&](const auto& slots, auto& records) {
+      std::vector<Index> ids = collect(slots, groups);
+      const auto count = static_cast<Index>(ids.size());
+      const Index spare = is_joinable ? spare_count(holder_of(kind)) : 0;
+      if (count == 0 && (spare == 0 || empty_stages_[kind] == kEmptyStages)) {
+        return;
+      }
+      empty_stages_[kind] += count == 0 ? 1 : 0;
+      // near constraints near each other: they share cache lines
+      std::ranges::sort(ids, {}, [&](Index id) {
+        return std::pair(std::ranges::min(slots.record(id).places), id);
+      });
+      const auto first = static_cast<Index>(records.size());
+      const Index pool = plan_.table_.add_pool(array_of(kind));
+      for (const Index group : groups) {
+        pools(kind)[group] = pool;
+      }
+      for (const Index id : ids) {
+        plan_.table_.add(pool, holder_of(kind), id, static_cast<Index>(records.size()));
+        add_record(kind, id);
+      }
+      add_spare(pool, spare, records);
+      records_.distance_damping.resize(records_.distances.size());
+      plan_.stages_.push_back({kind, first, count + spare});
+    });
+  }
+
+  void add_serial(PhaseKind kind, std::span<const Index> groups) {
+    visit_kind(kind, [&](const auto& slots, const auto& records) {
+      for (const Index group : groups) {
+        pools(kind)[group] = kSerialPool;
+      }
+      std::vector<Index> ids = collect(slots, groups);
+      if (ids.empty()) {
+        return;
+      }
+      const auto first = static_cast<Index>(records.size());
+      const auto first_level = static_cast<Index>(records_.level_ends.size());
+      sort_by_level(slots, ids, first);
+      for (const Index id : ids) {
+        plan_.table_.add_serial(holder_of(kind), id);
+        add_record(kind, id);
+      }
+      plan_.stages_.push_back({kind, first, static_cast<Index>(ids.size()), first_level,
+                               static_cast<Index>(records_.level_ends.size()) - first_level});
+    });
+  }
+
+  // All edges at one place of kTetEdges before those at the next, and volumes last.
+  void add_serial_joints(std::span<const Index> groups) {
+    for (Index place = 0; place < 6; ++place) {
+      std::vector<Index> edge_groups;
+      for (const Index group : groups) {
+        edge_groups.push_back(data_.joint_group(group, place));
+      }
+      add_serial(PhaseKind::distance, edge_groups);
+    }
+    add_serial(PhaseKind::volume, groups);
+  }
+
+  template <class Constraint>
+  void sort_by_level(const ConstraintSlots<Constraint>& slots, std::vector<Index>& ids,
+                     Index first) {
+    std::unordered_map<Index, Index> next_level;  // of a place
+    std::vector<std::pair<Index, Index>> levels;  // level, id
+    std::vector<Index> sizes;
+    for (const Index id : ids) {
+      const auto places = slots.record(id).places;
+      Index level = 0;
+      for (const Index place : places) {
+        level = std::max(level, next_level[place]);
+      }
+      for (const Index place : places) {
+        next_level[place] = level + 1;
+      }
+      levels.emplace_back(level, id);
+      sizes.resize(std::max(sizes.size(), static_cast<std::size_t>(level) + 1));
+      ++sizes[level];
+    }
+    std::ranges::stable_sort(levels, {}, &std::pair<Index, Index>::first);
+    std::ranges::transform(levels, ids.begin(), &std::pair<Index, Index>::second);
+    for (const Index size : sizes) {
+      first += size;
+      records_.level_ends.push_back(first);
+    }
+  }
+
+  void add_record(PhaseKind kind, Index id) {
+    switch (kind) {
+      case PhaseKind::distance: {
+        const auto distance = data_.distances.record(id);
+        records_.distances.push_back(to_record(distance));
+        records_.distance_damping.push_back(distance.parameters[DistanceConstraint::kDamping]);
+        break;
+      }
+      case PhaseKind::neo_hookean:
+        records_.neo_hookeans.push_back(to_record(data_.neo_hookeans.record(id)));
+        break;
+      case PhaseKind::strain_limit:
+        records_.strain_limits.push_back(to_record(data_.strain_limits.record(id)));
+        break;
+      case PhaseKind::joint:
+        records_.joints.push_back(to_joint_record(data_, id));
+        for (const Index edge : data_.tet_edges[id]) {
+          const Index distance = data_.distance_ids.of_edge(edge);
+          if (data_.distances.is_alive(distance) && data_.edge_owners[edge] == id) {
+            plan_.owners_[distance] = id;
+          }
+        }
+        break;
+      default:
+        records_.volumes.push_back(to_record(data_.volumes.record(id)));
+        break;
+    }
+  }
+
+  const SolverData& data_;
+  bool has_grown_;
+  StagePlan& plan_;
+  StageRecords& records_;
+  std::array<Joinable, kHolderCount> joinable_{};
+  std::map<PhaseKind, Index> empty_stages_;
+};
+
+StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_grown)
+    : is_damped_(data.has_damping),
+      owners_(static_cast<std::size_t>(data.distance_ids.count()), kInvalidIndex) {
+  Builder builder(data, has_grown, *this, records);
+  builder.add_stages();
+  builder.add_tubes();
+  if (data.options.method == SolverMethod::vertex_block) {
+    std::erase_if(stages_,
+                  [](const Stage& stage) { return stage.kind != PhaseKind::strain_limit; });
+    std::vector<Stage> colors;
+    const VertexBlocks& blocks = data.vertex_method.blocks;
+    for (Index color = 0; color < blocks.color_count(); ++color) {
+      const auto [first, count] = blocks.blocks(color);
+      if (count > 0) {
+        colors.push_back({PhaseKind::vertex, first, count});
+      }
+    }
+    stages_.insert(stages_.begin(), colors.begin(), colors.end());
+  }
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stages that follow edits which bring constraints, on the host: what is here needs no device.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/random.h"
+#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/edit/topology_edit.h"
+
+#include "host_stages.h"
+#include "solver/fake_device.h"
+#include "support/catch.h"
+#include "support/cuts.h"
+#include "support/edit_maker.h"
+#include "support/edit_scenes.h"
+#include "support/meshes.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+using pbdsurg::testing::Choices;
+using pbdsurg::testing::EditMaker;
+using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::kFakeDeviceHook;
+using testing::have_serial_bits;
+using testing::HostStages;
+using testing::stretch;
+
+using Words = std::vector<std::uint32_t>;
+
+template <class Record>
+Words words_of(const Record& record) {
+  Words words(sizeof(Record) / sizeof(std::uint32_t));
+  std::memcpy(words.data(), &record, sizeof record);
+  return words;
+}
+
+template <class Record>
+void add_contents(const std::vector<Record>& records, const Stage& stage,
+                  std::vector<Words>& contents) {
+  for (Index i = stage.first; i < stage.first + stage.count; ++i) {
+    if (records[i].places[0] >= 0) {
+      contents.push_back(words_of(records[i]));
+    }
+  }
+}
+
+// Of stages that do something, in their order: records that do something, in an order of their own.
+// Tubes come last.
+std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
+  const StageRecords& records = stages.records;
+  std::vector<std::vector<Words>> all;
+  const auto end = [&](std::vector<Words>& contents) {
+    std::ranges::sort(contents);
+    if (!contents.empty()) {
+      all.push_back(std::move(contents));
+    }
+  };
+  for (const Stage& stage : stages.plan.stages()) {
+    std::vector<Words> contents;
+    switch (stage.kind) {
+      case PhaseKind::distance:
+        add_contents(records.distances, stage, contents);
+        for (Index i = stage.first, next = 0; i < stage.first + stage.count; ++i) {
+          if (records.distances[i].places[0] >= 0) {
+            contents[next++].push_back(words_of(records.distance_damping[i])[0]);
+          }
+        }
+        break;
+      case PhaseKind::volume:
+        add_contents(records.volumes, stage, contents);
+        break;
+      case PhaseKind::joint:
+        add_contents(records.joints, stage, contents);
+        break;
+      case PhaseKind::neo_hookean:
+        add_contents(records.neo_hookeans, stage, contents);
+        break;
+      default:
+        add_contents(records.strain_limits, stage, contents);
+        break;
+    }
+    end(contents);
+  }
+  std::vector<Words> tubes;
+  add_contents(records.tubes, {PhaseKind::volume, 0, static_cast<Index>(records.tubes.size())},
+               tubes);
+  end(tubes);
+  return all;
+}
+
+// A device's words are written in no order.
+bool are_alike_where_repeated(const std::vector<WordChange>& words) {
+  std::map<std::pair<DeviceArray, std::uint32_t>, std::uint32_t> values;
+  return std::ranges::all_of(words, [&](const WordChange& change) {
+    return values.emplace(std::pair(change.array, change.word), change.value).first->second ==
+           change.value;
+  });
+}
+
+/// Stages that follow a solver, made anew when they say so.
+class Follower {
+ public:
+  explicit Follower(Solver& solver) : data_(solver_data(solver)), stages_(data_) {
+    data_.changes.clear();
+  }
+
+  /// @return  whether they are as if they were made of the data as it is now
+  bool follow() {
+    take_over();
+    return contents_of(stages_) == contents_of(HostStages(data_)) &&
+           have_serial_bits(stages_, data_);
+  }
+
+  void take_over() {
+    std::vector<WordChange> words;
+    has_grown_ = has_grown_ || data_.changes.grown;
+    const std::span<const Stage> before = stages_.plan.stages();
+    if (stages_.plan.follow(data_, data_.changes, words)) {
+      CHECK(are_alike_where_repeated(words));
+      CHECK(words.size() < 60 * (data_.changes.constraints.size() + data_.changes.tets.size() + 1));
+      CHECK(stages_.plan.stages().data() == before.data());  // which a recorded step goes by
+      stages_.write(words);
+      followed_growth += data_.changes.grown ? 1 : 0;
+    } else {
+      stages_ = HostStages(data_, has_grown_);
+      ++made_anew;
+    }
+    data_.changes.clear();
+  }
+
+  int followed_growth = 0;
+  int made_anew = 0;
+
+ private:
+  SolverData& data_;
+  HostStages stages_;
+  bool has_grown_ = false;
+};
+
+// A body with damping where the scene may have none, and a particle that hangs from it.
+Scene make_guest(const Solver& solver, Choices& choices) {
+  const std::string number = std::to_string(solver.bodies().size());
+  const TetMesh mesh = pbdsurg::testing::make_box({2, 1, 1}, 4e-3, 0.1, 9);
+  Material material = elastic_material(mesh, 900, 20e3);
+  material.max_stretch = 1.1F;
+  material.has_volume_constraints = choices.below(2) == 0;
+  material.damping = choices.below(4) == 0 ? 1e-3F : 0;
+  Scene guest;
+  guest.add_body("guest " + number, mesh, material);
+  guest.add_particles("bead " + number, std::vector<Eigen::Vector3d>{{0.01, 0.012, 0}}, 1e-5);
+  guest.add_link({0, mesh.vertex_count(), 0.012F, {0.5F, 1e-3F}});
+  return guest;
+}
+
+// A cut, other changes, links or a guest.
+TopologyEdit make_edit(const Solver& solver, Choices& choices) {
+  const Index what = choices.below(8);
+  if (what == 0) {
+    return {.new_bodies = make_guest(solver, choices)};
+  }
+  EditMaker maker(solver, choices,
+                  what < 4 ? pbdsurg::testing::make_cut(solver, {}, choices).edit : TopologyEdit{});
+  for (Index more = choices.below(3); more > 0; --more) {
+    maker.add();
+  }
+  if (choices.below(3) == 0) {
+    maker.add_links();
+  }
+  return maker.edit();
+}
+
+}  // namespace
+
+// Would catch what comes, moves or goes and is told nobody; records that two constraints share, or
+// that stay behind; stages in another order than phases; and order in what a device writes at once.
+TEST_CASE("cuda growth: stages that follow any edits and their undo are as if made anew",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);  // logs edits
+  constexpr std::uint64_t kTrials = 240;
+  int followed_growth = 0;
+  int made_anew = 0;
+  for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
+    const std::vector<std::uint8_t> bytes = pbdsurg::testing::random_bytes(seed, 400);
+    Choices choices(bytes);
+    const auto& scene = choices.one_of(pbdsurg::testing::edit_scenes());
+    SolverOptions options = choices.one_of(pbdsurg::testing::edit_options(scene));
+    if (options.method == SolverMethod::vertex_block) {
+      continue;  // its rows are laid out anew when they grow
+    }
+    options.backend = BackendKind::cuda;
+    const Index spare = choices.one_of(std::array{0, 0, 20, 2000});
+    options.spare = {spare, spare, spare, spare};
+    INFO("seed " << seed << ", " << scene.name << ", composition "
+                 << static_cast<int>(options.composition) << ", at most "
+                 << options.coloring.max_colors << " colors, spare room " << spare);
+    Solver solver(scene.scene, options);
+    stretch(solver);
+    Follower follower(solver);
+    while (!choices.is_spent()) {
+      const TopologyEdit edit = make_edit(solver, choices);
+      const EditResult result = apply_edit(solver, edit);
+      if (choices.below(3) > 0) {
+        REQUIRE(follower.follow());
+      }
+      if (choices.below(3) == 0) {
+        undo_edit(solver, edit, result);
+        if (choices.below(2) == 0) {
+          REQUIRE(follower.follow());
+        }
+      }
+    }
+    REQUIRE(follower.follow());
+    followed_growth += follower.followed_growth;
+    made_anew += follower.made_anew;
+  }
+  CHECK(followed_growth > 400);
+  CHECK(made_anew > 100);
+}
+
+namespace {
+
+// Two layers of cells: groups are few, and full of what lies elsewhere.
+Solver make_plate(PlanComposition composition, const SpareRoom& spare) {
+  const TetMesh mesh = pbdsurg::testing::make_box({12, 10, 2}, 4e-3, 0.1);
+  Material soft = elastic_material(mesh, 1000, 20e3);
+  soft.max_stretch = 1.05F;
+  Scene scene;
+  scene.add_body("plate", mesh, soft);
+  Solver solver(scene, {.backend = BackendKind::cuda, .composition = composition, .spare = spare});
+  stretch(solver);
+  return solver;
+}
+
+// Halves an edge here, or parts tissue at a vertex there.
+TopologyEdit small_cut(const Solver& solver, std::uint64_t round) {
+  const auto vertex = static_cast<Index>(random_bits(3, round) % 300);
+  auto edge = static_cast<Index>(random_bits(4, round) % 1000);
+  while (!solver.is_edge_alive(edge)) {
+    ++edge;
+  }
+  return round % 2 == 0 ? pbdsurg::testing::split_edge(solver, edge, 0.4F)
+                        : pbdsurg::testing::part_vertex(solver, vertex, round);
+}
+
+}  // namespace
+
+// Would catch growth that makes all anew each time, and room that grows by steps of one size.
+TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
+  const Index spare = GENERATE(0, 1000);
+  INFO("composition " << static_cast<int>(composition) << ", spare room " << spare);
+  Solver solver = make_plate(composition, {spare, spare, spare, spare});
+  Follower follower(solver);
+  for (std::uint64_t round = 0; round < 120; ++round) {
+    INFO("round " << round);
+    apply_edit(solver, small_cut(solver, round));
+    REQUIRE(follower.follow());
+  }
+  CHECK(follower.made_anew >= (spare == 0 ? 1 : 0));
+  CHECK(follower.made_anew < 10);
+  CHECK(follower.followed_growth > 100);
+}
+
+// Would catch records that an undo leaves behind.
+TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
+  INFO("composition " << static_cast<int>(composition));
+  Solver solver = make_plate(composition, {});
+  Follower follower(solver);
+  for (std::uint64_t round = 0; round < 4; ++round) {
+    const int made_before = follower.made_anew;
+    const TopologyEdit edit = small_cut(solver, round);
+    INFO("round " << round);
+    for (int again = 0; again < 400; ++again) {
+      const EditResult result = apply_edit(solver, edit);
+      follower.take_over();
+      undo_edit(solver, edit, result);
+      follower.take_over();
+    }
+    REQUIRE(follower.follow());
+    CHECK(follower.made_anew <= made_before + 2);
+  }
+}
+
+// Would catch spare records that nobody asked for, and such that do something.
+TEST_CASE("cuda growth: stages have the spare records that were asked for, and no others",
+          "[unit]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const Index spare = GENERATE(0, 500);
+  const Solver solver = make_plate(PlanComposition::separate, {spare, spare, spare, 0});
+  const SolverData& data = solver_data(solver);
+  const HostStages stages(data);
+  const auto check = [&](const auto& records, std::size_t count) {
+    const auto works = [](const auto& record) { return record.places[0] >= 0; };
+    CHECK(static_cast<std::size_t>(std::ranges::count_if(records, works)) == count);
+    CHECK((records.size() > count) == (spare > 0));
+    CHECK(records.size() >= count + static_cast<std::size_t>(spare));
+  };
+  check(stages.records.distances, data.edges.size());
+  check(stages.records.volumes, data.tets.size());
+  check(stages.records.strain_limits, data.edges.size());
+  CHECK(stages.records.distance_damping.size() == stages.records.distances.size());
+  std::size_t empty = 0;
+  for (const Stage& stage : stages.plan.stages()) {
+    if (stage.kind == PhaseKind::volume) {
+      empty += stages.records.volumes[stage.first].places[0] < 0;
+    }
+  }
+  CHECK(empty == (spare > 0 ? 2 : 0));
+}
+
+// Would catch stages that take domains apart when constraints come that join two, and vertices that
+// no domain has.
+TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
+  Scene scene;
+  scene.add_body("block", mesh);
+  SolverOptions options{.backend = BackendKind::cuda, .composition = PlanComposition::nested};
+  options.spare = {100, 1000, 2000, 100};
+  Solver solver(scene, options);
+  stretch(solver);
+  REQUIRE(solver_data(solver).domain_counts.size() == 3);
+  Follower follower(solver);
+  for (std::uint64_t round = 0; round < 6; ++round) {
+    INFO("round " << round);
+    const TopologyEdit edit = small_cut(solver, round);
+    const EditResult result = apply_edit(solver, edit);
+    REQUIRE(follower.follow());
+    if (round % 3 == 2) {
+      undo_edit(solver, edit, result);
+      REQUIRE(follower.follow());
+    }
+  }
+  CHECK(follower.followed_growth > 5);
+}
+
+}  // namespace pbdsurg::cuda
