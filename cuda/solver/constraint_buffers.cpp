@@ -43,6 +43,8 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
   switch (array) {
     case DeviceArray::distances:
       return words(distances_.get());
+    case DeviceArray::distance_damping:
+      return words(distance_damping_.get());
     case DeviceArray::volumes:
       return words(volumes_.get());
     case DeviceArray::joints:

@@ -201,12 +201,12 @@ class CudaBackend final : public Backend {
       is_planned_ = false;
       state_ = StateBuffers(data, state_.motion_room(), stream_.get());
     }
-    if (!is_planned_ || !plan_.follow(data, changes, words_)) {
+    std::vector<WordChange> own_words;
+    if (!is_planned_ || !plan_.follow(data, changes, words_) ||
+        !sweeps_->follow(words_, static_cast<Index>(data.particles.size()), own_words)) {
       words_.clear();
       make_plan(data);
     } else {
-      std::vector<WordChange> own_words;
-      sweeps_->follow(words_, own_words);
       words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
     for (Index copy = 0; copy < data.copy_count(); ++copy) {

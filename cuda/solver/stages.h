@@ -19,6 +19,7 @@ namespace pbdsurg::cuda {
 /// Arrays on the device that change between steps.
 enum class DeviceArray : std::uint32_t {
   distances,
+  distance_damping,  ///< float[distance] s
   volumes,
   joints,
   neo_hookeans,
@@ -34,7 +35,7 @@ enum class DeviceArray : std::uint32_t {
   damped_spring_rows,
   damped_volume_rows,
 };
-inline constexpr int kDeviceArrayCount = 15;
+inline constexpr int kDeviceArrayCount = 16;
 
 /// One 4-byte word that changes.
 struct WordChange {
