@@ -287,7 +287,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   const ClusterBlock block = cluster.blocks[rank];
   const std::uint32_t* const arrivals = cluster.arrivals + rank * (cluster.phase_count + 1);
   const Index* const places = cluster.places + block.first_place;
-  {
+  {  // what edits change was written before the step's first kernel began
     auto* const rounds = reinterpret_cast<uint4*>(bytes + layout.rounds);
     const auto* const from = reinterpret_cast<const uint4*>(cluster.rounds + block.first_round);
     for (std::uint32_t i = thread; i <= block.round_count; i += kAll) {

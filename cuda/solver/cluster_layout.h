@@ -60,11 +60,50 @@ struct ClusterBlock {
   std::uint32_t round_count;
 };
 
+/// How large a program is, or may become by edits. A launch depends on these alone, so they stay
+/// while a program follows edits.
+struct ClusterSizes {
+  Index block_count = 0;
+  Index phase_count = 0;
+  Index thread_count = 0;  ///< of a block, that project
+  Index slot_room = 0;     ///< of a block
+  Index round_room = 0;    ///< of a block
+  Index round_words = 0;   ///< of the largest round, with targets
+  Index place_room = 0;
+  std::size_t word_room = 0;
+  std::size_t multiplier_room = 0;
+};
+
+/// Where the arrays of a program start in its image, which is one piece of memory: numbers of four
+/// bytes. All that edits change is in it.
+struct ClusterSections {
+  std::size_t rounds = 0;  ///< ClusterRound[block][round_room]
+  std::size_t blocks;      ///< ClusterBlock[block]
+  std::size_t places;      ///< Index[block][slot_room] 0 in slots that are free
+  std::size_t arrivals;    ///< uint32[block][phase_count + 1] bytes
+  std::size_t homes;       ///< uint32[place_room] block << 16 | slot
+  std::size_t words;       ///< Word128[word_room]
+
+  constexpr explicit ClusterSections(const ClusterSizes& sizes)
+      : blocks(rounds + count(sizes.block_count, sizes.round_room) * numbers<ClusterRound>),
+        places(blocks + count(sizes.block_count) * numbers<ClusterBlock>),
+        arrivals(places + count(sizes.block_count, sizes.slot_room)),
+        homes(arrivals + count(sizes.block_count, sizes.phase_count + 1)),
+        words((homes + count(sizes.place_room) + 3) / 4 * 4) {}  // a Word128 is aligned
+
+ private:
+  template <class T>
+  static constexpr std::size_t numbers = sizeof(T) / sizeof(std::uint32_t);
+  static constexpr std::size_t count(Index rows, Index columns = 1) {
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+  }
+};
+
 /// How many rounds' words a block holds at a time: the one at work, the one before, whose place is
 /// free for the next, and two on their way.
 inline constexpr std::uint32_t kClusterStages = 4;
 
-/// See ClusterProgram.
+/// See ClusterSections.
 struct ClusterArrays {
   const ClusterBlock* blocks;
   const Index* places;

@@ -4,222 +4,412 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstddef>
 #include <cstring>
+#include <utility>
+
+#include "solver/cluster_shapes.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
-constexpr Index kNumbers = sizeof(Word128) / sizeof(std::uint32_t);
-
-/// How a kind of constraint lies in its records and in the words of a cluster.
-struct Shape {
-  DeviceArray array;
-  Index corner_count;
-  Index parameter_count;  // after the places of a record
-  Index record_size;      // numbers
-  Index multiplier_count;
-
-  // The first two parameters are in word 0. Damping is the last one of volumes, and left out where
-  // nothing is damped.
-  [[nodiscard]] Index packed_parameters(bool is_damped) const {
-    return array == DeviceArray::volumes && !is_damped ? parameter_count - 1 : parameter_count;
+// Of a record, by its numbers.
+SweepConstraint to_constraint(const ClusterShape& shape, const std::uint32_t* numbers) {
+  SweepConstraint constraint;
+  constraint.places.fill(kInvalidIndex);
+  if (static_cast<Index>(numbers[0]) >= 0) {
+    std::transform(numbers, numbers + shape.corner_count, constraint.places.begin(),
+                   [](std::uint32_t place) { return static_cast<Index>(place); });
   }
-  [[nodiscard]] Index words(bool is_damped) const {
-    return 1 + (std::max<Index>(packed_parameters(is_damped) - 2, 0) + kNumbers - 1) / kNumbers;
-  }
-};
-
-template <class Record>
-constexpr Index kSizeOf = sizeof(Record) / sizeof(float);
-
-constexpr Shape kDistances{DeviceArray::distances, 2, 2, kSizeOf<DistanceRecord>, 1};
-constexpr Shape kVolumes{DeviceArray::volumes, 4, 3, kSizeOf<VolumeRecord>, 1};
-constexpr Shape kNeoHookeans{DeviceArray::neo_hookeans, 4, NeoHookeanConstraint::kParameterCount,
-                             kSizeOf<NeoHookeanRecord>, NeoHookeanConstraint::kMultiplierCount};
-constexpr Shape kStrainLimits{DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0};
-
-/// Calls visit(shape, records) for a kind.
-template <class Visit>
-auto visit_kind(PhaseKind kind, const StageRecords& records, Visit visit) {
-  switch (kind) {
-    case PhaseKind::distance:
-      return visit(kDistances, records.distances);
-    case PhaseKind::volume:
-      return visit(kVolumes, records.volumes);
-    case PhaseKind::neo_hookean:
-      return visit(kNeoHookeans, records.neo_hookeans);
-    default:
-      return visit(kStrainLimits, records.strain_limits);
-  }
+  return constraint;
 }
 
-/// Null for what no cluster projects.
-const Shape* shape_of(DeviceArray array) {
-  for (const Shape* const shape : {&kDistances, &kVolumes, &kNeoHookeans, &kStrainLimits}) {
-    if (shape->array == array) {
-      return shape;
-    }
+template <class T>
+std::vector<std::uint32_t> numbers_of(const std::vector<T>& values) {
+  std::vector<std::uint32_t> numbers(values.size() * sizeof(T) / sizeof(std::uint32_t));
+  if (!values.empty()) {
+    std::memcpy(numbers.data(), values.data(), values.size() * sizeof(T));
   }
-  return nullptr;
+  return numbers;
 }
 
-std::vector<SweepConstraint> places_of(const Stage& stage, const StageRecords& records) {
-  return visit_kind(stage.kind, records, [&](const Shape&, const auto& all) {
-    std::vector<SweepConstraint> constraints(static_cast<std::size_t>(stage.count));
-    for (Index i = 0; i < stage.count; ++i) {
-      constraints[i].places.fill(kInvalidIndex);
-      std::ranges::copy(all[stage.first + i].places, constraints[i].places.begin());
-    }
-    return constraints;
-  });
-}
-
-std::uint32_t& number(Word128& word, Index i) {
-  std::uint32_t* const numbers[] = {&word.x, &word.y, &word.z, &word.w};
-  return *numbers[i];
-}
-
-void append_vertices(const ScheduledBlock& block, std::uint32_t b, ClusterProgram& program) {
-  for (Index slot = 0; slot < block.home_count; ++slot) {
-    program.homes[block.places[slot]] = b << 16 | static_cast<std::uint32_t>(slot);
-  }
-  program.places.insert(program.places.end(), block.places.begin(), block.places.end());
-  for (const Index arrivals : block.arrivals) {
-    program.arrivals.push_back(static_cast<std::uint32_t>(arrivals) * sizeof(Word128));
-  }
+std::size_t words_of(const ClusterRound& round) {
+  return std::size_t{round.count} * round.words + round.border;
 }
 
 }  // namespace
 
-std::optional<ClusterProgram> ClusterRecords::make_program(std::span<const Stage> stages,
-                                                           const StageRecords& records,
-                                                           Index place_count, Index block_count,
-                                                           bool is_damped) {
+std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages,
+                                                   const StageRecords& records, Index place_count,
+                                                   Index ordered_count, Index block_count,
+                                                   bool is_damped, bool has_room) {
   if (stages.empty() || static_cast<Index>(stages.size()) > kMostClusterPhases ||
       std::ranges::any_of(stages, [](const Stage& stage) {
-        return stage.level_count > 0 || stage.kind == PhaseKind::joint;
+        return stage.level_count > 0 || shape_of(stage.kind) == nullptr;
       })) {
     return std::nullopt;
   }
-  std::vector<std::vector<SweepConstraint>> phases;
-  for (const Stage& stage : stages) {
-    phases.push_back(places_of(stage, records));
-  }
-  is_damped_ = is_damped;
-  const ClusterSchedule schedule(phases, place_count, block_count);
-  ClusterProgram program;
-  program.phase_count = static_cast<Index>(stages.size());
-  std::size_t most = 0;
-  for (const ScheduledBlock& block : schedule.blocks()) {
-    program.most_slots = std::max(program.most_slots, static_cast<Index>(block.places.size()));
-    for (const auto& constraints : block.constraints) {
-      most = std::max(most, constraints.size());
-    }
-  }
-  if (program.most_slots > static_cast<Index>(kSlotMask)) {
+  ClusterProgram program(stages, records, is_damped, has_room);
+  program.make_schedule(place_count, ordered_count, block_count);
+  program.find_sizes();
+  if (program.sizes_.slot_room > static_cast<Index>(kSlotMask)) {
     return std::nullopt;
   }
-  program.thread_count = most <= kFewClusterThreads ? kFewClusterThreads : kManyClusterThreads;
-  for (const Stage& stage : stages) {
-    visit_kind(stage.kind, records, [&](const Shape& shape, const auto& all) {
-      locations_[static_cast<int>(shape.array)].resize(all.size());
-    });
-  }
-  program.homes.resize(static_cast<std::size_t>(place_count));
-  for (std::size_t b = 0; b < schedule.blocks().size(); ++b) {
-    const std::size_t first_place = program.places.size();
-    const std::size_t first_round = program.rounds.size();
-    append_vertices(schedule.blocks()[b], static_cast<std::uint32_t>(b), program);
-    for (Index phase = 0; phase < program.phase_count; ++phase) {
-      append_phase(schedule, static_cast<Index>(b), phase, stages[phase], records, program);
-    }
-    const std::size_t round_count = program.rounds.size() - first_round;
-    program.most_rounds = std::max(program.most_rounds, static_cast<Index>(round_count));
-    program.blocks.push_back({static_cast<std::uint32_t>(first_place),
-                              static_cast<std::uint32_t>(schedule.blocks()[b].home_count),
-                              static_cast<std::uint32_t>(schedule.blocks()[b].places.size()),
-                              static_cast<std::uint32_t>(first_round),
-                              static_cast<std::uint32_t>(round_count)});
-  }
+  program.write_all();
   return program;
 }
 
-void ClusterRecords::append_phase(const ClusterSchedule& schedule, Index b, Index phase,
-                                  const Stage& stage, const StageRecords& records,
-                                  ClusterProgram& program) {
-  visit_kind(stage.kind, records, [&](const Shape& shape, const auto& all) {
-    const ScheduledBlock& block = schedule.blocks()[b];
-    const auto& constraints = block.constraints[phase];
-    const auto count = static_cast<Index>(constraints.size());
-    const Index words = shape.words(is_damped_);
-    auto& locations = locations_[static_cast<int>(shape.array)];
-    // one round at least: each block waits for what comes to it in each phase
-    for (Index first = 0; first == 0 || first < count; first += program.thread_count) {
-      const Index size = std::min(program.thread_count, count - first);
-      const Index border = std::clamp(block.border_counts[phase] - first, Index{0}, size);
-      const std::size_t start = program.words.size();
-      const std::size_t targets = start + static_cast<std::size_t>(size * words);
-      program.rounds.push_back(
-          {static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(program.multiplier_count),
-           static_cast<std::uint16_t>(size), static_cast<std::uint16_t>(border),
-           static_cast<std::uint16_t>(phase), static_cast<std::uint8_t>(stage.kind),
-           static_cast<std::uint8_t>(words)});
-      program.multiplier_count += static_cast<std::size_t>(size * shape.multiplier_count);
-      program.words.resize(targets + static_cast<std::size_t>(border));
-      program.most_words = std::max(program.most_words, size * words + border);
-      for (Index i = 0; i < size; ++i) {
-        const Index constraint = constraints[first + i];
-        const Index record = stage.first + constraint;
-        const std::size_t here = start + static_cast<std::size_t>(i);
-        locations[record] = {static_cast<std::uint32_t>(here), static_cast<std::uint32_t>(size)};
-        Word128& head = program.words[here];
-        for (Index corner = 0; corner < shape.corner_count; ++corner) {
-          const VertexTarget& target = schedule.target(phase, constraint, corner);
-          auto half = static_cast<std::uint32_t>(schedule.slot(phase, constraint, corner));
-          if (target.block != b) {
-            half |= kLeaves;
-            number(program.words[targets + static_cast<std::size_t>(i)], corner) =
-                pack_target(target.block, target.phase, target.slot);
-          }
-          number(head, corner / 2) |= half << (16 * (corner % 2));
-        }
-        if (stage.kind == PhaseKind::distance) {
-          head.y = std::bit_cast<std::uint32_t>(records.distance_damping[record]);
-        }
-        std::array<std::uint32_t, sizeof all[0] / sizeof(std::uint32_t)> numbers;
-        std::memcpy(numbers.data(), &all[record], sizeof all[0]);
-        for (Index p = 0; p < shape.packed_parameters(is_damped_); ++p) {
-          const Index at = p + 2;  // after the slots
-          number(program.words[here + static_cast<std::size_t>(at / kNumbers * size)],
-                 at % kNumbers) = numbers[shape.corner_count + p];
-        }
-      }
-    }
-  });
+ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords& records,
+                               bool is_damped, bool has_room)
+    : is_damped_(is_damped), has_room_(has_room), stages_(stages.begin(), stages.end()) {
+  numbers(DeviceArray::distances) = numbers_of(records.distances);
+  numbers(DeviceArray::distance_damping) = numbers_of(records.distance_damping);
+  numbers(DeviceArray::volumes) = numbers_of(records.volumes);
+  numbers(DeviceArray::neo_hookeans) = numbers_of(records.neo_hookeans);
+  numbers(DeviceArray::strain_limits) = numbers_of(records.strain_limits);
 }
 
-void ClusterRecords::follow(std::span<const WordChange> changes,
-                            std::vector<WordChange>& words) const {
+void ClusterProgram::make_schedule(Index place_count, Index ordered_count, Index block_count) {
+  std::vector<std::vector<SweepConstraint>> phases;
+  Index count = 0;
+  for (const Stage& stage : stages_) {
+    const ClusterShape& shape = *shape_of(stage.kind);
+    auto& constraints = constraints_[static_cast<int>(shape.array)];
+    constraints.resize(static_cast<std::size_t>(stage.first + stage.count), kInvalidIndex);
+    auto& phase = phases.emplace_back();
+    for (Index record = stage.first; record < stage.first + stage.count; ++record) {
+      constraints[record] = count++;
+      phase.push_back(
+          to_constraint(shape, &numbers(shape.array)[static_cast<std::size_t>(record) *
+                                                     static_cast<std::size_t>(shape.record_size)]));
+    }
+  }
+  schedule_.emplace(phases, place_count, ordered_count, block_count);
+}
+
+void ClusterProgram::find_sizes() {
+  const Index phase_count = schedule_->phase_count();
+  sizes_.block_count = schedule_->block_count();
+  sizes_.phase_count = phase_count;
+  sizes_.place_room = schedule_->place_count();
+  std::size_t most = 0;
+  for (Index b = 0; b < sizes_.block_count; ++b) {
+    sizes_.slot_room =
+        std::max(sizes_.slot_room, static_cast<Index>(schedule_->slots().places(b).size()));
+    for (Index phase = 0; phase < phase_count; ++phase) {
+      most = std::max(most, schedule_->constraints(b, phase).size());
+    }
+  }
+  sizes_.thread_count =
+      static_cast<Index>(most) <= kFewClusterThreads ? kFewClusterThreads : kManyClusterThreads;
+  blocks_.resize(static_cast<std::size_t>(sizes_.block_count));
+  for (Index b = 0; b < sizes_.block_count; ++b) {
+    blocks_[b].first_rounds.assign(static_cast<std::size_t>(phase_count) + 1, 0);
+    for (Index phase = 0; phase < phase_count; ++phase) {
+      count_rounds(b, phase);
+    }
+    const std::vector<Round>& rounds = blocks_[b].rounds;
+    sizes_.round_room = std::max(sizes_.round_room, static_cast<Index>(rounds.size()));
+    for (const Round& round : rounds) {
+      const std::size_t words = with_room(words_of(round.now));
+      sizes_.round_words = std::max(sizes_.round_words, static_cast<Index>(words));
+      sizes_.word_room += words;
+      sizes_.multiplier_room += with_room(round.now.count) * multipliers_of(round.now);
+    }
+  }
+  if (has_room_) {
+    constexpr Index kRounds = 4;
+    constexpr Index kSlots = 64;
+    constexpr Index kPlaces = 1024;
+    sizes_.round_room += kRounds;
+    sizes_.slot_room = std::max(
+        sizes_.slot_room,
+        std::min(sizes_.slot_room + sizes_.slot_room / 8 + kSlots, static_cast<Index>(kSlotMask)));
+    sizes_.place_room += sizes_.place_room + kPlaces;
+    // for rounds that outgrow their places
+    sizes_.word_room += sizes_.word_room / 8 + 4 * static_cast<std::size_t>(sizes_.round_words);
+    sizes_.multiplier_room += sizes_.multiplier_room / 8 +
+                              4 * static_cast<std::size_t>(sizes_.thread_count) *
+                                  static_cast<std::size_t>(NeoHookeanConstraint::kMultiplierCount);
+  }
+  sections_ = ClusterSections(sizes_);
+}
+
+void ClusterProgram::write_all() {
+  image_.assign(sections_.words + kNumbers * sizes_.word_room, 0);
+  for (Index b = 0; b < sizes_.block_count; ++b) {
+    for (Index phase = 0; phase < sizes_.phase_count; ++phase) {
+      static_cast<void>(write_phase(b, phase));  // there is room
+      write_arrivals(b, phase);
+    }
+    write_arrivals(b, sizes_.phase_count);
+    for (std::size_t slot = 0; slot < schedule_->slots().places(b).size(); ++slot) {
+      write_slot(b, static_cast<Index>(slot));
+    }
+    write_block(b);
+  }
+}
+
+bool ClusterProgram::follow(std::span<const WordChange> changes, Index place_count,
+                            std::vector<WordChange>& words) {
+  const auto placements = take_over(changes);
+  if (!placements || place_count > sizes_.place_room ||
+      !schedule_->follow(*placements, place_count, sizes_.thread_count)) {
+    return false;
+  }
+  written_ = &words;
+  const bool fits = write_changes();
+  written_ = nullptr;
+  return fits;
+}
+
+std::optional<std::vector<ClusterSchedule::Placement>> ClusterProgram::take_over(
+    std::span<const WordChange> changes) {
+  std::vector<std::pair<Index, const ClusterShape*>> changed;  // constraint
   for (const WordChange& change : changes) {
-    const Shape* const shape = shape_of(change.array);
+    const bool is_damping = change.array == DeviceArray::distance_damping;
+    const ClusterShape* const shape = shape_of(is_damping ? DeviceArray::distances : change.array);
     if (shape == nullptr) {
       continue;
     }
-    const Index record = static_cast<Index>(change.word) / shape->record_size;
-    const Index field = static_cast<Index>(change.word) % shape->record_size;
-    const Index parameter = field - shape->corner_count;
-    const Location& location = locations_[static_cast<int>(change.array)][record];
-    const auto write = [&](Index p, std::uint32_t value) {
-      const auto at = static_cast<std::uint32_t>(p + 2);
-      words.push_back({DeviceArray::cluster,
-                       kNumbers * (location.word + at / kNumbers * location.stride) + at % kNumbers,
-                       value});
-    };
-    if (field == 0 && static_cast<Index>(change.value) < 0) {
-      write(0, kRemovedConstraint);
-    } else if (parameter >= 0 && parameter < shape->packed_parameters(is_damped_)) {
-      write(parameter, change.value);
+    const auto& constraints = constraints_[static_cast<int>(shape->array)];
+    const std::size_t record =
+        change.word / (is_damping ? 1 : static_cast<std::size_t>(shape->record_size));
+    if (record >= constraints.size() || constraints[record] == kInvalidIndex) {
+      return std::nullopt;  // another plan's
+    }
+    numbers(change.array)[change.word] = change.value;
+    if (changed.empty() || changed.back().first != constraints[record]) {
+      changed.emplace_back(constraints[record], shape);
+    }
+  }
+  std::ranges::sort(changed, {}, &std::pair<Index, const ClusterShape*>::first);
+  const auto same = std::ranges::unique(changed);
+  changed.erase(same.begin(), same.end());
+  std::vector<ClusterSchedule::Placement> placements;
+  for (const auto& [n, shape] : changed) {
+    placements.push_back({n, to_constraint(*shape, record_of(n))});
+  }
+  return placements;
+}
+
+bool ClusterProgram::write_changes() {
+  for (Index b = 0; b < sizes_.block_count; ++b) {
+    if (static_cast<Index>(schedule_->slots().places(b).size()) > sizes_.slot_room) {
+      return false;
+    }
+  }
+  const ScheduleChanges& changes = schedule_->changes();
+  for (const auto& [b, phase] : changes.rounds) {
+    count_rounds(b, phase);
+    if (static_cast<Index>(blocks_[b].rounds.size()) > sizes_.round_room ||
+        !write_phase(b, phase)) {
+      return false;
+    }
+  }
+  for (const Index n : changes.constraints) {
+    if (schedule_->constraint(n).block != kInvalidIndex) {
+      write_constraint(n);
+    }
+  }
+  for (const auto& [b, slot] : schedule_->slots().changed) {
+    write_slot(b, slot);
+  }
+  for (const auto& [b, phase] : changes.arrivals) {
+    write_arrivals(b, phase);
+  }
+  for (Index b = 0; b < sizes_.block_count; ++b) {
+    write_block(b);
+  }
+  return true;
+}
+
+// How many rounds a phase takes, and how many constraints each. One at least: each block waits for
+// what comes to it in each phase.
+void ClusterProgram::count_rounds(Index b, Index phase) {
+  auto& [rounds, first_rounds] = blocks_[b];
+  const auto size = static_cast<Index>(schedule_->constraints(b, phase).size());
+  const Index needed = std::max<Index>((size - 1) / sizes_.thread_count + 1, 1);
+  const Index end = first_rounds[phase + 1];
+  const Index more = needed - (end - first_rounds[phase]);
+  if (more > 0) {
+    const ClusterShape& shape = *shape_of(stages_[phase].kind);
+    Round round{};
+    round.now.phase = static_cast<std::uint16_t>(phase);
+    round.now.kind = static_cast<std::uint8_t>(shape.kind);
+    round.now.words = static_cast<std::uint8_t>(shape.words(is_damped_));
+    rounds.insert(rounds.begin() + end, static_cast<std::size_t>(more), round);
+  } else {
+    rounds.erase(rounds.begin() + (end + more), rounds.begin() + end);
+  }
+  if (more != 0) {
+    for (Index next = phase + 1; next <= sizes_.phase_count; ++next) {
+      first_rounds[next] += more;
+    }
+  }
+  const Index border = schedule_->border_count(b, phase);
+  for (Index i = 0; i < needed; ++i) {
+    const Index first = i * sizes_.thread_count;
+    ClusterRound& round = rounds[first_rounds[phase] + i].now;
+    const Index count = std::min(sizes_.thread_count, size - first);
+    round.count = static_cast<std::uint16_t>(count);
+    round.border = static_cast<std::uint16_t>(std::clamp(border - first, Index{0}, count));
+  }
+}
+
+bool ClusterProgram::write_phase(Index b, Index phase) {
+  const auto& [rounds, first_rounds] = blocks_[b];
+  for (Index i = first_rounds[phase]; i < first_rounds[phase + 1]; ++i) {
+    if (!fit(blocks_[b].rounds[i])) {
+      return false;
+    }
+  }
+  for (const Index n : schedule_->constraints(b, phase)) {
+    write_constraint(n);
+  }
+  return true;
+}
+
+// Moves a round that has outgrown its words or multipliers behind all others. Nobody remembers a
+// multiplier between two steps.
+bool ClusterProgram::fit(Round& round) {
+  const std::size_t words = words_of(round.now);
+  if (words > round.word_room) {
+    const std::size_t room =
+        std::min(with_room(words), static_cast<std::size_t>(sizes_.round_words));
+    if (words > room || word_count_ + room > sizes_.word_room) {
+      return false;
+    }
+    round.now.first = static_cast<std::uint32_t>(word_count_);
+    round.word_room = static_cast<std::uint32_t>(room);
+    word_count_ += room;
+  }
+  if (round.now.count > round.multiplier_room) {
+    const std::size_t room = with_room(round.now.count);
+    const std::size_t count = room * multipliers_of(round.now);
+    if (multiplier_count_ + count > sizes_.multiplier_room) {
+      return false;
+    }
+    round.now.first_multiplier = static_cast<std::uint32_t>(multiplier_count_);
+    round.multiplier_room = static_cast<std::uint32_t>(room);
+    multiplier_count_ += count;
+  }
+  return true;
+}
+
+std::size_t ClusterProgram::with_room(std::size_t count) const {
+  return has_room_ ? count + count / 8 + 8 : count;
+}
+
+std::size_t ClusterProgram::multipliers_of(const ClusterRound& round) {
+  return static_cast<std::size_t>(shape_of(static_cast<PhaseKind>(round.kind))->multiplier_count);
+}
+
+std::vector<std::uint32_t>& ClusterProgram::numbers(DeviceArray array) {
+  return records_[static_cast<int>(array)];
+}
+
+Index ClusterProgram::record_index(Index n) const {
+  const Index phase = schedule_->constraint(n).phase;
+  return stages_[phase].first + n - schedule_->number(phase, 0);
+}
+
+const std::uint32_t* ClusterProgram::record_of(Index n) const {
+  const ClusterShape& shape = *shape_of(stages_[schedule_->constraint(n).phase].kind);
+  return records_[static_cast<int>(shape.array)].data() +
+         static_cast<std::size_t>(record_index(n)) * static_cast<std::size_t>(shape.record_size);
+}
+
+void ClusterProgram::write_constraint(Index n) {
+  const ScheduledConstraint& constraint = schedule_->constraint(n);
+  const ClusterShape& shape = *shape_of(stages_[constraint.phase].kind);
+  const Block& block = blocks_[constraint.block];
+  const ClusterRound& round =
+      block.rounds[block.first_rounds[constraint.phase] + constraint.position / sizes_.thread_count]
+          .now;
+  const Index lane = constraint.position % sizes_.thread_count;
+
+  std::array<std::uint32_t, kNumbers * kMostWords> all{};
+  std::array<std::uint32_t, kNumbers> targets{};
+  for (Index corner = 0; corner < shape.corner_count; ++corner) {
+    const VertexTarget& target = constraint.targets[corner];
+    std::uint32_t half = constraint.slots[corner];
+    if (target.block != constraint.block) {
+      half |= kLeaves;
+      targets[corner] = pack_target(target.block, target.phase, target.slot);
+    }
+    all[corner / 2] |= half << (16 * (corner % 2));
+  }
+  if (shape.kind == PhaseKind::distance) {
+    all[1] = numbers(DeviceArray::distance_damping)[record_index(n)];
+  }
+  const std::uint32_t* const record = record_of(n);
+  for (Index p = 0; p < shape.packed_parameters(is_damped_); ++p) {
+    all[p + 2] = record[shape.corner_count + p];  // after the slots
+  }
+  if (constraint.is_removed) {
+    all[2] = kRemovedConstraint;
+  }
+
+  const auto word = [&](Index index) {  // of the round
+    return sections_.words +
+           kNumbers * (std::size_t{round.first} + static_cast<std::size_t>(index));
+  };
+  for (Index w = 0; w < round.words; ++w) {
+    write(word(w * round.count + lane),
+          std::span(all).subspan(static_cast<std::size_t>(kNumbers * w), kNumbers));
+  }
+  if (lane < round.border) {
+    write(word(round.words * round.count + lane), targets);
+  }
+}
+
+void ClusterProgram::write_slot(Index b, Index slot) {
+  const ClusterSlots& slots = schedule_->slots();
+  const Index place = slots.places(b)[slot];
+  const auto at = static_cast<std::size_t>(b * sizes_.slot_room + slot);
+  const std::uint32_t number = place == kInvalidIndex ? 0 : static_cast<std::uint32_t>(place);
+  write(sections_.places + at, std::span(&number, 1));
+  if (slot < slots.home_count(b)) {
+    const std::uint32_t home =
+        static_cast<std::uint32_t>(b) << 16 | static_cast<std::uint32_t>(slot);
+    write(sections_.homes + number, std::span(&home, 1));
+  }
+}
+
+void ClusterProgram::write_arrivals(Index b, Index phase) {
+  const auto at = static_cast<std::size_t>(b * (sizes_.phase_count + 1) + phase);
+  const std::uint32_t bytes =
+      static_cast<std::uint32_t>(schedule_->arrivals(b, phase)) * sizeof(Word128);
+  write(sections_.arrivals + at, std::span(&bytes, 1));
+}
+
+// With the list of its rounds.
+void ClusterProgram::write_block(Index b) {
+  const auto& rounds = blocks_[b].rounds;
+  const ClusterSlots& slots = schedule_->slots();
+  const ClusterBlock block{static_cast<std::uint32_t>(b * sizes_.slot_room),
+                           static_cast<std::uint32_t>(slots.home_count(b)),
+                           static_cast<std::uint32_t>(slots.places(b).size()),
+                           static_cast<std::uint32_t>(b * sizes_.round_room),
+                           static_cast<std::uint32_t>(rounds.size())};
+  constexpr std::size_t kBlockNumbers = sizeof block / sizeof(std::uint32_t);
+  write(sections_.blocks + static_cast<std::size_t>(b) * kBlockNumbers,
+        std::bit_cast<std::array<std::uint32_t, kBlockNumbers>>(block));
+  for (std::size_t i = 0; i < rounds.size(); ++i) {
+    constexpr std::size_t kRoundNumbers = sizeof(ClusterRound) / sizeof(std::uint32_t);
+    write(sections_.rounds + (block.first_round + i) * kRoundNumbers,
+          std::bit_cast<std::array<std::uint32_t, kRoundNumbers>>(rounds[i].now));
+  }
+}
+
+void ClusterProgram::write(std::size_t at, std::span<const std::uint32_t> numbers) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (image_[at + i] == numbers[i]) {
+      continue;
+    }
+    image_[at + i] = numbers[i];
+    if (written_ != nullptr) {
+      written_->push_back({DeviceArray::cluster, static_cast<std::uint32_t>(at + i), numbers[i]});
     }
   }
 }

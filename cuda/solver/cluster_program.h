@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// From the stages of a device to the program of a cluster.
+/// From the stages of a device to the program of a cluster, which follows edits.
 
 #include <array>
 #include <cstddef>
@@ -20,49 +20,92 @@
 
 namespace pbdsurg::cuda {
 
-/// What a kernel needs to sweep.
-struct ClusterProgram {
-  std::vector<ClusterBlock> blocks;
-  std::vector<Index> places;            ///< block by block, [slot]
-  std::vector<ClusterRound> rounds;     ///< block by block
-  std::vector<std::uint32_t> arrivals;  ///< [block][phase_count + 1] bytes
-  std::vector<std::uint32_t> homes;     ///< [place] block << 16 | slot
-  std::vector<Word128> words;
-  std::size_t multiplier_count = 0;
-  Index phase_count = 0;
-  Index most_slots = 0;    ///< of a block
-  Index most_rounds = 0;   ///< of a block
-  Index most_words = 0;    ///< of a round, with targets
-  Index thread_count = 0;  ///< that project, of a block
-};
-
-/// Where the words of constraints went.
-class ClusterRecords {
+/// What a kernel needs to sweep, as it lies on the device, and what the host needs to change it.
+class ClusterProgram {
  public:
-  /// Makes a program of stages.
-  /// @param block_count  1 to kMostClusterBlocks
+  /// Makes a program of stages. Records without places are of no constraint yet.
+  /// @param place_count    vertices
+  /// @param ordered_count  of these, the first: near ones have near numbers
+  /// @param block_count    1 to kMostClusterBlocks
+  /// @param has_room       whether edits are to find room for more of everything
   /// @return  nothing if a cluster cannot execute the stages: none, serial or joint ones, too many
   ///          phases, or more vertices than a block has slots
-  [[nodiscard]] std::optional<ClusterProgram> make_program(std::span<const Stage> stages,
-                                                           const StageRecords& records,
-                                                           Index place_count, Index block_count,
-                                                           bool is_damped);
+  [[nodiscard]] static std::optional<ClusterProgram> make(std::span<const Stage> stages,
+                                                          const StageRecords& records,
+                                                          Index place_count, Index ordered_count,
+                                                          Index block_count, bool is_damped,
+                                                          bool has_room);
 
-  /// Finds what to write where, so that the program follows the records.
-  /// @param changes  of records
-  /// @param words    appended to; changes of DeviceArray::cluster
-  void follow(std::span<const WordChange> changes, std::vector<WordChange>& words) const;
+  /// Follows changes of records: parameters, constraints that go, come back, come anew or get other
+  /// vertices. Cost: see ClusterSchedule::follow(), and the rounds that these are in.
+  ///
+  /// Between two launches all numbers may change, those of arrivals, too: each launch makes its
+  /// barriers anew and reads for itself what they wait for, and whatever that is, a barrier
+  /// completes once a sweep. So its parity is that of the sweep in each block, whatever came
+  /// before.
+  /// @param changes      of records; those of other arrays are ignored
+  /// @param place_count  vertices, which may be more or fewer than before
+  /// @param words        appended to; changes of DeviceArray::cluster, each word once
+  /// @return  false if there is no room; the program is good for nothing then
+  [[nodiscard]] bool follow(std::span<const WordChange> changes, Index place_count,
+                            std::vector<WordChange>& words);
+
+  [[nodiscard]] const ClusterSizes& sizes() const noexcept { return sizes_; }
+  /// See ClusterSections.
+  [[nodiscard]] std::span<const std::uint32_t> image() const noexcept { return image_; }
 
  private:
-  struct Location {
-    std::uint32_t word;    ///< Word128
-    std::uint32_t stride;  ///< between its words, Word128
+  /// A round and how far it may grow where it is.
+  struct Round {
+    ClusterRound now;
+    std::uint32_t word_room;
+    std::uint32_t multiplier_room;  ///< constraints
   };
-  void append_phase(const ClusterSchedule& schedule, Index block, Index phase, const Stage& stage,
-                    const StageRecords& records, ClusterProgram& program);
+  struct Block {
+    std::vector<Round> rounds;
+    std::vector<Index> first_rounds;  // [phase + 1]
+  };
 
-  std::array<std::vector<Location>, kDeviceArrayCount> locations_;  ///< [array][record]
-  bool is_damped_ = false;
+  ClusterProgram(std::span<const Stage> stages, const StageRecords& records, bool is_damped,
+                 bool has_room);
+  void make_schedule(Index place_count, Index ordered_count, Index block_count);
+  void find_sizes();
+  void write_all();
+
+  /// Constraints whose records changed, or nothing if records are not those of the stages.
+  [[nodiscard]] std::optional<std::vector<ClusterSchedule::Placement>> take_over(
+      std::span<const WordChange> changes);
+  [[nodiscard]] bool write_changes();
+
+  void count_rounds(Index block, Index phase);
+  [[nodiscard]] bool write_phase(Index block, Index phase);
+  [[nodiscard]] bool fit(Round& round);
+  [[nodiscard]] std::size_t with_room(std::size_t count) const;
+  [[nodiscard]] static std::size_t multipliers_of(const ClusterRound& round);
+
+  [[nodiscard]] std::vector<std::uint32_t>& numbers(DeviceArray array);
+  [[nodiscard]] Index record_index(Index n) const;
+  [[nodiscard]] const std::uint32_t* record_of(Index n) const;
+  void write_constraint(Index n);
+  void write_slot(Index block, Index slot);
+  void write_arrivals(Index block, Index phase);
+  void write_block(Index block);
+  void write(std::size_t at, std::span<const std::uint32_t> numbers);
+
+  bool is_damped_;
+  bool has_room_;
+  ClusterSizes sizes_;
+  ClusterSections sections_{ClusterSizes{}};
+  std::vector<std::uint32_t> image_;
+  std::vector<Stage> stages_;
+  std::optional<ClusterSchedule> schedule_;  // always there once a program is made
+  std::vector<Block> blocks_;
+  std::size_t word_count_ = 0;
+  std::size_t multiplier_count_ = 0;
+  /// [array] records, by their numbers
+  std::array<std::vector<std::uint32_t>, kDeviceArrayCount> records_;
+  std::array<std::vector<Index>, kDeviceArrayCount> constraints_;  ///< [array][record] of schedule
+  std::vector<WordChange>* written_ = nullptr;                     ///< where changes are listed
 };
 
 }  // namespace pbdsurg::cuda

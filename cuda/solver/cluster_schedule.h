@@ -11,67 +11,159 @@
 /// and each vertex meets its constraints in the order of the plan: the bits are those of any other
 /// execution of it.
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+
+#include "solver/cluster_slots.h"
 
 namespace pbdsurg::cuda {
 
 /// Where a vertex goes after a constraint.
 struct VertexTarget {
-  std::uint16_t block;
-  std::uint16_t slot;   ///< of that block
-  std::uint16_t phase;  ///< that reads it there; phase_count for the end of the sweep
+  std::uint16_t block = 0;
+  std::uint16_t slot = 0;   ///< of that block
+  std::uint16_t phase = 0;  ///< that reads it there; phase_count for the end of the sweep
+
+  bool operator==(const VertexTarget&) const = default;
 };
 
 /// One constraint to be scheduled.
 struct SweepConstraint {
-  std::array<Index, 4> places;  ///< kInvalidIndex beyond those that it has
+  /// kInvalidIndex beyond those that it has; all of them if there is no such constraint now.
+  std::array<Index, 4> places;
+
+  bool operator==(const SweepConstraint&) const = default;
 };
 
-struct ScheduledBlock {
-  /// [slot] places that the block touches; those at home here come first. A vertex is at home where
-  /// the first constraint of a sweep takes it.
-  std::vector<Index> places;
-  Index home_count = 0;
-  /// [phase] constraints of the input; first those of which a vertex comes from or goes to another
-  /// block
-  std::vector<std::vector<Index>> constraints;
-  std::vector<Index> border_counts;  ///< [phase] how many of these
-  /// [phase_count + 1] vertices that come from other blocks; the last are those that come home
-  std::vector<Index> arrivals;
+struct ScheduledConstraint {
+  std::array<Index, 4> places;  ///< as in SweepConstraint
+  std::array<VertexTarget, 4> targets{};
+  std::array<std::uint16_t, 4> slots{};  ///< in its block
+  Index phase;
+  Index block = kInvalidIndex;     ///< kInvalidIndex if nobody projects it
+  Index position = kInvalidIndex;  ///< among those of its block and phase
+  /// A bit a corner whose vertex comes from or goes to another block.
+  std::uint8_t border_corners = 0;
+  bool is_removed = false;  ///< it does nothing but let its vertices pass
+  bool is_changed = false;  ///< listed in ScheduleChanges
+};
+
+/// What is another since the schedule was made or followed last; for slots, see ClusterSlots. Those
+/// whose arrivals are others may repeat.
+struct ScheduleChanges {
+  std::vector<Index> constraints;                 ///< that are projected
+  std::vector<std::pair<Index, Index>> rounds;    ///< block and phase whose order is another
+  std::vector<std::pair<Index, Index>> arrivals;  ///< block and phase
 };
 
 class ClusterSchedule {
  public:
-  /// @param phases       [phase] constraints that share no vertex, in the order of the plan
-  /// @param place_count  vertices; near ones have near numbers
-  /// @param block_count  of the cluster, >= 1
+  /// @param phases         [phase] constraints that share no vertex, in the order of the plan
+  /// @param place_count    vertices
+  /// @param ordered_count  of these, the first: near ones have near numbers
+  /// @param block_count    of the cluster, >= 1
   ClusterSchedule(std::span<const std::vector<SweepConstraint>> phases, Index place_count,
-                  int block_count);
+                  Index ordered_count, int block_count);
 
-  [[nodiscard]] const std::vector<ScheduledBlock>& blocks() const noexcept { return blocks_; }
+  struct Placement {
+    Index constraint;
+    SweepConstraint next;
+  };
+  /// Takes over what constraints are now. One that is no more lets its vertices pass where it is,
+  /// until another of its phase wants one of them. One that is new is projected where that takes
+  /// the fewest messages between blocks. Cost: the constraints at all vertices of those listed, and
+  /// of a few more.
+  /// @param placements   each constraint once
+  /// @param place_count  vertices, which may be more or fewer
+  /// @param round_size   constraints that a block projects at once
+  /// @return  false if constraints of a phase share a vertex; nothing is as it should be then
+  [[nodiscard]] bool follow(std::span<const Placement> placements, Index place_count,
+                            Index round_size);
 
-  /// @param corner  of the constraint
-  [[nodiscard]] Index slot(Index phase, Index constraint, int corner) const {
-    return visits_[first_visit_[phase] + 4 * static_cast<std::size_t>(constraint) + corner].slot;
+  [[nodiscard]] const ScheduleChanges& changes() const noexcept { return changes_; }
+
+  [[nodiscard]] Index block_count() const { return static_cast<Index>(blocks_.size()); }
+  [[nodiscard]] Index phase_count() const { return static_cast<Index>(first_.size()) - 1; }
+  [[nodiscard]] Index place_count() const { return static_cast<Index>(chains_.size()); }
+
+  /// Number of a constraint, by its phase and number there.
+  [[nodiscard]] Index number(Index phase, Index constraint) const {
+    return first_[phase] + constraint;
   }
-  [[nodiscard]] const VertexTarget& target(Index phase, Index constraint, int corner) const {
-    return visits_[first_visit_[phase] + 4 * static_cast<std::size_t>(constraint) + corner].target;
+  [[nodiscard]] const ScheduledConstraint& constraint(Index number) const {
+    return constraints_[number];
   }
+  /// What a block projects in a phase; first those of which a vertex comes from or goes to another
+  /// block.
+  [[nodiscard]] const std::vector<Index>& constraints(Index block, Index phase) const {
+    return blocks_[block].constraints[phase];
+  }
+  [[nodiscard]] Index border_count(Index block, Index phase) const {
+    return blocks_[block].border_counts[phase];
+  }
+  /// Vertices that come from other blocks.
+  /// @param phase  phase_count for those that come home
+  [[nodiscard]] Index arrivals(Index block, Index phase) const {
+    return blocks_[block].arrivals[phase];
+  }
+  /// A vertex is at home where the first constraint of a sweep takes it.
+  [[nodiscard]] const ClusterSlots& slots() const noexcept { return slots_; }
 
  private:
   struct Visit {
-    Index slot;
-    VertexTarget target;
-    bool is_border = false;  // comes from or goes to another block
+    Index constraint;
+    std::uint16_t phase;
+    std::uint8_t corner;
+    std::uint8_t block;
   };
-  std::vector<ScheduledBlock> blocks_;
-  std::vector<Visit> visits_;             // four a constraint, phase by phase
-  std::vector<std::size_t> first_visit_;  // [phase]
+  using Chain = std::vector<Visit>;  // by phase
+  struct Block {
+    std::vector<std::vector<Index>> constraints;  // [phase]
+    std::vector<Index> border_counts;             // [phase]
+    std::vector<Index> arrivals;                  // [phase_count + 1]
+  };
+
+  /// The first visit in that phase or a later one.
+  [[nodiscard]] Chain::const_iterator find_visit(Index place, Index phase) const {
+    return std::ranges::lower_bound(chains_[place], phase, {}, &Visit::phase);
+  }
+  [[nodiscard]] std::size_t round_index(Index block, Index phase) const {
+    return static_cast<std::size_t>(block * phase_count() + phase);
+  }
+  [[nodiscard]] Index choose_block(const ScheduledConstraint& constraint, Index round_size) const;
+  [[nodiscard]] Index emptiest_block() const;
+  [[nodiscard]] bool make_way(Index place, Index phase);
+  void assign_blocks(std::span<const std::vector<SweepConstraint>> phases,
+                     const std::vector<Index>& parts);
+  void forget_changes();
+  void mark_constraint(Index n);
+  void mark_round(Index block, Index phase);
+  void count_arrival(const VertexTarget& target, Index more);
+  void touch(Index place);
+  void take_out(Index n);
+  void put_in(Index n, Index block);
+  void link_touched(Index place_count);
+  void find_slots(Index place, bool exists);
+  void link(Index place);
+  void number_constraints(Index block, Index phase);
+
+  std::vector<Block> blocks_;
+  std::vector<Index> first_;  // [phase + 1] number of its first constraint
+  std::vector<ScheduledConstraint> constraints_;
+  std::vector<Chain> chains_;  // [place]
+  ClusterSlots slots_;
+  ScheduleChanges changes_;
+  // while changes are followed
+  std::vector<Index> touched_;                 // places whose links are found anew
+  std::vector<std::uint8_t> is_touched_;       // [place]
+  std::vector<std::uint8_t> is_round_marked_;  // [block][phase]
 };
 
 }  // namespace pbdsurg::cuda

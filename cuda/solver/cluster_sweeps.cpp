@@ -29,6 +29,15 @@ Index phase_time(Index phase_size, Index block_count) {
   return kMeeting + (block_count > 1 ? kMessage : 0) + phase_size / block_count;
 }
 
+// Whether a plan has records for constraints to come: then a program has room for them.
+bool has_spare_records(const StageRecords& records) {
+  const auto is_spare = [](const auto& record) { return record.places[0] < 0; };
+  return std::ranges::any_of(records.distances, is_spare) ||
+         std::ranges::any_of(records.volumes, is_spare) ||
+         std::ranges::any_of(records.neo_hookeans, is_spare) ||
+         std::ranges::any_of(records.strain_limits, is_spare);
+}
+
 class ClusterSweeps final : public Sweeps {
  public:
   explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
@@ -40,48 +49,21 @@ class ClusterSweeps final : public Sweeps {
 
   bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
                  cudaStream_t stream) override {
-    const Index phase_size =
-        count_constraints(stages) / std::max(static_cast<Index>(stages.size()), 1);
-    std::vector<Index> sizes;
-    for (Index size = kMostClusterBlocks; size >= 1; size /= 2) {
-      sizes.push_back(size);
-    }
-    std::ranges::stable_sort(sizes, {}, [&](Index size) { return phase_time(phase_size, size); });
-    std::optional<ClusterProgram> best;
-    Index best_time = std::numeric_limits<Index>::max();
-    for (const Index size : sizes) {
-      ClusterRecords candidate;
-      const auto program = candidate.make_program(
-          stages, records, static_cast<Index>(data.place_of_vertex.size()), size, kind_.is_damped);
-      const Index at_a_time = program ? prepare(*program) : 0;
-      if (at_a_time == 0) {
-        continue;  // such as too many vertices for the shared memory of so few blocks
-      }
-      const Index waves = (data.copy_count() - 1) / at_a_time + 1;
-      const Index time = waves * phase_time(phase_size, size);
-      if (time < best_time) {
-        best_time = time;
-        records_ = std::move(candidate);
-        best = program;
-      }
-      if (waves == 1) {
-        break;  // no other is faster
-      }
-    }
-    if (!best) {
+    const bool has_spare = has_spare_records(records);
+    if (!choose_program(data, stages, records, has_spare) &&
+        !(has_spare && choose_program(data, stages, records, false))) {
       return false;
     }
-    upload(*best, data.copy_count(), stream);
+    upload(data.copy_count(), stream);
     return true;
   }
 
-  void follow(std::span<const WordChange> changes, std::vector<WordChange>& words) override {
-    records_.follow(changes, words);
+  bool follow(std::span<const WordChange> changes, Index place_count,
+              std::vector<WordChange>& words) override {
+    return program_->follow(changes, place_count, words);
   }
 
-  [[nodiscard]] std::uint32_t* words() const noexcept override {
-    return reinterpret_cast<std::uint32_t*>(words_.get());
-  }
+  [[nodiscard]] std::uint32_t* words() const noexcept override { return image_.get(); }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     kernels_.sweep_cluster(kind_, arrays_, arrays.state, arrays.tools, arrays.input,
@@ -90,58 +72,89 @@ class ClusterSweeps final : public Sweeps {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return blocks_.memory_bytes() + places_.memory_bytes() + rounds_.memory_bytes() +
-           arrivals_.memory_bytes() + homes_.memory_bytes() + words_.memory_bytes() +
-           multipliers_.memory_bytes();
+    return image_.memory_bytes() + multipliers_.memory_bytes();
   }
 
  private:
-  // How many clusters run at a time.
-  Index prepare(const ClusterProgram& program) {
-    kind_.thread_count = program.thread_count;
-    return kernels_.prepare_cluster(kind_, sizes_of(program));
+  // The fastest, of as many blocks as it takes.
+  bool choose_program(const SolverData& data, std::span<const Stage> stages,
+                      const StageRecords& records, bool has_room) {
+    const Index phase_size =
+        count_constraints(stages) / std::max(static_cast<Index>(stages.size()), 1);
+    std::vector<Index> sizes;
+    for (Index size = kMostClusterBlocks; size >= 1; size /= 2) {
+      sizes.push_back(size);
+    }
+    std::ranges::stable_sort(sizes, {}, [&](Index size) { return phase_time(phase_size, size); });
+    program_.reset();
+    const auto place_count = static_cast<Index>(data.place_of_vertex.size());
+    const Index ordered_count = place_count - static_cast<Index>(data.later_vertex_bodies.size());
+    Index best_time = std::numeric_limits<Index>::max();
+    for (const Index size : sizes) {
+      auto candidate = ClusterProgram::make(stages, records, place_count, ordered_count, size,
+                                            kind_.is_damped, has_room);
+      const Index at_a_time = candidate ? prepare(candidate->sizes()) : 0;
+      if (at_a_time == 0) {
+        continue;  // such as too many vertices for the shared memory of so few blocks
+      }
+      const Index waves = (data.copy_count() - 1) / at_a_time + 1;
+      const Index time = waves * phase_time(phase_size, size);
+      if (time < best_time) {
+        best_time = time;
+        program_ = std::move(candidate);
+      }
+      if (waves == 1) {
+        break;  // no other is faster
+      }
+    }
+    return program_.has_value();
   }
 
-  void upload(const ClusterProgram& program, Index copies, cudaStream_t stream) {
-    kind_.thread_count = program.thread_count;
-    arrays_ = sizes_of(program);
-    arrays_.blocks = blocks_.upload(program.blocks, stream);
-    arrays_.places = places_.upload(program.places, stream);
-    arrays_.rounds = rounds_.upload(program.rounds, stream);
-    arrays_.arrivals = arrivals_.upload(program.arrivals, stream);
-    arrays_.homes = homes_.upload(program.homes, stream);
-    arrays_.words = words_.upload(program.words, stream);
+  // How many clusters run at a time.
+  Index prepare(const ClusterSizes& sizes) {
+    kind_.thread_count = sizes.thread_count;
+    return kernels_.prepare_cluster(kind_, arrays_of(sizes));
+  }
+
+  void upload(Index copies, cudaStream_t stream) {
+    const ClusterSizes& sizes = program_->sizes();
+    const ClusterSections sections(sizes);
+    kind_.thread_count = sizes.thread_count;
+    std::uint32_t* const image = image_.upload(program_->image(), stream);
+    arrays_ = arrays_of(sizes);
+    arrays_.blocks = reinterpret_cast<const ClusterBlock*>(image + sections.blocks);
+    arrays_.places = reinterpret_cast<const Index*>(image + sections.places);
+    arrays_.rounds = reinterpret_cast<const ClusterRound*>(image + sections.rounds);
+    arrays_.arrivals = image + sections.arrivals;
+    arrays_.homes = image + sections.homes;
+    arrays_.words = reinterpret_cast<const Word128*>(image + sections.words);
     arrays_.multipliers =
         multipliers_.reserve(static_cast<std::size_t>(copies) * arrays_.multiplier_count);
-    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the program goes
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // edits change the program
   }
 
-  [[nodiscard]] ClusterArrays sizes_of(const ClusterProgram& program) const {
+  // All but the pointers.
+  [[nodiscard]] ClusterArrays arrays_of(const ClusterSizes& sizes) const {
     const bool remembers = kind_.mode == ProjectionMode::compliance && sweep_count_ > 1;
-    ClusterArrays sizes{};
-    sizes.multiplier_count = remembers ? program.multiplier_count : 0;
-    sizes.block_count = static_cast<std::uint32_t>(program.blocks.size());
-    sizes.phase_count = static_cast<std::uint32_t>(program.phase_count);
-    sizes.slot_room = static_cast<std::uint32_t>(program.most_slots);
-    sizes.round_room = static_cast<std::uint32_t>(program.most_rounds);
+    ClusterArrays arrays{};
+    arrays.multiplier_count = remembers ? sizes.multiplier_room : 0;
+    arrays.block_count = static_cast<std::uint32_t>(sizes.block_count);
+    arrays.phase_count = static_cast<std::uint32_t>(sizes.phase_count);
+    arrays.slot_room = static_cast<std::uint32_t>(sizes.slot_room);
+    arrays.round_room = static_cast<std::uint32_t>(sizes.round_room);
     // whole warps load, some of them more than there is: that must not reach into the next stage
     constexpr Index kLoadedTogether = 32;
-    const Index stage_words = std::max(program.most_words + kLoadedTogether, program.thread_count);
-    sizes.stage_bytes = static_cast<std::uint32_t>(stage_words * sizeof(Word128));
-    return sizes;
+    const Index stage_words = std::max(sizes.round_words + kLoadedTogether, sizes.thread_count);
+    arrays.stage_bytes = static_cast<std::uint32_t>(stage_words * sizeof(Word128));
+    return arrays;
   }
 
   const StepKernels& kernels_;
   ClusterKind kind_{};
   Index sweep_count_ = 0;
-  ClusterRecords records_;
+  std::optional<ClusterProgram> program_;
   ClusterArrays arrays_{};
-  DeviceBuffer<ClusterBlock> blocks_;
-  DeviceBuffer<Index> places_;
-  DeviceBuffer<ClusterRound> rounds_;
-  DeviceBuffer<std::uint32_t> arrivals_;
-  DeviceBuffer<std::uint32_t> homes_;
-  DeviceBuffer<Word128> words_;
+  DeviceBuffer<std::uint32_t> image_;
   DeviceBuffer<float> multipliers_;
 };
 

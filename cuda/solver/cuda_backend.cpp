@@ -197,12 +197,12 @@ class CudaBackend final : public Backend {
     const Changes& changes = data.changes;
     words_.clear();
     state_.make_room(data, stream_.get());
-    if (!is_planned_ || !plan_.follow(data, changes, words_)) {
+    std::vector<WordChange> own_words;
+    if (!is_planned_ || !plan_.follow(data, changes, words_) ||
+        !sweeps_->follow(words_, static_cast<Index>(data.particles.size()), own_words)) {
       words_.clear();
       make_plan(data);
     } else {
-      std::vector<WordChange> own_words;
-      sweeps_->follow(words_, own_words);
       words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
     add_vertex_changes(data, changes.vertices);

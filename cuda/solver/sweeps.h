@@ -56,9 +56,13 @@ class Sweeps {
                          const StageRecords& records, cudaStream_t stream) = 0;
 
   /// Lists what to write into its own arrays, if it has any, so that they follow the records.
-  /// @param changes  of records
-  /// @param words    appended to; changes of DeviceArray::cluster
-  virtual void follow(std::span<const WordChange> /*changes*/, std::vector<WordChange>& /*words*/) {
+  /// @param changes      of records
+  /// @param place_count  vertices
+  /// @param words        appended to; changes of DeviceArray::cluster
+  /// @return             false if it cannot: then it has to take over the stages anew
+  [[nodiscard]] virtual bool follow(std::span<const WordChange> /*changes*/, Index /*place_count*/,
+                                    std::vector<WordChange>& /*words*/) {
+    return true;
   }
 
   /// Where DeviceArray::cluster starts, if there is one.

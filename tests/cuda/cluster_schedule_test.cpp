@@ -52,16 +52,17 @@ TEST_CASE("cluster schedule: each constraint finds its vertices where they were 
   const Index place_count = GENERATE(60, 1000);
   const int block_count = GENERATE(1, 3, 16);
   const auto phases = make_phases(place_count, 11, 5);
-  const ClusterSchedule schedule(phases, place_count, block_count);
-  REQUIRE(schedule.blocks().size() == static_cast<std::size_t>(block_count));
+  const ClusterSchedule schedule(phases, place_count, place_count, block_count);
+  REQUIRE(schedule.block_count() == block_count);
 
-  std::vector<std::map<Index, Index>> held(schedule.blocks().size());  // slot -> place
+  std::vector<std::map<Index, Index>> held(static_cast<std::size_t>(block_count));  // slot -> place
   std::size_t homes = 0;
   for (std::size_t b = 0; b < held.size(); ++b) {
-    const ScheduledBlock& block = schedule.blocks()[b];
-    homes += static_cast<std::size_t>(block.home_count);
-    for (Index slot = 0; slot < block.home_count; ++slot) {
-      held[b][slot] = block.places[slot];
+    const auto block = static_cast<Index>(b);
+    const ClusterSlots& slots = schedule.slots();
+    homes += static_cast<std::size_t>(slots.home_count(block));
+    for (Index slot = 0; slot < slots.home_count(block); ++slot) {
+      held[b][slot] = slots.places(block)[slot];
     }
   }
   CHECK(homes == static_cast<std::size_t>(place_count));
@@ -72,22 +73,23 @@ TEST_CASE("cluster schedule: each constraint finds its vertices where they were 
     std::vector<int> projected(phases[phase].size(), 0);
     auto after = held;
     for (std::size_t b = 0; b < held.size(); ++b) {
-      const ScheduledBlock& block = schedule.blocks()[b];
-      for (std::size_t i = 0; i < block.constraints[phase].size(); ++i) {
-        const Index c = block.constraints[phase][i];
+      const auto block = static_cast<Index>(b);
+      for (std::size_t i = 0; i < schedule.constraints(block, phase).size(); ++i) {
+        const Index n = schedule.constraints(block, phase)[i];
+        const Index c = n - schedule.number(phase, 0);
         ++projected[c];
         for (int k = 0; k < 4; ++k) {
           const Index place = phases[phase][c].places[k];
           if (place == kInvalidIndex) {
             break;
           }
-          const Index slot = schedule.slot(phase, c, k);
+          const Index slot = Index{schedule.constraint(n).slots[static_cast<std::size_t>(k)]};
           REQUIRE(held[b].contains(slot));
           REQUIRE(held[b][slot] == place);
-          CHECK(block.places[slot] == place);
-          const VertexTarget& target = schedule.target(phase, c, k);
+          CHECK(schedule.slots().places(block)[slot] == place);
+          const VertexTarget& target = schedule.constraint(n).targets[static_cast<std::size_t>(k)];
           const bool leaves = target.block != b;
-          CHECK((!leaves || static_cast<Index>(i) < block.border_counts[phase]));
+          CHECK((!leaves || static_cast<Index>(i) < schedule.border_count(block, phase)));
           after[b].erase(slot);
           after[target.block][target.slot] = place;
           arrivals[target.block][target.phase] += leaves;
@@ -100,20 +102,23 @@ TEST_CASE("cluster schedule: each constraint finds its vertices where they were 
   }
   CHECK(held == start);  // all are home again
   for (std::size_t b = 0; b < held.size(); ++b) {
-    CHECK(schedule.blocks()[b].arrivals == arrivals[b]);
+    for (Index phase = 0; phase <= phase_count; ++phase) {
+      CHECK(schedule.arrivals(static_cast<Index>(b), phase) == arrivals[b][phase]);
+    }
   }
 }
 
 // What comes from another block is waited for by the warps that hold border constraints alone.
 TEST_CASE("cluster schedule: a constraint that receives is among those of the border") {
   const auto phases = make_phases(800, 9, 2);
-  const ClusterSchedule schedule(phases, 800, 8);
+  const ClusterSchedule schedule(phases, 800, 800, 8);
   std::vector<std::map<std::pair<Index, Index>, bool>> receives(8);  // phase, slot
   for (std::size_t b = 0; b < 8; ++b) {
     for (Index phase = 0; phase < 9; ++phase) {
-      for (const Index c : schedule.blocks()[b].constraints[phase]) {
+      for (const Index n : schedule.constraints(static_cast<Index>(b), phase)) {
+        const Index c = n - schedule.number(phase, 0);
         for (int k = 0; k < 4 && phases[phase][c].places[k] != kInvalidIndex; ++k) {
-          const VertexTarget& target = schedule.target(phase, c, k);
+          const VertexTarget& target = schedule.constraint(n).targets[static_cast<std::size_t>(k)];
           if (target.block != b) {
             receives[target.block][{target.phase, target.slot}] = true;
           }
@@ -123,14 +128,16 @@ TEST_CASE("cluster schedule: a constraint that receives is among those of the bo
   }
   std::size_t received = 0;
   for (std::size_t b = 0; b < 8; ++b) {
-    const ScheduledBlock& block = schedule.blocks()[b];
+    const auto block = static_cast<Index>(b);
     for (Index phase = 0; phase < 9; ++phase) {
-      for (std::size_t i = 0; i < block.constraints[phase].size(); ++i) {
-        const Index c = block.constraints[phase][i];
+      for (std::size_t i = 0; i < schedule.constraints(block, phase).size(); ++i) {
+        const Index n = schedule.constraints(block, phase)[i];
+        const Index c = n - schedule.number(phase, 0);
         for (int k = 0; k < 4 && phases[phase][c].places[k] != kInvalidIndex; ++k) {
-          if (receives[b].contains({phase, schedule.slot(phase, c, k)})) {
+          if (receives[b].contains(
+                  {phase, Index{schedule.constraint(n).slots[static_cast<std::size_t>(k)]}})) {
             ++received;
-            CHECK(static_cast<Index>(i) < block.border_counts[phase]);
+            CHECK(static_cast<Index>(i) < schedule.border_count(block, phase));
           }
         }
       }

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How each kind of constraint lies in its records and in the words of a cluster.
+
+#include <algorithm>
+
+#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/step_plan.h"
+
+#include "solver/cluster_layout.h"
+#include "solver/records.h"
+#include "solver/stages.h"
+
+namespace pbdsurg::cuda {
+
+inline constexpr Index kNumbers = sizeof(Word128) / sizeof(std::uint32_t);
+
+struct ClusterShape {
+  PhaseKind kind;
+  DeviceArray array;
+  Index corner_count;
+  Index parameter_count;  ///< after the places of a record
+  Index record_size;      ///< numbers
+  Index multiplier_count;
+
+  /// The first two are in word 0. Damping is the last one of volumes, and left out where nothing is
+  /// damped.
+  [[nodiscard]] constexpr Index packed_parameters(bool is_damped) const {
+    return array == DeviceArray::volumes && !is_damped ? parameter_count - 1 : parameter_count;
+  }
+  [[nodiscard]] constexpr Index words(bool is_damped) const {
+    return 1 + (std::max<Index>(packed_parameters(is_damped) - 2, 0) + kNumbers - 1) / kNumbers;
+  }
+};
+
+template <class Record>
+inline constexpr Index kSizeOf = sizeof(Record) / sizeof(float);
+
+inline constexpr ClusterShape kClusterShapes[] = {
+    {PhaseKind::distance, DeviceArray::distances, 2, 2, kSizeOf<DistanceRecord>, 1},
+    {PhaseKind::volume, DeviceArray::volumes, 4, 3, kSizeOf<VolumeRecord>, 1},
+    {PhaseKind::neo_hookean, DeviceArray::neo_hookeans, 4, NeoHookeanConstraint::kParameterCount,
+     kSizeOf<NeoHookeanRecord>, NeoHookeanConstraint::kMultiplierCount},
+    {PhaseKind::strain_limit, DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0}};
+
+/// Words of the largest kind.
+inline constexpr Index kMostWords =
+    std::ranges::max(kClusterShapes, {}, [](const ClusterShape& shape) {
+      return shape.words(true);
+    }).words(true);
+
+/// Null for what no cluster projects.
+[[nodiscard]] constexpr const ClusterShape* shape_of(PhaseKind kind) {
+  const auto* const shape = std::ranges::find(kClusterShapes, kind, &ClusterShape::kind);
+  return shape == std::end(kClusterShapes) ? nullptr : shape;
+}
+[[nodiscard]] constexpr const ClusterShape* shape_of(DeviceArray array) {
+  const auto* const shape = std::ranges::find(kClusterShapes, array, &ClusterShape::array);
+  return shape == std::end(kClusterShapes) ? nullptr : shape;
+}
+
+}  // namespace pbdsurg::cuda
