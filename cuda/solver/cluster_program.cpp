@@ -200,6 +200,7 @@ bool ClusterProgram::write_changes() {
   }
   const ScheduleChanges& changes = schedule_->changes();
   for (const auto& [b, phase] : changes.rounds) {
+    blocks_[b].is_changed = true;
     count_rounds(b, phase);
     if (static_cast<Index>(blocks_[b].rounds.size()) > sizes_.round_room ||
         !write_phase(b, phase)) {
@@ -212,13 +213,16 @@ bool ClusterProgram::write_changes() {
     }
   }
   for (const auto& [b, slot] : schedule_->slots().changed) {
+    blocks_[b].is_changed = true;
     write_slot(b, slot);
   }
   for (const auto& [b, phase] : changes.arrivals) {
     write_arrivals(b, phase);
   }
   for (Index b = 0; b < sizes_.block_count; ++b) {
-    write_block(b);
+    if (blocks_[b].is_changed) {
+      write_block(b);
+    }
   }
   return true;
 }
@@ -226,7 +230,7 @@ bool ClusterProgram::write_changes() {
 // How many rounds a phase takes, and how many constraints each. One at least: each block waits for
 // what comes to it in each phase.
 void ClusterProgram::count_rounds(Index b, Index phase) {
-  auto& [rounds, first_rounds] = blocks_[b];
+  auto& [rounds, first_rounds, is_changed] = blocks_[b];
   const auto size = static_cast<Index>(schedule_->constraints(b, phase).size());
   const Index needed = std::max<Index>((size - 1) / sizes_.thread_count + 1, 1);
   const Index end = first_rounds[phase + 1];
@@ -256,15 +260,29 @@ void ClusterProgram::count_rounds(Index b, Index phase) {
   }
 }
 
+// Of constraints that stay where they are, no more than what lies elsewhere since: all words, where
+// the round has moved or words of a constraint are so many apart as there are constraints; else
+// targets, which lie behind all words.
 bool ClusterProgram::write_phase(Index b, Index phase) {
-  const auto& [rounds, first_rounds] = blocks_[b];
+  auto& [rounds, first_rounds, is_changed] = blocks_[b];
+  const std::vector<Index>& constraints = schedule_->constraints(b, phase);
   for (Index i = first_rounds[phase]; i < first_rounds[phase + 1]; ++i) {
-    if (!fit(blocks_[b].rounds[i])) {
+    Round& round = rounds[i];
+    if (!fit(round)) {
       return false;
     }
-  }
-  for (const Index n : schedule_->constraints(b, phase)) {
-    write_constraint(n);
+    const bool has_other_count = round.written_count != round.now.count;
+    const bool is_elsewhere = round.written_first != round.now.first;
+    Index count = has_other_count ? round.now.border : 0;
+    if (is_elsewhere || (has_other_count && round.now.words > 1)) {
+      count = round.now.count;
+    }
+    const Index first = (i - first_rounds[phase]) * sizes_.thread_count;
+    for (Index lane = 0; lane < count; ++lane) {
+      write_constraint(constraints[first + lane]);
+    }
+    round.written_first = round.now.first;
+    round.written_count = round.now.count;
   }
   return true;
 }
@@ -385,6 +403,7 @@ void ClusterProgram::write_arrivals(Index b, Index phase) {
 
 // With the list of its rounds.
 void ClusterProgram::write_block(Index b) {
+  blocks_[b].is_changed = false;
   const auto& rounds = blocks_[b].rounds;
   const ClusterSlots& slots = schedule_->slots();
   const ClusterBlock block{static_cast<std::uint32_t>(b * sizes_.slot_room),

@@ -60,10 +60,15 @@ class ClusterProgram {
     ClusterRound now;
     std::uint32_t word_room;
     std::uint32_t multiplier_room;  ///< constraints
+    // of what the image has of it
+    std::uint32_t written_first = kNotWritten;
+    std::uint32_t written_count = 0;
   };
+  static constexpr std::uint32_t kNotWritten = 0xffffffff;
   struct Block {
     std::vector<Round> rounds;
     std::vector<Index> first_rounds;  // [phase + 1]
+    bool is_changed = false;          // its rounds or slots, since it was written
   };
 
   ClusterProgram(std::span<const Stage> stages, const StageRecords& records, bool is_damped,

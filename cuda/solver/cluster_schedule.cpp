@@ -238,6 +238,7 @@ void ClusterSchedule::take_out(Index n) {
   }
   auto& list = blocks_[constraint.block].constraints[constraint.phase];
   constraints_[list.back()].position = constraint.position;
+  mark_constraint(list.back());
   list[constraint.position] = list.back();
   list.pop_back();
   mark_round(constraint.block, constraint.phase);
@@ -273,6 +274,7 @@ void ClusterSchedule::put_in(Index n, Index block) {
   constraint.block = block;
   constraint.position = static_cast<Index>(list.size());
   list.push_back(n);
+  mark_constraint(n);
   mark_round(block, constraint.phase);
 }
 
@@ -403,6 +405,7 @@ void ClusterSchedule::link(Index place) {
       constraint.border_corners &= static_cast<std::uint8_t>(~bit);
     }
     if (was_border != (constraint.border_corners != 0)) {
+      mark_constraint(visit.constraint);
       mark_round(visit.block, visit.phase);
     }
     from = visit.block;
@@ -414,8 +417,12 @@ void ClusterSchedule::number_constraints(Index block, Index phase) {
   Index& border = blocks_[block].border_counts[phase];
   border = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    constraints_[list[i]].position = static_cast<Index>(i);
-    border += constraints_[list[i]].border_corners != 0;
+    ScheduledConstraint& constraint = constraints_[list[i]];
+    if (constraint.position != static_cast<Index>(i)) {
+      constraint.position = static_cast<Index>(i);
+      mark_constraint(list[i]);
+    }
+    border += constraint.border_corners != 0;
   }
 }
 
