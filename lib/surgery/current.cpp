@@ -230,25 +230,18 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
 }
 
 TissueLoad Current::find_potential_load(const Solver& solver) {
-  TissueLoad load;
-  const auto solve = [&] {
-    if (is_new_) {
-      positions_.read(solver, potential_.vertices());
-    }
-    const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
-    load.iterations += report.is_new ? report.iterations : 0;
-    return report;
-  };
-  PotentialReport report = solve();
-  if (is_new_ && report.is_new) {
-    report = solve();  // where the region is another, with positions of all of it
+  if (is_new_) {
+    positions_.read(solver, potential_.find_region(conductivities_));
   }
+  const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
   heat_.clear();
   const std::span<const Index> vertices = potential_.vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     heat_.push_back({vertices[i], std::max(0.0, potential_.vertex_heat()[i])});
   }
+  TissueLoad load;
   load.conductance = report.conductance;
+  load.iterations = report.is_new ? report.iterations : 0;
   load.converged = report.has_converged;
   load.heat = heat_;
   return load;

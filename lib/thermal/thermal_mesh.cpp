@@ -279,8 +279,10 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
       alive_[t] = 0;
     }
   }
+  bool grows = false;
   for (const CornerMove& move : edit.corner_moves) {
     if (is_alive(move.tet)) {
+      grows = true;
       touch(move.tet);
       move_corner(move.tet, move.from, move.to);
       touch(move.tet);
@@ -292,6 +294,7 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
     tets_[t] = added.vertices;
     tet_tissues_[t] = tet_tissues_[added.parent];
     if (tet_tissues_[t] != kInvalidIndex) {
+      grows = true;
       alive_[t] = 1;
       measure(t);
       for (Index k = 0; k < 4; ++k) {
@@ -303,6 +306,7 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
   if (!touched_.empty()) {
     version_ = ++newest_version_;
   }
+  growth_ += grows ? 1 : 0;
 }
 
 void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
@@ -332,6 +336,7 @@ void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult
       touch(t);
     }
   }
+  growth_ += touched_.empty() ? 0 : 1;
   resize(vertices_before_, tets_before_);
   sliver_count_ = slivers_before_;
   std::erase_if(touched_, [&](Index v) { return v >= vertex_count(); });

@@ -85,6 +85,14 @@ class PotentialField {
   /// @throws InvalidArgument  naming the vertex that is out of range; then nothing has changed
   void set_ground(std::span<const Index> vertices);
 
+  /// Finds the region that the next solve() will solve in, for who gathers positions of it alone;
+  /// what is given below stays that of the last solution.
+  /// @param conductivities  as for solve()
+  /// @return  [n] ids of its vertices, valid until the next call; empty where nothing conducts
+  /// @throws InvalidArgument  as solve()
+  /// Cost: O(region) to look, far below a solution; a search, where one is due, as much as one.
+  std::span<const Index> find_region(std::span<const double> conductivities);
+
   /// Solves for one volt, from where the last solution ended, if the patch, the topology or a
   /// conductivity of the region changed enough; else nothing is done but to look.
   /// @param conductivities  [tet_count] S/m, >= 0 and finite where tetrahedra of the region live
@@ -95,13 +103,16 @@ class PotentialField {
   /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
   ///                          is negative or not finite, or the vertex whose position is not
   ///                          finite; then nothing has changed
-  /// Cost: O(region), and of a new region once more; see bench/potential_bench.cpp.
+  /// Cost: O(region), and of a new region once more: one that has to be searched for, since the
+  /// patch left its middle, tissue came or changed corners, or may have been cut off by what went.
+  /// See bench/potential_bench.cpp.
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
 
   [[nodiscard]] const PotentialReport& report() const noexcept;
 
-  /// [vertex_count of the region] ids
+  /// [vertex_count of the region] ids. Until another region is searched for, those stay whose
+  /// tissue has gone, without heat; so do their tetrahedra in tets().
   [[nodiscard]] std::span<const Index> vertices() const noexcept;
 
   /// [vertex_count of the region] share of the electrode's voltage, in [0, 1] but for obtuse
