@@ -55,21 +55,40 @@ class HeatRegion {
   /// Tells that tetrahedra in the region may have changed.
   void mark_changed() noexcept { has_changed_ = true; }
 
-  /// Makes rows and system anew if anything has changed. Cost: O(region) then.
+  /// Tells that tetrahedra have gone that had all their corners among some vertices, and nothing
+  /// else has changed.
+  void mark_gone(std::span<const Index> vertices);
+
+  /// Makes rows and system anew if anything has changed. Cost: O(region) then; O(gone) where
+  /// tetrahedra went and nothing else.
   /// @param needs_surfaces  the same in every call
   void update(const ThermalMesh& mesh, bool needs_surfaces);
 
+  /// Conductances at temperatures, where any tissue's depend on them; to be told again after
+  /// update(). Cost: O(region), and nothing where none does.
+  /// @param temperatures  [row_count] degrees Celsius
+  void set_temperatures(const ThermalMesh& mesh, std::span<const double> temperatures);
+
  private:
+  template <class OnTet>
+  void measure(const ThermalMesh& mesh, Index row, bool needs_surfaces, const OnTet& on_tet);
+  void lay_out(const ThermalMesh& mesh, bool needs_surfaces);
+  void drop_gone(const ThermalMesh& mesh, bool needs_surfaces);
+
   std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
   LocalSystem system_;
   std::vector<Index> vertices_;  // ascending
   std::vector<Index> rows_;      // [vertices of the mesh]
   bool has_changed_ = false;
-  std::vector<std::uint8_t> inner_;        // [row_count]
-  std::vector<double> masses_, surfaces_;  // [row_count]
+  std::vector<Index> gone_at_;                       // vertices
+  std::vector<std::uint8_t> inner_;                  // [row_count]
+  std::vector<double> masses_, surfaces_;            // [row_count]
+  std::vector<Index> tet_starts_;                    // [row_count + 1]
+  std::vector<Index> tet_ids_;                       // by the smallest row, then the id
+  std::vector<Tet> tets_;                            // [tet_ids_] rows at corners
+  std::vector<std::array<double, 6>> conductances_;  // [tet_ids_] W/K
   // scratch
-  std::vector<Tet> tets_;                            // rows at corners
-  std::vector<std::array<double, 6>> conductances_;  // [tets_] W/K
+  std::vector<Index> gone_rows_;
   std::vector<Index> front_, next_front_;
   std::vector<std::uint32_t> seen_at_;  // [vertices of the mesh] the search that saw it last
   std::uint32_t search_ = 0;

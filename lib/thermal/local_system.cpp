@@ -84,17 +84,24 @@ void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
   marks_.assign(rows, kInvalidIndex);  // entry of each column in this row
   for (Index row = 0; row < row_count; ++row) {
     for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
-      RowTet& at = row_tets_[i];
-      for (int k = 0; k < 3; ++k) {
-        const Index column = tets[at.tet][k < at.corner ? k : k + 1];
-        if (marks_[column] < starts_[row]) {
-          marks_[column] = static_cast<Index>(columns_.size());
+      for (const Index column : tets[row_tets_[i].tet]) {
+        if (column != row && marks_[column] < starts_[row]) {
+          marks_[column] = starts_[row];
           columns_.push_back(column);
         }
-        at.entries[k] = marks_[column];
       }
     }
     starts_[row + 1] = static_cast<Index>(columns_.size());
+    std::sort(columns_.begin() + starts_[row], columns_.end());
+    for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
+      marks_[columns_[e]] = e;
+    }
+    for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
+      RowTet& at = row_tets_[i];
+      for (int k = 0; k < 3; ++k) {
+        at.entries[k] = marks_[tets[at.tet][k < at.corner ? k : k + 1]];
+      }
+    }
   }
 
   couplings_.assign(columns_.size(), 0.0);

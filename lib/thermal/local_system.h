@@ -35,8 +35,9 @@ struct LinearSolveReport {
 /// by conjugate gradients, preconditioned by the diagonal and, where the caller groups the rows,
 /// by a correction that is constant in each group, which halves the iterations of a potential
 /// (bench/potential_bench.cpp) and would not help where the added part prevails. Sums run over
-/// fixed pieces of the rows, so the bits are the same for any number of threads. Allocates nothing
-/// while sizes are not larger than before.
+/// fixed pieces of the rows, so the bits are the same for any number of threads; and over columns
+/// as they ascend, so tetrahedra without conductance change none. Allocates nothing while sizes are
+/// not larger than before.
 class LocalSystem {
  public:
   static constexpr Index kMostGroups = 64;
@@ -113,7 +114,7 @@ class LocalSystem {
   std::vector<Index> row_tet_starts_;  // [row_count + 1]
   std::vector<RowTet> row_tets_;       // [4 tet_count] those of a row in the order of tets
   std::vector<Index> starts_;          // [row_count + 1]
-  std::vector<Index> columns_;         // [entry_count]
+  std::vector<Index> columns_;         // [entry_count] ascending in each row
   std::vector<double> couplings_;      // [entry_count] c_ij
   std::vector<double> added_;          // [row_count]
   std::vector<double> diagonal_;       // [row_count]
