@@ -36,9 +36,7 @@ double mean_temperature(const HeatField& field, Index tet) {
 }  // namespace
 
 Current::Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions)
-    : radius_(options.contact_radius),
-      potential_(field.mesh(), options.potential),
-      positions_(positions) {
+    : radius_(options.contact_radius), potential_(field, options.potential), positions_(positions) {
   apply(field);
 }
 
@@ -128,6 +126,9 @@ void Current::touch(const Solver& solver, const HeatField& field, const Electrod
     const DiskContact disk{nearest.point, -nearest.outward, disk_radius_};
     disk_.distribute(disk, positions_.values(), field.mesh().tets(), near_tets_, shares_);
     vertex_count_ = static_cast<Index>(shares_.size());
+    for (const auto& [vertex, share] : shares_) {  // the metal takes it where the current makes it
+      cooled_.push_back({vertex, share * contact.area()});
+    }
     return;
   }
   contact.collect_patch(radius_, patch_, [](Index) { return true; });

@@ -75,6 +75,10 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
   }
 }
 
+const std::shared_ptr<StepTeam>& HeatField::team() const noexcept {
+  return region_->team();
+}
+
 void HeatField::resize(std::size_t vertex_count) {
   temperatures_.resize(vertex_count, kBodyTemperature);
   peaks_.resize(vertex_count, kBodyTemperature);

@@ -29,6 +29,9 @@ class HeatRegion {
       : team_(threads > 1 ? std::make_shared<StepTeam>(threads, wait) : nullptr),
         system_(team_.get()) {}
 
+  /// Null for one thread.
+  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept { return team_; }
+
   [[nodiscard]] std::span<const Index> vertices() const noexcept { return vertices_; }
 
   /// The row of a vertex, kInvalidIndex outside.

@@ -6,11 +6,12 @@
 #include <numeric>
 
 #include "solver/step_team.h"
+#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
 
-// Below this, threads wait for each other longer than they work.
+// Below this, threads that share an iteration wait for each other longer than they work.
 constexpr Index kRowsWorthThreads = 2000;
 constexpr Index kRowsPerPiece = 128;
 
@@ -54,12 +55,12 @@ double sum_of(const std::vector<double>& values) {
 }  // namespace
 
 template <class Job>
-void LocalSystem::share(const Job& job) const {
-  if (team_ == nullptr || team_->size() == 1 || row_count() < kRowsWorthThreads) {
-    job(Worker{nullptr, 0, 1});
-  } else {
-    team_->run([&](int thread) { job(Worker{team_, thread, team_->size()}); });
-  }
+void LocalSystem::share(int passes, const Job& job) const {
+  const std::int64_t visits =
+      row_count() < kRowsWorthThreads ? 0 : std::int64_t{row_count()} * passes;
+  share_work(team_, visits, [&](int thread, int count) {
+    job(Worker{count > 1 ? team_ : nullptr, thread, count});
+  });
 }
 
 void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
@@ -135,7 +136,7 @@ void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> cond
 }
 
 void LocalSystem::set_couplings(std::span<const std::array<double, 6>> conductances) {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         sum_row(row, conductances);
@@ -160,7 +161,7 @@ void LocalSystem::set_added(std::span<const double> added) {
 }
 
 void LocalSystem::flows(std::span<const double> x, std::span<double> out) const {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         double flow = 0;
@@ -179,7 +180,7 @@ double LocalSystem::coupling_sum(Index row) const {
 }
 
 void LocalSystem::sum_at_corners(std::span<const double> values, std::span<double> out) const {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         out[row] = 0;
@@ -260,7 +261,9 @@ LinearSolveReport LocalSystem::solve(std::span<const double> b, std::span<double
     prepare();
   }
   LinearSolveReport report;
-  share([&](const Worker& worker) { iterate(worker, b, x, options, report); });
+  share(last_iterations_ + 1,  // as many as last, by guess
+        [&](const Worker& worker) { iterate(worker, b, x, options, report); });
+  last_iterations_ = report.iterations;
   return report;
 }
 

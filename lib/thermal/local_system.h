@@ -101,7 +101,7 @@ class LocalSystem {
   };
 
   template <class Job>
-  void share(const Job& job) const;  // calls job(worker) on every thread
+  void share(int passes, const Job& job) const;  // over all rows; calls job(worker) on each thread
   [[nodiscard]] Index piece_count() const { return static_cast<Index>(pieces_.size()) - 1; }
   void sum_row(Index row, std::span<const std::array<double, 6>> conductances);
   template <class Worker>
@@ -123,6 +123,7 @@ class LocalSystem {
   bool is_grouped_ = false;            // then the pieces are the groups
   bool is_prepared_ = false;
   int uses_of_inverse_ = 0;
+  int last_iterations_ = 0;
   std::vector<double> group_inverse_;                   // [group_count, group_count]
   std::vector<Index> marks_;                            // [row_count] scratch of set_rows()
   std::vector<Index> group_of_;                         // [row_count] scratch of invert_groups()

@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/thermal/heat_field.h"
 
 #include "coloring/thread_team.h"
 #include "core/check.h"
@@ -17,6 +21,7 @@
 #include "thermal/contact_region.h"
 #include "thermal/local_system.h"
 #include "thermal/region_conductances.h"
+#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
@@ -70,11 +75,12 @@ double film(const PatchVertex& touched, double coupling_sum) {
 }  // namespace
 
 struct PotentialField::Work {
-  Work(const ThermalMesh& of, const PotentialOptions& wanted)
+  // @param shared  null: a team of its own
+  Work(const ThermalMesh& of, const PotentialOptions& wanted, std::shared_ptr<StepTeam> shared)
       : mesh(of),
-        options(checked(wanted)),
-        team(options.threads, options.wait),
-        around(of, options.region_radii) {}
+        options(wanted),
+        team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
+        around(of, wanted.region_radii) {}
 
   [[nodiscard]] const PotentialRegion& region() const { return around.region(); }
   void check_positions(std::span<const Eigen::Vector3f> positions) const;
@@ -87,8 +93,8 @@ struct PotentialField::Work {
 
   const ThermalMesh& mesh;
   PotentialOptions options;
-  StepTeam team;
-  LocalSystem system{&team};
+  std::shared_ptr<StepTeam> team;
+  LocalSystem system{team.get()};
   ContactRegion around;
   RegionConductances conductances;
   bool is_patch_new = true;  // since the last solution
@@ -102,7 +108,14 @@ struct PotentialField::Work {
 };
 
 PotentialField::PotentialField(const ThermalMesh& mesh, const PotentialOptions& options)
-    : work_(std::make_unique<Work>(mesh, options)) {}
+    : work_(std::make_unique<Work>(mesh, checked(options), nullptr)) {}
+
+PotentialField::PotentialField(const HeatField& field, const PotentialOptions& options) {
+  const PotentialOptions wanted = checked(options);
+  const bool is_alike =
+      field.options_.threads == wanted.threads && field.options_.wait == wanted.wait;
+  work_ = std::make_unique<Work>(field.mesh(), wanted, is_alike ? field.team() : nullptr);
+}
 
 PotentialField::~PotentialField() = default;
 
@@ -287,9 +300,9 @@ void PotentialField::Work::sum_heat() {
   if (!region().has_ground) {
     return;
   }
-  team.run([&](int thread) {
-    const std::size_t first = corners.size() * thread / team.size();
-    const std::size_t end = corners.size() * (thread + 1) / team.size();
+  share_work(team.get(), std::ssize(corners), [&](int thread, int count) {
+    const std::size_t first = corners.size() * thread / count;
+    const std::size_t end = corners.size() * (thread + 1) / count;
     for (std::size_t i = first; i < end; ++i) {
       for (std::size_t k = 0; k < 6; ++k) {
         const auto [a, b] = kTetEdges[k];

@@ -477,7 +477,8 @@ TEST_CASE("heat conduction: heat from a sphere falls off with its distance", "[v
   CHECK(order(resistance_errors[0], resistance_errors[1], 2) > 1.7);
 }
 
-// The theta method is stable for any step from theta 1/2 on: the variance of temperatures never
+// The theta method is stable for any step from theta 1/2 on; theta below, which has a longest step,
+// is refused (thermal_model_test.cpp). The variance of temperatures never
 // grows, on a mesh whose flat tetrahedra would need steps of microseconds otherwise.
 TEST_CASE("heat conduction: no step is too long", "[property]") {
   const double theta = GENERATE(0.5, 2.0 / 3, 1.0);

@@ -16,6 +16,8 @@
 
 namespace pbdsurg {
 
+class HeatField;
+
 /// A vertex that the electrode touches.
 struct PatchVertex {
   Index vertex;
@@ -30,7 +32,8 @@ struct PotentialOptions {
   double tolerance = 1e-3;            ///< of the residual, (0, 1); the power's error is its square
   int most_iterations = 200;          ///< >= 0
   double conductivity_change = 0.05;  ///< relative, beyond which a solution is out of date, >= 0
-  int threads = 1;                    ///< >= 0; 0: one a processor; the bits are the same for all
+  /// >= 0; 0: one a processor. Systems too small for them leave them asleep; the bits are the same.
+  int threads = 1;
   ThreadWait wait = ThreadWait::yield;
 };
 
@@ -68,6 +71,12 @@ class PotentialField {
   /// @param mesh  must outlive this
   /// @throws InvalidArgument  naming the option that is out of range
   explicit PotentialField(const ThermalMesh& mesh, const PotentialOptions& options = {});
+
+  /// In the tissue of a field of heat, whose threads it shares where both ask for as many and wait
+  /// alike: then only one of the two may work at a time.
+  /// @param field  must outlive this
+  /// @throws InvalidArgument  naming the option that is out of range
+  explicit PotentialField(const HeatField& field, const PotentialOptions& options = {});
   ~PotentialField();
   PotentialField(const PotentialField&) = delete;
   PotentialField& operator=(const PotentialField&) = delete;
