@@ -132,8 +132,8 @@ TEST_CASE("heat boiling: the drying front is within three percent up to r = 0.2"
   constexpr double kEdge = 0.1e-3, kTime = 4;
   const double diffusivity = kLiver.conductivity / (kLiver.density * kLiver.specific_heat);
   const double exact = stefan_depth(kTime);
-  for (const auto& [r, tolerance] :
-       std::vector<std::pair<double, double>>{{0.02, 0.03}, {0.1, 0.03}, {0.2, 0.03}, {2.7, 0.2}}) {
+  for (const auto& [r, tolerance] : std::vector<std::pair<double, double>>{
+           {0.02, 0.03}, {0.1, 0.03}, {0.2, 0.03}, {2.7, 0.05}}) {
     const double dt = kTime / std::ceil(kTime * diffusivity / (r * kEdge * kEdge));
     const double error = dried_depth(kEdge, 100, 400, kTime, dt) / exact - 1;
     CAPTURE(r, error);

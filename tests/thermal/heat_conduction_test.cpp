@@ -478,8 +478,8 @@ TEST_CASE("heat conduction: heat from a sphere falls off with its distance", "[v
 }
 
 // The theta method is stable for any step from theta 1/2 on; theta below, which has a longest step,
-// is refused (thermal_model_test.cpp). The variance of temperatures never
-// grows, on a mesh whose flat tetrahedra would need steps of microseconds otherwise.
+// is refused (thermal_model_test.cpp). The variance of temperatures never grows, on a mesh whose
+// flat tetrahedra would need steps of microseconds otherwise.
 TEST_CASE("heat conduction: no step is too long", "[property]") {
   const double theta = GENERATE(0.5, 2.0 / 3, 1.0);
   const double dt = GENERATE(1e-3, 1.0, 1e4);
