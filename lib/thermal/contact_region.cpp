@@ -123,9 +123,12 @@ Contact ContactRegion::measure_contact() const {
 
 // Whether a region is what a search would find, but for a shift of the ball.
 bool ContactRegion::serves(const PotentialRegion& region, std::span<const double> conductivities) {
-  if (!is_found_ || growth_ != mesh_.growth() || !collect_gone(region, conductivities)) {
+  const bool is_at_most_less = version_ == mesh_.version() || growth_ == mesh_.growth();
+  if (!is_found_ || !is_at_most_less || !collect_gone(region, conductivities)) {
     return false;
   }
+  version_ = mesh_.version();
+  growth_ = mesh_.growth();
   if (!gone_.empty()) {
     for (const Index i : gone_) {
       is_gone_[i] = 1;
@@ -209,6 +212,7 @@ void ContactRegion::search(std::span<const double> conductivities) {
       conductivities, next_);
   has_next_ = true;
   is_found_ = true;
+  version_ = mesh_.version();
   growth_ = mesh_.growth();
   found_patch_ = patch_number_;
   found_contact_ = contact_;

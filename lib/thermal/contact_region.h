@@ -104,9 +104,11 @@ class ContactRegion {
   RegionSearch search_;
   RegionJoints joints_;
 
+  std::uint64_t version_ = 0, growth_ = 0;  // of the mesh when it was looked at last
+
   // of the last search
   bool is_found_ = false;
-  std::uint64_t growth_ = 0, found_patch_ = 0;
+  std::uint64_t found_patch_ = 0;
   Contact found_contact_;
   bool has_overridden_ground_ = false;
   std::vector<char> is_gone_;  // [tet_count] since
