@@ -113,6 +113,7 @@ void HeatField::fill_rows(double dt, std::span<const HeatSource> sources,
       rows_[row].power = rows_[row].perfusion = rows_[row].surface = 0;
     }
   }
+  region_->set_temperatures(mesh_, row_temperatures_);
   region_->system().flows(row_temperatures_, flows_);
   for (std::size_t i = 0; i < count; ++i) {
     const Row& row = rows_[i];

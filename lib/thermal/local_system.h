@@ -37,8 +37,9 @@ struct LinearSolveReport {
 /// by conjugate gradients, preconditioned by the diagonal and, where the caller groups the rows,
 /// by a correction that is constant in each group, which halves the iterations of a potential
 /// (bench/potential_bench.cpp) and would not help where the added part prevails. Sums run over
-/// fixed pieces of the rows, so the bits are the same for any number of threads. Allocates nothing
-/// while sizes are not larger than before.
+/// fixed pieces of the rows, so the bits are the same for any number of threads; and over columns
+/// as they ascend, so tetrahedra without conductance change none. Allocates nothing while sizes are
+/// not larger than before.
 class LocalSystem {
  public:
   static constexpr Index kMostGroups = 64;
@@ -102,7 +103,7 @@ class LocalSystem {
 
  private:
   template <class Job>
-  void share(const Job& job) const;  // calls job(worker) on every thread
+  void share(int passes, const Job& job) const;  // over all rows; calls job(worker) on each thread
   [[nodiscard]] Index piece_count() const { return static_cast<Index>(pieces_.size()) - 1; }
   void sum_row(Index row, std::span<const std::array<double, 6>> conductances);
   template <class Worker>
@@ -115,7 +116,7 @@ class LocalSystem {
   std::vector<Index> row_tet_starts_;  // [row_count + 1]
   std::vector<RowTet> row_tets_;       // [4 tet_count] those of a row in the order of tets
   std::vector<Index> starts_;          // [row_count + 1]
-  std::vector<Index> columns_;         // [entry_count]
+  std::vector<Index> columns_;         // [entry_count] ascending in each row
   std::vector<double> couplings_;      // [entry_count] c_ij
   std::vector<double> added_;          // [row_count]
   std::vector<double> diagonal_;       // [row_count]
@@ -124,6 +125,7 @@ class LocalSystem {
   bool is_grouped_ = false;            // then the pieces are the groups
   bool is_prepared_ = false;
   int uses_of_inverse_ = 0;
+  int last_iterations_ = 0;
   std::vector<double> group_inverse_;                   // [group_count, group_count]
   std::vector<Index> marks_;                            // [row_count] scratch of set_rows()
   std::vector<Index> group_of_;                         // [row_count] scratch of invert_groups()

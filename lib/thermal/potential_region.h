@@ -79,6 +79,9 @@ class RegionSearch {
   std::vector<Index> found_;                  // [row_count] scratch
 };
 
+/// @throws InvalidArgument  if a vertex is not in [0, count), naming it and what has it
+void check_vertex(const char* what, Index vertex, Index count);
+
 /// @throws InvalidArgument  naming a conductivity that is not >= 0 and finite
 void check_conductivity(Index tet, double conductivity);
 
