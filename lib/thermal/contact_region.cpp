@@ -175,23 +175,24 @@ bool ContactRegion::serves(const PotentialRegion& region, std::span<const double
 // Returns whether all that did not conduct does not do so yet.
 bool ContactRegion::collect_gone(const PotentialRegion& region,
                                  std::span<const double> conductivities) {
-  const auto conducts = [&](Index t) {
+  const auto conductivity = [&](Index t) {
     if (!mesh_.is_alive(t)) {
-      return false;
+      return 0.0;
     }
     check_conductivity(t, conductivities[t]);
-    return conductivities[t] > 0;
+    return conductivities[t];
   };
   gone_.clear();
   for (std::size_t i = 0; i < region.tets.size(); ++i) {
-    const bool is_gone = !conducts(region.tets[i]);
+    found_conductivities_[i] = conductivity(region.tets[i]);
+    const bool is_gone = found_conductivities_[i] == 0;
     if (is_gone && is_gone_[i] == 0) {
       gone_.push_back(static_cast<Index>(i));
     } else if (!is_gone && is_gone_[i] != 0) {
       return false;
     }
   }
-  return std::none_of(region.insulators.begin(), region.insulators.end(), conducts);
+  return std::ranges::none_of(region.insulators, [&](Index t) { return conductivity(t) > 0; });
 }
 
 bool ContactRegion::is_in_middle(const PotentialRegion& region) const {
@@ -244,6 +245,9 @@ void ContactRegion::search(std::span<const double> conductivities) {
   found_patch_ = patch_number_;
   found_contact_ = contact_;
   has_overridden_ground_ = overrides_ground();
+  found_conductivities_.resize(next_.tets.size());
+  std::ranges::transform(next_.tets, found_conductivities_.begin(),
+                         [&](Index t) { return conductivities[t]; });
   is_gone_.assign(next_.tets.size(), 0);
   gone_count_ = 0;
 }

@@ -61,6 +61,11 @@ class ContactRegion {
     return (has_next_ ? next_ : region_).vertices;
   }
 
+  /// [tet_count] S/m of what was found last, zero for what has gone
+  [[nodiscard]] std::span<const double> found_conductivities() const noexcept {
+    return found_conductivities_;
+  }
+
   /// Whether that is another region than region().
   [[nodiscard]] bool has_next() const noexcept { return has_next_; }
 
@@ -120,6 +125,7 @@ class ContactRegion {
   bool has_overridden_ground_ = false;
   std::vector<char> is_gone_;  // [tet_count] since
   std::size_t gone_count_ = 0;
+  std::vector<double> found_conductivities_;  // [tet_count]
   std::vector<Index> gone_;  // scratch: places among the tets of those that have just gone
 };
 

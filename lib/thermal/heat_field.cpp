@@ -90,11 +90,6 @@ void HeatField::resize(std::size_t vertex_count) {
   charred_.resize(vertex_count, 0.0);
 }
 
-// Of a vertex with tissue.
-const TissueProperties& HeatField::tissue(Index vertex) const {
-  return mesh_.tissues()[mesh_.tissue_of_vertex(vertex)];
-}
-
 double HeatField::capacity(Index vertex) const {
   const double mass = mesh_.mass(vertex);
   return mass > 0 ? mass * specific_heat(tissue(vertex), water_[vertex]) : 0;

@@ -98,7 +98,8 @@ void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
   }
 
   couplings_.assign(columns_.size(), 0.0);
-  for (auto* values : {&added_, &diagonal_, &inverses_, &residual_, &direction_, &product_}) {
+  for (auto* values :
+       {&coupling_sums_, &added_, &diagonal_, &inverses_, &residual_, &direction_, &product_}) {
     values->assign(rows, 0.0);
   }
   is_grouped_ = false;
@@ -125,6 +126,8 @@ void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> cond
       couplings_[at.entries[k]] += conductances[at.tet][edge_of_corner(at.corner, k)];
     }
   }
+  coupling_sums_[row] = std::accumulate(couplings_.begin() + starts_[row],
+                                        couplings_.begin() + starts_[row + 1], 0.0);
 }
 
 void LocalSystem::set_couplings(std::span<const std::array<double, 6>> conductances) {
@@ -171,11 +174,6 @@ void LocalSystem::flows(std::span<const double> x, std::span<double> out) const 
   });
 }
 
-double LocalSystem::coupling_sum(Index row) const {
-  return std::accumulate(couplings_.begin() + starts_[row], couplings_.begin() + starts_[row + 1],
-                         0.0);
-}
-
 void LocalSystem::sum_at_corners(std::span<const double> values, std::span<double> out) const {
   share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
@@ -191,7 +189,7 @@ void LocalSystem::sum_at_corners(std::span<const double> values, std::span<doubl
 
 void LocalSystem::prepare() {
   for (std::size_t row = 0; row < diagonal_.size(); ++row) {
-    const double sum = added_[row] + coupling_sum(static_cast<Index>(row));
+    const double sum = added_[row] + coupling_sums_[row];
     const bool is_free = sum > 0 && std::isfinite(sum);
     diagonal_[row] = is_free ? sum : 0;
     inverses_[row] = is_free ? 1 / sum : 0;
@@ -258,22 +256,25 @@ LinearSolveReport LocalSystem::solve(std::span<const double> b, std::span<double
     prepare();
   }
   LinearSolveReport report;
+  const bool starts_at_zero = std::ranges::all_of(x, [](double value) { return value == 0; });
   share(last_iterations_ + 1,  // as many as last, by guess
-        [&](const Worker& worker) { iterate(worker, b, x, options, report); });
+        [&](const Worker& worker) { iterate(worker, b, x, starts_at_zero, options, report); });
   last_iterations_ = report.iterations;
   return report;
 }
 
 template <class Worker>
 void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::span<double> x,
-                          const LinearSolveOptions& options, LinearSolveReport& report) {
+                          bool starts_at_zero, const LinearSolveOptions& options,
+                          LinearSolveReport& report) {
   const Index pieces = piece_count();
   worker.for_each_piece(pieces, [&](Index piece) {
     double squares = 0, squares_of_zero = 0, total = 0;
     for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
       double residual_of_zero = b[row];
       double residual = -diagonal_[row] * x[row];
-      for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
+      const Index end = starts_at_zero ? starts_[row] : starts_[row + 1];  // nothing flows at zero
+      for (Index e = starts_[row]; e < end; ++e) {
         const double flow = couplings_[e] * x[columns_[e]];
         (inverses_[columns_[e]] > 0 ? residual : residual_of_zero) += flow;
       }

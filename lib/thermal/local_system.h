@@ -87,7 +87,7 @@ class LocalSystem {
   void flows(std::span<const double> x, std::span<double> out) const;
 
   /// sum_j c_ij of a row, which is what couplings have on the diagonal
-  [[nodiscard]] double coupling_sum(Index row) const;
+  [[nodiscard]] double coupling_sum(Index row) const { return coupling_sums_[row]; }
 
   /// out_i = the sum of values over the tetrahedra that have row i as a corner.
   /// @param values  [tet_count]
@@ -108,7 +108,7 @@ class LocalSystem {
   void sum_row(Index row, std::span<const std::array<double, 6>> conductances);
   template <class Worker>
   void iterate(const Worker& worker, std::span<const double> b, std::span<double> x,
-               const LinearSolveOptions& options, LinearSolveReport& report);
+               bool starts_at_zero, const LinearSolveOptions& options, LinearSolveReport& report);
   void prepare();
   void invert_groups();
 
@@ -118,6 +118,7 @@ class LocalSystem {
   std::vector<Index> starts_;          // [row_count + 1]
   std::vector<Index> columns_;         // [entry_count] ascending in each row
   std::vector<double> couplings_;      // [entry_count] c_ij
+  std::vector<double> coupling_sums_;  // [row_count]
   std::vector<double> added_;          // [row_count]
   std::vector<double> diagonal_;       // [row_count]
   std::vector<double> inverses_;       // [row_count] of the diagonal; 0: held

@@ -87,8 +87,7 @@ struct PotentialField::Work {
   void enter_region();
   void leave_region();
   [[nodiscard]] bool moves_to_device();
-  bool update_conductances(std::span<const double> conductivities,
-                           std::span<const Eigen::Vector3f> positions, bool is_region_new);
+  bool update_conductances(std::span<const Eigen::Vector3f> positions, bool is_region_new);
   LinearSolveReport solve_system();
   void solve();
   void sum_heat();
@@ -200,7 +199,7 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
     if (is_region_new) {
       work.enter_region();
     }
-    work.report.is_new = work.update_conductances(conductivities, positions, is_region_new);
+    work.report.is_new = work.update_conductances(positions, is_region_new);
     if (work.report.is_new) {
       work.solve();
       work.sum_heat();
@@ -281,10 +280,9 @@ void PotentialField::Work::leave_region() {
 }
 
 // Returns whether a new solution is due.
-bool PotentialField::Work::update_conductances(std::span<const double> conductivities,
-                                               std::span<const Eigen::Vector3f> positions,
+bool PotentialField::Work::update_conductances(std::span<const Eigen::Vector3f> positions,
                                                bool is_region_new) {
-  const RegionConductances::Source source{mesh, region(), conductivities, positions};
+  const RegionConductances::Source source{mesh, region(), around.found_conductivities(), positions};
   const RegionConductances::Takers takers{system, is_on_device ? device.get() : nullptr};
   if (is_region_new) {
     conductances.set(source, takers);
@@ -321,8 +319,8 @@ void PotentialField::Work::solve() {
     }
   }
   is_patch_new = false;
-  tet_heat.assign(region().tets.size(), 0.0);
-  heat.assign(rows, 0.0);
+  tet_heat.resize(region().tets.size());
+  heat.resize(rows);
   LinearSolveReport solution;
   if (region().has_ground) {
     solution = solve_system();
@@ -350,6 +348,8 @@ LinearSolveReport PotentialField::Work::solve_system() {
 
 void PotentialField::Work::sum_heat() {
   if (!region().has_ground) {
+    std::ranges::fill(tet_heat, 0.0);
+    std::ranges::fill(heat, 0.0);
     return;
   }
   if (is_on_device) {
@@ -361,11 +361,14 @@ void PotentialField::Work::sum_heat() {
     const std::size_t first = corners.size() * thread / count;
     const std::size_t end = corners.size() * (thread + 1) / count;
     for (std::size_t i = first; i < end; ++i) {
+      std::array<double, 4> at;
+      std::ranges::transform(corners[i], at.begin(), [&](Index row) { return potentials[row]; });
+      double sum = 0;
       for (std::size_t k = 0; k < 6; ++k) {
-        const auto [a, b] = kTetEdges[k];
-        const double drop = potentials[corners[i][a]] - potentials[corners[i][b]];
-        tet_heat[i] += conductances.values()[i][k] * drop * drop;
+        const double drop = at[kTetEdges[k][0]] - at[kTetEdges[k][1]];
+        sum += conductances.values()[i][k] * drop * drop;
       }
+      tet_heat[i] = sum;
     }
   });
   system.sum_at_corners(tet_heat, heat);

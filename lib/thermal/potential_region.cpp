@@ -125,11 +125,9 @@ void check_vertex(const char* what, Index vertex, Index count) {
   }
 }
 
-void check_conductivity(Index tet, double conductivity) {
-  if (!(conductivity >= 0) || !std::isfinite(conductivity)) {
-    throw InvalidArgument("tet " + std::to_string(tet) + " has an electrical conductivity of " +
-                          std::to_string(conductivity) + " S/m; it must be >= 0 and finite");
-  }
+void refuse_conductivity(Index tet, double conductivity) {
+  throw InvalidArgument("tet " + std::to_string(tet) + " has an electrical conductivity of " +
+                        std::to_string(conductivity) + " S/m; it must be >= 0 and finite");
 }
 
 }  // namespace pbdsurg

@@ -44,17 +44,11 @@ std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> posi
   return coefficients;
 }
 
-// Of the i-th tetrahedron of the region: none once it has gone.
-double conductivity(const RegionConductances::Source& source, std::size_t i) {
-  const Index t = source.region.tets[i];
-  return source.mesh.is_alive(t) ? source.conductivities[t] : 0;
-}
-
 }  // namespace
 
-// Takes it for the i-th tetrahedron.
-void RegionConductances::use(const Source& source, std::size_t i, double conductivity,
-                             bool is_on_device) {
+// Of the i-th tetrahedron.
+void RegionConductances::use(const Source& source, std::size_t i, bool is_on_device) {
+  const double conductivity = source.conductivities[i];
   used_[i] = conductivity;
   if (conductivity == 0) {
     values_[i] = {};  // wherever its corners may be now
@@ -75,7 +69,7 @@ void RegionConductances::set(const Source& source, const Takers& takers) {
   used_.resize(count);
   values_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    use(source, i, conductivity(source, i), takers.device != nullptr);
+    use(source, i, takers.device != nullptr);
   }
   used_positions_.resize(source.positions.empty() ? 0 : source.region.vertices.size());
   for (std::size_t row = 0; row < used_positions_.size(); ++row) {
@@ -96,25 +90,22 @@ bool RegionConductances::update(const Source& source, double most_change, double
   }
   const std::size_t count = used_.size();
   for (std::size_t i = 0; i < count && !is_due; ++i) {
-    is_due = std::abs(conductivity(source, i) - used_[i]) > most_change * used_[i];
+    is_due = std::abs(source.conductivities[i] - used_[i]) > most_change * used_[i];
   }
   if (!is_due) {
     return false;
   }
   if (takers.device != nullptr) {
-    for (std::size_t i = 0; i < count; ++i) {
-      used_[i] = conductivity(source, i);
-    }
+    std::ranges::copy(source.conductivities, used_.begin());
     return true;
   }
   changed_rows_.clear();
   is_changed_.assign(source.region.vertices.size(), 0);
   for (std::size_t i = 0; i < count; ++i) {
-    const double now = conductivity(source, i);
-    if (now == used_[i]) {
+    if (source.conductivities[i] == used_[i]) {
       continue;
     }
-    use(source, i, now, false);
+    use(source, i, false);
     for (const Index row : source.region.corners[i]) {
       if (is_changed_[row] == 0) {
         is_changed_[row] = 1;

@@ -25,7 +25,7 @@ class RegionConductances {
   struct Source {
     const ThermalMesh& mesh;
     const PotentialRegion& region;
-    std::span<const double> conductivities;      // [tet_count of the mesh] S/m
+    std::span<const double> conductivities;      // [tet_count of the region] S/m, 0: gone
     std::span<const Eigen::Vector3f> positions;  // [vertex_count of the mesh] m; empty: at rest
   };
 
@@ -59,7 +59,7 @@ class RegionConductances {
 
  private:
   [[nodiscard]] bool has_moved(const Source& source, double most) const;
-  void use(const Source& source, std::size_t i, double conductivity, bool is_on_device);
+  void use(const Source& source, std::size_t i, bool is_on_device);
 
   std::vector<double> used_;                     // [tet_count] S/m
   std::vector<std::array<double, 6>> values_;    // [tet_count]

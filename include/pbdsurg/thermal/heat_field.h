@@ -216,11 +216,13 @@ class HeatField final : public EditParticipant {
 
   [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept;
   void resize(std::size_t vertex_count);
-  [[nodiscard]] const TissueProperties& tissue(Index vertex) const;
+  // of a vertex with tissue
+  [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
+    return mesh_.tissues()[mesh_.tissue_of_vertex(vertex)];
+  }
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;
   [[nodiscard]] Heat heat_of(Index tet) const;
   [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
-  [[nodiscard]] bool is_warm(double temperature, double rise) const;
   void check(double dt, std::span<const HeatSource> sources,
              std::span<const TetHeatSource> tet_sources) const;
   void activate(std::span<const HeatSource> sources, std::span<const TetHeatSource> tet_sources);
