@@ -271,6 +271,10 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
   worker.for_each_piece(pieces, [&](Index piece) {
     double squares = 0, squares_of_zero = 0, total = 0;
     for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
+      residual_[row] = direction_[row] = product_[row] = 0;
+      if (inverses_[row] == 0) {
+        continue;
+      }
       double residual_of_zero = b[row];
       double residual = -diagonal_[row] * x[row];
       const Index end = starts_at_zero ? starts_[row] : starts_[row + 1];  // nothing flows at zero
@@ -281,10 +285,8 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
       residual += residual_of_zero;
       squares_of_zero += residual_of_zero * residual_of_zero * inverses_[row];
       squares += residual * residual * inverses_[row];
-      residual_[row] = inverses_[row] > 0 ? residual : 0;
-      direction_[row] = 0;
-      product_[row] = 0;
-      total += residual_[row];
+      residual_[row] = residual;
+      total += residual;
     }
     sums_[piece] = squares;
     other_sums_[piece] = squares_of_zero;
