@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of a potential whose contact moves by a tenth of an edge a frame and warms the tissue under
-// it, as an electrode does; and of one whose region is found afresh. Ground is the lower face, so
-// that the region is the whole block, or the ball around the contact.
+// it, as an electrode does; of the same with an edit a frame that takes a tetrahedron there away;
+// and of one whose region is found afresh. Ground is the lower face, so that the region is the
+// whole block, or the ball around the contact.
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -20,12 +21,13 @@ namespace {
 constexpr double kEdge = 1e-3;  // m
 
 struct Block {
-  Block(Index cells, int threads, FieldBackend backend)
-      : shape(testing::make_box({cells, cells, cells}, kEdge, 0.1)),
+  Block(Index cells_a_side, int threads, FieldBackend backend)
+      : cells(cells_a_side),
+        shape(testing::make_box({cells_a_side, cells_a_side, cells_a_side}, kEdge, 0.1)),
         mesh(shape, kLiver),
         conductivities(shape.tets().size(), 0.3),
         field(mesh, {.threads = threads, .backend = backend}),
-        side(kEdge * cells) {}
+        side(kEdge * cells_a_side) {}
 
   void ground_lower_face() {
     std::vector<Index> ground;
@@ -54,6 +56,18 @@ struct Block {
     field.set_patch(patch, std::numbers::pi * 1.44 * kEdge * kEdge);
   }
 
+  // Takes away a tetrahedron under the contact of a frame.
+  void burn(int frame) {
+    const double turn = 2.4 * frame;
+    const auto x = static_cast<Index>(cells / 2 + 4 * std::cos(turn));
+    const auto y = static_cast<Index>(cells / 2 + 4 * std::sin(turn));
+    EditResult result;
+    mesh.for_each_tet(((cells + 1) * cells + y) * (cells + 1) + x,
+                      [&](Index t) { result.tets = {t}; });
+    mesh.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+  }
+
+  Index cells;
   TetMesh shape;
   ThermalMesh mesh;
   std::vector<double> conductivities;  // [tet_count] S/m
@@ -61,45 +75,57 @@ struct Block {
   double side;  // m
 };
 
-void run(benchmark::State& state, bool is_whole, bool is_found_afresh) {
+enum class Edit { none, tissue, ground };
+
+constexpr int kFrames = 100;  // then a fresh block
+
+void run(benchmark::State& state, bool is_whole, Edit edit) {
   const FieldBackend backend = state.range(2) != 0 ? FieldBackend::cuda : FieldBackend::cpu;
-  std::unique_ptr<Block> made;
-  try {
-    made = std::make_unique<Block>(static_cast<Index>(state.range(0)),
-                                   static_cast<int>(state.range(1)), backend);
-  } catch (const BackendUnavailable& error) {
-    state.SkipWithError(error.what());
-    return;
-  }
-  Block& block = *made;
-  if (is_whole) {
-    block.ground_lower_face();
-  }
+  std::unique_ptr<Block> block;
   int frame = 0;
   double iterations = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    block.touch(frame++);
-    if (is_found_afresh && is_whole) {
-      block.ground_lower_face();
+    if (frame % kFrames == 0) {
+      try {
+        block = std::make_unique<Block>(static_cast<Index>(state.range(0)),
+                                        static_cast<int>(state.range(1)), backend);
+      } catch (const BackendUnavailable& error) {
+        state.SkipWithError(error.what());
+        return;
+      }
     }
+    if (is_whole && (frame % kFrames == 0 || edit == Edit::ground)) {
+      block->ground_lower_face();
+    }
+    block->touch(frame % kFrames);
+    if (frame % kFrames == 0) {
+      block->field.solve(block->conductivities);
+    }
+    if (edit == Edit::tissue) {
+      block->burn(frame % kFrames);
+    }
+    ++frame;
     state.ResumeTiming();
-    benchmark::DoNotOptimize(block.field.solve(block.conductivities).conductance);
-    iterations += block.field.report().iterations;
+    benchmark::DoNotOptimize(block->field.solve(block->conductivities).conductance);
+    iterations += block->field.report().iterations;
   }
-  state.counters["tets"] = block.mesh.tet_count();
-  state.counters["vertices"] = block.field.report().vertex_count;
+  state.counters["tets"] = block->mesh.tet_count();
+  state.counters["vertices"] = block->field.report().vertex_count;
   state.counters["iterations"] = iterations / frame;
 }
 
 void measure_block(benchmark::State& state) {
-  run(state, true, false);
+  run(state, true, Edit::none);
 }
 void measure_ball(benchmark::State& state) {
-  run(state, false, false);
+  run(state, false, Edit::none);
+}
+void measure_edits(benchmark::State& state) {
+  run(state, true, Edit::tissue);
 }
 void measure_new_region(benchmark::State& state) {
-  run(state, true, true);
+  run(state, true, Edit::ground);
 }
 
 // 6.0, 20 and 64 thousand tetrahedra, on the CPU and on a device
@@ -114,6 +140,7 @@ void sizes(benchmark::internal::Benchmark* bench) {
 
 BENCHMARK(measure_block)->Name("moving_contact/whole_block")->Apply(sizes);
 BENCHMARK(measure_ball)->Name("moving_contact/ball")->Apply(sizes);
+BENCHMARK(measure_edits)->Name("edit_a_frame/whole_block")->Apply(sizes);
 BENCHMARK(measure_new_region)->Name("new_region/whole_block")->Apply(sizes);
 
 }  // namespace

@@ -51,7 +51,7 @@ std::vector<std::vector<PatchVertex>> find_patches(const TetMesh& mesh,
 struct Organ {
   Organ(const TetMesh& mesh, bool is_whole, int threads, FieldBackend backend)
       : heat(mesh, kLiver, {}, {.threads = threads, .backend = backend}),
-        potential(heat.mesh(), {.threads = threads, .backend = backend}),
+        potential(heat, {.threads = threads, .backend = backend}),
         conductivities(mesh.tets().size(), kLiver.electrical_conductivity) {
     std::vector<Index> ground;
     for (Index v = 0; v < mesh.vertex_count() && is_whole; ++v) {

@@ -38,9 +38,7 @@ double mean_temperature(const HeatField& field, Index tet) {
 }  // namespace
 
 Current::Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions)
-    : radius_(options.contact_radius),
-      potential_(field.mesh(), options.potential),
-      positions_(positions) {
+    : radius_(options.contact_radius), potential_(field, options.potential), positions_(positions) {
   apply(field);
 }
 
@@ -141,6 +139,9 @@ void Current::touch(const Solver& solver, const HeatField& field, const Electrod
     const DiskContact disk{nearest.point, -nearest.outward, disk_radius_};
     disk_.distribute(disk, positions_.values(), field.mesh().tets(), near_tets_, shares_);
     vertex_count_ = static_cast<Index>(shares_.size());
+    for (const auto& [vertex, share] : shares_) {  // the metal takes it where the current makes it
+      cooled_.push_back({vertex, share * contact.area()});
+    }
     return;
   }
   contact.collect_patch(radius_, patch_, [](Index) { return true; });
@@ -243,25 +244,18 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
 }
 
 TissueLoad Current::find_potential_load(const Solver& solver) {
-  TissueLoad load;
-  const auto solve = [&] {
-    if (is_new_) {
-      positions_.read(solver, potential_.vertices());
-    }
-    const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
-    load.iterations += report.is_new ? report.iterations : 0;
-    return report;
-  };
-  PotentialReport report = solve();
-  if (is_new_ && report.is_new) {
-    report = solve();  // where the region is another, with positions of all of it
+  if (is_new_) {
+    positions_.read(solver, potential_.find_region(conductivities_));
   }
+  const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
   heat_.clear();
   const std::span<const Index> vertices = potential_.vertices();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     heat_.push_back({vertices[i], std::max(0.0, potential_.vertex_heat()[i])});
   }
+  TissueLoad load;
   load.conductance = report.conductance;
+  load.iterations = report.is_new ? report.iterations : 0;
   load.converged = report.has_converged;
   load.heat = heat_;
   return load;

@@ -21,10 +21,10 @@
 
 namespace pbdsurg {
 
-/// A vertex that the electrode's metal touches.
+/// A vertex that the electrode's metal cools.
 struct CooledVertex {
   Index vertex;
-  double area;  ///< m^2
+  double area;  ///< m^2 of the contact that counts for it
 };
 
 /// Tissue as the generator sees it.
@@ -60,7 +60,7 @@ class Current {
   /// Valid until the next call.
   TissueLoad find_load(const Solver& solver, const HeatField& field);
 
-  /// What the metal touches, where the mesh resolves it.
+  /// What the metal touches; of a disk, all that takes its heat.
   [[nodiscard]] std::span<const CooledVertex> cooled() const noexcept { return cooled_; }
 
   [[nodiscard]] bool is_disk() const noexcept { return is_disk_; }

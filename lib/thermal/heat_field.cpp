@@ -77,6 +77,10 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
   }
 }
 
+const std::shared_ptr<StepTeam>& HeatField::team() const noexcept {
+  return region_->team();
+}
+
 void HeatField::resize(std::size_t vertex_count) {
   temperatures_.resize(vertex_count, kBodyTemperature);
   peaks_.resize(vertex_count, kBodyTemperature);
@@ -84,11 +88,6 @@ void HeatField::resize(std::size_t vertex_count) {
     share->resize(vertex_count, 1.0);
   }
   charred_.resize(vertex_count, 0.0);
-}
-
-// Of a vertex with tissue.
-const TissueProperties& HeatField::tissue(Index vertex) const {
-  return mesh_.tissues()[mesh_.tissue_of_vertex(vertex)];
 }
 
 double HeatField::capacity(Index vertex) const {
@@ -240,7 +239,7 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
       ledger_.removed += gone.sensible + gone.latent;
     }
   }
-  const std::uint64_t version = mesh_.version();
+  const std::uint64_t growth = mesh_.growth();
   mesh_.apply(solver, edit, result);
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
@@ -250,8 +249,10 @@ void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
     }
   }
   pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
-  if (mesh_.version() != version) {
+  if (mesh_.growth() != growth) {
     region_->mark_changed();
+  } else {
+    region_->mark_gone(mesh_.touched());
   }
 }
 

@@ -2,8 +2,10 @@
 #include "thermal/heat_region.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/thermal/tissue_state.h"
 
 #include "edit/renumbering.h"
 
@@ -12,6 +14,17 @@ namespace {
 
 // Below this, an automatic choice leaves a system to the CPU. A guess, until measured.
 constexpr Index kRowsWorthDevice = 1500;
+
+// Of a tetrahedron's edges, W/K.
+std::array<double, 6> conductances(const ThermalMesh& mesh, Index tet, double temperature) {
+  std::array<double, 6> values = mesh.edge_coefficients(tet);
+  const double conductivity =
+      heat_conductivity(mesh.tissues()[mesh.tissue_of_tet(tet)], temperature);
+  for (double& value : values) {
+    value *= conductivity;
+  }
+  return values;
+}
 
 }  // namespace
 
@@ -72,71 +85,136 @@ void HeatRegion::renumber(const std::vector<Index>& vertices, Index vertex_count
   has_changed_ = true;
 }
 
+void HeatRegion::mark_gone(std::span<const Index> vertices) {
+  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(gone_at_),
+               [&](Index v) { return row(v) != kInvalidIndex; });
+}
+
 void HeatRegion::update(const ThermalMesh& mesh, bool needs_surfaces) {
-  if (!has_changed_) {
-    return;
+  if (has_changed_) {
+    lay_out(mesh, needs_surfaces);
+  } else if (!gone_at_.empty()) {
+    drop_gone(mesh, needs_surfaces);
   }
   has_changed_ = false;
+  gone_at_.clear();
+}
+
+// Calls on_tet(tet, rows) for each live tetrahedron of the region of which a row is the smallest.
+template <class OnTet>
+void HeatRegion::measure(const ThermalMesh& mesh, Index row, bool needs_surfaces,
+                         const OnTet& on_tet) {
+  double mass = 0;
+  bool is_inner = true;
+  mesh.for_each_tet(vertices_[row], [&](Index t) {
+    mass += mesh.tissues()[mesh.tissue_of_tet(t)].density * mesh.volume(t) / 4;
+    const Tet& corners = mesh.tets()[t];
+    Tet rows;
+    std::transform(corners.begin(), corners.end(), rows.begin(),
+                   [&](Index corner) { return rows_[corner]; });
+    const Index first = *std::min_element(rows.begin(), rows.end());
+    is_inner = is_inner && first != kInvalidIndex;
+    if (first == row) {
+      on_tet(t, rows);
+    }
+  });
+  inner_[row] = is_inner ? 1 : 0;
+  masses_[row] = mass;
+  surfaces_[row] = needs_surfaces ? mesh.surface_share(vertices_[row]) : 0;
+}
+
+void HeatRegion::lay_out(const ThermalMesh& mesh, bool needs_surfaces) {
   rows_.resize(static_cast<std::size_t>(mesh.vertex_count()), kInvalidIndex);
   std::sort(vertices_.begin(), vertices_.end());
-  for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    rows_[vertices_[i]] = static_cast<Index>(i);
+  const auto count = static_cast<Index>(vertices_.size());
+  for (Index row = 0; row < count; ++row) {
+    rows_[vertices_[row]] = row;
   }
-  inner_.assign(vertices_.size(), 1);
+  inner_.resize(vertices_.size());
   masses_.resize(vertices_.size());
-  surfaces_.assign(vertices_.size(), 0);
+  surfaces_.resize(vertices_.size());
+  tet_starts_.assign(1, 0);
+  tet_ids_.clear();
   tets_.clear();
   conductances_.clear();
-  for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    const Index v = vertices_[i];
-    double mass = 0;
-    mesh.for_each_tet(v, [&](Index t) {
-      const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(t)];
-      mass += tissue.density * mesh.volume(t) / 4;
-      const Tet& corners = mesh.tets()[t];
-      Tet rows;
-      std::transform(corners.begin(), corners.end(), rows.begin(),
-                     [&](Index corner) { return rows_[corner]; });
-      const Index first = *std::min_element(rows.begin(), rows.end());
-      if (first == kInvalidIndex) {
-        inner_[i] = 0;
-      } else if (first == static_cast<Index>(i)) {
-        tets_.push_back(rows);
-        conductances_.push_back(mesh.edge_coefficients(t));
-        for (double& conductance : conductances_.back()) {
-          conductance *= tissue.conductivity;
-        }
-      }
+  for (Index row = 0; row < count; ++row) {
+    measure(mesh, row, needs_surfaces, [&](Index t, const Tet& rows) {
+      tet_ids_.push_back(t);
+      tets_.push_back(rows);
+      conductances_.push_back(conductances(mesh, t, kBodyTemperature));
     });
-    masses_[i] = mass;
-    surfaces_[i] = needs_surfaces ? mesh.surface_share(v) : 0;
+    tet_starts_.push_back(static_cast<Index>(tet_ids_.size()));
   }
-  system_.set_rows(static_cast<Index>(vertices_.size()), tets_);
+  system_.set_rows(count, tets_);
   system_.set_couplings(conductances_);
-  device_.is_old = true;
+  device_.has_old_rows = true;
+}
+
+// They keep their places, and conduct nothing.
+void HeatRegion::drop_gone(const ThermalMesh& mesh, bool needs_surfaces) {
+  gone_rows_.clear();
+  for (const Index v : gone_at_) {
+    const Index row = rows_[v];
+    gone_rows_.push_back(row);
+    measure(mesh, row, needs_surfaces, [](Index, const Tet&) {});
+    for (Index i = tet_starts_[row]; i < tet_starts_[row + 1]; ++i) {
+      if (!mesh.is_alive(tet_ids_[i])) {
+        conductances_[i] = {};
+      }
+    }
+  }
+  system_.update_couplings(conductances_, gone_rows_);
+  device_.has_old_conductances = true;
+}
+
+void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const double> temperatures) {
+  if (std::ranges::all_of(mesh.tissues(), [](const TissueProperties& tissue) {
+        return tissue.conductivity_rise == 0;
+      })) {
+    return;
+  }
+  for (std::size_t i = 0; i < tet_ids_.size(); ++i) {
+    if (mesh.is_alive(tet_ids_[i])) {
+      double temperature = 0;
+      for (const Index row : tets_[i]) {
+        temperature += temperatures[row] / 4;
+      }
+      conductances_[i] = conductances(mesh, tet_ids_[i], temperature);
+    }
+  }
+  system_.set_couplings(conductances_);
+  device_.has_old_conductances = true;
+}
+
+// Returns whether the device has the system as it is now.
+bool HeatRegion::moves_to_device() {
+  const bool is_worth_it =
+      device_.backend == FieldBackend::cuda || system_.row_count() >= kRowsWorthDevice;
+  if (device_.system == nullptr || !is_worth_it) {
+    return false;
+  }
+  if (device_.has_old_rows) {
+    device_.takes_rows = device_.system->set_rows(system_.rows(), tets_);
+    device_.has_old_rows = false;
+    device_.has_old_conductances = true;
+  }
+  if (device_.takes_rows && device_.has_old_conductances) {
+    device_.system->set_conductances(conductances_);
+    device_.has_old_conductances = false;
+  }
+  return device_.takes_rows;
 }
 
 HeatRegion::Solution HeatRegion::solve(std::span<const double> added, std::span<const double> b,
                                        std::span<double> x, const LinearSolveOptions& options) {
-  const bool is_worth_it =
-      device_.backend == FieldBackend::cuda || system_.row_count() >= kRowsWorthDevice;
-  if (device_.system != nullptr && is_worth_it) {
-    try {
-      if (device_.is_old) {
-        device_.takes_rows = device_.system->set_rows(system_.rows(), tets_);
-        if (device_.takes_rows) {
-          device_.system->set_conductances(conductances_);
-        }
-        device_.is_old = false;
-      }
-      if (device_.takes_rows) {
-        return {device_.system->solve({.added = added, .b = b, .options = options}, x),
-                FieldBackend::cuda};
-      }
-    } catch (const Error&) {
-      device_.is_old = true;
-      throw;
+  try {
+    if (moves_to_device()) {
+      return {device_.system->solve({.added = added, .b = b, .options = options}, x),
+              FieldBackend::cuda};
     }
+  } catch (const Error&) {
+    device_.has_old_rows = true;
+    throw;
   }
   system_.set_added(added);
   return {system_.solve(b, x, options), FieldBackend::cpu};

@@ -32,6 +32,9 @@ class HeatRegion {
         system_(team_.get()),
         device_(backend) {}
 
+  /// Null for one thread.
+  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept { return team_; }
+
   [[nodiscard]] std::span<const Index> vertices() const noexcept { return vertices_; }
 
   /// The row of a vertex, kInvalidIndex outside.
@@ -62,9 +65,19 @@ class HeatRegion {
   /// Tells that tetrahedra in the region may have changed.
   void mark_changed() noexcept { has_changed_ = true; }
 
-  /// Makes rows and system anew if anything has changed. Cost: O(region) then.
+  /// Tells that tetrahedra have gone that had all their corners among some vertices, and nothing
+  /// else has changed.
+  void mark_gone(std::span<const Index> vertices);
+
+  /// Makes rows and system anew if anything has changed. Cost: O(region) then; O(gone) where
+  /// tetrahedra went and nothing else.
   /// @param needs_surfaces  the same in every call
   void update(const ThermalMesh& mesh, bool needs_surfaces);
+
+  /// Conductances at temperatures, where any tissue's depend on them; to be told again after
+  /// update(). Cost: O(region), and nothing where none does.
+  /// @param temperatures  [row_count] degrees Celsius
+  void set_temperatures(const ThermalMesh& mesh, std::span<const double> temperatures);
 
   struct Solution {
     LinearSolveReport report;
@@ -85,9 +98,16 @@ class HeatRegion {
 
     FieldBackend backend;
     std::unique_ptr<DeviceSystem> system;  // null: none
-    bool is_old = true;                    // not of these rows
+    bool has_old_rows = true;              // or none
+    bool has_old_conductances = true;
     bool takes_rows = false;
   };
+
+  template <class OnTet>
+  void measure(const ThermalMesh& mesh, Index row, bool needs_surfaces, const OnTet& on_tet);
+  void lay_out(const ThermalMesh& mesh, bool needs_surfaces);
+  void drop_gone(const ThermalMesh& mesh, bool needs_surfaces);
+  [[nodiscard]] bool moves_to_device();
 
   std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
   LocalSystem system_;
@@ -95,11 +115,15 @@ class HeatRegion {
   std::vector<Index> vertices_;  // ascending
   std::vector<Index> rows_;      // [vertices of the mesh]
   bool has_changed_ = false;
-  std::vector<std::uint8_t> inner_;        // [row_count]
-  std::vector<double> masses_, surfaces_;  // [row_count]
+  std::vector<Index> gone_at_;                       // vertices
+  std::vector<std::uint8_t> inner_;                  // [row_count]
+  std::vector<double> masses_, surfaces_;            // [row_count]
+  std::vector<Index> tet_starts_;                    // [row_count + 1]
+  std::vector<Index> tet_ids_;                       // by the smallest row, then the id
+  std::vector<Tet> tets_;                            // [tet_ids_] rows at corners
+  std::vector<std::array<double, 6>> conductances_;  // [tet_ids_] W/K
   // scratch
-  std::vector<Tet> tets_;                            // rows at corners
-  std::vector<std::array<double, 6>> conductances_;  // [tets_] W/K
+  std::vector<Index> gone_rows_;
   std::vector<Index> front_, next_front_;
   std::vector<std::uint32_t> seen_at_;  // [vertices of the mesh] the search that saw it last
   std::uint32_t search_ = 0;

@@ -20,32 +20,32 @@ constexpr double kRimRise = 10;
 // The region is laid out anew when this share of its warm vertices is left.
 constexpr double kShrinkAt = 0.5;
 
-}  // namespace
-
-bool HeatField::is_warm(double temperature, double rise) const {
+bool is_warm(double temperature, double rise) {
   return rise == 0 || std::abs(temperature - kBodyTemperature) > rise;
 }
+
+}  // namespace
 
 // Sees to it that all that is warm or heated is in the region with its neighbours.
 void HeatField::activate(std::span<const HeatSource> sources,
                          std::span<const TetHeatSource> tet_sources) {
   seeds_.clear();
   for (const Index v : pending_) {
-    if (region_->row(v) == kInvalidIndex && mesh_.has_tissue(v) &&
-        is_warm(temperatures_[v], options_.active_rise)) {
+    if (region_->row(v) == kInvalidIndex && is_warm(temperatures_[v], options_.active_rise) &&
+        mesh_.has_tissue(v)) {
       seeds_.push_back(v);
     }
   }
   pending_.clear();
   const auto heat = [&](Index v) {
     const Index row = region_->row(v);
-    if (row == kInvalidIndex || !region_->is_inner(row)) {
+    if ((row == kInvalidIndex || !region_->is_inner(row)) && mesh_.has_tissue(v)) {
       seeds_.push_back(v);
     }
   };
   region_->update(mesh_, model_.surface_transfer > 0);
   for (const HeatSource& source : sources) {
-    if (source.power > 0 && mesh_.has_tissue(source.vertex)) {
+    if (source.power > 0) {
       heat(source.vertex);
     }
   }
@@ -113,6 +113,7 @@ void HeatField::fill_rows(double dt, std::span<const HeatSource> sources,
       rows_[row].power = rows_[row].perfusion = rows_[row].surface = 0;
     }
   }
+  region_->set_temperatures(mesh_, row_temperatures_);
   region_->system().flows(row_temperatures_, flows_);
   for (std::size_t i = 0; i < count; ++i) {
     const Row& row = rows_[i];
@@ -241,7 +242,7 @@ void HeatField::shrink() {
   }
   seeds_.clear();
   for (const Index v : region_->vertices()) {
-    if (mesh_.has_tissue(v) && is_warm(temperatures_[v], options_.active_rise)) {
+    if (is_warm(temperatures_[v], options_.active_rise) && mesh_.has_tissue(v)) {
       seeds_.push_back(v);
     }
   }

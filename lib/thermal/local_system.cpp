@@ -6,11 +6,12 @@
 #include <numeric>
 
 #include "solver/step_team.h"
+#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
 
-// Below this, threads wait for each other longer than they work.
+// Below this, threads that share an iteration wait for each other longer than they work.
 constexpr Index kRowsWorthThreads = 2000;
 constexpr Index kRowsPerPiece = 128;
 
@@ -46,12 +47,12 @@ double sum_of(const std::vector<double>& values) {
 }  // namespace
 
 template <class Job>
-void LocalSystem::share(const Job& job) const {
-  if (team_ == nullptr || team_->size() == 1 || row_count() < kRowsWorthThreads) {
-    job(Worker{nullptr, 0, 1});
-  } else {
-    team_->run([&](int thread) { job(Worker{team_, thread, team_->size()}); });
-  }
+void LocalSystem::share(int passes, const Job& job) const {
+  const std::int64_t visits =
+      row_count() < kRowsWorthThreads ? 0 : std::int64_t{row_count()} * passes;
+  share_work(team_, visits, [&](int thread, int count) {
+    job(Worker{count > 1 ? team_ : nullptr, thread, count});
+  });
 }
 
 void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
@@ -76,21 +77,29 @@ void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
   marks_.assign(rows, kInvalidIndex);  // entry of each column in this row
   for (Index row = 0; row < row_count; ++row) {
     for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
-      RowTet& at = row_tets_[i];
-      for (int k = 0; k < 3; ++k) {
-        const Index column = tets[at.tet][k < at.corner ? k : k + 1];
-        if (marks_[column] < starts_[row]) {
-          marks_[column] = static_cast<Index>(columns_.size());
+      for (const Index column : tets[row_tets_[i].tet]) {
+        if (column != row && marks_[column] < starts_[row]) {
+          marks_[column] = starts_[row];
           columns_.push_back(column);
         }
-        at.entries[k] = marks_[column];
       }
     }
     starts_[row + 1] = static_cast<Index>(columns_.size());
+    std::sort(columns_.begin() + starts_[row], columns_.end());
+    for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
+      marks_[columns_[e]] = e;
+    }
+    for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
+      RowTet& at = row_tets_[i];
+      for (int k = 0; k < 3; ++k) {
+        at.entries[k] = marks_[tets[at.tet][k < at.corner ? k : k + 1]];
+      }
+    }
   }
 
   couplings_.assign(columns_.size(), 0.0);
-  for (auto* values : {&added_, &diagonal_, &inverses_, &residual_, &direction_, &product_}) {
+  for (auto* values :
+       {&coupling_sums_, &added_, &diagonal_, &inverses_, &residual_, &direction_, &product_}) {
     values->assign(rows, 0.0);
   }
   is_grouped_ = false;
@@ -117,10 +126,12 @@ void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> cond
       couplings_[at.entries[k]] += conductances[at.tet][edge_of_corner(at.corner, k)];
     }
   }
+  coupling_sums_[row] = std::accumulate(couplings_.begin() + starts_[row],
+                                        couplings_.begin() + starts_[row + 1], 0.0);
 }
 
 void LocalSystem::set_couplings(std::span<const std::array<double, 6>> conductances) {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         sum_row(row, conductances);
@@ -150,7 +161,7 @@ SystemRows LocalSystem::rows() const noexcept {
 }
 
 void LocalSystem::flows(std::span<const double> x, std::span<double> out) const {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         double flow = 0;
@@ -163,13 +174,8 @@ void LocalSystem::flows(std::span<const double> x, std::span<double> out) const 
   });
 }
 
-double LocalSystem::coupling_sum(Index row) const {
-  return std::accumulate(couplings_.begin() + starts_[row], couplings_.begin() + starts_[row + 1],
-                         0.0);
-}
-
 void LocalSystem::sum_at_corners(std::span<const double> values, std::span<double> out) const {
-  share([&](const Worker& worker) {
+  share(1, [&](const Worker& worker) {
     worker.for_each_piece(piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         out[row] = 0;
@@ -183,7 +189,7 @@ void LocalSystem::sum_at_corners(std::span<const double> values, std::span<doubl
 
 void LocalSystem::prepare() {
   for (std::size_t row = 0; row < diagonal_.size(); ++row) {
-    const double sum = added_[row] + coupling_sum(static_cast<Index>(row));
+    const double sum = added_[row] + coupling_sums_[row];
     const bool is_free = sum > 0 && std::isfinite(sum);
     diagonal_[row] = is_free ? sum : 0;
     inverses_[row] = is_free ? 1 / sum : 0;
@@ -250,30 +256,37 @@ LinearSolveReport LocalSystem::solve(std::span<const double> b, std::span<double
     prepare();
   }
   LinearSolveReport report;
-  share([&](const Worker& worker) { iterate(worker, b, x, options, report); });
+  const bool starts_at_zero = std::ranges::all_of(x, [](double value) { return value == 0; });
+  share(last_iterations_ + 1,  // as many as last, by guess
+        [&](const Worker& worker) { iterate(worker, b, x, starts_at_zero, options, report); });
+  last_iterations_ = report.iterations;
   return report;
 }
 
 template <class Worker>
 void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::span<double> x,
-                          const LinearSolveOptions& options, LinearSolveReport& report) {
+                          bool starts_at_zero, const LinearSolveOptions& options,
+                          LinearSolveReport& report) {
   const Index pieces = piece_count();
   worker.for_each_piece(pieces, [&](Index piece) {
     double squares = 0, squares_of_zero = 0, total = 0;
     for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
+      residual_[row] = direction_[row] = product_[row] = 0;
+      if (inverses_[row] == 0) {
+        continue;
+      }
       double residual_of_zero = b[row];
       double residual = -diagonal_[row] * x[row];
-      for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
+      const Index end = starts_at_zero ? starts_[row] : starts_[row + 1];  // nothing flows at zero
+      for (Index e = starts_[row]; e < end; ++e) {
         const double flow = couplings_[e] * x[columns_[e]];
         (inverses_[columns_[e]] > 0 ? residual : residual_of_zero) += flow;
       }
       residual += residual_of_zero;
       squares_of_zero += residual_of_zero * residual_of_zero * inverses_[row];
       squares += residual * residual * inverses_[row];
-      residual_[row] = inverses_[row] > 0 ? residual : 0;
-      direction_[row] = 0;
-      product_[row] = 0;
-      total += residual_[row];
+      residual_[row] = residual;
+      total += residual;
     }
     sums_[piece] = squares;
     other_sums_[piece] = squares_of_zero;

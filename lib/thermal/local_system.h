@@ -37,8 +37,9 @@ struct LinearSolveReport {
 /// by conjugate gradients, preconditioned by the diagonal and, where the caller groups the rows,
 /// by a correction that is constant in each group, which halves the iterations of a potential
 /// (bench/potential_bench.cpp) and would not help where the added part prevails. Sums run over
-/// fixed pieces of the rows, so the bits are the same for any number of threads. Allocates nothing
-/// while sizes are not larger than before.
+/// fixed pieces of the rows, so the bits are the same for any number of threads; and over columns
+/// as they ascend, so tetrahedra without conductance change none. Allocates nothing while sizes are
+/// not larger than before.
 class LocalSystem {
  public:
   static constexpr Index kMostGroups = 64;
@@ -86,7 +87,7 @@ class LocalSystem {
   void flows(std::span<const double> x, std::span<double> out) const;
 
   /// sum_j c_ij of a row, which is what couplings have on the diagonal
-  [[nodiscard]] double coupling_sum(Index row) const;
+  [[nodiscard]] double coupling_sum(Index row) const { return coupling_sums_[row]; }
 
   /// out_i = the sum of values over the tetrahedra that have row i as a corner.
   /// @param values  [tet_count]
@@ -102,12 +103,12 @@ class LocalSystem {
 
  private:
   template <class Job>
-  void share(const Job& job) const;  // calls job(worker) on every thread
+  void share(int passes, const Job& job) const;  // over all rows; calls job(worker) on each thread
   [[nodiscard]] Index piece_count() const { return static_cast<Index>(pieces_.size()) - 1; }
   void sum_row(Index row, std::span<const std::array<double, 6>> conductances);
   template <class Worker>
   void iterate(const Worker& worker, std::span<const double> b, std::span<double> x,
-               const LinearSolveOptions& options, LinearSolveReport& report);
+               bool starts_at_zero, const LinearSolveOptions& options, LinearSolveReport& report);
   void prepare();
   void invert_groups();
 
@@ -115,8 +116,9 @@ class LocalSystem {
   std::vector<Index> row_tet_starts_;  // [row_count + 1]
   std::vector<RowTet> row_tets_;       // [4 tet_count] those of a row in the order of tets
   std::vector<Index> starts_;          // [row_count + 1]
-  std::vector<Index> columns_;         // [entry_count]
+  std::vector<Index> columns_;         // [entry_count] ascending in each row
   std::vector<double> couplings_;      // [entry_count] c_ij
+  std::vector<double> coupling_sums_;  // [row_count]
   std::vector<double> added_;          // [row_count]
   std::vector<double> diagonal_;       // [row_count]
   std::vector<double> inverses_;       // [row_count] of the diagonal; 0: held
@@ -124,6 +126,7 @@ class LocalSystem {
   bool is_grouped_ = false;            // then the pieces are the groups
   bool is_prepared_ = false;
   int uses_of_inverse_ = 0;
+  int last_iterations_ = 0;
   std::vector<double> group_inverse_;                   // [group_count, group_count]
   std::vector<Index> marks_;                            // [row_count] scratch of set_rows()
   std::vector<Index> group_of_;                         // [row_count] scratch of invert_groups()

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/thermal/potential_field.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <numbers>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -14,31 +14,21 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/thermal/heat_field.h"
 
 #include "coloring/thread_team.h"
 #include "core/check.h"
-#include "edit/renumbering.h"
 #include "solver/step_team.h"
+#include "thermal/contact_region.h"
 #include "thermal/device_system.h"
 #include "thermal/local_system.h"
-#include "thermal/potential_region.h"
+#include "thermal/region_conductances.h"
+#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
 
 constexpr double kHeld = std::numeric_limits<double>::infinity();
-
-// A region is kept while the patch stays in its middle, as shares of its radius.
-constexpr double kMostShift = 0.2;
-constexpr double kMostGrowth = 1.25;
-
-// Below this, an automatic choice leaves a region to the CPU. A guess, until measured.
-constexpr std::size_t kRowsWorthDevice = 600;
-
-constexpr double kLeastShare = 0.1;  // of a tetrahedron's volume at rest
-
-// Share of a body's longest side: what its vertices reach beyond from wherever the centre is.
-constexpr double kLargestRadius = 0.45;
 
 // A vertex with the spreading resistance R = r / K_ii of a disk of the vertex's area: r = 1.5 on a
 // flat surface of cubes, where K_ii = 3 sigma h and R = 1 / (4 sigma 0.5 h).
@@ -48,12 +38,10 @@ constexpr double kVertexResistance = 1.5;
 // so large that the residual's tolerance, which is relative, would mean nothing.
 constexpr double kWhole = 0.99;
 
-void check_id(const char* what, Index vertex, Index count) {
-  if (vertex < 0 || vertex >= count) {
-    throw InvalidArgument(std::string(what) + " has vertex " + std::to_string(vertex) +
-                          "; ids must be in [0, " + std::to_string(count) + ")");
-  }
-}
+// Below this, an automatic choice leaves a region to the CPU. A guess, until measured.
+constexpr std::size_t kRowsWorthDevice = 600;
+
+constexpr double kUnknown = -1;  // potential
 
 template <class T>
 void check_size(const char* what, std::span<T> values, Index count) {
@@ -75,54 +63,6 @@ PotentialOptions checked(PotentialOptions options) {
   return options;
 }
 
-// As ThermalMesh::edge_coefficients(), of a tetrahedron that may be flat, inverted or a point:
-// gradients are inward area vectors of faces over three volumes, so that with any volume > 0 the
-// sums remain those of a positive semidefinite matrix, which is zero for uniform potentials.
-std::array<double, 6> current_coefficients(std::span<const Eigen::Vector3f> positions,
-                                           const Tet& tet, double rest_volume) {
-  std::array<Eigen::Vector3d, 4> x;
-  for (std::size_t i = 0; i < 4; ++i) {
-    x[i] = positions[tet[i]].cast<double>();
-  }
-  std::array<Eigen::Vector3d, 4> areas;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto [a, b, c] = kTetTriangles[i];
-    areas[i] = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]);
-  }
-  const double volume = std::abs((x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0])) / 6;
-  double longest = 0;
-  for (const auto& [a, b] : kTetEdges) {
-    longest = std::max(longest, (x[a] - x[b]).norm());
-  }
-  const double counted = std::max(
-      {volume, kLeastShare * rest_volume, ThermalMesh::kLeastVolume * longest * longest * longest});
-  std::array<double, 6> coefficients{};
-  if (!(longest > 0)) {
-    return coefficients;
-  }
-  for (std::size_t k = 0; k < 6; ++k) {
-    const auto [a, b] = kTetEdges[k];
-    coefficients[k] = -areas[a].dot(areas[b]) / (9 * counted);
-  }
-  return coefficients;
-}
-
-constexpr double kUnknown = -1;  // potential
-
-// Where the electrode touches: a disk of the same size, for what is known before solving.
-struct Contact {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // m
-  double radius = 0;                                 // m, of the contact or what the mesh resolves
-  double reach = 0;                                  // m, of the region
-  double edge = 0;                                   // m, of the mesh there
-
-  // Potential of a disk on a half-space along its axis, zero from the reach on.
-  [[nodiscard]] double guess(const Eigen::Vector3d& point) const {
-    return std::max(0.0,
-                    1 - std::atan((point - centre).norm() / radius) / std::atan(reach / radius));
-  }
-};
-
 // S, between the electrode and a vertex that it touches in part, less than kWhole: for what the
 // resistance of a disk of that part exceeds that of a disk of all of it.
 double film(const PatchVertex& touched, double coupling_sum) {
@@ -133,77 +73,52 @@ double film(const PatchVertex& touched, double coupling_sum) {
 }  // namespace
 
 struct PotentialField::Work {
-  Work(const ThermalMesh& of, const PotentialOptions& wanted)
+  // @param shared  null: a team of its own
+  Work(const ThermalMesh& of, const PotentialOptions& wanted, std::shared_ptr<StepTeam> shared)
       : mesh(of),
-        options(checked(wanted)),
-        team(options.threads, options.wait),
-        device(make_device_system(options.backend)) {}
+        options(wanted),
+        team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
+        device(make_device_system(wanted.backend)),
+        around(of, wanted.region_radii) {}
 
   void check_numbering() const;
-  void find_seeds(std::span<const double> conductivities);
-  [[nodiscard]] Contact measure_contact() const;
-  [[nodiscard]] bool suits(const Contact& now, std::span<const double> conductivities) const;
-  [[nodiscard]] bool is_seed(Index vertex) const;
-  [[nodiscard]] bool is_given_ground(Index vertex) const;
-  [[nodiscard]] bool overrides_ground() const;
-  void find_region(const Contact& now, std::span<const double> conductivities);
-  void enter_region(const Contact& now);
-  [[nodiscard]] bool moves_to_device();
+  [[nodiscard]] const PotentialRegion& region() const { return around.region(); }
+  void check_positions(std::span<const Eigen::Vector3f> positions) const;
+  void enter_region();
   void leave_region();
-  void forget();
-  [[nodiscard]] bool has_moved(std::span<const Eigen::Vector3f> positions) const;
-  bool update_conductances(std::span<const double> conductivities,
-                           std::span<const Eigen::Vector3f> positions, bool is_region_new);
+  [[nodiscard]] bool moves_to_device();
+  bool update_conductances(std::span<const Eigen::Vector3f> positions, bool is_region_new);
   LinearSolveReport solve_system();
-  void solve(const Contact& now);
+  void solve();
   void sum_heat();
 
   const ThermalMesh& mesh;
   int renumberings = mesh.renumberings();  // that this has gone along with
   PotentialOptions options;
-  StepTeam team;
-  LocalSystem system{&team};
+  std::shared_ptr<StepTeam> team;
+  LocalSystem system{team.get()};
   std::unique_ptr<DeviceSystem> device;  // null: none
   bool is_on_device = false;             // this region
+  ContactRegion around;
+  RegionConductances conductances;
+  bool is_patch_new = true;  // since the last solution
 
-  std::vector<PatchVertex> patch, new_patch;  // ascending
-  std::vector<PatchVertex> seeds;             // of the patch, those with tissue that conducts
-  double area = 0;                            // m^2
-  std::vector<Index> ground;                  // ascending; none: the ball
-  std::vector<double> sides;                  // [tissue_count] m, longest
-
-  bool is_patch_new = true;
-  bool is_region_old = true;
-  bool has_overridden_ground = false;  // when the region was found
-  std::uint64_t version = 0;           // of the mesh when the region was found
-  RegionSearch search;
-  PotentialRegion region, next;
-  Contact region_contact;  // when the region was found
-
-  std::vector<double> used;  // [tet_count] S/m
-  // [tet_count] S; on the device m, for `used` comes with each solution
-  std::vector<std::array<double, 6>> conductances;
-  std::vector<Index> changed_rows;
-  std::vector<char> is_changed;                 // [row_count]
-  std::vector<Eigen::Vector3f> used_positions;  // [row_count] m, or empty: at rest
-
+  std::vector<PatchVertex> sorted_patch;                 // scratch
   std::vector<double> added, sources, potentials, heat;  // [row_count]
   std::vector<double> tet_heat;                          // [tet_count]
-  std::vector<double> last;  // [vertex_count] potentials, for the next region
+  std::vector<double> last;                              // [vertex_count] kUnknown, scratch
+  std::vector<double> kept;                              // [row_count] scratch
   PotentialReport report;
 };
 
 PotentialField::PotentialField(const ThermalMesh& mesh, const PotentialOptions& options)
-    : work_(std::make_unique<Work>(mesh, options)) {
-  std::vector<Eigen::AlignedBox3d> boxes(mesh.tissues().size());
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (mesh.tissue_of_vertex(v) != kInvalidIndex) {
-      boxes[mesh.tissue_of_vertex(v)].extend(mesh.rest_positions()[v]);
-    }
-  }
-  for (const Eigen::AlignedBox3d& box : boxes) {
-    work_->sides.push_back(box.sizes().maxCoeff());
-  }
+    : work_(std::make_unique<Work>(mesh, checked(options), nullptr)) {}
+
+PotentialField::PotentialField(const HeatField& field, const PotentialOptions& options) {
+  const PotentialOptions wanted = checked(options);
+  const bool is_alike =
+      field.options_.threads == wanted.threads && field.options_.wait == wanted.wait;
+  work_ = std::make_unique<Work>(field.mesh(), wanted, is_alike ? field.team() : nullptr);
 }
 
 PotentialField::~PotentialField() = default;
@@ -212,7 +127,7 @@ const PotentialReport& PotentialField::report() const noexcept {
   return work_->report;
 }
 std::span<const Index> PotentialField::vertices() const noexcept {
-  return work_->region.vertices;
+  return work_->region().vertices;
 }
 std::span<const double> PotentialField::potentials() const noexcept {
   return work_->potentials;
@@ -221,7 +136,7 @@ std::span<const double> PotentialField::vertex_heat() const noexcept {
   return work_->heat;
 }
 std::span<const Index> PotentialField::tets() const noexcept {
-  return work_->region.tets;
+  return work_->region().tets;
 }
 std::span<const double> PotentialField::tet_heat() const noexcept {
   return work_->tet_heat;
@@ -234,42 +149,36 @@ void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) 
     check(area > 0 && std::isfinite(area), "contact area", area, "positive and finite");
   }
   for (const PatchVertex& touched : patch) {
-    check_id("electrode patch", touched.vertex, work.mesh.vertex_count());
+    check_vertex("electrode patch", touched.vertex, work.mesh.vertex_count());
     if (!(touched.weight > 0) || !(touched.weight <= 1)) {
       throw InvalidArgument("electrode patch has a weight of " + std::to_string(touched.weight) +
                             " at vertex " + std::to_string(touched.vertex) +
                             "; it must be in (0, 1]");
     }
   }
-  work.new_patch.assign(patch.begin(), patch.end());
-  std::sort(work.new_patch.begin(), work.new_patch.end(),
-            [](const PatchVertex& a, const PatchVertex& b) { return a.vertex < b.vertex; });
-  for (std::size_t i = 1; i < work.new_patch.size(); ++i) {
-    if (work.new_patch[i].vertex == work.new_patch[i - 1].vertex) {
-      throw InvalidArgument("electrode patch has vertex " +
-                            std::to_string(work.new_patch[i].vertex) + " twice");
-    }
+  std::vector<PatchVertex>& sorted = work.sorted_patch;
+  sorted.assign(patch.begin(), patch.end());
+  std::ranges::sort(sorted, {}, &PatchVertex::vertex);
+  const auto twice = std::ranges::adjacent_find(sorted, {}, &PatchVertex::vertex);
+  if (twice != sorted.end()) {
+    throw InvalidArgument("electrode patch has vertex " + std::to_string(twice->vertex) + " twice");
   }
-  const auto same = [](const PatchVertex& a, const PatchVertex& b) {
-    return a.vertex == b.vertex && a.weight == b.weight;
-  };
-  if (area != work.area || !std::equal(work.new_patch.begin(), work.new_patch.end(),
-                                       work.patch.begin(), work.patch.end(), same)) {
-    work.patch.swap(work.new_patch);
-    work.area = area;
-    work.is_patch_new = true;
-  }
+  work.is_patch_new |= work.around.set_patch(sorted, area);
 }
 
 void PotentialField::set_ground(std::span<const Index> vertices) {
-  Work& work = *work_;
-  work.check_numbering();
+  work_->check_numbering();
   for (const Index v : vertices) {
-    check_id("ground", v, work.mesh.vertex_count());
+    check_vertex("ground", v, work_->mesh.vertex_count());
   }
-  work.ground.assign(vertices.begin(), vertices.end());
-  std::sort(work.ground.begin(), work.ground.end());
-  work.is_region_old = true;
+  work_->around.set_ground(vertices);
+}
+
+std::span<const Index> PotentialField::find_region(std::span<const double> conductivities) {
+  work_->check_numbering();
+  check_size("conductivities", conductivities, work_->mesh.tet_count());
+  return work_->around.find(conductivities) ? work_->around.found_vertices()
+                                            : std::span<const Index>();
 }
 
 const PotentialReport& PotentialField::solve(std::span<const double> conductivities,
@@ -280,36 +189,24 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
   if (!positions.empty()) {
     check_size("positions", positions, work.mesh.vertex_count());
   }
-  work.find_seeds(conductivities);
-  if (work.seeds.empty()) {
-    work.report = {};
-    work.report.lost_count = static_cast<Index>(work.patch.size());
+  if (!work.around.find(conductivities)) {
     work.leave_region();
     return work.report;
   }
-  const Contact now = work.measure_contact();
-  const bool is_region_new = !work.suits(now, conductivities);
-  if (is_region_new) {
-    work.find_region(now, conductivities);
-  }
-  for (const Index v : (is_region_new ? work.next : work.region).vertices) {
-    if (!positions.empty() && !positions[v].allFinite()) {
-      throw InvalidArgument("vertex " + std::to_string(v) + " has a position that is not finite");
-    }
-  }
+  work.check_positions(positions);
   try {
+    const bool is_region_new = work.around.has_next();
     if (is_region_new) {
-      work.enter_region(now);
+      work.enter_region();
     }
-    const bool is_changed = work.update_conductances(conductivities, positions, is_region_new);
-    work.report.is_new = is_changed || work.is_patch_new;
+    work.report.is_new = work.update_conductances(positions, is_region_new);
     if (work.report.is_new) {
-      work.solve(now);
+      work.solve();
       work.sum_heat();
     }
   } catch (const Error&) {  // the device failed
-    work.report = {};
     work.leave_region();
+    work.report = {};
     throw;
   }
   return work.report;
@@ -321,25 +218,7 @@ void PotentialField::renumber(const Renumbering& ids) {
     throw InvalidArgument(
         "a potential field goes along with a compaction once, after its mesh has");
   }
-  std::vector<PatchVertex> patch = work.patch;
-  std::vector<Index> ground = work.ground;
-  const auto renumber_vertex = [&](const char* what, Index& v) {
-    v = new_id(v, ids.vertices);
-    if (v != kInvalidIndex) {
-      check_id(what, v, work.mesh.vertex_count());
-    }
-  };
-  for (PatchVertex& touched : patch) {
-    renumber_vertex("after the compaction, the electrode patch", touched.vertex);
-  }
-  for (Index& v : ground) {  // what is gone stays in it, or the ball might take its place
-    renumber_vertex("after the compaction, ground", v);
-  }
-  std::erase_if(patch, [](const PatchVertex& p) { return p.vertex == kInvalidIndex; });
-  std::ranges::sort(patch, {}, &PatchVertex::vertex);
-  std::ranges::sort(ground);
-  work.patch = std::move(patch);
-  work.ground = std::move(ground);
+  work.around.renumber(ids.vertices);
   work.is_patch_new = true;
   work.leave_region();
   work.report = {};
@@ -354,248 +233,84 @@ void PotentialField::Work::check_numbering() const {
   }
 }
 
-// Those of the patch that conduct.
-void PotentialField::Work::find_seeds(std::span<const double> conductivities) {
-  seeds.clear();
-  for (const PatchVertex& touched : patch) {
-    bool conducts = false;
-    if (touched.vertex < mesh.vertex_count()) {  // else an undo took it away
-      mesh.for_each_tet(touched.vertex, [&](Index t) {
-        check_conductivity(t, conductivities[t]);
-        conducts |= conductivities[t] > 0;
-      });
-    }
-    if (conducts) {
-      seeds.push_back(touched);
+void PotentialField::Work::check_positions(std::span<const Eigen::Vector3f> positions) const {
+  for (const Index v : around.found_vertices()) {
+    if (!positions.empty() && !positions[v].allFinite() && mesh.has_tissue(v)) {
+      throw InvalidArgument("vertex " + std::to_string(v) + " has a position that is not finite");
     }
   }
 }
 
-Contact PotentialField::Work::measure_contact() const {
-  const std::span<const Eigen::Vector3d> points = mesh.rest_positions();
-  Contact now;
-  double weights = 0, lengths = 0, edges = 0;
-  for (const PatchVertex& seed : seeds) {
-    now.centre += seed.weight * points[seed.vertex];
-    weights += seed.weight;
-    mesh.for_each_tet(seed.vertex, [&](Index t) {
-      for (const auto& [a, b] : kTetEdges) {
-        lengths += (points[mesh.tets()[t][a]] - points[mesh.tets()[t][b]]).norm();
-        ++edges;
-      }
-    });
-  }
-  now.centre /= weights;
-  now.edge = lengths / edges;
-  now.radius = std::max(std::sqrt(area / std::numbers::pi), 0.5 * now.edge);
-  now.reach = std::min(options.region_radii * now.radius,
-                       kLargestRadius * sides[mesh.tissue_of_vertex(seeds.front().vertex)]);
-  for (const PatchVertex& seed : seeds) {
-    now.reach = std::max(now.reach, 1.5 * (points[seed.vertex] - now.centre).norm());
-  }
-  return now;
-}
-
-// Whether the region is what a search would find, but for a shift of the ball.
-bool PotentialField::Work::suits(const Contact& now, std::span<const double> conductivities) const {
-  if (is_region_old || version != mesh.version()) {
-    return false;
-  }
-  const auto conducts = [&](Index t) {
-    check_conductivity(t, conductivities[t]);
-    return conductivities[t] > 0;
-  };
-  if (!std::all_of(region.tets.begin(), region.tets.end(), conducts) ||
-      std::any_of(region.insulators.begin(), region.insulators.end(), conducts)) {
-    return false;
-  }
-  if (!is_patch_new) {
-    return true;
-  }
-  const double growth = now.reach / region_contact.reach;
-  const bool is_in_middle =
-      growth <= kMostGrowth && growth >= 1 / kMostGrowth &&
-      (now.centre - region_contact.centre).norm() <= kMostShift * region_contact.reach;
-  return region.piece_count == 1 &&
-         (ground.empty() ? is_in_middle : !has_overridden_ground && !overrides_ground()) &&
-         std::all_of(seeds.begin(), seeds.end(), [&](const PatchVertex& seed) {
-           const Index row = search.row_of(seed.vertex);
-           return row != kInvalidIndex && region.is_ground[row] == 0;
-         });
-}
-
-bool PotentialField::Work::is_seed(Index vertex) const {
-  const auto found =
-      std::lower_bound(seeds.begin(), seeds.end(), vertex,
-                       [](const PatchVertex& seed, Index v) { return seed.vertex < v; });
-  return found != seeds.end() && found->vertex == vertex;
-}
-
-bool PotentialField::Work::is_given_ground(Index vertex) const {
-  return std::binary_search(ground.begin(), ground.end(), vertex);
-}
-
-bool PotentialField::Work::overrides_ground() const {
-  return std::any_of(seeds.begin(), seeds.end(),
-                     [&](const PatchVertex& seed) { return is_given_ground(seed.vertex); });
-}
-
-void PotentialField::Work::find_region(const Contact& now, std::span<const double> conductivities) {
-  is_region_old = true;  // its rows are lost if the search throws
-  const std::span<const Eigen::Vector3d> points = mesh.rest_positions();
-  search.find(
-      mesh, seeds,
-      [&](Index v) {
-        return ground.empty() ? (points[v] - now.centre).norm() >= now.reach
-                              : is_given_ground(v) && !is_seed(v);
-      },
-      conductivities, next);
-}
-
-void PotentialField::Work::enter_region(const Contact& now) {
+// Potentials of vertices of both regions go along.
+void PotentialField::Work::enter_region() {
   last.resize(static_cast<std::size_t>(mesh.vertex_count()), kUnknown);
-  for (std::size_t row = 0; row < region.vertices.size(); ++row) {
-    if (region.vertices[row] < mesh.vertex_count()) {
-      last[region.vertices[row]] = potentials[row];
+  const auto spread = [&](const PotentialRegion& of, auto value) {
+    for (std::size_t row = 0; row < of.vertices.size(); ++row) {
+      if (of.vertices[row] < mesh.vertex_count()) {  // else an undo took it away
+        last[of.vertices[row]] = value(row);
+      }
     }
-  }
-  potentials.resize(next.vertices.size());
-  for (std::size_t row = 0; row < next.vertices.size(); ++row) {
-    potentials[row] = last[next.vertices[row]];
-  }
-  forget();
-  std::swap(region, next);
-  region_contact = now;
-  version = mesh.version();
-  has_overridden_ground = overrides_ground();
-  is_region_old = false;
-  system.set_rows(static_cast<Index>(region.vertices.size()), region.corners);
-  system.set_groups(region.group_starts);
+  };
+  spread(region(), [&](std::size_t row) { return potentials[row]; });
+  const std::span<const Index> vertices = around.found_vertices();
+  kept.resize(vertices.size());
+  std::ranges::transform(vertices, kept.begin(), [&](Index v) { return last[v]; });
+  spread(region(), [](std::size_t) { return kUnknown; });
+  potentials.swap(kept);
+  around.enter();
+  system.set_rows(static_cast<Index>(region().vertices.size()), region().corners);
+  system.set_groups(region().group_starts);
   is_on_device = moves_to_device();
 }
 
 bool PotentialField::Work::moves_to_device() {
-  return device != nullptr &&
-         (options.backend == FieldBackend::cuda || region.vertices.size() >= kRowsWorthDevice) &&
-         device->set_rows(system.rows(), region.corners);
-}
-
-void PotentialField::Work::forget() {
-  for (const Index v : region.vertices) {
-    if (v < mesh.vertex_count()) {
-      last[v] = kUnknown;
-    }
-  }
+  const std::size_t rows = region().vertices.size();
+  return device != nullptr && (options.backend == FieldBackend::cuda || rows >= kRowsWorthDevice) &&
+         device->set_rows(system.rows(), region().corners);
 }
 
 // The circuit is open, and nothing is left of the last solution.
 void PotentialField::Work::leave_region() {
-  region.clear();
+  report = {};
+  report.lost_count = around.patch_size();
+  around.leave();
   potentials.clear();
   heat.clear();
   tet_heat.clear();
-  is_region_old = true;
-}
-
-bool PotentialField::Work::has_moved(std::span<const Eigen::Vector3f> positions) const {
-  if (positions.empty()) {
-    return !used_positions.empty();
-  }
-  if (used_positions.empty()) {
-    return true;
-  }
-  const auto most = static_cast<float>(options.conductivity_change * region_contact.edge);
-  for (std::size_t row = 0; row < region.vertices.size(); ++row) {
-    if ((positions[region.vertices[row]] - used_positions[row]).squaredNorm() > most * most) {
-      return true;
-    }
-  }
-  return false;
 }
 
 // Returns whether a new solution is due.
-bool PotentialField::Work::update_conductances(std::span<const double> conductivities,
-                                               std::span<const Eigen::Vector3f> positions,
+bool PotentialField::Work::update_conductances(std::span<const Eigen::Vector3f> positions,
                                                bool is_region_new) {
-  const std::size_t count = region.tets.size();
-  const auto conductance = [&](std::size_t i) {
-    const Index t = region.tets[i];
-    std::array<double, 6> values =
-        positions.empty() ? mesh.edge_coefficients(t)
-                          : current_coefficients(positions, mesh.tets()[t], mesh.volume(t));
-    for (double& value : values) {
-      value *= is_on_device ? 1 : conductivities[t];
-    }
-    return values;
-  };
-  if (is_region_new || has_moved(positions)) {
-    used.resize(count);
-    conductances.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      used[i] = conductivities[region.tets[i]];
-      conductances[i] = conductance(i);
-    }
-    used_positions.resize(positions.empty() ? 0 : region.vertices.size());
-    for (std::size_t row = 0; row < used_positions.size(); ++row) {
-      used_positions[row] = positions[region.vertices[row]];
-    }
-    if (is_on_device) {
-      device->set_conductances(conductances);
-    } else {
-      system.set_couplings(conductances);
-    }
+  const RegionConductances::Source source{mesh, region(), around.found_conductivities(), positions};
+  const RegionConductances::Takers takers{system, is_on_device ? device.get() : nullptr};
+  if (is_region_new) {
+    conductances.set(source, takers);
     return true;
   }
-  bool is_due = false;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double change = conductivities[region.tets[i]] - used[i];
-    is_due |= std::abs(change) > options.conductivity_change * used[i];
-  }
-  if (!is_due && !is_patch_new) {
-    return false;
-  }
-  if (is_on_device) {
-    for (std::size_t i = 0; i < count; ++i) {
-      used[i] = conductivities[region.tets[i]];
-    }
-    return true;
-  }
-  changed_rows.clear();
-  is_changed.assign(region.vertices.size(), 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (conductivities[region.tets[i]] != used[i]) {
-      used[i] = conductivities[region.tets[i]];
-      conductances[i] = conductance(i);
-      for (const Index row : region.corners[i]) {
-        if (is_changed[row] == 0) {
-          is_changed[row] = 1;
-          changed_rows.push_back(row);
-        }
-      }
-    }
-  }
-  system.update_couplings(conductances, changed_rows);
-  return true;
+  const double change = options.conductivity_change;
+  return conductances.update(source, change, change * around.found_contact().edge, is_patch_new,
+                             takers);
 }
 
-void PotentialField::Work::solve(const Contact& now) {
-  const std::size_t rows = region.vertices.size();
+void PotentialField::Work::solve() {
+  const std::size_t rows = region().vertices.size();
   const std::span<const Eigen::Vector3d> points = mesh.rest_positions();
   added.assign(rows, 0.0);
   sources.assign(rows, 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
     double& start = potentials[row];
-    if (region.is_ground[row] != 0) {
+    if (region().is_ground[row] != 0) {
       start = 0;
       added[row] = kHeld;
-    } else if (!region.has_ground) {
+    } else if (!region().has_ground) {
       start = 1;
     } else if (start == kUnknown) {
-      start = now.guess(points[region.vertices[row]]);
+      start = around.contact().guess(points[region().vertices[row]]);
     }
   }
-  for (const PatchVertex& seed : seeds) {
-    const Index row = search.row_of(seed.vertex);
+  for (const PatchVertex& seed : around.seeds()) {
+    const Index row = around.row_of(seed.vertex);
     if (seed.weight >= kWhole) {
       added[row] = kHeld;
       potentials[row] = 1;
@@ -604,19 +319,19 @@ void PotentialField::Work::solve(const Contact& now) {
     }
   }
   is_patch_new = false;
-  tet_heat.assign(region.tets.size(), 0.0);
-  heat.assign(rows, 0.0);
+  tet_heat.resize(region().tets.size());
+  heat.resize(rows);
   LinearSolveReport solution;
-  if (region.has_ground) {
+  if (region().has_ground) {
     solution = solve_system();
   }
-  report = {.is_closed = region.has_ground,
+  report = {.is_closed = region().has_ground,
             .is_new = true,
             .iterations = solution.iterations,
             .residual = solution.residual,
             .has_converged = solution.converged,
             .vertex_count = static_cast<Index>(rows),
-            .lost_count = static_cast<Index>(patch.size() - seeds.size()),
+            .lost_count = around.patch_size() - static_cast<Index>(around.seeds().size()),
             .backend = is_on_device ? FieldBackend::cuda : FieldBackend::cpu};
 }
 
@@ -624,38 +339,44 @@ void PotentialField::Work::solve(const Contact& now) {
 LinearSolveReport PotentialField::Work::solve_system() {
   const LinearSolveOptions how{options.tolerance, options.most_iterations};
   if (is_on_device) {
-    return device->solve({used, added, sources, true, how, tet_heat, heat}, potentials);
+    return device->solve({conductances.used(), added, sources, true, how, tet_heat, heat},
+                         potentials);
   }
   system.set_added(added);
   return system.solve(sources, potentials, how);
 }
 
 void PotentialField::Work::sum_heat() {
-  if (!region.has_ground) {
+  if (!region().has_ground) {
+    std::ranges::fill(tet_heat, 0.0);
+    std::ranges::fill(heat, 0.0);
     return;
   }
   if (is_on_device) {
     report.conductance = std::accumulate(heat.begin(), heat.end(), 0.0);
     return;
   }
-  team.run([&](int thread) {
-    const std::size_t count = region.tets.size();
-    const std::size_t first = count * thread / team.size();
-    const std::size_t last_tet = count * (thread + 1) / team.size();
-    for (std::size_t i = first; i < last_tet; ++i) {
+  const std::span<const Tet> corners = region().corners;
+  share_work(team.get(), std::ssize(corners), [&](int thread, int count) {
+    const std::size_t first = corners.size() * thread / count;
+    const std::size_t end = corners.size() * (thread + 1) / count;
+    for (std::size_t i = first; i < end; ++i) {
+      std::array<double, 4> at;
+      std::ranges::transform(corners[i], at.begin(), [&](Index row) { return potentials[row]; });
+      double sum = 0;
       for (std::size_t k = 0; k < 6; ++k) {
-        const auto [a, b] = kTetEdges[k];
-        const double drop = potentials[region.corners[i][a]] - potentials[region.corners[i][b]];
-        tet_heat[i] += conductances[i][k] * drop * drop;
+        const double drop = at[kTetEdges[k][0]] - at[kTetEdges[k][1]];
+        sum += conductances.values()[i][k] * drop * drop;
       }
+      tet_heat[i] = sum;
     }
   });
   system.sum_at_corners(tet_heat, heat);
   for (double& watts : heat) {
     watts /= 4;
   }
-  for (const PatchVertex& seed : seeds) {
-    const Index row = search.row_of(seed.vertex);
+  for (const PatchVertex& seed : around.seeds()) {
+    const Index row = around.row_of(seed.vertex);
     const double drop = 1 - potentials[row];
     heat[row] += sources[row] * drop * drop;
   }

@@ -118,11 +118,16 @@ void RegionSearch::finish(const ThermalMesh& mesh, PotentialRegion& region) {
   }
 }
 
-void check_conductivity(Index tet, double conductivity) {
-  if (!(conductivity >= 0) || !std::isfinite(conductivity)) {
-    throw InvalidArgument("tet " + std::to_string(tet) + " has an electrical conductivity of " +
-                          std::to_string(conductivity) + " S/m; it must be >= 0 and finite");
+void check_vertex(const char* what, Index vertex, Index count) {
+  if (vertex < 0 || vertex >= count) {
+    throw InvalidArgument(std::string(what) + " has vertex " + std::to_string(vertex) +
+                          "; ids must be in [0, " + std::to_string(count) + ")");
   }
+}
+
+void refuse_conductivity(Index tet, double conductivity) {
+  throw InvalidArgument("tet " + std::to_string(tet) + " has an electrical conductivity of " +
+                        std::to_string(conductivity) + " S/m; it must be >= 0 and finite");
 }
 
 }  // namespace pbdsurg

@@ -5,6 +5,7 @@
 /// The part of a mesh in which a potential is solved.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -79,7 +80,16 @@ class RegionSearch {
   std::vector<Index> found_;                  // [row_count] scratch
 };
 
+/// @throws InvalidArgument  if a vertex is not in [0, count), naming it and what has it
+void check_vertex(const char* what, Index vertex, Index count);
+
+[[noreturn]] void refuse_conductivity(Index tet, double conductivity);
+
 /// @throws InvalidArgument  naming a conductivity that is not >= 0 and finite
-void check_conductivity(Index tet, double conductivity);
+inline void check_conductivity(Index tet, double conductivity) {
+  if (!(conductivity >= 0) || !std::isfinite(conductivity)) {
+    refuse_conductivity(tet, conductivity);
+  }
+}
 
 }  // namespace pbdsurg

@@ -316,6 +316,7 @@ void ThermalMesh::renumber(const Solver& solver, const Renumbering& ids) {
   touched_at_.assign(vertices, 0);
   ++change_;
   version_ = ++newest_version_;
+  ++growth_;
   ++renumberings_;
 }
 
@@ -351,8 +352,10 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
       alive_[t] = 0;
     }
   }
+  bool grows = false;
   for (const CornerMove& move : edit.corner_moves) {
     if (is_alive(move.tet)) {
+      grows = true;
       touch(move.tet);
       move_corner(move.tet, move.from, move.to);
       touch(move.tet);
@@ -364,6 +367,7 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
     tets_[t] = added.vertices;
     tet_tissues_[t] = tet_tissues_[added.parent];
     if (tet_tissues_[t] != kInvalidIndex) {
+      grows = true;
       alive_[t] = 1;
       measure(t);
       for (Index k = 0; k < 4; ++k) {
@@ -375,6 +379,7 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
   if (!touched_.empty()) {
     version_ = ++newest_version_;
   }
+  growth_ += grows ? 1 : 0;
 }
 
 void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
@@ -404,6 +409,7 @@ void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult
       touch(t);
     }
   }
+  growth_ += touched_.empty() ? 0 : 1;
   resize(vertices_before_, tets_before_);
   sliver_count_ = slivers_before_;
   std::erase_if(touched_, [&](Index v) { return v >= vertex_count(); });

@@ -34,6 +34,11 @@ ThermalModel ThermalModel::paper_literal() {
   return paper_model(3, 0.3);
 }
 
+void ThermalModel::set_newmark_gamma(double gamma) {
+  check_range("gamma", gamma, 0.5, 1);
+  theta = gamma;
+}
+
 void check_model(const ThermalModel& model) {
   check_not_negative("surface_transfer", model.surface_transfer);
   check(std::isfinite(model.ambient_temperature), "ambient_temperature", model.ambient_temperature,

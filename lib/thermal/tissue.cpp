@@ -41,6 +41,9 @@ void check_tissue(const TissueProperties& tissue) {
           "collagen contraction", tissue.collagen_contraction, "it must be in [0, 1)");
   require(true, "log_frequency of damage", tissue.damage.log_frequency, "it must be finite");
   positive("activation energy of damage", tissue.damage.activation_energy);
+  require(tissue.conductivity_rise > -1 / (kBoilingTemperature - kBodyTemperature) &&
+              tissue.conductivity_rise < 1 / kBodyTemperature,
+          "conductivity rise", tissue.conductivity_rise, "it must be in (-1/63, 1/37) per K");
 }
 
 std::vector<std::string> find_unphysical(const TissueProperties& tissue) {

@@ -436,6 +436,64 @@ TEST_CASE("cautery: a mesh coarser than the contact takes the disk, with equal p
   CHECK(report.power == Approx(20 * disk / (disk + 150)).epsilon(0.01));
 }
 
+// Would catch metal that is warm, or cools nothing, where the disk stands for the potential: a mesh
+// coarser than the contact would boil sooner than a fine one for no reason in physics.
+TEST_CASE("cautery: the electrode cools tissue under the disk, too", "[unit]") {
+  const TetMesh mesh = testing::make_box({5, 5, 5}, 4e-3, 0.1);
+  Scene scene;
+  scene.add_body("liver", mesh);
+  const ThermalBody body{0, &mesh, kLiver};
+  double hottest[2], into_metal[2];
+  for (const int i : {0, 1}) {
+    Solver solver(scene);
+    Cautery cautery(solver, std::span(&body, 1), {.electrode_cooling = i * 2e4});
+    double delivered = 0;
+    for (int k = 0; k < 50; ++k) {
+      const CauteryReport report =
+          cautery.update(solver, point({9e-3F, 11e-3F, 20e-3F}), cut_settings(20), 20e-3);
+      REQUIRE(report.is_disk);
+      delivered += report.energy;
+      hottest[i] = report.hottest;
+    }
+    check_ledger(cautery);
+    into_metal[i] = cautery.electrode_energy() / (delivered + cautery.electrode_energy());
+  }
+  CHECK(into_metal[0] == 0);
+  CHECK(into_metal[1] > 0.01);
+  CHECK(into_metal[1] < 0.3);
+  CHECK(hottest[1] < hottest[0]);
+}
+
+// Would catch dry tissue that goes unpaid, is not said to wait, or is forgotten: where tissue
+// counts as dry with nine tenths of its water left, more of it is dry than the energy could have
+// dried.
+TEST_CASE("cautery: dry tissue waits for the energy that would have dried it", "[property]") {
+  const Setup setup;
+  Solver solver(setup.scene, {.damping = 20});
+  const ThermalBody body{0, &setup.mesh, kLiver};
+  CauteryOptions options{.tearing_rate = 1e3};  // nothing tears
+  options.model.dry_water = 0.9;
+  Cautery cautery(solver, std::span(&body, 1), options);
+  int waited = 0, went = 0;
+  for (int i = 0; i < 150; ++i) {
+    const CauteryReport report = cautery.update(solver, kOnTop, cut_settings(40), 10e-3);
+    Index due = 0;
+    for (Index t = 0; t < setup.mesh.tet_count(); ++t) {
+      due += solver.is_tet_alive(t) && cautery.state(t) == HeatState::vaporised ? 1 : 0;
+    }
+    CHECK(report.deferred == due);
+    waited += report.deferred > 0 ? 1 : 0;
+    went += waited > 0 ? static_cast<int>(report.edit.tets.size()) : 0;
+    check_ledger(cautery);
+  }
+  CHECK(waited > 10);
+  CHECK(went > 10);
+  // without the generator nothing more is paid for, and nothing goes but what was
+  const CauteryReport last = cautery.update(solver, kOnTop, std::nullopt, 10e-3);
+  CHECK(last.deferred > 0);
+  CHECK(last.edit.tets.empty());
+}
+
 // Karaki et al. 2020, CMBBE 23:1317: a moving blade in porcine liver does nothing visible at 10 W,
 // coagulates at 25 W, cuts at 50 W. Speed and contact area as there; the shape of the contact, the
 // cooling of the electrode and what tears are calibrated (CauteryOptions).

@@ -50,19 +50,20 @@ struct Conductor {
   std::vector<Index> ground_vertices;
 };
 
-/// [vertex_count of the mesh] potentials, zero outside the region.
-inline std::vector<double> spread(const ThermalMesh& mesh, const PotentialField& field) {
-  std::vector<double> potentials(static_cast<std::size_t>(mesh.vertex_count()), 0.0);
-  for (std::size_t row = 0; row < field.vertices().size(); ++row) {
-    potentials[field.vertices()[row]] = field.potentials()[row];
+/// [vertex_count of the mesh] what a field has at the vertices of its region, zero outside.
+inline std::vector<double> spread(const PotentialField& field, std::span<const double> values,
+                                  Index vertex_count) {
+  std::vector<double> all(static_cast<std::size_t>(vertex_count), 0.0);
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    all[field.vertices()[row]] = values[row];
   }
-  return potentials;
+  return all;
 }
 
 /// [vertex_count of the mesh] A at one volt that vertices take up: what of K u is not zero.
 inline std::vector<double> currents(const ThermalMesh& mesh, const PotentialField& field,
                                     const std::vector<double>& conductivities) {
-  const std::vector<double> u = spread(mesh, field);
+  const std::vector<double> u = spread(field, field.potentials(), mesh.vertex_count());
   std::vector<double> sums(u.size(), 0.0);
   for (const Index t : field.tets()) {
     for (std::size_t k = 0; k < 6; ++k) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/thermal/thermal_model.h"
 
+#include <cmath>
 #include <limits>
 
 #include "pbdsurg/core/error.h"
@@ -53,6 +54,19 @@ TEST_CASE("thermal model: bad settings are refused by name", "[unit]") {
                     ContainsSubstring("has_latent_heat"));
   CHECK_THROWS_WITH(check_model(with(&ThermalModel::tissue, TissueProperties{0, 1, 1, 0})),
                     ContainsSubstring("density"));
+}
+
+// Who knows the method by Newmark's name sets the same number; would catch one that is lost, or
+// taken unchecked.
+TEST_CASE("thermal model: Newmark's gamma is theta", "[unit]") {
+  ThermalModel model;
+  model.set_newmark_gamma(0.5);
+  CHECK(model.theta == 0.5);
+  CHECK_NOTHROW(check_model(model));
+  for (const double bad : {0.25, 1.5, std::nan("")}) {
+    CHECK_THROWS_WITH(model.set_newmark_gamma(bad), ContainsSubstring("gamma"));
+  }
+  CHECK(model.theta == 0.5);
 }
 
 }  // namespace pbdsurg

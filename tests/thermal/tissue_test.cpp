@@ -79,6 +79,11 @@ TEST_CASE("tissue: bad properties are refused by name and value", "[unit]") {
   CHECK_THROWS_WITH(check_tissue(with(&T::water_fraction, 1.5)),
                     ContainsSubstring("water fraction is 1.5"));
   CHECK_THROWS_AS(check_tissue(with(&T::collagen_contraction, 1)), InvalidArgument);
+  for (const double bad : {-1.0 / 63, 1.0 / 37, nan}) {  // no conductivity is left at 100, or at 0
+    CHECK_THROWS_WITH(check_tissue(with(&T::conductivity_rise, bad)),
+                      ContainsSubstring("conductivity rise"));
+  }
+  CHECK_NOTHROW(check_tissue(with(&T::conductivity_rise, -0.015)));
   TissueProperties tissue = kLiver;
   tissue.damage.log_frequency = infinite;  // what A = exp(700) in a float would give
   CHECK_THROWS_WITH(check_tissue(tissue), ContainsSubstring("damage"));

@@ -37,7 +37,9 @@ struct CauteryOptions {
   /// ohm, of the way through the patient's body, in series; usually 50 to 200. Heats nothing here.
   double body_resistance = 150;
   /// W/(m^2 K) from touched tissue into the metal of the electrode, out of the heat that the
-  /// current makes there: no more than that, and none where DiskSource takes over. Calibrated, with
+  /// current makes there, and no more than that. Where DiskSource takes over, vertices stand for
+  /// the contact by their share of its heat; a mesh so coarse is colder there than tissue would be,
+  /// and gives the metal less. Calibrated, with
   /// the next two: 10 mm^2 of contact, 6.6 mm across its way and 1.6 mm along, that move at 10 mm/s
   /// over liver leave no mark at 10 W, whiten at 25 W and cut at 50 W, as Karaki et al. 2020
   /// observed. Literature leaves that shape open, too.

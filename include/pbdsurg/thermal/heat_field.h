@@ -22,6 +22,7 @@ namespace pbdsurg {
 
 class HeatRegion;
 struct Renumbering;
+class StepTeam;
 
 /// Heat delivered to one vertex.
 struct HeatSource {
@@ -53,7 +54,8 @@ struct HeatOptions {
   double active_rise = 0.1;
   double tolerance = 1e-6;    ///< of the linear system's residual, relative; (0, 1)
   int most_iterations = 200;  ///< of its solver, >= 1
-  int threads = 1;            ///< 1 to 256, for large regions; bits do not depend on it
+  /// 1 to 256, which systems too small for them leave asleep; the bits do not depend on it.
+  int threads = 1;
   ThreadWait wait = ThreadWait::yield;
   /// Of the linear system alone: all else is on the host. cuda: up to 2^25 active vertices
   FieldBackend backend = FieldBackend::automatic;
@@ -191,6 +193,8 @@ class HeatField final : public EditParticipant {
             const EditResult& result) noexcept override;
 
  private:
+  friend class PotentialField;  // which may share threads
+
   // Copies with its owner.
   class RegionPointer {
    public:
@@ -210,12 +214,15 @@ class HeatField final : public EditParticipant {
     double sensible = 0, latent = 0;
   };
 
+  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept;
   void resize(std::size_t vertex_count);
-  [[nodiscard]] const TissueProperties& tissue(Index vertex) const;
+  // of a vertex with tissue
+  [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
+    return mesh_.tissues()[mesh_.tissue_of_vertex(vertex)];
+  }
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;
   [[nodiscard]] Heat heat_of(Index tet) const;
   [[nodiscard]] Heat heat_of(std::span<const Index> vertices) const;
-  [[nodiscard]] bool is_warm(double temperature, double rise) const;
   void check(double dt, std::span<const HeatSource> sources,
              std::span<const TetHeatSource> tet_sources) const;
   void activate(std::span<const HeatSource> sources, std::span<const TetHeatSource> tet_sources);

@@ -17,6 +17,7 @@
 
 namespace pbdsurg {
 
+class HeatField;
 struct Renumbering;
 
 /// A vertex that the electrode touches.
@@ -33,7 +34,8 @@ struct PotentialOptions {
   double tolerance = 1e-3;            ///< of the residual, (0, 1); the power's error is its square
   int most_iterations = 200;          ///< >= 0
   double conductivity_change = 0.05;  ///< relative, beyond which a solution is out of date, >= 0
-  int threads = 1;                    ///< >= 0; 0: one a processor; the bits are the same for all
+  /// >= 0; 0: one a processor. Systems too small for them leave them asleep; the bits are the same.
+  int threads = 1;
   ThreadWait wait = ThreadWait::yield;
   FieldBackend backend = FieldBackend::automatic;  ///< cuda: up to 2^25 vertices of a region
 };
@@ -75,6 +77,13 @@ class PotentialField {
   /// @throws InvalidArgument     naming the option that is out of range
   /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
   explicit PotentialField(const ThermalMesh& mesh, const PotentialOptions& options = {});
+
+  /// In the tissue of a field of heat, whose threads it shares where both ask for as many and wait
+  /// alike: then only one of the two may work at a time.
+  /// @param field  must outlive this
+  /// @throws InvalidArgument     naming the option that is out of range
+  /// @throws BackendUnavailable  as above
+  explicit PotentialField(const HeatField& field, const PotentialOptions& options = {});
   ~PotentialField();
   PotentialField(const PotentialField&) = delete;
   PotentialField& operator=(const PotentialField&) = delete;
@@ -93,6 +102,14 @@ class PotentialField {
   /// @throws InvalidArgument  naming the vertex that is out of range; then nothing has changed
   void set_ground(std::span<const Index> vertices);
 
+  /// Finds the region that the next solve() will solve in, for who gathers positions of it alone;
+  /// what is given below stays that of the last solution.
+  /// @param conductivities  as for solve()
+  /// @return  [n] ids of its vertices, valid until the next call; empty where nothing conducts
+  /// @throws InvalidArgument  as solve()
+  /// Cost: O(region) to look, far below a solution; a search, where one is due, as much as one.
+  std::span<const Index> find_region(std::span<const double> conductivities);
+
   /// Solves for one volt, from where the last solution ended, if the patch, the topology or a
   /// conductivity of the region changed enough; else nothing is done but to look.
   /// @param conductivities  [tet_count] S/m, >= 0 and finite where tetrahedra of the region live
@@ -105,7 +122,9 @@ class PotentialField {
   ///                          finite; then nothing has changed
   /// @throws Error            if a device fails; then nothing is left of the last solution, as with
   ///                          an empty patch, and the next call starts afresh
-  /// Cost: O(region), and of a new region once more; see bench/potential_bench.cpp.
+  /// Cost: O(region), and of a new region once more: one that has to be searched for, since the
+  /// patch left its middle, tissue came or changed corners, or may have been cut off by what went.
+  /// See bench/potential_bench.cpp.
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
 
@@ -117,7 +136,8 @@ class PotentialField {
 
   [[nodiscard]] const PotentialReport& report() const noexcept;
 
-  /// [vertex_count of the region] ids
+  /// [vertex_count of the region] ids. Until another region is searched for, those stay whose
+  /// tissue has gone, without heat; so do their tetrahedra in tets().
   [[nodiscard]] std::span<const Index> vertices() const noexcept;
 
   /// [vertex_count of the region] share of the electrode's voltage, in [0, 1] but for obtuse

@@ -129,6 +129,10 @@ class ThermalMesh final : public EditParticipant {
   /// had, others leave it, and an undo goes back to the one before.
   [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
 
+  /// Counts compactions, and edits and undos that brought or joined living tissue: between two
+  /// calls that give the same number, tetrahedra have gone and nothing else has changed.
+  [[nodiscard]] std::uint64_t growth() const noexcept { return growth_; }
+
   /// Vertices at which the last edit or undo changed tetrahedra, each once; those that an undo did
   /// away with are left out. Valid until the next.
   [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
@@ -176,7 +180,7 @@ class ThermalMesh final : public EditParticipant {
   std::vector<Index> first_corners_;                // [vertex_count]
   std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
   Index sliver_count_ = 0;
-  std::uint64_t version_ = 0, newest_version_ = 0;
+  std::uint64_t version_ = 0, newest_version_ = 0, growth_ = 0;
   int renumberings_ = 0;
 
   std::vector<Index> touched_;

@@ -33,10 +33,14 @@ struct ThermalModel {
   RemovalRule removal = RemovalRule::water;
   double dry_water = 0.05;  ///< share of its water at which tissue counts as dry, (0, 1)
   ColorRule color = ColorRule::state;
-  /// Of the theta method, [1/2, 1]: 1 never overshoots, 1/2 is of second order. Newmark's scheme
-  /// for an equation without a second derivative is this one; its gamma is theta.
+  /// Of the theta method, [1/2, 1]: 1 never overshoots, 1/2 is of second order.
   double theta = 1;
   std::optional<TissueProperties> tissue;  ///< what all bodies are made of, instead of their own
+
+  /// Sets theta by its name in Newmark's scheme, which for an equation without a second derivative
+  /// is this method: gamma is theta, and beta, which weighs that derivative, does nothing.
+  /// @throws InvalidArgument  unless gamma is in [1/2, 1]; then nothing has changed
+  void set_newmark_gamma(double gamma);
 
   /// Physics as it is known: all defaults.
   static ThermalModel physical();

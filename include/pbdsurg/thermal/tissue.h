@@ -52,6 +52,10 @@ struct TissueProperties {
   /// it has zero. About 0.3 along fibres (literature).
   double collagen_contraction{0};
   DamageKinetics damage{kLiverCoagulation};
+  /// 1/K, b of the conductivity of heat k (1 + b (T - 37)), constant from 100 degrees on; positive
+  /// there and at 0: (-1/63, 1/37). Ablation models take some 0.002, as commonly quoted; results
+  /// hardly depend on it (Dodde et al. 2008). 0 costs nothing.
+  double conductivity_rise{0};
 };
 
 /// 1/s from the usual unit of perfusion, ml of blood per minute and kg of tissue.

@@ -113,6 +113,17 @@ PBDSURG_HOST_DEVICE Real charring(Real charred, Real temperature, Real dt) {
   return 1 - (1 - charred) * exp(-rate * dt);
 }
 
+/// Conductivity of heat, W/(m K), by TissueProperties::conductivity_rise between 0 and 100 degrees,
+/// constant beyond.
+template <class Real>
+PBDSURG_HOST_DEVICE Real heat_conductivity(const TissueProperties& tissue, Real temperature) {
+  const auto hottest = static_cast<Real>(kBoilingTemperature);
+  const Real warm = temperature < hottest ? (temperature > 0 ? temperature : Real{0}) : hottest;
+  return static_cast<Real>(tissue.conductivity) *
+         (1 + static_cast<Real>(tissue.conductivity_rise) *
+                  (warm - static_cast<Real>(kBodyTemperature)));
+}
+
 inline constexpr double kConductivityRise =
     0.015;                                        ///< 1/K, of ionic conduction; literature 1.5-2 %
 inline constexpr double kDryConductivity = 0.01;  ///< share of moist: two decades, as in ablation
