@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 namespace pbdsurg::cuda {
 namespace {
@@ -236,10 +237,11 @@ void ClusterSchedule::take_out(Index n) {
       chains_[place].erase(find_visit(place, constraint.phase));
     }
   }
+  if (constraint.border_corners != 0) {
+    leave_border(n);
+  }
   auto& list = blocks_[constraint.block].constraints[constraint.phase];
-  constraints_[list.back()].position = constraint.position;
-  mark_constraint(list.back());
-  list[constraint.position] = list.back();
+  swap_with(n, list.back());
   list.pop_back();
   mark_round(constraint.block, constraint.phase);
   constraint.block = constraint.position = kInvalidIndex;
@@ -330,12 +332,6 @@ void ClusterSchedule::link_touched(Index place_count) {
   chains_.resize(static_cast<std::size_t>(place_count));
   is_touched_.resize(chains_.size());
   slots_.set_place_count(place_count);
-  for (const auto& [block, phase] : changes_.rounds) {
-    // not a stable one: few change their positions
-    std::ranges::partition(blocks_[block].constraints[phase],
-                           [&](Index n) { return constraints_[n].border_corners != 0; });
-    number_constraints(block, phase);
-  }
 }
 
 void ClusterSchedule::find_slots(Index place, bool exists) {
@@ -404,9 +400,13 @@ void ClusterSchedule::link(Index place) {
     } else {
       constraint.border_corners &= static_cast<std::uint8_t>(~bit);
     }
-    if (was_border != (constraint.border_corners != 0)) {
-      mark_constraint(visit.constraint);
-      mark_round(visit.block, visit.phase);
+    const bool is_border = constraint.border_corners != 0;
+    if (was_border != is_border && constraint.position != kInvalidIndex) {
+      if (is_border) {
+        join_border(visit.constraint);
+      } else {
+        leave_border(visit.constraint);
+      }
     }
     from = visit.block;
   }
@@ -417,13 +417,33 @@ void ClusterSchedule::number_constraints(Index block, Index phase) {
   Index& border = blocks_[block].border_counts[phase];
   border = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    ScheduledConstraint& constraint = constraints_[list[i]];
-    if (constraint.position != static_cast<Index>(i)) {
-      constraint.position = static_cast<Index>(i);
-      mark_constraint(list[i]);
-    }
-    border += constraint.border_corners != 0;
+    constraints_[list[i]].position = static_cast<Index>(i);
+    border += constraints_[list[i]].border_corners != 0;
   }
+}
+
+// Constraints of one block and phase.
+void ClusterSchedule::swap_with(Index n, Index other) {
+  ScheduledConstraint& one = constraints_[n];
+  auto& list = blocks_[one.block].constraints[one.phase];
+  std::swap(list[one.position], list[constraints_[other].position]);
+  std::swap(one.position, constraints_[other].position);
+  mark_constraint(n);
+  mark_constraint(other);
+}
+
+void ClusterSchedule::join_border(Index n) {
+  const ScheduledConstraint& constraint = constraints_[n];
+  Block& block = blocks_[constraint.block];
+  swap_with(n, block.constraints[constraint.phase][block.border_counts[constraint.phase]++]);
+  mark_round(constraint.block, constraint.phase);
+}
+
+void ClusterSchedule::leave_border(Index n) {
+  const ScheduledConstraint& constraint = constraints_[n];
+  Block& block = blocks_[constraint.block];
+  swap_with(n, block.constraints[constraint.phase][--block.border_counts[constraint.phase]]);
+  mark_round(constraint.block, constraint.phase);
 }
 
 }  // namespace pbdsurg::cuda

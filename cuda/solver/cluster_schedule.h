@@ -153,6 +153,9 @@ class ClusterSchedule {
   void find_slots(Index place, bool exists);
   void link(Index place);
   void number_constraints(Index block, Index phase);
+  void swap_with(Index n, Index other);
+  void join_border(Index n);
+  void leave_border(Index n);
 
   std::vector<Block> blocks_;
   std::vector<Index> first_;  // [phase + 1] number of its first constraint
