@@ -67,10 +67,10 @@ struct Organ {
     const PotentialReport& report = potential.solve(conductivities);
     iterations += report.is_new ? report.iterations : 0;
     sources.clear();
-    for (std::size_t row = 0; report.is_closed && row < potential.vertices().size(); ++row) {
-      sources.push_back(
-          {potential.vertices()[row],
-           kPower * std::max(0.0, potential.vertex_heat()[row]) / report.conductance});
+    const std::span<const Index> vertices = potential.vertices();
+    const std::span<const double> watts = potential.vertex_heat();  // for 1 V
+    for (std::size_t row = 0; report.is_closed && row < vertices.size(); ++row) {
+      sources.push_back({vertices[row], kPower * std::max(0.0, watts[row]) / report.conductance});
     }
     heat.step(kTimeStep, sources);
     for (const Index v : heat.active_vertices()) {

@@ -250,8 +250,9 @@ TissueLoad Current::find_potential_load(const Solver& solver) {
   const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
   heat_.clear();
   const std::span<const Index> vertices = potential_.vertices();
+  const std::span<const double> watts = potential_.vertex_heat();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    heat_.push_back({vertices[i], std::max(0.0, potential_.vertex_heat()[i])});
+    heat_.push_back({vertices[i], std::max(0.0, watts[i])});
   }
   TissueLoad load;
   load.conductance = report.conductance;

@@ -176,23 +176,30 @@ bool ContactRegion::serves(const PotentialRegion& region, std::span<const double
 bool ContactRegion::collect_gone(const PotentialRegion& region,
                                  std::span<const double> conductivities) {
   const auto conductivity = [&](Index t) {
-    if (!mesh_.is_alive(t)) {
-      return 0.0;
-    }
-    check_conductivity(t, conductivities[t]);
-    return conductivities[t];
+    const double alive = conductivities[t];
+    return mesh_.is_alive(t) ? alive : 0.0;
   };
-  gone_.clear();
+  bool is_valid = true, is_same = true;  // without branches, for mostly nothing has gone
   for (std::size_t i = 0; i < region.tets.size(); ++i) {
-    found_conductivities_[i] = conductivity(region.tets[i]);
+    const double now = conductivity(region.tets[i]);
+    found_conductivities_[i] = now;
+    is_valid &= is_conductivity(now);
+    is_same &= (now == 0) == (is_gone_[i] != 0);
+  }
+  gone_.clear();
+  for (std::size_t i = 0; i < region.tets.size() && !(is_valid && is_same); ++i) {
     const bool is_gone = found_conductivities_[i] == 0;
+    check_conductivity(region.tets[i], found_conductivities_[i]);
     if (is_gone && is_gone_[i] == 0) {
       gone_.push_back(static_cast<Index>(i));
     } else if (!is_gone && is_gone_[i] != 0) {
       return false;
     }
   }
-  return std::ranges::none_of(region.insulators, [&](Index t) { return conductivity(t) > 0; });
+  return std::ranges::none_of(region.insulators, [&](Index t) {
+    check_conductivity(t, conductivity(t));
+    return conductivity(t) > 0;
+  });
 }
 
 bool ContactRegion::is_in_middle(const PotentialRegion& region) const {

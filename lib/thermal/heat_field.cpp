@@ -29,17 +29,25 @@ const HeatOptions& checked(const HeatOptions& options) {
   return options;
 }
 
+[[noreturn]] void refuse_power(const char* what, Index id, double power) {
+  throw InvalidArgument(std::string(what) + " " + std::to_string(id) + " has a power of " +
+                        std::to_string(power) + " W; it must be >= 0 and finite");
+}
+
 void check_power(const char* what, Index id, double power) {
   if (!(power >= 0) || !std::isfinite(power)) {
-    throw InvalidArgument(std::string(what) + " " + std::to_string(id) + " has a power of " +
-                          std::to_string(power) + " W; it must be >= 0 and finite");
+    refuse_power(what, id, power);
   }
+}
+
+[[noreturn]] void refuse_id(const char* what, Index id, Index count) {
+  throw InvalidArgument(std::string(what) + " " + std::to_string(id) + "; ids must be in [0, " +
+                        std::to_string(count) + ")");
 }
 
 void check_id(const char* what, Index id, Index count) {
   if (id < 0 || id >= count) {
-    throw InvalidArgument(std::string(what) + " " + std::to_string(id) + "; ids must be in [0, " +
-                          std::to_string(count) + ")");
+    refuse_id(what, id, count);
   }
 }
 

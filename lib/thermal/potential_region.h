@@ -5,8 +5,8 @@
 /// The part of a mesh in which a potential is solved.
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -83,11 +83,14 @@ class RegionSearch {
 /// @throws InvalidArgument  if a vertex is not in [0, count), naming it and what has it
 void check_vertex(const char* what, Index vertex, Index count);
 
+inline bool is_conductivity(double value) {
+  return value >= 0 && value <= std::numeric_limits<double>::max();
+}
 [[noreturn]] void refuse_conductivity(Index tet, double conductivity);
 
 /// @throws InvalidArgument  naming a conductivity that is not >= 0 and finite
 inline void check_conductivity(Index tet, double conductivity) {
-  if (!(conductivity >= 0) || !std::isfinite(conductivity)) {
+  if (!is_conductivity(conductivity)) {
     refuse_conductivity(tet, conductivity);
   }
 }

@@ -30,8 +30,9 @@ struct Found {
   }
 };
 
-/// A contact, whole or in part, that moves over a block with obtuse tetrahedra and burns it: dry
-/// tetrahedra, a hole, a region that is a ball or all of the block, a current shape, an island.
+/// A contact, whole or in part, that moves over a block with obtuse tetrahedra and burns it:
+/// tetrahedra that go or are dry, a hole, a region that is a ball or all of the block, a current
+/// shape, an island.
 inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& options) {
   constexpr double kEdge = 1e-3;  // m
   const TetMesh shape = make_box(cells, kEdge, 0.2);
@@ -71,6 +72,15 @@ inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& opti
   for (int frame = 0; frame < 14; ++frame) {
     touch(0.3 * frame, 1.9);
     for_tets_between(0, 2, [&](Index t) { conductivities[t] *= 0.9; });
+    if (frame % 4 == 3) {  // one goes, which leaves the region as it is
+      EditResult result;
+      for_tets_between(1.5, 3, [&](Index t) {
+        if (mesh.is_alive(t)) {
+          result.tets = {t};
+        }
+      });
+      mesh.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+    }
     solve();
   }
   for_tets_between(2, 2.6, [&](Index t) { conductivities[t] = 0; });
