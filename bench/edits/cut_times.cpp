@@ -25,8 +25,8 @@ CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
   CutFront front;
   CutTimes times{};
   std::vector<double> plain_steps, plans, edits, per_added, steps, added;
-  for (int frame = 0; frame < frames; ++frame) {
-    plain_steps.push_back(plain.step());
+  for (int frame = 0; frame < frames || edits.empty(); ++frame) {
+    const double plain_ms = plain.step();
     const Blade::Way way = blade.next();
     CutPlan plan;
     const double plan_ms = time_of([&] {
@@ -39,11 +39,12 @@ CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
       edited.step();
       continue;
     }
+    plain_steps.push_back(plain_ms);
     plans.push_back(plan_ms);
     edits.push_back(edited.apply(plan.edit));
     steps.push_back(edited.step());
     per_added.push_back(1e3 * edits.back() / count);
-    added.push_back(edits.back() + steps.back() - plain_steps.back());
+    added.push_back(edits.back() + steps.back() - plain_ms);
     times.added += count;
     times.divided += static_cast<Index>(edited.result.tets.size());
   }

@@ -53,7 +53,7 @@ inline constexpr Index kManyClusterThreads = 480;
 inline constexpr Index kMostClusterPhases = 4095;
 
 struct ClusterBlock {
-  std::uint32_t first_place;  ///< in ClusterProgram::places
+  std::uint32_t first_place;  ///< in ClusterArrays::places
   std::uint32_t home_count;   ///< of these; in slots 0 on
   std::uint32_t slot_count;
   std::uint32_t first_round;

@@ -40,8 +40,9 @@ std::size_t words_of(const ClusterRound& round) {
 
 std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages,
                                                    const StageRecords& records, Index place_count,
-                                                   Index ordered_count, Index block_count,
-                                                   bool is_damped, bool has_room) {
+                                                   std::span<const PlaceRun> ordered,
+                                                   Index block_count, bool is_damped,
+                                                   bool has_room) {
   if (stages.empty() || static_cast<Index>(stages.size()) > kMostClusterPhases ||
       std::ranges::any_of(stages, [](const Stage& stage) {
         return stage.level_count > 0 || shape_of(stage.kind) == nullptr;
@@ -49,7 +50,7 @@ std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages
     return std::nullopt;
   }
   ClusterProgram program(stages, records, is_damped, has_room);
-  program.make_schedule(place_count, ordered_count, block_count);
+  program.make_schedule(place_count, ordered, block_count);
   program.find_sizes();
   if (program.sizes_.slot_room > static_cast<Index>(kSlotMask)) {
     return std::nullopt;
@@ -68,7 +69,8 @@ ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords
   numbers(DeviceArray::strain_limits) = numbers_of(records.strain_limits);
 }
 
-void ClusterProgram::make_schedule(Index place_count, Index ordered_count, Index block_count) {
+void ClusterProgram::make_schedule(Index place_count, std::span<const PlaceRun> ordered,
+                                   Index block_count) {
   std::vector<std::vector<SweepConstraint>> phases;
   Index count = 0;
   for (const Stage& stage : stages_) {
@@ -83,7 +85,7 @@ void ClusterProgram::make_schedule(Index place_count, Index ordered_count, Index
                                                      static_cast<std::size_t>(shape.record_size)]));
     }
   }
-  schedule_.emplace(phases, place_count, ordered_count, block_count);
+  schedule_.emplace(phases, place_count, ordered, block_count);
 }
 
 void ClusterProgram::find_sizes() {

@@ -25,16 +25,14 @@ class ClusterProgram {
  public:
   /// Makes a program of stages. Records without places are of no constraint yet.
   /// @param place_count    vertices
-  /// @param ordered_count  of these, the first: near ones have near numbers
+  /// @param ordered        see ClusterSchedule
   /// @param block_count    1 to kMostClusterBlocks
   /// @param has_room       whether edits are to find room for more of everything
   /// @return  nothing if a cluster cannot execute the stages: none, serial or joint ones, too many
   ///          phases, or more vertices than a block has slots
-  [[nodiscard]] static std::optional<ClusterProgram> make(std::span<const Stage> stages,
-                                                          const StageRecords& records,
-                                                          Index place_count, Index ordered_count,
-                                                          Index block_count, bool is_damped,
-                                                          bool has_room);
+  [[nodiscard]] static std::optional<ClusterProgram> make(
+      std::span<const Stage> stages, const StageRecords& records, Index place_count,
+      std::span<const PlaceRun> ordered, Index block_count, bool is_damped, bool has_room);
 
   /// Follows changes of records: parameters, constraints that go, come back, come anew or get other
   /// vertices. Cost: see ClusterSchedule::follow(), and the rounds that these are in.
@@ -73,7 +71,7 @@ class ClusterProgram {
 
   ClusterProgram(std::span<const Stage> stages, const StageRecords& records, bool is_damped,
                  bool has_room);
-  void make_schedule(Index place_count, Index ordered_count, Index block_count);
+  void make_schedule(Index place_count, std::span<const PlaceRun> ordered, Index block_count);
   void find_sizes();
   void write_all();
 

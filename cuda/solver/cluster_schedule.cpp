@@ -10,15 +10,19 @@ namespace pbdsurg::cuda {
 namespace {
 
 // Blocks in whose parts places lie, by which constraints are shared out. Places in order are halved
-// and halved again; one that came later lies where a neighbour does.
+// and halved again; others lie where a neighbour does.
 std::vector<Index> find_parts(std::span<const std::vector<SweepConstraint>> phases,
-                              Index place_count, Index ordered_count, std::size_t block_count) {
+                              Index place_count, std::span<const PlaceRun> ordered,
+                              std::size_t block_count) {
   std::vector<Index> parts(static_cast<std::size_t>(place_count), kInvalidIndex);
-  for (Index place = 0; place < ordered_count; ++place) {
-    parts[place] = static_cast<Index>(static_cast<std::int64_t>(place) *
-                                      static_cast<std::int64_t>(block_count) / ordered_count);
+  for (const auto& [first, count] : ordered) {
+    for (Index i = 0; i < count; ++i) {
+      parts[first + i] = static_cast<Index>(static_cast<std::int64_t>(i) *
+                                            static_cast<std::int64_t>(block_count) / count);
+    }
   }
-  for (std::size_t phase = 0; phase < phases.size() && place_count > ordered_count; ++phase) {
+  const bool are_all_ordered = std::ranges::find(parts, kInvalidIndex) == parts.end();
+  for (std::size_t phase = 0; phase < phases.size() && !are_all_ordered; ++phase) {
     for (const auto& [places] : phases[phase]) {
       const auto known = std::ranges::find_if(places, [&](Index place) {
         return place != kInvalidIndex && parts[place] != kInvalidIndex;
@@ -37,7 +41,8 @@ std::vector<Index> find_parts(std::span<const std::vector<SweepConstraint>> phas
 }  // namespace
 
 ClusterSchedule::ClusterSchedule(std::span<const std::vector<SweepConstraint>> phases,
-                                 Index place_count, Index ordered_count, int block_count)
+                                 Index place_count, std::span<const PlaceRun> ordered,
+                                 int block_count)
     : blocks_(static_cast<std::size_t>(block_count)),
       chains_(static_cast<std::size_t>(place_count)),
       slots_(block_count),
@@ -49,7 +54,7 @@ ClusterSchedule::ClusterSchedule(std::span<const std::vector<SweepConstraint>> p
     block.border_counts.resize(phases.size());
     block.arrivals.assign(phases.size() + 1, 0);
   }
-  const std::vector<Index> parts = find_parts(phases, place_count, ordered_count, blocks_.size());
+  const std::vector<Index> parts = find_parts(phases, place_count, ordered, blocks_.size());
   assign_blocks(phases, parts);
 
   std::vector<Index> lengths(chains_.size(), 0);
@@ -150,6 +155,11 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
       moving.push_back(&placement);
     }
   }
+  // neighbours one after another, so that each finds where the last went
+  std::ranges::stable_sort(moving, {}, [](const Placement* placement) {
+    return std::ranges::min(placement->next.places, {},
+                            [](Index place) { return static_cast<std::uint32_t>(place); });
+  });
   // all leave before any comes, for one may come where another was
   for (const Placement* const placement : moving) {
     if (constraints_[placement->constraint].block != kInvalidIndex) {

@@ -34,6 +34,12 @@ struct VertexTarget {
   bool operator==(const VertexTarget&) const = default;
 };
 
+/// Places that follow each other, of which near ones have near numbers.
+struct PlaceRun {
+  Index first;
+  Index count;
+};
+
 /// One constraint to be scheduled.
 struct SweepConstraint {
   /// kInvalidIndex beyond those that it has; all of them if there is no such constraint now.
@@ -67,10 +73,10 @@ class ClusterSchedule {
  public:
   /// @param phases         [phase] constraints that share no vertex, in the order of the plan
   /// @param place_count    vertices
-  /// @param ordered_count  of these, the first: near ones have near numbers
+  /// @param ordered        of these, those that are shared out in order; others go to a neighbour
   /// @param block_count    of the cluster, >= 1
   ClusterSchedule(std::span<const std::vector<SweepConstraint>> phases, Index place_count,
-                  Index ordered_count, int block_count);
+                  std::span<const PlaceRun> ordered, int block_count);
 
   struct Placement {
     Index constraint;

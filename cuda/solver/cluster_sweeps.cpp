@@ -16,9 +16,30 @@ namespace {
 // Beyond, the whole device does more than the sixteen multiprocessors of a cluster.
 constexpr Index kMostConstraints = 800'000;
 
+// Without records for constraints to come.
 Index count_constraints(std::span<const Stage> stages) {
-  return std::accumulate(stages.begin(), stages.end(), Index{0},
-                         [](Index sum, const Stage& stage) { return sum + stage.count; });
+  return std::accumulate(stages.begin(), stages.end(), Index{0}, [](Index sum, const Stage& stage) {
+    return sum + stage.count - stage.spare;
+  });
+}
+
+Index count_phases(std::span<const Stage> stages) {
+  return static_cast<Index>(
+      std::ranges::count_if(stages, [](const Stage& stage) { return stage.count > stage.spare; }));
+}
+
+// The vertices that the solver began with are ordered, and those of each body that came later;
+// those of cuts are not.
+std::vector<PlaceRun> find_ordered_places(const SolverData& data) {
+  const auto first =
+      static_cast<Index>(data.place_of_vertex.size() - data.later_vertex_bodies.size());
+  std::vector<PlaceRun> ordered{{0, first}};
+  for (const Body& body : data.bodies) {
+    if (body.first_vertex >= first) {
+      ordered.push_back({body.first_vertex, body.vertex_count});
+    }
+  }
+  return ordered;
 }
 
 // How long a phase takes, in the time that a block takes for one more constraint, some 2 ns; fitted
@@ -79,8 +100,7 @@ class ClusterSweeps final : public Sweeps {
   // The fastest, of as many blocks as it takes.
   bool choose_program(const SolverData& data, std::span<const Stage> stages,
                       const StageRecords& records, bool has_room) {
-    const Index phase_size =
-        count_constraints(stages) / std::max(static_cast<Index>(stages.size()), 1);
+    const Index phase_size = count_constraints(stages) / std::max(count_phases(stages), 1);
     std::vector<Index> sizes;
     for (Index size = kMostClusterBlocks; size >= 1; size /= 2) {
       sizes.push_back(size);
@@ -88,10 +108,10 @@ class ClusterSweeps final : public Sweeps {
     std::ranges::stable_sort(sizes, {}, [&](Index size) { return phase_time(phase_size, size); });
     program_.reset();
     const auto place_count = static_cast<Index>(data.place_of_vertex.size());
-    const Index ordered_count = place_count - static_cast<Index>(data.later_vertex_bodies.size());
+    const std::vector<PlaceRun> ordered = find_ordered_places(data);
     Index best_time = std::numeric_limits<Index>::max();
     for (const Index size : sizes) {
-      auto candidate = ClusterProgram::make(stages, records, place_count, ordered_count, size,
+      auto candidate = ClusterProgram::make(stages, records, place_count, ordered, size,
                                             kind_.is_damped, has_room);
       const Index at_a_time = candidate ? prepare(candidate->sizes()) : 0;
       if (at_a_time == 0) {

@@ -152,7 +152,6 @@ class CudaBackend final : public Backend {
                            data.options.iterations > 1;
     is_planned_ = is_recorded_ = false;
     StageRecords records;
-    has_grown_ = has_grown_ || data.changes.grown;
     plan_ = StagePlan(data, records, has_grown_);
     choose_sweeps(data, records);
     name_ = "cuda, " + name_of_device(device_) + ", " + name_of(strategy_) + ", " +
@@ -195,6 +194,7 @@ class CudaBackend final : public Backend {
   // What happened on the host since the last step.
   void take_over(const SolverData& data) {
     const Changes& changes = data.changes;
+    has_grown_ = has_grown_ || changes.grown;
     words_.clear();
     state_.make_room(data, stream_.get());
     std::vector<WordChange> own_words;

@@ -208,7 +208,7 @@ class StagePlan::Builder {
       }
       add_spare(pool, spare, records);
       records_.distance_damping.resize(records_.distances.size());
-      plan_.stages_.push_back({kind, first, count + spare});
+      plan_.stages_.push_back({kind, first, count + spare, 0, 0, spare});
     });
   }
 

@@ -53,6 +53,8 @@ struct Stage {
   /// Of a serial stage: levels [first_level, first_level + level_count) of all; else none.
   Index first_level = 0;
   Index level_count = 0;
+  /// Of the records at its end, those that were of no constraint when the stage was made.
+  Index spare = 0;
 };
 
 }  // namespace pbdsurg::cuda

@@ -75,7 +75,8 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
   StageRecords records;
   const StagePlan plan(solver_data(solver), records);
   auto program = ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
-                                      scene.vertex_count(), block_count, is_damped, false);
+                                      std::vector<PlaceRun>{{0, scene.vertex_count()}}, block_count,
+                                      is_damped, false);
   REQUIRE(program);
   std::vector<std::uint32_t> image(program->image().begin(), program->image().end());
   const auto check = [&] {
@@ -139,8 +140,8 @@ TEST_CASE("cluster program: serial and joint stages have none") {
   Solver solver(scene, options);
   StageRecords records;
   const StagePlan plan(solver_data(solver), records);
-  CHECK(!ClusterProgram::make(plan.stages(), records, scene.vertex_count(), scene.vertex_count(), 4,
-                              false, true));
+  CHECK(!ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
+                              std::vector<PlaceRun>{{0, scene.vertex_count()}}, 4, false, true));
 }
 
 // Would catch a vertex that is sent to the wrong place or phase, a wait for more or less than what
@@ -156,9 +157,10 @@ TEST_CASE("cluster program: after edits, blocks in any order do what the plan sa
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     testing::RandomPlan plan(how.place_count, how.per_stage, how.spare, seed);
     const auto make = [&] {
-      return ClusterProgram::make(plan.stages, plan.records, plan.place_count(),
-                                  std::min(how.place_count, plan.place_count()), how.block_count,
-                                  how.is_damped, has_room);
+      return ClusterProgram::make(
+          plan.stages, plan.records, plan.place_count(),
+          std::vector<PlaceRun>{{0, std::min(how.place_count, plan.place_count())}},
+          how.block_count, how.is_damped, has_room);
     };
     auto program = make();
     REQUIRE(program);

@@ -52,7 +52,8 @@ TEST_CASE("cluster schedule: each constraint finds its vertices where they were 
   const Index place_count = GENERATE(60, 1000);
   const int block_count = GENERATE(1, 3, 16);
   const auto phases = make_phases(place_count, 11, 5);
-  const ClusterSchedule schedule(phases, place_count, place_count, block_count);
+  const ClusterSchedule schedule(phases, place_count, std::vector<PlaceRun>{{0, place_count}},
+                                 block_count);
   REQUIRE(schedule.block_count() == block_count);
 
   std::vector<std::map<Index, Index>> held(static_cast<std::size_t>(block_count));  // slot -> place
@@ -111,7 +112,7 @@ TEST_CASE("cluster schedule: each constraint finds its vertices where they were 
 // What comes from another block is waited for by the warps that hold border constraints alone.
 TEST_CASE("cluster schedule: a constraint that receives is among those of the border") {
   const auto phases = make_phases(800, 9, 2);
-  const ClusterSchedule schedule(phases, 800, 800, 8);
+  const ClusterSchedule schedule(phases, 800, std::vector<PlaceRun>{{0, 800}}, 8);
   std::vector<std::map<std::pair<Index, Index>, bool>> receives(8);  // phase, slot
   for (std::size_t b = 0; b < 8; ++b) {
     for (Index phase = 0; phase < 9; ++phase) {
@@ -144,6 +145,29 @@ TEST_CASE("cluster schedule: a constraint that receives is among those of the bo
     }
   }
   CHECK(received > 100);
+}
+
+// Would catch a body that came later, and that nothing joins to others, in one block alone; and a
+// vertex of a cut away from its neighbours.
+TEST_CASE("cluster schedule: what came later is shared out, too") {
+  constexpr Index kFirst = 400, kGuest = 200, kBlocks = 8;
+  std::vector<std::vector<SweepConstraint>> phases(2);
+  for (Index place = 0; place + 1 < kFirst + kGuest; ++place) {
+    if (place + 1 != kFirst) {
+      phases[place % 2].push_back({{place, place + 1, kInvalidIndex, kInvalidIndex}});
+    }
+  }
+  const Index cut = kFirst + kGuest;  // between others of one block
+  phases[1].push_back({{10, cut, kInvalidIndex, kInvalidIndex}});
+  std::erase_if(phases[1], [](const SweepConstraint& constraint) {
+    return constraint.places[0] == 9 && constraint.places[1] == 10;
+  });
+  const ClusterSchedule schedule(phases, cut + 1,
+                                 std::vector<PlaceRun>{{0, kFirst}, {kFirst, kGuest}}, kBlocks);
+  for (Index block = 0; block < kBlocks; ++block) {
+    CHECK(schedule.slots().home_count(block) < 2 * (kFirst + kGuest) / kBlocks);
+  }
+  CHECK(schedule.slots().home(cut) == schedule.slots().home(10));
 }
 
 }  // namespace pbdsurg::cuda

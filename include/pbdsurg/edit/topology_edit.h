@@ -139,12 +139,11 @@ class EditParticipant {
 ///
 /// Cost: proportional to the change and to what tools hold, and to the number of phases where one
 /// of them comes or goes; for bodies that come, to their size and the number of bodies; for one
-/// that goes, to its size and all that edits brought so far; participants add theirs. What adds
-/// anything, or in a joint plan takes the last owner of an edge, costs as much as there is on a
-/// device, whose constraints are made anew before the next step; what adds anything also with the
-/// vertex-block method, which lays out its rows anew. From a device, new vertices have those read
-/// that they lie between; there is room for SolverOptions::spare, and where it runs out the device
-/// copies its state to where there is more.
+/// that goes, to its size and all that edits brought so far; participants add theirs. On a device,
+/// what adds anything takes spare room, see SolverOptions::spare: where that runs out, its
+/// constraints are made anew before the next step, which costs as much as there is. So does what
+/// adds anything with the vertex-block method, which lays out its rows anew. From a device, new
+/// vertices have those read that they lie between.
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed
