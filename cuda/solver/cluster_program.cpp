@@ -214,6 +214,14 @@ bool ClusterProgram::write_changes() {
       write_constraint(n);
     }
   }
+  for (const Index n : changes.stayed) {
+    const ScheduledConstraint& constraint = schedule_->constraint(n);
+    if (constraint.block != kInvalidIndex && constraint.is_removed) {
+      write(head_of(constraint) + kFirstParameter, std::span(&kRemovedConstraint, 1));
+    } else if (constraint.block != kInvalidIndex) {
+      write_constraint(n);
+    }
+  }
   for (const auto& [b, slot] : schedule_->slots().changed) {
     blocks_[b].is_changed = true;
     write_slot(b, slot);
@@ -339,13 +347,22 @@ const std::uint32_t* ClusterProgram::record_of(Index n) const {
          static_cast<std::size_t>(record_index(n)) * static_cast<std::size_t>(shape.record_size);
 }
 
+const ClusterRound& ClusterProgram::round_of(const ScheduledConstraint& constraint) const {
+  const auto& [rounds, first_rounds, is_changed] = blocks_[constraint.block];
+  return rounds[first_rounds[constraint.phase] + constraint.position / sizes_.thread_count].now;
+}
+
+// Where its first word lies.
+std::size_t ClusterProgram::head_of(const ScheduledConstraint& constraint) const {
+  return sections_.words +
+         kNumbers * (std::size_t{round_of(constraint).first} +
+                     static_cast<std::size_t>(constraint.position % sizes_.thread_count));
+}
+
 void ClusterProgram::write_constraint(Index n) {
   const ScheduledConstraint& constraint = schedule_->constraint(n);
   const ClusterShape& shape = *shape_of(stages_[constraint.phase].kind);
-  const Block& block = blocks_[constraint.block];
-  const ClusterRound& round =
-      block.rounds[block.first_rounds[constraint.phase] + constraint.position / sizes_.thread_count]
-          .now;
+  const ClusterRound& round = round_of(constraint);
   const Index lane = constraint.position % sizes_.thread_count;
 
   std::array<std::uint32_t, kNumbers * kMostWords> all{};
@@ -364,10 +381,10 @@ void ClusterProgram::write_constraint(Index n) {
   }
   const std::uint32_t* const record = record_of(n);
   for (Index p = 0; p < shape.packed_parameters(is_damped_); ++p) {
-    all[p + 2] = record[shape.corner_count + p];  // after the slots
+    all[kFirstParameter + p] = record[shape.corner_count + p];  // after the slots
   }
   if (constraint.is_removed) {
-    all[2] = kRemovedConstraint;
+    all[kFirstParameter] = kRemovedConstraint;
   }
 
   const auto word = [&](Index index) {  // of the round

@@ -89,6 +89,8 @@ class ClusterProgram {
   [[nodiscard]] std::vector<std::uint32_t>& numbers(DeviceArray array);
   [[nodiscard]] Index record_index(Index n) const;
   [[nodiscard]] const std::uint32_t* record_of(Index n) const;
+  [[nodiscard]] const ClusterRound& round_of(const ScheduledConstraint& constraint) const;
+  [[nodiscard]] std::size_t head_of(const ScheduledConstraint& constraint) const;
   void write_constraint(Index n);
   void write_slot(Index block, Index slot);
   void write_arrivals(Index block, Index phase);

@@ -150,7 +150,7 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
     if (constraint.block != kInvalidIndex &&
         (!exists || constraint.places == placement.next.places)) {
       constraint.is_removed = !exists;
-      mark_constraint(placement.constraint);
+      changes_.stayed.push_back(placement.constraint);
     } else if (exists) {
       moving.push_back(&placement);
     }
@@ -198,6 +198,7 @@ void ClusterSchedule::forget_changes() {
     is_round_marked_[round_index(block, phase)] = 0;
   }
   changes_.constraints.clear();
+  changes_.stayed.clear();
   changes_.rounds.clear();
   changes_.arrivals.clear();
   slots_.changed.clear();

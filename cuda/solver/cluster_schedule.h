@@ -58,13 +58,14 @@ struct ScheduledConstraint {
   /// A bit a corner whose vertex comes from or goes to another block.
   std::uint8_t border_corners = 0;
   bool is_removed = false;  ///< it does nothing but let its vertices pass
-  bool is_changed = false;  ///< listed in ScheduleChanges
+  bool is_changed = false;  ///< listed in ScheduleChanges::constraints
 };
 
 /// What is another since the schedule was made or followed last; for slots, see ClusterSlots. Those
 /// whose arrivals are others may repeat.
 struct ScheduleChanges {
-  std::vector<Index> constraints;                 ///< that are projected
+  std::vector<Index> constraints;  ///< that are projected
+  std::vector<Index> stayed;       ///< removed, back, or as they were: where they are, all the same
   std::vector<std::pair<Index, Index>> rounds;    ///< block and phase whose order is another
   std::vector<std::pair<Index, Index>> arrivals;  ///< block and phase
 };

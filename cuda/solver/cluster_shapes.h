@@ -17,6 +17,8 @@
 namespace pbdsurg::cuda {
 
 inline constexpr Index kNumbers = sizeof(Word128) / sizeof(std::uint32_t);
+/// Of the numbers of a constraint: those before are slots.
+inline constexpr Index kFirstParameter = 2;
 
 struct ClusterShape {
   PhaseKind kind;
