@@ -322,7 +322,7 @@ void Cautery::renumber(const Solver& solver, const Renumbering& ids) {
   Work& work = *work_;
   ElectrodeContact contact = work.contact;
   contact.renumber(solver, ids);
-  check_size("a cautery", "links", ids.links, work.link_doses.size());
+  check_map_size("a cautery", "links", ids.links, work.link_doses.size());
   work.field.renumber(solver, ids);
   // what is left follows the two
   work.contact = std::move(contact);
