@@ -48,6 +48,8 @@ void BurnLayers::update(const Simulation& simulation) {
 
 void BurnLayers::add_stumps(const Simulation& simulation) {
   const auto events = simulation.connections.events();
+  seen_events_ =
+      std::min(seen_events_, events.size());  // an undo takes its events back, not its stumps
   for (; seen_events_ < events.size(); ++seen_events_) {
     if (events[seen_events_].cause != pbdsurg::StrandLoss::removed) {
       continue;

@@ -18,7 +18,7 @@ namespace cholecystectomy {
 /// A layer over the surface of every organ that the hook may burn, by the colour rule of the
 /// thermal model. Strands that heat has parted were boiled dry; their stumps cover part of the
 /// surface that they hung on. An update looks at what is warm, and colours only what changed to the
-/// eye.
+/// eye. Of an undo it sees what heat says, and that events are fewer: stumps stay.
 class BurnLayers {
  public:
   /// Takes over what the last step changed: to be called after every step.

@@ -137,8 +137,8 @@ Crumbs LivePieces::add_crumbs(const Solver& solver, TopologyEdit& edit, Index sm
 void LivePieces::renumber(const Solver& solver, const Renumbering& ids) {
   FollowedVersion followed = followed_;
   followed.renumber(solver, ids, kWho);
-  check_size(kWho, "vertices", ids.vertices, static_cast<std::size_t>(is_fixed_.size()));
-  check_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.size()));
+  check_map_size(kWho, "vertices", ids.vertices, static_cast<std::size_t>(is_fixed_.size()));
+  check_map_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.size()));
   for (Index t = 0; t < tets_.size(); ++t) {
     if ((tets_[t].piece == kInvalidIndex) != (ids.tets[t] == kInvalidIndex)) {
       throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho +

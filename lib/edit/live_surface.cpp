@@ -63,9 +63,9 @@ void LiveSurface::number(const Solver& solver) {
 void LiveSurface::renumber(const Solver& solver, const Renumbering& ids) {
   LiveSurface now = *this;
   now.followed_.renumber(solver, ids, kWho);
-  check_size(kWho, "vertices", ids.vertices,
-             static_cast<std::size_t>(vertices_.scene(vertex_triangles_.size())));
-  check_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.scene(faces_.size() / 4)));
+  check_map_size(kWho, "vertices", ids.vertices,
+                 static_cast<std::size_t>(vertices_.scene(vertex_triangles_.size())));
+  check_map_size(kWho, "tets", ids.tets, static_cast<std::size_t>(tets_.scene(faces_.size() / 4)));
   now.body_ = new_id(body_, ids.bodies);
   now.number(solver);
 

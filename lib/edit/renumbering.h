@@ -43,7 +43,7 @@ inline void renumber_list(std::vector<Index>& list, const std::vector<Index>& id
 
 /// @param what  for example "vertices"
 /// @throws InvalidArgument  if a map is not of as many ids as the participant has
-void check_size(const char* who, const char* what, const std::vector<Index>& ids,
-                std::size_t count);
+void check_map_size(const char* who, const char* what, const std::vector<Index>& ids,
+                    std::size_t count);
 
 }  // namespace pbdsurg

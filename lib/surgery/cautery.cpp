@@ -151,6 +151,7 @@ CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,
     work.unseen = 0;
     work.heat(solver, *driven, dt, report);
   } else {
+    work.sources.clear();
     work.step(dt, report);
   }
   report.energy = work.field.ledger().in - in_before + work.link_energy - links_before;
@@ -296,7 +297,6 @@ void Cautery::Work::step(double dt, CauteryReport& report) {
   current.update_conductivities(field);
   electrode_temperature = kBodyTemperature + (electrode_temperature - kBodyTemperature) *
                                                  std::exp(-dt / kElectrodeRecovery);
-  sources.clear();
   ++report.substeps;
   report.heat_iterations += stepped.iterations;
   report.converged = report.converged && stepped.converged && stepped.accepted;
@@ -322,7 +322,7 @@ void Cautery::renumber(const Solver& solver, const Renumbering& ids) {
   Work& work = *work_;
   ElectrodeContact contact = work.contact;
   contact.renumber(solver, ids);
-  check_size("a cautery", "links", ids.links, work.link_doses.size());
+  check_map_size("a cautery", "links", ids.links, work.link_doses.size());
   work.field.renumber(solver, ids);
   // what is left follows the two
   work.contact = std::move(contact);

@@ -12,9 +12,6 @@
 namespace pbdsurg {
 namespace {
 
-// Below this, an automatic choice leaves a system to the CPU. A guess, until measured.
-constexpr Index kRowsWorthDevice = 1500;
-
 // Of a tetrahedron's edges, W/K.
 std::array<double, 6> conductances(const ThermalMesh& mesh, Index tet, double temperature) {
   std::array<double, 6> values = mesh.edge_coefficients(tet);
@@ -82,10 +79,18 @@ void HeatRegion::renumber(const std::vector<Index>& vertices, Index vertex_count
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     rows_[vertices_[i]] = static_cast<Index>(i);
   }
+  mark_changed();
+}
+
+void HeatRegion::mark_changed() noexcept {
   has_changed_ = true;
+  gone_at_.clear();  // all is laid out anew
 }
 
 void HeatRegion::mark_gone(std::span<const Index> vertices) {
+  if (has_changed_) {
+    return;
+  }
   std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(gone_at_),
                [&](Index v) { return row(v) != kInvalidIndex; });
 }
@@ -153,6 +158,8 @@ void HeatRegion::lay_out(const ThermalMesh& mesh, bool needs_surfaces) {
 // They keep their places, and conduct nothing.
 void HeatRegion::drop_gone(const ThermalMesh& mesh, bool needs_surfaces) {
   gone_rows_.clear();
+  std::ranges::sort(gone_at_);
+  gone_at_.erase(std::unique(gone_at_.begin(), gone_at_.end()), gone_at_.end());
   for (const Index v : gone_at_) {
     const Index row = rows_[v];
     gone_rows_.push_back(row);
@@ -186,33 +193,31 @@ void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const doubl
   device_.has_old_conductances = true;
 }
 
-// Returns whether the device has the system as it is now.
-bool HeatRegion::moves_to_device() {
-  const bool is_worth_it =
-      device_.backend == FieldBackend::cuda || system_.row_count() >= kRowsWorthDevice;
-  if (device_.system == nullptr || !is_worth_it) {
-    return false;
+// Returns the device, if it has the system as it is now.
+DeviceSystem* HeatRegion::move_to_device() {
+  DeviceSystem* const device = device_.choice.find(system_.row_count(), kHeatRowsWorthDevice);
+  if (device == nullptr) {
+    return nullptr;
   }
   if (device_.has_old_rows) {
-    device_.takes_rows = device_.system->set_rows(system_.rows(), tets_);
+    device_.takes_rows = device->set_rows(system_.rows(), tets_);
     device_.has_old_rows = false;
     device_.has_old_conductances = true;
   }
   if (device_.takes_rows && device_.has_old_conductances) {
-    device_.system->set_conductances(conductances_);
+    device->set_conductances(conductances_);
     device_.has_old_conductances = false;
   }
-  return device_.takes_rows;
+  return device_.takes_rows ? device : nullptr;
 }
 
 HeatRegion::Solution HeatRegion::solve(std::span<const double> added, std::span<const double> b,
                                        std::span<double> x, const LinearSolveOptions& options) {
   try {
-    if (moves_to_device()) {
-      return {device_.system->solve({.added = added, .b = b, .options = options}, x),
-              FieldBackend::cuda};
+    if (DeviceSystem* const device = move_to_device()) {
+      return {device->solve({.added = added, .b = b, .options = options}, x), FieldBackend::cuda};
     }
-  } catch (const Error&) {
+  } catch (...) {
     device_.has_old_rows = true;
     throw;
   }

@@ -22,7 +22,8 @@ namespace pbdsurg {
 
 /// Some vertices of a mesh, ascending: the rows of a system. Tetrahedra conduct whose corners are
 /// all among them, so the rim is insulated. Two regions of the same vertices and living tissue are
-/// the same to the bit, however they came to be.
+/// the same to the bit on the CPU, however they came to be; a device sums what has gone, too, in
+/// another order.
 class HeatRegion {
  public:
   /// @param threads  >= 1, those that share large systems
@@ -63,7 +64,7 @@ class HeatRegion {
   void renumber(const std::vector<Index>& vertices, Index vertex_count);
 
   /// Tells that tetrahedra in the region may have changed.
-  void mark_changed() noexcept { has_changed_ = true; }
+  void mark_changed() noexcept;
 
   /// Tells that tetrahedra have gone that had all their corners among some vertices, and nothing
   /// else has changed.
@@ -90,15 +91,14 @@ class HeatRegion {
                  const LinearSolveOptions& options);
 
  private:
-  // A copy has a device system of its own, which knows no rows yet.
+  // A copy knows no rows yet.
   struct Device {
-    explicit Device(FieldBackend wanted) : backend(wanted), system(make_device_system(wanted)) {}
-    Device(const Device& other) : Device(other.backend) {}
+    explicit Device(FieldBackend wanted) : choice(wanted) {}
+    Device(const Device& other) : choice(other.choice) {}
     Device& operator=(const Device&) = delete;
 
-    FieldBackend backend;
-    std::unique_ptr<DeviceSystem> system;  // null: none
-    bool has_old_rows = true;              // or none
+    DeviceChoice choice;
+    bool has_old_rows = true;  // or none
     bool has_old_conductances = true;
     bool takes_rows = false;
   };
@@ -107,7 +107,7 @@ class HeatRegion {
   void measure(const ThermalMesh& mesh, Index row, bool needs_surfaces, const OnTet& on_tet);
   void lay_out(const ThermalMesh& mesh, bool needs_surfaces);
   void drop_gone(const ThermalMesh& mesh, bool needs_surfaces);
-  [[nodiscard]] bool moves_to_device();
+  [[nodiscard]] DeviceSystem* move_to_device();
 
   std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
   LocalSystem system_;

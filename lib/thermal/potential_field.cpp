@@ -38,9 +38,6 @@ constexpr double kVertexResistance = 1.5;
 // so large that the residual's tolerance, which is relative, would mean nothing.
 constexpr double kWhole = 0.99;
 
-// Below this, an automatic choice leaves a region to the CPU. A guess, until measured.
-constexpr std::size_t kRowsWorthDevice = 600;
-
 constexpr double kUnknown = -1;  // potential
 
 template <class T>
@@ -78,7 +75,7 @@ struct PotentialField::Work {
       : mesh(of),
         options(wanted),
         team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
-        device(make_device_system(wanted.backend)),
+        device(wanted.backend),
         around(of, wanted.region_radii) {}
 
   void check_numbering() const;
@@ -86,7 +83,7 @@ struct PotentialField::Work {
   void check_positions(std::span<const Eigen::Vector3f> positions) const;
   void enter_region();
   void leave_region();
-  [[nodiscard]] bool moves_to_device();
+  void move_to_device();
   bool update_conductances(std::span<const Eigen::Vector3f> positions, bool is_region_new);
   LinearSolveReport solve_system();
   void solve();
@@ -97,8 +94,8 @@ struct PotentialField::Work {
   PotentialOptions options;
   std::shared_ptr<StepTeam> team;
   LocalSystem system{team.get()};
-  std::unique_ptr<DeviceSystem> device;  // null: none
-  bool is_on_device = false;             // this region
+  DeviceChoice device;
+  DeviceSystem* on_device = nullptr;  // that solves in this region; null: system does
   ContactRegion around;
   RegionConductances conductances;
   bool is_patch_new = true;  // since the last solution
@@ -204,7 +201,7 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
       work.solve();
       work.sum_heat();
     }
-  } catch (const Error&) {  // the device failed
+  } catch (...) {  // the device failed, or memory ran out
     work.leave_region();
     work.report = {};
     throw;
@@ -260,13 +257,14 @@ void PotentialField::Work::enter_region() {
   around.enter();
   system.set_rows(static_cast<Index>(region().vertices.size()), region().corners);
   system.set_groups(region().group_starts);
-  is_on_device = moves_to_device();
+  move_to_device();
 }
 
-bool PotentialField::Work::moves_to_device() {
-  const std::size_t rows = region().vertices.size();
-  return device != nullptr && (options.backend == FieldBackend::cuda || rows >= kRowsWorthDevice) &&
-         device->set_rows(system.rows(), region().corners);
+void PotentialField::Work::move_to_device() {
+  on_device = device.find(system.row_count(), kPotentialRowsWorthDevice);
+  if (on_device != nullptr && !on_device->set_rows(system.rows(), region().corners)) {
+    on_device = nullptr;
+  }
 }
 
 // The circuit is open, and nothing is left of the last solution.
@@ -283,7 +281,7 @@ void PotentialField::Work::leave_region() {
 bool PotentialField::Work::update_conductances(std::span<const Eigen::Vector3f> positions,
                                                bool is_region_new) {
   const RegionConductances::Source source{mesh, region(), around.found_conductivities(), positions};
-  const RegionConductances::Takers takers{system, is_on_device ? device.get() : nullptr};
+  const RegionConductances::Takers takers{system, on_device};
   if (is_region_new) {
     conductances.set(source, takers);
     return true;
@@ -315,7 +313,7 @@ void PotentialField::Work::solve() {
       added[row] = kHeld;
       potentials[row] = 1;
     } else {
-      added[row] = sources[row] = film(seed, is_on_device ? 1 : system.coupling_sum(row));
+      added[row] = sources[row] = film(seed, on_device != nullptr ? 1 : system.coupling_sum(row));
     }
   }
   is_patch_new = false;
@@ -332,15 +330,15 @@ void PotentialField::Work::solve() {
             .has_converged = solution.converged,
             .vertex_count = static_cast<Index>(rows),
             .lost_count = around.patch_size() - static_cast<Index>(around.seeds().size()),
-            .backend = is_on_device ? FieldBackend::cuda : FieldBackend::cpu};
+            .backend = on_device != nullptr ? FieldBackend::cuda : FieldBackend::cpu};
 }
 
 // With its heat, on the device.
 LinearSolveReport PotentialField::Work::solve_system() {
   const LinearSolveOptions how{options.tolerance, options.most_iterations};
-  if (is_on_device) {
-    return device->solve({conductances.used(), added, sources, true, how, tet_heat, heat},
-                         potentials);
+  if (on_device != nullptr) {
+    return on_device->solve({conductances.used(), added, sources, true, how, tet_heat, heat},
+                            potentials);
   }
   system.set_added(added);
   return system.solve(sources, potentials, how);
@@ -352,7 +350,7 @@ void PotentialField::Work::sum_heat() {
     std::ranges::fill(heat, 0.0);
     return;
   }
-  if (is_on_device) {
+  if (on_device != nullptr) {
     report.conductance = std::accumulate(heat.begin(), heat.end(), 0.0);
     return;
   }

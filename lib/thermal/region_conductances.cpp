@@ -90,7 +90,8 @@ bool RegionConductances::update(const Source& source, double most_change, double
   }
   const std::size_t count = used_.size();
   for (std::size_t i = 0; i < count && !is_due; ++i) {
-    is_due = std::abs(source.conductivities[i] - used_[i]) > most_change * used_[i];
+    const double now = source.conductivities[i];
+    is_due = (now == 0) != (used_[i] == 0) || std::abs(now - used_[i]) > most_change * used_[i];
   }
   if (!is_due) {
     return false;

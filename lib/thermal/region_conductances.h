@@ -40,7 +40,7 @@ class RegionConductances {
   void set(const Source& source, const Takers& takers);
 
   /// Takes over what changed of the same region: all, if a vertex has moved far enough; else what
-  /// differs at all, if any conductivity differs enough.
+  /// differs at all, if any conductivity differs enough, goes or comes back.
   /// @param most_change  of a conductivity, relative
   /// @param most_move    m
   /// @param is_due       take over what differs however little

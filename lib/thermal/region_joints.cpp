@@ -35,6 +35,7 @@ bool RegionJoints::search_rings(std::span<const Index> gone, const ThermalMesh& 
       meet(row);
     }
   }
+  bool has_loose = false;
   std::size_t next = 0;
   for (int ring = 0; ring < kRings; ++ring) {
     for (const std::size_t end = met_.size(); next < end; ++next) {
@@ -55,11 +56,16 @@ bool RegionJoints::search_rings(std::span<const Index> gone, const ThermalMesh& 
       });
       if (is_loose) {
         parents_[row] = kLoose;
+        has_loose = true;
       }
     }
     bool holds = true;
+    Index common = kInvalidIndex;
     for (const Index i : gone) {
-      holds = holds && are_joined(region.corners[i]);
+      if (!has_loose) {  // else they may have hung together by what is loose alone
+        common = kInvalidIndex;
+      }
+      holds = holds && are_joined(region.corners[i], common);
     }
     if (holds) {
       return true;
@@ -82,9 +88,9 @@ Index RegionJoints::root(Index row) {
   return row;
 }
 
-// Those of four rows that are not loose.
-bool RegionJoints::are_joined(const Tet& rows) {
-  Index common = kInvalidIndex;
+// Whether those of four rows that are not loose have a common root: this one, or if that is none
+// yet, it becomes theirs.
+bool RegionJoints::are_joined(const Tet& rows, Index& common) {
   for (const Index row : rows) {
     if (parents_[row] == kLoose) {
       continue;

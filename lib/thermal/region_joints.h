@@ -30,7 +30,7 @@ class RegionJoints {
  private:
   void meet(Index row);
   [[nodiscard]] Index root(Index row);
-  [[nodiscard]] bool are_joined(const Tet& rows);
+  [[nodiscard]] bool are_joined(const Tet& rows, Index& common);
   bool search_rings(std::span<const Index> gone, const ThermalMesh& mesh,
                     const PotentialRegion& region, const RegionSearch& search,
                     std::span<const double> conductivities);

@@ -290,8 +290,8 @@ void ThermalMesh::check_corners(const Solver& solver, const Renumbering& ids) co
 void ThermalMesh::renumber(const Solver& solver, const Renumbering& ids) {
   FollowedVersion followed = followed_;
   followed.renumber(solver, ids, kWho);
-  check_size(kWho, "vertices", ids.vertices, points_.size());
-  check_size(kWho, "tets", ids.tets, tets_.size());
+  check_map_size(kWho, "vertices", ids.vertices, points_.size());
+  check_map_size(kWho, "tets", ids.tets, tets_.size());
   check_corners(solver, ids);
   followed_ = followed;
 

@@ -3,7 +3,9 @@
 // real one.
 #include "thermal/device_system.h"
 
+#include <new>
 #include <string>
+#include <utility>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
@@ -14,6 +16,8 @@ namespace pbdsurg {
 namespace {
 
 int solutions_until_failure = -1;  // none, if negative
+bool is_memory_short = false;
+int made_count = 0;
 
 // Does on the host what DeviceSystem says.
 class StandIn final : public DeviceSystem {
@@ -28,6 +32,9 @@ class StandIn final : public DeviceSystem {
   }
 
   void set_conductances(std::span<const std::array<double, 6>> conductances) override {
+    if (std::exchange(is_memory_short, false)) {
+      throw std::bad_alloc();
+    }
     conductances_.assign(conductances.begin(), conductances.end());
   }
 
@@ -87,6 +94,7 @@ struct Device {
 };
 
 std::unique_ptr<DeviceSystem> make_stand_in() {
+  ++made_count;
   return std::make_unique<StandIn>();
 }
 
@@ -130,6 +138,31 @@ TEST_CASE("device system: an automatic choice leaves small systems to the CPU", 
   CHECK(backend_of({18, 18, 12}, FieldBackend::cpu) == FieldBackend::cpu);
 }
 
+// Would catch devices that are opened and never used, and a wish that is heard late.
+TEST_CASE("device system: a field has one when it needs it", "[unit]") {
+  const Device device(make_stand_in);
+  const TetMesh shape = testing::make_box({15, 15, 7}, 1e-3);  // more rows than a device is worth
+  const ThermalMesh mesh(shape, kLiver);
+  const std::vector<HeatSource> sources{{40, 3}};
+  made_count = 0;
+  HeatField field(shape, kLiver);
+  const PotentialField potential(field);
+  CHECK(field.step(1e-3, sources).backend == FieldBackend::cpu);
+  CHECK(made_count == 0);
+
+  HeatField whole(shape, kLiver, {}, {.active_rise = 0});
+  CHECK(whole.step(1e-3, sources).backend == FieldBackend::cuda);
+  CHECK(whole.step(1e-3, sources).backend == FieldBackend::cuda);
+  CHECK(made_count == 1);
+  HeatField copy = whole;
+  CHECK(made_count == 1);
+  CHECK(copy.step(1e-3, sources).backend == FieldBackend::cuda);
+  CHECK(made_count == 2);
+
+  const PotentialField asking(mesh, {.backend = FieldBackend::cuda});
+  CHECK(made_count == 3);
+}
+
 // Would catch a message that says nothing, and an automatic choice that fails for want of a device.
 TEST_CASE("device system: who asks for a device that is not there hears why", "[unit]") {
   const TetMesh shape = testing::make_box({3, 3, 3}, 1e-3);
@@ -150,7 +183,10 @@ TEST_CASE("device system: where the device fails, nothing is heated and all can 
   testing::Conductor at(
       shape, [](const auto& x) { return x.x() < 1e-4; },
       [](const auto& x) { return x.x() > 5.9e-3; }, 0.3, {.backend = FieldBackend::cuda});
+  is_memory_short = true;
+  CHECK_THROWS_AS(at.solve(), std::bad_alloc);
   const double whole = at.solve().conductance;
+  CHECK(whole == Approx(0.3 * 6e-3 * 5e-3 / 6e-3).epsilon(1e-3));
   at.conductivities[0] *= 2;
   solutions_until_failure = 0;
   CHECK_THROWS_WITH(at.solve(), "the device is lost");
@@ -161,7 +197,9 @@ TEST_CASE("device system: where the device fails, nothing is heated and all can 
 
   HeatField field(shape, kLiver, {}, {.backend = FieldBackend::cuda});
   const std::vector<HeatSource> sources{{40, 3}};
-  field.step(1e-3, sources);
+  is_memory_short = true;
+  CHECK_THROWS_AS(field.step(1e-3, sources), std::bad_alloc);
+  CHECK(field.step(1e-3, sources).hottest > kBodyTemperature + 1e-3);
   const std::vector<double> before(field.temperatures().begin(), field.temperatures().end());
   solutions_until_failure = 0;
   CHECK_THROWS_AS(field.step(1e-3, sources), Error);

@@ -161,7 +161,7 @@ inline std::vector<double> heat_block(std::array<Index, 3> cells, const HeatOpti
   HeatField original(mesh, kLiver, {}, options);
   original.set_temperatures(std::vector<Index>{3}, std::vector<double>{80});
   original.hold(std::vector<Index>{3});
-  HeatField field = original;  // copies have a device system each
+  HeatField field = original;  // with a device system of its own, if any
   std::vector<double> all;
   for (int step = 0; step < 40; ++step) {
     const Index at = mesh.vertex_count() / 2 + step / 4;

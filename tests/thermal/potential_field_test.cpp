@@ -175,6 +175,24 @@ TEST_CASE("potential: it solves again only for what is new", "[unit]") {
   CHECK(block.solve().is_new);
 }
 
+// Would catch tissue that has gone and still conducts, where conductivities may change by as much.
+TEST_CASE("potential: what goes is due however much conductivities may change", "[unit]") {
+  Block block({10, 10, 6}, 0, {.conductivity_change = 2});
+  block.field.set_patch(block.disk(block.centre, 1.1 * kEdge), area_of(kEdge));
+  const double before = block.solve().conductance;
+  const Index near = block.field.tets()[0];
+  block.conductivities[near] *= 2.9;
+  CHECK_FALSE(block.solve().is_new);
+  block.conductivities[near] = 0;
+  CHECK(block.solve().is_new);
+  const double without = block.field.report().conductance;
+  CHECK(without < before);
+  CHECK_FALSE(block.solve().is_new);
+  block.conductivities[near] = kSigma;
+  CHECK(block.solve().is_new);
+  CHECK(block.field.report().conductance == Approx(before).epsilon(1e-3));
+}
+
 // Would catch what is left of earlier patches, conductivities and tissue in a solution, and a start
 // that helps not at all.
 TEST_CASE("potential: a contact that moves and burns is solved as if afresh", "[unit]") {
@@ -278,6 +296,42 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
   }
   CHECK(kept > 5);  // or nothing here was tried
   CHECK(opened > 0);
+}
+
+// Would catch a cut that no tetrahedron spans by itself: of a slab two cells thick, tetrahedra of
+// either side meet in vertices alone that hang on nothing now.
+TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
+  const int thickness = GENERATE(1, 2, 3);
+  const bool is_one_edit = GENERATE(true, false);
+  testing::Conductor bar(
+      testing::make_box({12, 3, 3}, kEdge), [](const auto& x) { return x.x() < 0.1 * kEdge; },
+      [](const auto& x) { return x.x() > 11.9 * kEdge; }, kSigma);
+  REQUIRE(bar.solve().is_closed);
+  const auto cell = [&](Index t) {
+    double middle = 0;
+    for (const Index v : bar.mesh.tets()[t]) {
+      middle += bar.mesh.rest_positions()[v].x() / 4;
+    }
+    return static_cast<int>(middle / kEdge);
+  };
+  EditResult slab;
+  for (Index t = 0; t < bar.mesh.tet_count(); ++t) {
+    if (cell(t) >= 5 && cell(t) < 5 + thickness) {
+      slab.tets.push_back(t);
+    }
+  }
+  if (is_one_edit) {
+    bar.mesh.apply(Solver{Scene{}}, {.remove_tets = slab.tets}, slab);
+  } else {
+    for (const Index t : slab.tets) {
+      EditResult one;
+      one.tets = {t};
+      bar.mesh.apply(Solver{Scene{}}, {.remove_tets = one.tets}, one);
+    }
+  }
+  CHECK_FALSE(bar.solve().is_closed);
+  CHECK(bar.field.report().conductance == 0);
+  CHECK(is_quiet(bar.field));
 }
 
 // Current has no way: nothing may be heated, and nothing be other than finite.

@@ -125,6 +125,8 @@ class Cautery final : public EditParticipant {
   /// @throws InvalidArgument  for a value out of range; then nothing has changed. What another
   ///                          participant throws to refuse the edit passes through: the heat has
   ///                          been delivered then, and the edit is tried again in the next update.
+  /// @throws Error            if a device fails; what links and metal took in that substep is
+  ///                          counted, tissue has none of it
   CauteryReport update(Solver& solver, const Electrode& electrode,
                        const std::optional<GeneratorSettings>& generator, double dt,
                        std::span<EditParticipant* const> participants = {});

@@ -30,10 +30,12 @@ struct PatchVertex {
 };
 
 struct PotentialOptions {
-  double region_radii = 10;           ///< radius of the region over that of the contact, > 1
-  double tolerance = 1e-3;            ///< of the residual, (0, 1); the power's error is its square
-  int most_iterations = 200;          ///< >= 0
-  double conductivity_change = 0.05;  ///< relative, beyond which a solution is out of date, >= 0
+  double region_radii = 10;   ///< radius of the region over that of the contact, > 1
+  double tolerance = 1e-3;    ///< of the residual, (0, 1); the power's error is its square
+  int most_iterations = 200;  ///< >= 0
+  /// Relative, beyond which a solution is out of date, >= 0; so it is where tissue ceases to
+  /// conduct.
+  double conductivity_change = 0.05;
   /// >= 0; 0: one a processor. Systems too small for them leave them asleep; the bits are the same.
   int threads = 1;
   ThreadWait wait = ThreadWait::yield;

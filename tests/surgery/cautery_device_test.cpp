@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cautery whose heat is on a device that fails.
+#include <memory>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/surgery/cautery.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+#include "thermal/device_system.h"
+
+namespace pbdsurg {
+namespace {
+
+bool is_lost = false;
+
+// Leaves increments at zero, whatever is to be solved.
+class Idle final : public DeviceSystem {
+ public:
+  bool set_rows(const SystemRows&, std::span<const Tet>) override { return true; }
+  void set_conductances(std::span<const std::array<double, 6>>) override {}
+  LinearSolveReport solve(const DeviceSolve&, std::span<double>) override {
+    if (is_lost) {
+      throw Error("the device is lost");
+    }
+    return {};
+  }
+};
+
+// While it lives, programs find such a device.
+struct IdleDevice {
+  ~IdleDevice() { set_device_system_maker(before); }
+
+  MakeDeviceSystem before = set_device_system_maker(
+      []() -> std::unique_ptr<DeviceSystem> { return std::make_unique<Idle>(); });
+};
+
+}  // namespace
+
+// Would catch heat of a substep that failed, which the next update delivers although the generator
+// is off.
+TEST_CASE("cautery: what a failed substep left undelivered stays so", "[unit]") {
+  constexpr double kEdge = 1e-3;  // m
+  const IdleDevice device;
+  const TetMesh mesh = testing::make_box({8, 8, 4}, kEdge);
+  Scene scene;
+  scene.add_body("fat", mesh);
+  Solver solver(scene);
+  const ThermalBody body{0, &mesh, kFat};
+  CauteryOptions options;
+  options.heat.backend = FieldBackend::cuda;
+  options.potential.backend = FieldBackend::cpu;
+  Cautery cautery(solver, std::span(&body, 1), options);
+  const Eigen::Vector3f tip(4e-3F, 4e-3F, 4.2e-3F);
+  const Electrode electrode{tip, tip};
+
+  is_lost = true;
+  CHECK_THROWS_WITH(cautery.update(solver, electrode, cut_settings(30), 2e-3),
+                    "the device is lost");
+  is_lost = false;
+  CHECK(cautery.field().ledger().in == 0);
+  CHECK(cautery.update(solver, electrode, {}, 2e-3).energy == 0);
+  CHECK(cautery.field().ledger().in == 0);
+  CHECK(cautery.update(solver, electrode, cut_settings(30), 2e-3).energy > 0);
+}
+
+}  // namespace pbdsurg
