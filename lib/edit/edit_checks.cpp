@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory_resource>
 #include <string>
 #include <utility>
 
@@ -21,17 +22,24 @@ std::string name_of(const char* what, Index id) {
   return std::string(what) + " " + std::to_string(id);
 }
 
-// Ids must be in range, alive and listed once. Sorts them.
+// An id must be in range and alive.
 template <class IsAlive>
-void check_ids(const char* what, std::vector<Index>& ids, std::size_t count, IsAlive is_alive) {
+void check_id(const char* what, Index id, std::size_t count, const IsAlive& is_alive) {
+  if (id < 0 || static_cast<std::size_t>(id) >= count) {
+    throw InvalidArgument(name_of(what, id) + " does not exist; ids must be in [0, " +
+                          std::to_string(count) + ")");
+  }
+  if (!is_alive(id)) {
+    throw InvalidArgument(name_of(what, id) + " was removed before");
+  }
+}
+
+// Ids must be that and listed once. Sorts them.
+template <class IsAlive>
+void check_ids(const char* what, std::vector<Index>& ids, std::size_t count,
+               const IsAlive& is_alive) {
   for (const Index id : ids) {
-    if (id < 0 || static_cast<std::size_t>(id) >= count) {
-      throw InvalidArgument(name_of(what, id) + " does not exist; ids must be in [0, " +
-                            std::to_string(count) + ")");
-    }
-    if (!is_alive(id)) {
-      throw InvalidArgument(name_of(what, id) + " was removed before");
-    }
+    check_id(what, id, count, is_alive);
   }
   std::sort(ids.begin(), ids.end());
   const auto twice = std::adjacent_find(ids.begin(), ids.end());
@@ -107,24 +115,24 @@ void check_new_vertices(const SolverData& data, const TopologyEdit& edit) {
   }
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
     const NewVertex& vertex = edit.new_vertices[i];
-    const std::string what = name_of("new vertex", static_cast<Index>(count + i));
+    const auto what = [&] { return name_of("new vertex", static_cast<Index>(count + i)); };
     for (const Index v : {vertex.first, vertex.second}) {
       if (v < 0 || static_cast<std::size_t>(v) >= count) {
-        throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+        throw InvalidArgument(what() + " refers to vertex " + std::to_string(v) +
                               "; ids must be in [0, " + std::to_string(count) + ")");
       }
       if (data.vertex_tets[v].empty()) {
-        throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+        throw InvalidArgument(what() + " refers to vertex " + std::to_string(v) +
                               ", which no tetrahedron has");
       }
       check_stays(data, edit, "new vertex", static_cast<Index>(count + i), data.body_of_vertex(v));
     }
     if (data.body_of_vertex(vertex.first) != data.body_of_vertex(vertex.second)) {
-      throw InvalidArgument(what + " lies between vertices " + std::to_string(vertex.first) +
+      throw InvalidArgument(what() + " lies between vertices " + std::to_string(vertex.first) +
                             " and " + std::to_string(vertex.second) + " of different bodies");
     }
     if (!(vertex.share >= 0) || !(vertex.share <= 1)) {
-      throw InvalidArgument(what + ": the share is " + std::to_string(vertex.share) +
+      throw InvalidArgument(what() + ": the share is " + std::to_string(vertex.share) +
                             "; it must be in [0, 1]");
     }
   }
@@ -143,13 +151,14 @@ void check_copy(const SolverData& data, const TopologyEdit& edit, const std::str
   }
 }
 
-std::vector<Index> sorted(std::vector<Index> ids) {
-  std::ranges::sort(ids);
-  return ids;
+std::pmr::vector<Index> sorted(std::span<const Index> ids, const SolverData& data) {
+  std::pmr::vector<Index> copy(ids.begin(), ids.end(), data.scratch.get());
+  std::ranges::sort(copy);
+  return copy;
 }
 
 // Nothing moves twice.
-void check_moved_once(const char* what, std::vector<std::array<Index, 2>>& moved) {
+void check_moved_once(const char* what, std::pmr::vector<std::array<Index, 2>>& moved) {
   std::ranges::sort(moved);
   const auto twice = std::adjacent_find(moved.begin(), moved.end());
   if (twice != moved.end()) {
@@ -159,12 +168,10 @@ void check_moved_once(const char* what, std::vector<std::array<Index, 2>>& moved
 }
 
 void check_moves(const SolverData& data, const TopologyEdit& edit) {
-  std::vector<std::array<Index, 2>> moved;
-  std::vector<Index> id;
-  const std::vector<Index> removed_tets = sorted(edit.remove_tets);
+  std::pmr::vector<std::array<Index, 2>> moved(data.scratch.get());
+  const std::pmr::vector<Index> removed_tets = sorted(edit.remove_tets, data);
   for (const CornerMove& move : edit.corner_moves) {
-    id = {move.tet};
-    check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+    check_id("tet", move.tet, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
     const std::string what = name_of("tet", move.tet);
     check_stays(data, edit, "tet", move.tet, data.body_of_tet(move.tet));
     if (std::ranges::binary_search(removed_tets, move.tet)) {
@@ -178,10 +185,9 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
   }
   check_moved_once("tet", moved);
   moved.clear();
-  const std::vector<Index> removed_links = sorted(edit.remove_links);
+  const std::pmr::vector<Index> removed_links = sorted(edit.remove_links, data);
   for (const LinkMove& move : edit.link_moves) {
-    id = {move.link};
-    check_ids("link", id, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
+    check_id("link", move.link, data.links.size(), [&](Index l) { return data.is_link_alive(l); });
     const std::string what = name_of("link", move.link);
     if (std::ranges::binary_search(removed_links, move.link)) {
       throw InvalidArgument(what + " is moved and removed by one edit");
@@ -197,18 +203,19 @@ void check_moves(const SolverData& data, const TopologyEdit& edit) {
 }
 
 void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
-  constexpr double kTolerance = 1e-4;            // of the parent's volume
-  std::vector<std::pair<Index, double>> filled;  // parent, part of its volume
-  std::vector<Index> id, taken = edit.remove_tets;
+  constexpr double kTolerance = 1e-4;  // of the parent's volume
+  // parent, part of its volume
+  std::pmr::vector<std::pair<Index, double>> filled(data.scratch.get());
+  std::pmr::vector<Index> taken(edit.remove_tets.begin(), edit.remove_tets.end(),
+                                data.scratch.get());
   for (const CornerMove& move : edit.corner_moves) {
     taken.push_back(move.tet);
   }
-  taken = sorted(std::move(taken));
+  std::ranges::sort(taken);
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
     const NewTet& tet = edit.new_tets[i];
     const std::string what = name_of("new tet", static_cast<Index>(data.tets.size() + i));
-    id = {tet.parent};
-    check_ids("tet", id, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
+    check_id("tet", tet.parent, data.tets.size(), [&](Index t) { return data.tet_alive[t]; });
     check_stays(data, edit, "new tet", static_cast<Index>(data.tets.size() + i),
                 data.body_of_tet(tet.parent));
     if (std::ranges::binary_search(taken, tet.parent)) {
@@ -232,7 +239,7 @@ void check_new_tets(const SolverData& data, const TopologyEdit& edit) {
     }
     filled.emplace_back(tet.parent, share);
   }
-  std::ranges::stable_sort(filled, {}, &std::pair<Index, double>::first);
+  std::ranges::sort(filled);
   for (auto first = filled.begin(); first != filled.end();) {
     double sum = 0;
     const Index parent = first->first;
@@ -272,7 +279,7 @@ void check_new_bodies(const SolverData& data, const TopologyEdit& edit) {
 // Each new vertex must have tissue.
 void check_use_of_new_vertices(const SolverData& data, const TopologyEdit& edit) {
   const auto first = static_cast<Index>(data.particles.size());
-  std::vector<bool> is_used(edit.new_vertices.size(), false);
+  std::pmr::vector<bool> is_used(edit.new_vertices.size(), false, data.scratch.get());
   const auto use = [&](Index v) {
     if (v >= first) {
       is_used[v - first] = true;
@@ -329,7 +336,7 @@ void find_stopping(const SolverData& data, const TopologyEdit& edit, std::vector
   for (const CornerMove& move : edit.corner_moves) {
     vertices.push_back(move.from);
   }
-  std::vector<Index> parents, kept;
+  std::pmr::vector<Index> parents(data.scratch.get()), kept(data.scratch.get());
   for (const NewTet& tet : edit.new_tets) {
     parents.push_back(tet.parent);
     kept.insert(kept.end(), tet.vertices.begin(), tet.vertices.end());

@@ -2,6 +2,7 @@
 #include "edit/part_tissue.h"
 
 #include <algorithm>
+#include <memory_resource>
 #include <utility>
 #include <vector>
 
@@ -18,9 +19,12 @@ struct EdgeUse {
   Index edge, tet, place;
 };
 
+// Edges, and after which edge they go.
+using AddedEdges = std::pmr::vector<std::pair<Index, EdgeNumbers>>;
+
 // Of all edges at corners that move: every tetrahedron around them, ascending.
-std::vector<EdgeUse> find_uses(const SolverData& data, const TopologyEdit& edit) {
-  std::vector<Index> edges;
+std::pmr::vector<EdgeUse> find_uses(const SolverData& data, const TopologyEdit& edit) {
+  std::pmr::vector<Index> edges(data.scratch.get());
   for (const CornerMove& move : edit.corner_moves) {
     for (const Index edge : data.tet_edges[move.tet]) {
       if (data.edges[edge][0] == move.from || data.edges[edge][1] == move.from) {
@@ -30,7 +34,7 @@ std::vector<EdgeUse> find_uses(const SolverData& data, const TopologyEdit& edit)
   }
   std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  std::vector<EdgeUse> uses;
+  std::pmr::vector<EdgeUse> uses(data.scratch.get());
   for (const Index edge : edges) {
     for (const Index tet : data.vertex_tets[data.edges[edge][0]]) {
       const auto& of_tet = data.tet_edges[tet];
@@ -81,13 +85,11 @@ void point_edge(SolverData& data, Index edge, const Edge& ends) {
 }
 
 // Gives those that have an edge together no longer edges of their own.
-// @param uses   of one edge
-// @param added  edges, and after which edge they go
-void part_edge(SolverData& data, std::span<const EdgeUse> uses,
-               std::vector<std::pair<Index, EdgeNumbers>>& added) {
+// @param uses  of one edge
+void part_edge(SolverData& data, std::span<const EdgeUse> uses, AddedEdges& added) {
   const Index edge = uses.front().edge;
   const Edge before = data.edges[edge];
-  std::vector<std::pair<Edge, Index>> edges;  // by their ends
+  std::pmr::vector<std::pair<Edge, Index>> edges(data.scratch.get());  // by their ends
   if (std::ranges::none_of(uses,
                            [&](const EdgeUse& use) { return ends_of(data, use) == before; })) {
     const Edge ends = ends_of(data, uses.front());
@@ -125,11 +127,11 @@ void keep_owned(SolverData& data, Index edge) {
 }  // namespace
 
 void move_corners(SolverData& data, const TopologyEdit& edit, EditResult& result) {
-  const std::vector<EdgeUse> uses = find_uses(data, edit);
+  const std::pmr::vector<EdgeUse> uses = find_uses(data, edit);
   for (const CornerMove& move : edit.corner_moves) {
     move_corner(data, move, result);
   }
-  std::vector<std::pair<Index, EdgeNumbers>> added;
+  AddedEdges added(data.scratch.get());
   for (auto first = uses.begin(); first != uses.end();) {
     const auto last = std::find_if(first, uses.end(),
                                    [&](const EdgeUse& use) { return use.edge != first->edge; });

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <memory_resource>
 #include <utility>
 #include <vector>
 
@@ -79,7 +80,7 @@ Index find_live_edge(const SolverData& data, Index a, Index b) {
 }
 
 Part add_part(SolverData& data, const NewTet& tet, const Shares& shares,
-              std::vector<std::pair<Index, EdgeNumbers>>& added) {
+              std::pmr::vector<std::pair<Index, EdgeNumbers>>& added) {
   std::array<EdgeNumbers, 6> parent;
   for (std::size_t e = 0; e < 6; ++e) {
     parent[e] = numbers_of(data, data.tet_edges[tet.parent][e]);
@@ -151,8 +152,8 @@ double volume_share(const Shares& shares) {
 }
 
 void replace_parents(SolverData& data, const TopologyEdit& edit, EditResult& result) {
-  std::vector<Part> parts;
-  std::vector<std::pair<Index, EdgeNumbers>> added;
+  std::pmr::vector<Part> parts(data.scratch.get());
+  std::pmr::vector<std::pair<Index, EdgeNumbers>> added(data.scratch.get());
   for (const NewTet& tet : edit.new_tets) {
     parts.push_back(
         add_part(data, tet, *find_shares(data, edit, tet, result.first_new_vertex), added));

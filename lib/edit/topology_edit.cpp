@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory_resource>
 #include <string>
 
 #include "pbdsurg/core/error.h"
@@ -94,7 +95,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
 
   const bool brings_bodies = !edit.new_bodies.bodies().empty();
   const bool brings_vertices = brings_bodies || !edit.new_vertices.empty();
-  std::vector<Index> ends;
+  std::pmr::vector<Index> ends(data.scratch.get());
   for (const NewVertex& vertex : edit.new_vertices) {
     ends.insert(ends.end(), {vertex.first, vertex.second});
   }

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -122,6 +123,10 @@ class SolverData : public CopyState {
   std::vector<Index> watched_places;
   std::vector<Index> read_places;  // buffer of reads from the backend
   std::vector<Index> edit_buffer;  // of what an edit needs for a while
+  // for lists of the like: keeps what it has got, so that later edits ask for no memory
+  std::unique_ptr<std::pmr::memory_resource> scratch =
+      std::make_unique<std::pmr::unsynchronized_pool_resource>(
+          std::pmr::pool_options{.largest_required_pool_block = std::size_t{1} << 20});
 
   [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
   [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <new>
 
+#include "pbdsurg/edit/cut.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -155,6 +156,33 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
   }
   CHECK(allocation_count == before);
   CHECK(solver.links().size() > 230);
+}
+
+// Would catch a list that is made anew for each tetrahedron that is split, or each edge of it. What
+// is left are lists that grow as cuts do, and colours that open.
+TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the spare room",
+          "[validation]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(scene, {.backend = backend,
+                        .threads = 2,
+                        .composition = PlanComposition::separate,
+                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  EditResult result;
+  constexpr int kCuts = 10;
+  for (int cut = 0; cut < kCuts; ++cut) {
+    const float z = kEdge * (0.4F + 0.37F * static_cast<float>(cut));
+    const auto blade_at = [&](float x) { return BladeEdge{{x, -1, z}, {x, 1, z}}; };
+    const CutPlan plan = plan_cut(solver, sweep_blade(std::array{blade_at(-1), blade_at(1)}));
+    REQUIRE(plan.edit.new_tets.size() > 100);
+    const long before = allocation_count;
+    apply_edit(solver, plan.edit, result);
+    solver.step(kTimeStep);
+    INFO("cut " << cut << " into " << plan.edit.new_tets.size());
+    CHECK((cut < 2 || allocation_count - before < 100));
+  }
 }
 
 }  // namespace pbdsurg
