@@ -34,7 +34,7 @@ struct ClusterShape {
     return array == DeviceArray::volumes && !is_damped ? parameter_count - 1 : parameter_count;
   }
   [[nodiscard]] constexpr Index words(bool is_damped) const {
-    return 1 + (std::max<Index>(packed_parameters(is_damped) - 2, 0) + kNumbers - 1) / kNumbers;
+    return (kFirstParameter + packed_parameters(is_damped) + kNumbers - 1) / kNumbers;
   }
 };
 

@@ -245,9 +245,10 @@ class SolverData : public CopyState {
   /// Tells backends, and undo, that constraints are added, or that such are gone.
   void log_growth();
 
-  /// Keeps in mind how the vertices at EditJournal::stopped move; waits for no step. Or reads what
-  /// the backend keeps in mind of that.
+  /// Keeps in mind how the vertices at EditJournal::stopped move, or has the backend do so; waits
+  /// for no step.
   void keep_motion();
+  /// Brings what the backend keeps in mind of that into EditJournal::motions; waits.
   void collect_motion();
 
   /// Gives the topology a new number.
