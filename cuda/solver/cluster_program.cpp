@@ -112,24 +112,24 @@ void ClusterProgram::find_sizes() {
     const std::vector<Round>& rounds = blocks_[b].rounds;
     sizes_.round_room = std::max(sizes_.round_room, static_cast<Index>(rounds.size()));
     for (const Round& round : rounds) {
-      const std::size_t words = with_room(words_of(round.now));
-      sizes_.round_words = std::max(sizes_.round_words, static_cast<Index>(words));
-      sizes_.word_room += words;
+      sizes_.round_words = std::max(sizes_.round_words, static_cast<Index>(most_words(round.now)));
+      sizes_.word_room += with_room(words_of(round.now));
       sizes_.multiplier_room += with_room(round.now.count) * multipliers_of(round.now);
     }
   }
   if (has_room_) {
-    constexpr Index kRounds = 4;
-    constexpr Index kSlots = 64;
+    // Edits gather: a block may get most of what they bring, until its rounds and slots are full.
+    constexpr Index kRounds = 4;  // beside one of each phase
+    constexpr Index kSlots = 128;
     constexpr Index kPlaces = 1024;
-    sizes_.round_room += kRounds;
+    sizes_.round_room += phase_count + kRounds;
     sizes_.slot_room = std::max(
         sizes_.slot_room,
-        std::min(sizes_.slot_room + sizes_.slot_room / 8 + kSlots, static_cast<Index>(kSlotMask)));
+        std::min(sizes_.slot_room + sizes_.slot_room / 2 + kSlots, static_cast<Index>(kSlotMask)));
     sizes_.place_room += sizes_.place_room + kPlaces;
     // for rounds that outgrow their places
-    sizes_.word_room += sizes_.word_room / 8 + 4 * static_cast<std::size_t>(sizes_.round_words);
-    sizes_.multiplier_room += sizes_.multiplier_room / 8 +
+    sizes_.word_room += sizes_.word_room + 4 * static_cast<std::size_t>(sizes_.round_words);
+    sizes_.multiplier_room += sizes_.multiplier_room / 2 +
                               4 * static_cast<std::size_t>(sizes_.thread_count) *
                                   static_cast<std::size_t>(NeoHookeanConstraint::kMultiplierCount);
   }
@@ -151,11 +151,10 @@ void ClusterProgram::write_all() {
   }
 }
 
-bool ClusterProgram::follow(std::span<const WordChange> changes, Index place_count,
-                            std::vector<WordChange>& words) {
-  const auto placements = take_over(changes);
+bool ClusterProgram::follow(std::vector<WordChange>& words, Index place_count) {
+  const auto placements = take_over(words);
   if (!placements || place_count > sizes_.place_room ||
-      !schedule_->follow(*placements, place_count, sizes_.thread_count)) {
+      !schedule_->follow(*placements, place_count, sizes_.thread_count, sizes_.slot_room)) {
     return false;
   }
   written_ = &words;
@@ -237,12 +236,13 @@ bool ClusterProgram::write_changes() {
   return true;
 }
 
-// How many rounds a phase takes, and how many constraints each. One at least: each block waits for
-// what comes to it in each phase.
+// How many rounds a phase takes, and how many constraints each. A block without constraints in a
+// phase has nothing to wait for in it; but it has one round at least.
 void ClusterProgram::count_rounds(Index b, Index phase) {
   auto& [rounds, first_rounds, is_changed] = blocks_[b];
   const auto size = static_cast<Index>(schedule_->constraints(b, phase).size());
-  const Index needed = std::max<Index>((size - 1) / sizes_.thread_count + 1, 1);
+  const Index needed = std::max((size + sizes_.thread_count - 1) / sizes_.thread_count,
+                                phase == 0 ? Index{1} : Index{0});
   const Index end = first_rounds[phase + 1];
   const Index more = needed - (end - first_rounds[phase]);
   if (more > 0) {
@@ -322,6 +322,17 @@ bool ClusterProgram::fit(Round& round) {
     multiplier_count_ += count;
   }
   return true;
+}
+
+// How large a round may become where edits are to find room: twice as many constraints, all of them
+// at a border.
+std::size_t ClusterProgram::most_words(const ClusterRound& round) const {
+  if (!has_room_) {
+    return words_of(round);
+  }
+  constexpr Index kFewest = 8;
+  const Index most = std::min(2 * round.count + kFewest, sizes_.thread_count);
+  return static_cast<std::size_t>(most) * (round.words + 1U);
 }
 
 std::size_t ClusterProgram::with_room(std::size_t count) const {

@@ -41,12 +41,12 @@ class ClusterProgram {
   /// barriers anew and reads for itself what they wait for, and whatever that is, a barrier
   /// completes once a sweep. So its parity is that of the sweep in each block, whatever came
   /// before.
-  /// @param changes      of records; those of other arrays are ignored
+  /// @param words        changes of records; those of other arrays are ignored. Appended to:
+  /// changes
+  ///                     of DeviceArray::cluster; each word once
   /// @param place_count  vertices, which may be more or fewer than before
-  /// @param words        appended to; changes of DeviceArray::cluster, each word once
   /// @return  false if there is no room; the program is good for nothing then
-  [[nodiscard]] bool follow(std::span<const WordChange> changes, Index place_count,
-                            std::vector<WordChange>& words);
+  [[nodiscard]] bool follow(std::vector<WordChange>& words, Index place_count);
 
   [[nodiscard]] const ClusterSizes& sizes() const noexcept { return sizes_; }
   /// See ClusterSections.
@@ -83,6 +83,7 @@ class ClusterProgram {
   void count_rounds(Index block, Index phase);
   [[nodiscard]] bool write_phase(Index block, Index phase);
   [[nodiscard]] bool fit(Round& round);
+  [[nodiscard]] std::size_t most_words(const ClusterRound& round) const;
   [[nodiscard]] std::size_t with_room(std::size_t count) const;
   [[nodiscard]] static std::size_t multipliers_of(const ClusterRound& round);
 

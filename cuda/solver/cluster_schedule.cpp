@@ -132,7 +132,7 @@ void ClusterSchedule::assign_blocks(std::span<const std::vector<SweepConstraint>
 }
 
 bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_count,
-                             Index round_size) {
+                             Index round_size, Index slot_room) {
   forget_changes();
   const Index count_before = this->place_count();
   if (place_count > count_before) {
@@ -184,7 +184,7 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
         return false;
       }
     }
-    put_in(placement->constraint, choose_block(constraint, round_size));
+    put_in(placement->constraint, choose_block(constraint, round_size, slot_room));
   }
   link_touched(place_count);
   return true;
@@ -292,9 +292,14 @@ void ClusterSchedule::put_in(Index n, Index block) {
 }
 
 // Where it adds the fewest messages, then where there is least to do. One constraint more than a
-// block projects at once costs as much as all of them.
-Index ClusterSchedule::choose_block(const ScheduledConstraint& constraint, Index round_size) const {
+// block projects at once costs as much as all of them, and a block that is out of slots all that
+// edits have brought.
+Index ClusterSchedule::choose_block(const ScheduledConstraint& constraint, Index round_size,
+                                    Index slot_room) const {
   constexpr Index kMostMessages = 8;
+  const auto has_slots = [&](Index block) {
+    return static_cast<Index>(slots_.places(block).size()) < slot_room - slot_room / 16;
+  };
   std::array<std::array<Index, 2>, 4> neighbours;  // blocks, before and after
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const Index place = constraint.places[corner];
@@ -315,6 +320,7 @@ Index ClusterSchedule::choose_block(const ScheduledConstraint& constraint, Index
   for (Index block = 0; block < block_count(); ++block) {
     const auto load = static_cast<Index>(constraints(block, constraint.phase).size());
     Index messages = load > 0 && load % round_size == 0 ? kMostMessages + 1 : 0;
+    messages += has_slots(block) ? 0 : 2 * (kMostMessages + 1);
     for (const auto& corner : neighbours) {
       messages += static_cast<Index>(std::ranges::count_if(
           corner, [&](Index other) { return other != kInvalidIndex && other != block; }));

@@ -90,9 +90,11 @@ class ClusterSchedule {
   /// @param placements   each constraint once
   /// @param place_count  vertices, which may be more or fewer
   /// @param round_size   constraints that a block projects at once
+  /// @param slot_room    slots that a block has; where few are left, no constraint goes that could
+  ///                     go elsewhere
   /// @return  false if constraints of a phase share a vertex; nothing is as it should be then
   [[nodiscard]] bool follow(std::span<const Placement> placements, Index place_count,
-                            Index round_size);
+                            Index round_size, Index slot_room);
 
   [[nodiscard]] const ScheduleChanges& changes() const noexcept { return changes_; }
 
@@ -144,7 +146,8 @@ class ClusterSchedule {
   [[nodiscard]] std::size_t round_index(Index block, Index phase) const {
     return static_cast<std::size_t>(block * phase_count() + phase);
   }
-  [[nodiscard]] Index choose_block(const ScheduledConstraint& constraint, Index round_size) const;
+  [[nodiscard]] Index choose_block(const ScheduledConstraint& constraint, Index round_size,
+                                   Index slot_room) const;
   [[nodiscard]] Index emptiest_block() const;
   [[nodiscard]] bool make_way(Index place, Index phase);
   void assign_blocks(std::span<const std::vector<SweepConstraint>> phases,

@@ -79,9 +79,8 @@ class ClusterSweeps final : public Sweeps {
     return true;
   }
 
-  bool follow(std::span<const WordChange> changes, Index place_count,
-              std::vector<WordChange>& words) override {
-    return program_->follow(changes, place_count, words);
+  bool follow(std::vector<WordChange>& words, Index place_count) override {
+    return program_->follow(words, place_count);
   }
 
   [[nodiscard]] std::uint32_t* words() const noexcept override { return image_.get(); }

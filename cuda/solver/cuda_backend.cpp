@@ -18,7 +18,7 @@
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
 #include "solver/vertex_buffers.h"
-#include "solver/word_kernels.h"
+#include "solver/word_queue.h"
 #include "stream.cuh"
 
 namespace pbdsurg::cuda {
@@ -132,6 +132,21 @@ class CudaBackend final : public Backend {
     state_.collect_motion(copy, out, stream_.get());
   }
 
+  // Plans lie on the host, and steps that run know nothing of them.
+  void follow_edit(SolverData& data) noexcept override {
+    has_grown_ = has_grown_ || data.changes.grown;
+    try {
+      words_.begin_batch();
+      std::vector<WordChange>& words = words_.batch();
+      is_planned_ = is_planned_ && plan_.follow(data, data.changes, words) &&
+                    sweeps_->follow(words, static_cast<Index>(data.particles.size()));
+    } catch (...) {
+      is_planned_ = false;
+    }
+    data.changes.constraints.clear();
+    data.changes.tets.clear();
+  }
+
   [[nodiscard]] Maker maker() const override {
     return [device = device_](const SolverData& data) {
       const CurrentDevice current(device);
@@ -141,8 +156,7 @@ class CudaBackend final : public Backend {
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
-           words_on_device_.memory_bytes() + watched_places_.memory_bytes() +
-           vertices_.memory_bytes() + sweeps_->memory_bytes();
+           watched_places_.memory_bytes() + vertices_.memory_bytes() + sweeps_->memory_bytes();
   }
 
  private:
@@ -194,16 +208,10 @@ class CudaBackend final : public Backend {
   // What happened on the host since the last step.
   void take_over(const SolverData& data) {
     const Changes& changes = data.changes;
-    has_grown_ = has_grown_ || changes.grown;
-    words_.clear();
     state_.make_room(data, stream_.get());
-    std::vector<WordChange> own_words;
-    if (!is_planned_ || !plan_.follow(data, changes, words_) ||
-        !sweeps_->follow(words_, static_cast<Index>(data.particles.size()), own_words)) {
+    if (!is_planned_) {
       words_.clear();
       make_plan(data);
-    } else {
-      words_.insert(words_.end(), own_words.begin(), own_words.end());
     }
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
@@ -221,18 +229,19 @@ class CudaBackend final : public Backend {
   }
 
   void add_vertex_changes(const SolverData& data, std::span<const Index> places) {
+    std::vector<WordChange>& words = words_.batch();  // others list none of these
     for (const Index place : places) {
       const auto first = static_cast<std::uint32_t>(place) * 4;  // words
       const float w = data.particles[place].w;
-      words_.push_back({DeviceArray::particles, first + 3, std::bit_cast<std::uint32_t>(w)});
+      words.push_back({DeviceArray::particles, first + 3, std::bit_cast<std::uint32_t>(w)});
       for (std::uint32_t axis = 0; axis < 3 && w == 0; ++axis) {
-        words_.push_back({DeviceArray::velocities, first + axis, 0});
+        words.push_back({DeviceArray::velocities, first + axis, 0});
       }
     }
   }
 
   void write_changes(const SolverData& data) {
-    if (words_.empty()) {
+    if (words_.is_empty()) {
       return;
     }
     ArrayStarts arrays{};
@@ -253,18 +262,17 @@ class CudaBackend final : public Backend {
     start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
     start(DeviceArray::cluster) = sweeps_->words();
     start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
-    words_on_device_.reserve(std::bit_ceil(words_.size()));  // edits differ in size
-    write_words(arrays, words_on_device_.upload(words_, stream_.get()),
-                static_cast<Index>(words_.size()), stream_.get());
+    words_.write(arrays, stream_.get());
   }
 
   void enqueue(const SolverData& data) {
-    const DeviceStep step{
-        &kernels_of(data.options),
-        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(), plan_.stages(),
-         tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
-        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-        data.options.substeps};
+    const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
+    const DeviceStep step{&kernels_of(data.options),
+                          {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+                           has_cluster ? std::span<const Stage>() : plan_.open_stages(),
+                           tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
+                          {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+                          data.options.substeps};
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;
@@ -305,8 +313,7 @@ class CudaBackend final : public Backend {
   ConstraintBuffers constraints_;
   VertexBuffers vertices_;
   ToolBuffers tools_;
-  std::vector<WordChange> words_;
-  DeviceBuffer<WordChange> words_on_device_;
+  WordQueue words_;
   DeviceBuffer<Index> watched_places_;
   PinnedBuffer<StepSums> sums_;        // [copy]
   PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]

@@ -19,8 +19,11 @@ using GroupsOfStages = std::map<std::tuple<Index, PhaseKind, Index>, std::vector
 constexpr Index kSerialOrdinal = std::numeric_limits<Index>::max();
 
 // Constraints that find all groups taken open a new one. So many of each kind get stages before
-// they have constraints; not more, because each takes time in every sweep.
-constexpr Index kEmptyStages = 2;
+// they have constraints; no sweep takes time for them until then.
+constexpr Index kEmptyStages = 24;
+
+// Records of a stage, where edits are expected at all.
+constexpr Index kFewestSpare = 32;
 
 Index last_level(const SolverData& data) {
   return static_cast<Index>(data.domain_counts.size()) - 1;
@@ -161,9 +164,9 @@ class StagePlan::Builder {
         (stages == 0 && holder != Holder::distance)) {
       return 0;
     }
-    constexpr Index kFewest = 32, kShares = 4;
+    constexpr Index kShares = 4;
     const Index expected = expected_growth(holder, constraints);
-    return std::min(expected, kFewest + kShares * (expected / std::max<Index>(1, stages)));
+    return std::min(expected, kFewestSpare + kShares * (expected / std::max<Index>(1, stages)));
   }
 
   [[nodiscard]] Index expected_growth(Holder holder, Index constraints) const {
@@ -188,17 +191,22 @@ class StagePlan::Builder {
     visit_kind(kind, [&](const auto& slots, auto& records) {
       std::vector<Index> ids = collect(slots, groups);
       const auto count = static_cast<Index>(ids.size());
-      const Index spare = is_joinable ? spare_count(holder_of(kind)) : 0;
-      if (count == 0 && (spare == 0 || empty_stages_[kind] == kEmptyStages)) {
-        return;
+      Index spare = is_joinable ? spare_count(holder_of(kind)) : 0;
+      if (count == 0) {
+        if (spare == 0 || empty_stages_[kind] == kEmptyStages) {
+          return;
+        }
+        spare = std::max(spare >> empty_stages_[kind]++, std::min(spare, kFewestSpare));
       }
-      empty_stages_[kind] += count == 0 ? 1 : 0;
       // near constraints near each other: they share cache lines
       std::ranges::sort(ids, {}, [&](Index id) {
         return std::pair(std::ranges::min(slots.record(id).places), id);
       });
       const auto first = static_cast<Index>(records.size());
       const Index pool = plan_.table_.add_pool(array_of(kind));
+      if (count == 0) {
+        plan_.waiting_stages_.push_back({static_cast<Index>(plan_.stages_.size()), pool});
+      }
       for (const Index group : groups) {
         pools(kind)[group] = pool;
       }
@@ -328,6 +336,8 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
     }
     stages_.insert(stages_.begin(), colors.begin(), colors.end());
   }
+  open_stages_.reserve(stages_.size());
+  open_stages_in_use();
 }
 
 }  // namespace pbdsurg::cuda

@@ -76,6 +76,9 @@ class RecordTable {
   void add_serial(Holder holder, Index id);
   void add_free(Index pool, Index first, Index count);
 
+  /// Whether any record of the pool is in use.
+  [[nodiscard]] bool has_holders(Index pool) const { return pools_[pool].holders > 0; }
+
   // While edits are followed: all that change leave before any of them joins, so that none misses
   // a record that another leaves.
 
@@ -112,6 +115,7 @@ class RecordTable {
   struct Pool {
     DeviceArray array;
     std::vector<Index> free;  // the next to be taken last
+    Index holders = 0;
   };
 
   Location& location(Holder holder, Index id);

@@ -74,6 +74,20 @@ Index StagePlan::pool_of(const SolverData& data, const Changes::Constraint& chan
   }
 }
 
+void StagePlan::open_stages_in_use() {
+  std::erase_if(waiting_stages_,
+                [&](const WaitingStage& waiting) { return table_.has_holders(waiting.pool); });
+  open_stages_.clear();
+  auto waiting = waiting_stages_.begin();
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    if (waiting != waiting_stages_.end() && waiting->stage == static_cast<Index>(i)) {
+      ++waiting;
+    } else {
+      open_stages_.push_back(stages_[i]);
+    }
+  }
+}
+
 void StagePlan::note_owner(const SolverData& data, Index distance) {
   if (distance >= static_cast<Index>(owners_.size())) {
     owners_.resize(static_cast<std::size_t>(distance) + 1, kInvalidIndex);
@@ -192,6 +206,9 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
     if (!table_.join(Holder::tube, tet, tube_pool(tet))) {
       return false;
     }
+  }
+  if (changes.grown) {
+    open_stages_in_use();
   }
   write_records(data, words);
   write_edges(data, words);

@@ -32,6 +32,10 @@ class StagePlan {
 
   [[nodiscard]] std::span<const Stage> stages() const noexcept { return stages_; }
 
+  /// Without those that wait for their first constraint. Their number grows as edits open them; the
+  /// span starts where it did.
+  [[nodiscard]] std::span<const Stage> open_stages() const noexcept { return open_stages_; }
+
   /// Finds what to write where, so that records follow changes of constraints and tetrahedra. Cost:
   /// proportional to the changes.
   /// @param words  appended to; where one is listed twice, both are alike
@@ -49,11 +53,19 @@ class StagePlan {
   };
 
   [[nodiscard]] Index pool_of(const SolverData& data, const Changes::Constraint& change) const;
+  void open_stages_in_use();
   void note_owner(const SolverData& data, Index distance);
   void write_records(const SolverData& data, std::vector<WordChange>& words) const;
   void write_edges(const SolverData& data, std::vector<WordChange>& words) const;
 
+  // One that has no constraint yet.
+  struct WaitingStage {
+    Index stage, pool;
+  };
+
   std::vector<Stage> stages_;
+  std::vector<WaitingStage> waiting_stages_;  // ascending
+  std::vector<Stage> open_stages_;
   bool is_damped_ = false;
   RecordTable table_;
   std::array<std::vector<Index>, kHolderCount> pools_;  // [holder][group], or what stands for one

@@ -55,13 +55,12 @@ class Sweeps {
   virtual bool take_over(const SolverData& data, std::span<const Stage> stages,
                          const StageRecords& records, cudaStream_t stream) = 0;
 
-  /// Lists what to write into its own arrays, if it has any, so that they follow the records.
-  /// @param changes      of records
+  /// Lists what to write into its own arrays, if it has any, so that they follow the records. A
+  /// step may be running.
+  /// @param words        changes of records; appended to: changes of DeviceArray::cluster
   /// @param place_count  vertices
-  /// @param words        appended to; changes of DeviceArray::cluster
   /// @return             false if it cannot: then it has to take over the stages anew
-  [[nodiscard]] virtual bool follow(std::span<const WordChange> /*changes*/, Index /*place_count*/,
-                                    std::vector<WordChange>& /*words*/) {
+  [[nodiscard]] virtual bool follow(std::vector<WordChange>& /*words*/, Index /*place_count*/) {
     return true;
   }
 

@@ -26,7 +26,7 @@ struct ArrayStarts {
 void check_device_code();
 
 /// Writes words, for all copies; those listed twice must be alike.
-/// @param changes  [count] on the device
+/// @param changes  [count] that the device reads; they stay until it has
 void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
                  cudaStream_t stream);
 

@@ -14,6 +14,7 @@
 #include "edit/removal.h"
 #include "edit/split_tets.h"
 #include "solver/add_bodies.h"
+#include "solver/backend.h"
 #include "solver/growth.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
@@ -153,6 +154,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
   result.topology_version = data.last_topology_version + 1;
   data.end_edit(fingerprint_of(edit, result));
   data.journal.participants.assign(participants.begin(), participants.end());
+  data.backend->follow_edit(data);
 
   for (EditParticipant* participant : participants) {
     participant->apply(solver, edit, result);
@@ -180,6 +182,7 @@ void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& resul
     throw InvalidArgument("a vertex that the edit brought is watched; watch others first");
   }
   data.undo_edit();
+  data.backend->follow_edit(data);
   for (std::size_t i = participants.size(); i-- > 0;) {
     participants[i]->undo(solver, edit, result);
   }

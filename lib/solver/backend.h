@@ -31,7 +31,7 @@ struct SolverOptions;
 ///   fetch_state() or until the host rewrites them all, but for those of Changes::moved. Inverse
 ///   masses there are always valid.
 /// - Between start_step() and finish_step() none of its functions is called but name(),
-///   keeps_state(), memory_bytes(), ask_for_motion() and the destructor.
+///   keeps_state(), memory_bytes(), ask_for_motion(), follow_edit() and the destructor.
 /// - Edits that bring no vertices happen there, too: topology, constraints, masses, vertex blocks,
 ///   the plan and what tools hold may change under a running step, which has taken over what it
 ///   needs; `changes` is then that of the next. What stays is the state, which and how many tools
@@ -52,6 +52,11 @@ class Backend {
   /// after each start_step(). One that keeps the state also writes `watched_positions` and
   /// `last_report` of all copies.
   virtual StepReport finish_step(SolverData& data) = 0;
+
+  /// Called after each edit: a chance to prepare, while a step runs, what start_step() would do for
+  /// it later. May take entries off the lists of constraints and tetrahedra in
+  /// SolverData::changes, all of them.
+  virtual void follow_edit(SolverData& /*data*/) noexcept {}
 
   /// Whether the state lies outside of SolverData. Always the same answer.
   [[nodiscard]] virtual bool keeps_state() const noexcept { return false; }

@@ -218,7 +218,7 @@ inline bool have_serial_bits(HostStages& stages, SolverData& data) {
         project_serially(data, phase, kSubstep);
       }
     }
-    for (const Stage& stage : stages.plan.stages()) {
+    for (const Stage& stage : stages.plan.open_stages()) {
       stages.project(stage, particles, start, kSubstep);
     }
   }
