@@ -7,8 +7,6 @@
 #include <cstring>
 #include <utility>
 
-#include "solver/cluster_shapes.h"
-
 namespace pbdsurg::cuda {
 namespace {
 
@@ -152,9 +150,8 @@ void ClusterProgram::write_all() {
 }
 
 bool ClusterProgram::follow(std::vector<WordChange>& words, Index place_count) {
-  const auto placements = take_over(words);
-  if (!placements || place_count > sizes_.place_room ||
-      !schedule_->follow(*placements, place_count, sizes_.thread_count, sizes_.slot_room)) {
+  if (!take_over(words) || place_count > sizes_.place_room ||
+      !schedule_->follow(placements_, place_count, sizes_.thread_count, sizes_.slot_room)) {
     return false;
   }
   written_ = &words;
@@ -163,9 +160,8 @@ bool ClusterProgram::follow(std::vector<WordChange>& words, Index place_count) {
   return fits;
 }
 
-std::optional<std::vector<ClusterSchedule::Placement>> ClusterProgram::take_over(
-    std::span<const WordChange> changes) {
-  std::vector<std::pair<Index, const ClusterShape*>> changed;  // constraint
+bool ClusterProgram::take_over(std::span<const WordChange> changes) {
+  changed_.clear();
   for (const WordChange& change : changes) {
     const bool is_damping = change.array == DeviceArray::distance_damping;
     const ClusterShape* const shape = shape_of(is_damping ? DeviceArray::distances : change.array);
@@ -176,21 +172,21 @@ std::optional<std::vector<ClusterSchedule::Placement>> ClusterProgram::take_over
     const std::size_t record =
         change.word / (is_damping ? 1 : static_cast<std::size_t>(shape->record_size));
     if (record >= constraints.size() || constraints[record] == kInvalidIndex) {
-      return std::nullopt;  // another plan's
+      return false;  // another plan's
     }
     numbers(change.array)[change.word] = change.value;
-    if (changed.empty() || changed.back().first != constraints[record]) {
-      changed.emplace_back(constraints[record], shape);
+    if (changed_.empty() || changed_.back().first != constraints[record]) {
+      changed_.emplace_back(constraints[record], shape);
     }
   }
-  std::ranges::sort(changed, {}, &std::pair<Index, const ClusterShape*>::first);
-  const auto same = std::ranges::unique(changed);
-  changed.erase(same.begin(), same.end());
-  std::vector<ClusterSchedule::Placement> placements;
-  for (const auto& [n, shape] : changed) {
-    placements.push_back({n, to_constraint(*shape, record_of(n))});
+  std::ranges::sort(changed_, {}, &std::pair<Index, const ClusterShape*>::first);
+  const auto same = std::ranges::unique(changed_);
+  changed_.erase(same.begin(), same.end());
+  placements_.clear();
+  for (const auto& [n, shape] : changed_) {
+    placements_.push_back({n, to_constraint(*shape, record_of(n))});
   }
-  return placements;
+  return true;
 }
 
 bool ClusterProgram::write_changes() {

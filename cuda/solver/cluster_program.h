@@ -9,12 +9,14 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
 
 #include "solver/cluster_layout.h"
 #include "solver/cluster_schedule.h"
+#include "solver/cluster_shapes.h"
 #include "solver/stage_plan.h"
 #include "solver/stages.h"
 
@@ -75,9 +77,9 @@ class ClusterProgram {
   void find_sizes();
   void write_all();
 
-  /// Constraints whose records changed, or nothing if records are not those of the stages.
-  [[nodiscard]] std::optional<std::vector<ClusterSchedule::Placement>> take_over(
-      std::span<const WordChange> changes);
+  /// Lists constraints whose records changed as `placements_`.
+  /// @return  false if records are not those of the stages
+  [[nodiscard]] bool take_over(std::span<const WordChange> changes);
   [[nodiscard]] bool write_changes();
 
   void count_rounds(Index block, Index phase);
@@ -112,6 +114,8 @@ class ClusterProgram {
   std::array<std::vector<std::uint32_t>, kDeviceArrayCount> records_;
   std::array<std::vector<Index>, kDeviceArrayCount> constraints_;  ///< [array][record] of schedule
   std::vector<WordChange>* written_ = nullptr;                     ///< where changes are listed
+  std::vector<std::pair<Index, const ClusterShape*>> changed_;     ///< constraints, while followed
+  std::vector<ClusterSchedule::Placement> placements_;
 };
 
 }  // namespace pbdsurg::cuda

@@ -9,6 +9,10 @@
 namespace pbdsurg::cuda {
 namespace {
 
+// Room in a vertex's chain: for what comes, and of a new vertex.
+constexpr Index kSpareVisits = 8;
+constexpr std::size_t kUsualVisits = 48;
+
 // Blocks in whose parts places lie, by which constraints are shared out. Places in order are halved
 // and halved again; others lie where a neighbour does.
 std::vector<Index> find_parts(std::span<const std::vector<SweepConstraint>> phases,
@@ -70,7 +74,7 @@ ClusterSchedule::ClusterSchedule(std::span<const std::vector<SweepConstraint>> p
   };
   for_each_corner([&](Index, std::size_t, Index place) { ++lengths[place]; });
   for (std::size_t place = 0; place < chains_.size(); ++place) {
-    chains_[place].reserve(static_cast<std::size_t>(lengths[place]));
+    chains_[place].reserve(static_cast<std::size_t>(lengths[place] + kSpareVisits));
   }
   for_each_corner([&](Index n, std::size_t corner, Index place) {
     const ScheduledConstraint& constraint = constraints_[n];
@@ -137,13 +141,16 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
   const Index count_before = this->place_count();
   if (place_count > count_before) {
     chains_.resize(static_cast<std::size_t>(place_count));
+    for (Index place = count_before; place < place_count; ++place) {
+      chains_[place].reserve(kUsualVisits);
+    }
     is_touched_.resize(chains_.size(), 0);
     slots_.set_place_count(place_count);
   }
   for (Index place = count_before; place < place_count; ++place) {
     touch(place);
   }
-  std::vector<const Placement*> moving;
+  moving_.clear();
   for (const Placement& placement : placements) {
     ScheduledConstraint& constraint = constraints_[placement.constraint];
     const bool exists = placement.next.places[0] != kInvalidIndex;
@@ -152,16 +159,17 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
       constraint.is_removed = !exists;
       changes_.stayed.push_back(placement.constraint);
     } else if (exists) {
-      moving.push_back(&placement);
+      const Index first = std::ranges::min(
+          placement.next.places, {}, [](Index place) { return static_cast<std::uint32_t>(place); });
+      moving_.push_back({first, &placement});
     }
   }
   // neighbours one after another, so that each finds where the last went
-  std::ranges::stable_sort(moving, {}, [](const Placement* placement) {
-    return std::ranges::min(placement->next.places, {},
-                            [](Index place) { return static_cast<std::uint32_t>(place); });
+  std::ranges::sort(moving_, {}, [](const Moving& moving) {
+    return std::pair(moving.first_place, moving.placement);  // which lie in one list
   });
   // all leave before any comes, for one may come where another was
-  for (const Placement* const placement : moving) {
+  for (const auto& [first, placement] : moving_) {
     if (constraints_[placement->constraint].block != kInvalidIndex) {
       take_out(placement->constraint);
     }
@@ -175,7 +183,7 @@ bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_
       take_out(chains_[place].back().constraint);
     }
   }
-  for (const Placement* const placement : moving) {
+  for (const auto& [first, placement] : moving_) {
     ScheduledConstraint& constraint = constraints_[placement->constraint];
     constraint.places = placement->next.places;
     constraint.is_removed = false;

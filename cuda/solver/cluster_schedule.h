@@ -139,6 +139,12 @@ class ClusterSchedule {
     std::vector<Index> arrivals;                  // [phase_count + 1]
   };
 
+  // A constraint that comes, with the first of its vertices.
+  struct Moving {
+    Index first_place;
+    const Placement* placement;
+  };
+
   /// The first visit in that phase or a later one.
   [[nodiscard]] Chain::const_iterator find_visit(Index place, Index phase) const {
     return std::ranges::lower_bound(chains_[place], phase, {}, &Visit::phase);
@@ -174,6 +180,7 @@ class ClusterSchedule {
   ClusterSlots slots_;
   ScheduleChanges changes_;
   // while changes are followed
+  std::vector<Moving> moving_;
   std::vector<Index> touched_;                 // places whose links are found anew
   std::vector<std::uint8_t> is_touched_;       // [place]
   std::vector<std::uint8_t> is_round_marked_;  // [block][phase]

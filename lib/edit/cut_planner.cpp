@@ -151,19 +151,22 @@ class CutPlanner {
     if (!std::ranges::all_of(tet, [&](Index v) { return near_.is_reached[v]; })) {
       return false;
     }
-    std::vector<Vector3d> section;
+    Vector3d section = Vector3d::Zero();  // sum of its corners
+    int count = 0;
     for (const Index v : tet) {
       if (signs_[v] == 0) {
-        section.push_back(position(v));
+        section += position(v);
+        ++count;
       }
     }
     for (const auto& [i, j] : kTetEdges) {
       if (is_crossed(tet[i], tet[j])) {
         const Vector3d x = position(tet[i]);
-        section.push_back(x + crossing(tet[i], tet[j]) * (position(tet[j]) - x));
+        section += x + crossing(tet[i], tet[j]) * (position(tet[j]) - x);
+        ++count;
       }
     }
-    return surface_is_at(mean(section), longest_edge(tet));
+    return surface_is_at(section / count, longest_edge(tet));
   }
 
   // Edges of cut tetrahedra from one side to the other, after vertices next to a crossing were
@@ -291,30 +294,32 @@ class CutPlanner {
     return surface_is_at(mean(x), std::max(longest_edge(a.corners), longest_edge(b.corners)));
   }
 
-  // The vertices themselves, or the ends of the edges that they split, each once.
-  [[nodiscard]] std::vector<Index> origins(const Triangle& face) const {
-    std::vector<Index> vertices;
-    for (const Index v : face) {
-      if (v < vertex_count_) {
-        vertices.push_back(v);
-      } else {
-        const Edge& edge = split_edges_[v - vertex_count_];
-        vertices.insert(vertices.end(), edge.begin(), edge.end());
-      }
-    }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    return vertices;
-  }
-
-  // Whether a face, or the one that it is a part of, was parted before and stayed closed.
+  // Whether a face, or the one that it is a part of, was parted before and stayed closed. The whole
+  // has the vertices themselves and the ends of edges that others split.
   [[nodiscard]] bool is_on_front(const Triangle& face) const {
     if (front_.empty()) {
       return false;
     }
-    const std::vector<Index> whole = origins(face);
-    return whole.size() == 3 &&
-           std::ranges::binary_search(front_, Triangle{whole[0], whole[1], whole[2]});
+    Triangle whole;
+    int count = 0;
+    const auto add = [&](Index v) {
+      const auto end = whole.begin() + std::min(count, 3);
+      if (std::find(whole.begin(), end, v) == end) {
+        if (count < 3) {
+          whole[count] = v;
+        }
+        ++count;
+      }
+    };
+    for (const Index v : face) {
+      if (v < vertex_count_) {
+        add(v);
+      } else {
+        std::ranges::for_each(split_edges_[v - vertex_count_], add);
+      }
+    }
+    std::sort(whole.begin(), whole.end());
+    return count == 3 && std::ranges::binary_search(front_, whole);
   }
 
   // [vertices, splits included] with pieces on both sides, or on the front: only there faces part

@@ -143,9 +143,12 @@ class ConstraintSlots {
   void open_group() { groups_.emplace_back(); }
   void close_group() noexcept { groups_.pop_back(); }
 
-  /// Makes room for ids, and for as many constraints more in each of some groups.
+  /// Makes room for ids, for as many constraints more in each of some groups, and for an edit that
+  /// changes as many, or some thousands of them.
   void reserve(std::size_t ids, std::span<const Index> groups) {
+    constexpr std::size_t kMostInEdit = 4096;
     locations_.reserve(locations_.size() + ids);
+    journal_.reserve(std::min(ids, kMostInEdit));
     for (const Index g : groups) {
       Group& group = groups_[g];
       const std::size_t blocks = (group.ids.size() + ids) / kBlockLanes + 1;

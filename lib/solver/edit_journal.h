@@ -4,6 +4,7 @@
 /// @file
 /// What the last edit did, so that it can be taken back.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -73,6 +74,20 @@ struct EditJournal {
 
   /// The vertex-block method's before constraints were added, which lays its rows out anew.
   std::optional<VertexMethod> before_growth;
+
+  /// Makes room for an edit that changes so many, or some thousands of them.
+  void reserve(std::size_t vertex_room, std::size_t tet_room, std::size_t edge_room,
+               std::size_t link_room) {
+    const auto make_room = [](std::size_t count, auto&... lists) {
+      constexpr std::size_t kMost = 4096;
+      (lists.reserve(std::min(count, kMost)), ...);
+    };
+    make_room(vertex_room, masses, stopped, motions, asked);
+    make_room(tet_room, tets, shapes);
+    make_room(4 * tet_room, tet_entries);
+    make_room(edge_room, edge_tets, edges);
+    make_room(2 * link_room, links, link_entries);
+  }
 
   /// Bytes in use.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {

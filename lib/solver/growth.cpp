@@ -117,11 +117,14 @@ void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
       (kind != PhaseKind::distance && std::ranges::none_of(data.constraint_phases, is_of_kind))) {
     return;
   }
-  constexpr int kSpareGroups = 8;
-  for (int i = 0; i < kSpareGroups; ++i) {
-    open_group(data, kind);
-  }
   visit_slots(data, kind, [&](auto& slots) { slots.reserve(count, joinable_groups(data, kind)); });
+  constexpr int kSpareGroups = 24;  // each for half as many as the one before
+  constexpr std::size_t kFewest = 64;
+  for (int i = 0; i < kSpareGroups; ++i) {
+    const std::array group{open_group(data, kind)};
+    visit_slots(data, kind,
+                [&](auto& slots) { slots.reserve(std::max(count >> i, kFewest), group); });
+  }
 }
 
 }  // namespace
@@ -356,6 +359,7 @@ void reserve_spare_room(SolverData& data) {
   reserve_groups(data, PhaseKind::volume, tets);
   reserve_groups(data, PhaseKind::neo_hookean, tets);
   reserve_groups(data, PhaseKind::strain_limit, edges);
+  data.journal.reserve(vertices, tets, edges, links);
   constexpr std::size_t kToolPhases = 64;
   data.plan.phases.reserve(data.constraint_phases.size() + kToolPhases);
 }

@@ -61,7 +61,7 @@ void SolverData::fetch_state(Index index) {
   if (state.is_state_current) {
     return;
   }
-  std::vector<VertexMotion> moved;  // of these the backend has not heard yet
+  std::pmr::vector<VertexMotion> moved(scratch.get());  // of these the backend has not heard yet
   for (const Index v : changes.moved) {
     moved.push_back(state.motion_of(place_of_vertex[v]));
   }
@@ -91,7 +91,7 @@ void SolverData::fetch_motion(std::span<const Index> vertices) {
     return;
   }
   backend->ask_for_motion(read_places);
-  std::vector<VertexMotion> motions(read_places.size());
+  std::pmr::vector<VertexMotion> motions(read_places.size(), scratch.get());
   for (Index i = 0; i < copy_count(); ++i) {
     CopyState& state = copy(i);
     if (state.is_state_current) {
@@ -384,7 +384,7 @@ void SolverData::keep_motion() {
 }
 
 void SolverData::collect_motion() {
-  std::vector<VertexMotion> motions(journal.asked.size());
+  std::pmr::vector<VertexMotion> motions(journal.asked.size(), scratch.get());
   for (Index i = 0; i < copy_count() && !motions.empty(); ++i) {
     if (!journal.is_motion_asked[i]) {
       continue;

@@ -72,12 +72,12 @@ void ScenePositions::read(const Solver& solver, std::span<const Index> vertices)
 }
 
 void ScenePositions::follow(const Solver& solver) {
-  std::vector<Index> added;
+  added_.clear();
   for (auto v = static_cast<Index>(values_.size()); v < solver.vertex_count(); ++v) {
-    added.push_back(v);
+    added_.push_back(v);
   }
   values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
-  read(solver, added);
+  read(solver, added_);
 }
 
 void ScenePositions::renumber(const Solver& solver, const Renumbering& ids) {

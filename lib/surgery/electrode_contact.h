@@ -39,6 +39,7 @@ class ScenePositions {
 
  private:
   std::vector<Eigen::Vector3f> values_, some_;
+  std::vector<Index> added_;
 };
 
 /// A vertex of the surface near an electrode.

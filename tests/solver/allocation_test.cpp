@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <new>
+#include <utility>
 
 #include "pbdsurg/edit/cut.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -156,6 +157,45 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
   }
   CHECK(allocation_count == before);
   CHECK(solver.links().size() > 230);
+}
+
+// Would catch lists that no room was made for, and colours that open or fill beyond theirs.
+TEST_CASE("solver: a blade's edits within the spare room allocate nothing after the first pass",
+          "[validation]") {
+  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Material limited = elastic_material(mesh, 1000, 20e3);
+  limited.max_stretch = 1.2F;
+  Scene scene;
+  scene.add_body("block", mesh, limited);
+  Solver solver(scene, {.backend = backend,
+                        .threads = 2,
+                        .composition = PlanComposition::separate,
+                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  EditResult result;
+  std::size_t added = 0;
+  constexpr int kPasses = 4, kFrames = 20;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    CutFront front;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const float z = kEdge * (0.6F + 1.1F * static_cast<float>(pass));
+      const auto blade_at = [&](int at) {
+        const float x = kEdge * (-1 + 10 * static_cast<float>(at) / kFrames);
+        return BladeEdge{{x, -1, z}, {x, 1, z}};
+      };
+      const CutSurface way = sweep_blade(std::array{blade_at(frame), blade_at(frame + 1)});
+      const CutPlan plan = plan_cut(solver, way, {.front = std::move(front)});
+      const long before = allocation_count;
+      apply_edit(solver, plan.edit, result);
+      solver.step(kTimeStep);
+      const long count = allocation_count - before;
+      INFO("pass " << pass << ", frame " << frame << ": " << plan.edit.new_tets.size());
+      CHECK((pass == 0 || count == 0));
+      front = plan.front;
+      added += plan.edit.new_tets.size();
+    }
+  }
+  CHECK(added > 2000);
 }
 
 // Would catch a list that is made anew for each tetrahedron that is split, or each edge of it. What
