@@ -70,17 +70,22 @@ ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords
 void ClusterProgram::make_schedule(Index place_count, std::span<const PlaceRun> ordered,
                                    Index block_count) {
   std::vector<std::vector<SweepConstraint>> phases;
-  Index count = 0;
   for (const Stage& stage : stages_) {
     const ClusterShape& shape = *shape_of(stage.kind);
     auto& constraints = constraints_[static_cast<int>(shape.array)];
-    constraints.resize(static_cast<std::size_t>(stage.first + stage.count), kInvalidIndex);
+    constraints.resize(static_cast<std::size_t>(stage.first), kInvalidIndex);
     auto& phase = phases.emplace_back();
     for (Index record = stage.first; record < stage.first + stage.count; ++record) {
-      constraints[record] = count++;
-      phase.push_back(
+      const SweepConstraint constraint =
           to_constraint(shape, &numbers(shape.array)[static_cast<std::size_t>(record) *
-                                                     static_cast<std::size_t>(shape.record_size)]));
+                                                     static_cast<std::size_t>(shape.record_size)]);
+      if (constraint.places[0] == kInvalidIndex) {
+        constraints.push_back(kOfPhase - static_cast<Index>(phases.size() - 1));
+        continue;
+      }
+      constraints.push_back(static_cast<Index>(record_of_constraint_.size()));
+      record_of_constraint_.push_back(record);
+      phase.push_back(constraint);
     }
   }
   schedule_.emplace(phases, place_count, ordered, block_count);
@@ -160,6 +165,19 @@ bool ClusterProgram::follow(std::vector<WordChange>& words, Index place_count) {
   return fits;
 }
 
+Index ClusterProgram::constraint_of(DeviceArray array, std::size_t record) {
+  auto& constraints = constraints_[static_cast<int>(array)];
+  if (record >= constraints.size()) {
+    return kInvalidIndex;
+  }
+  Index& n = constraints[record];
+  if (n <= kOfPhase) {
+    n = schedule_->add(kOfPhase - n);
+    record_of_constraint_.push_back(static_cast<Index>(record));
+  }
+  return n;
+}
+
 bool ClusterProgram::take_over(std::span<const WordChange> changes) {
   changed_.clear();
   for (const WordChange& change : changes) {
@@ -168,15 +186,15 @@ bool ClusterProgram::take_over(std::span<const WordChange> changes) {
     if (shape == nullptr) {
       continue;
     }
-    const auto& constraints = constraints_[static_cast<int>(shape->array)];
-    const std::size_t record =
-        change.word / (is_damping ? 1 : static_cast<std::size_t>(shape->record_size));
-    if (record >= constraints.size() || constraints[record] == kInvalidIndex) {
+    const Index n = constraint_of(
+        shape->array,
+        change.word / (is_damping ? 1 : static_cast<std::size_t>(shape->record_size)));
+    if (n == kInvalidIndex) {
       return false;  // another plan's
     }
     numbers(change.array)[change.word] = change.value;
-    if (changed_.empty() || changed_.back().first != constraints[record]) {
-      changed_.emplace_back(constraints[record], shape);
+    if (changed_.empty() || changed_.back().first != n) {
+      changed_.emplace_back(n, shape);
     }
   }
   std::ranges::sort(changed_, {}, &std::pair<Index, const ClusterShape*>::first);
@@ -343,15 +361,11 @@ std::vector<std::uint32_t>& ClusterProgram::numbers(DeviceArray array) {
   return records_[static_cast<int>(array)];
 }
 
-Index ClusterProgram::record_index(Index n) const {
-  const Index phase = schedule_->constraint(n).phase;
-  return stages_[phase].first + n - schedule_->number(phase, 0);
-}
-
 const std::uint32_t* ClusterProgram::record_of(Index n) const {
   const ClusterShape& shape = *shape_of(stages_[schedule_->constraint(n).phase].kind);
   return records_[static_cast<int>(shape.array)].data() +
-         static_cast<std::size_t>(record_index(n)) * static_cast<std::size_t>(shape.record_size);
+         static_cast<std::size_t>(record_of_constraint_[n]) *
+             static_cast<std::size_t>(shape.record_size);
 }
 
 const ClusterRound& ClusterProgram::round_of(const ScheduledConstraint& constraint) const {
@@ -384,7 +398,7 @@ void ClusterProgram::write_constraint(Index n) {
     all[corner / 2] |= half << (16 * (corner % 2));
   }
   if (shape.kind == PhaseKind::distance) {
-    all[1] = numbers(DeviceArray::distance_damping)[record_index(n)];
+    all[1] = numbers(DeviceArray::distance_damping)[record_of_constraint_[n]];
   }
   const std::uint32_t* const record = record_of(n);
   for (Index p = 0; p < shape.packed_parameters(is_damped_); ++p) {

@@ -65,6 +65,7 @@ class ClusterProgram {
     std::uint32_t written_count = 0;
   };
   static constexpr std::uint32_t kNotWritten = 0xffffffff;
+  static constexpr Index kOfPhase = kInvalidIndex - 1;
   struct Block {
     std::vector<Round> rounds;
     std::vector<Index> first_rounds;  // [phase + 1]
@@ -77,6 +78,8 @@ class ClusterProgram {
   void find_sizes();
   void write_all();
 
+  /// Of a record, kInvalidIndex if the stages have none such.
+  [[nodiscard]] Index constraint_of(DeviceArray array, std::size_t record);
   /// Lists constraints whose records changed as `placements_`.
   /// @return  false if records are not those of the stages
   [[nodiscard]] bool take_over(std::span<const WordChange> changes);
@@ -90,7 +93,6 @@ class ClusterProgram {
   [[nodiscard]] static std::size_t multipliers_of(const ClusterRound& round);
 
   [[nodiscard]] std::vector<std::uint32_t>& numbers(DeviceArray array);
-  [[nodiscard]] Index record_index(Index n) const;
   [[nodiscard]] const std::uint32_t* record_of(Index n) const;
   [[nodiscard]] const ClusterRound& round_of(const ScheduledConstraint& constraint) const;
   [[nodiscard]] std::size_t head_of(const ScheduledConstraint& constraint) const;
@@ -112,9 +114,11 @@ class ClusterProgram {
   std::size_t multiplier_count_ = 0;
   /// [array] records, by their numbers
   std::array<std::vector<std::uint32_t>, kDeviceArrayCount> records_;
-  std::array<std::vector<Index>, kDeviceArrayCount> constraints_;  ///< [array][record] of schedule
-  std::vector<WordChange>* written_ = nullptr;                     ///< where changes are listed
-  std::vector<std::pair<Index, const ClusterShape*>> changed_;     ///< constraints, while followed
+  /// [array][record] of schedule; kOfPhase - phase if it has none for the record yet
+  std::array<std::vector<Index>, kDeviceArrayCount> constraints_;
+  std::vector<Index> record_of_constraint_;
+  std::vector<WordChange>* written_ = nullptr;                  ///< where changes are listed
+  std::vector<std::pair<Index, const ClusterShape*>> changed_;  ///< constraints, while followed
   std::vector<ClusterSchedule::Placement> placements_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace pbdsurg::cuda {
@@ -106,6 +107,10 @@ ClusterSchedule::ClusterSchedule(std::span<const std::vector<SweepConstraint>> p
 // Who projects what: the block in whose part most of its vertices lie.
 void ClusterSchedule::assign_blocks(std::span<const std::vector<SweepConstraint>> phases,
                                     const std::vector<Index>& parts) {
+  const std::size_t count =
+      std::accumulate(phases.begin(), phases.end(), std::size_t{0},
+                      [](std::size_t sum, const auto& phase) { return sum + phase.size(); });
+  constraints_.reserve(count + count / 4);  // for edits, without a copy of all
   first_.push_back(0);
   for (std::size_t phase = 0; phase < phases.size(); ++phase) {
     std::vector<Index> load(blocks_.size(), 0);
@@ -133,6 +138,12 @@ void ClusterSchedule::assign_blocks(std::span<const std::vector<SweepConstraint>
     }
     first_.push_back(static_cast<Index>(constraints_.size()));
   }
+}
+
+Index ClusterSchedule::add(Index phase) {
+  constraints_.push_back({.places = {}, .phase = phase});
+  constraints_.back().places.fill(kInvalidIndex);
+  return static_cast<Index>(constraints_.size()) - 1;
 }
 
 bool ClusterSchedule::follow(std::span<const Placement> placements, Index place_count,

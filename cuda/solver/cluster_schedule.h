@@ -102,7 +102,11 @@ class ClusterSchedule {
   [[nodiscard]] Index phase_count() const { return static_cast<Index>(first_.size()) - 1; }
   [[nodiscard]] Index place_count() const { return static_cast<Index>(chains_.size()); }
 
-  /// Number of a constraint, by its phase and number there.
+  /// Adds one to a phase that is no constraint until follow() says so.
+  /// @return  its number
+  Index add(Index phase);
+
+  /// Number of a constraint that the schedule was made of, by its phase and number there.
   [[nodiscard]] Index number(Index phase, Index constraint) const {
     return first_[phase] + constraint;
   }
