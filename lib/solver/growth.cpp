@@ -130,17 +130,22 @@ void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
 }  // namespace
 
 Index find_free_group(SolverData& data, PhaseKind kind, std::span<const Index> vertices) {
-  std::vector<Index>& taken = data.edit_buffer;
-  taken.clear();
+  std::vector<bool>& is_taken = data.group_buffer;
+  const Index group_count =
+      visit_slots(data, kind, [](const auto& slots) { return slots.group_count(); });
+  is_taken.assign(static_cast<std::size_t>(group_count), false);
   for (const Index v : vertices) {
-    for_each_group_at(data, kind, v, [&](Index group) { taken.push_back(group); });
+    for_each_group_at(data, kind, v, [&](Index group) {
+      if (group != kInvalidIndex) {
+        is_taken[group] = true;
+      }
+    });
   }
-  std::ranges::sort(taken);
   const std::vector<Phase>& phases = data.constraint_phases;
   auto phase = std::ranges::partition_point(
       phases, [&](const Phase& each) { return each.level < last_level(data); });
   for (; phase != phases.end(); ++phase) {
-    if (takes(*phase, kind) && !std::ranges::binary_search(taken, phase->color)) {
+    if (takes(*phase, kind) && !is_taken[phase->color]) {
       return phase->color;
     }
   }

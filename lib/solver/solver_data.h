@@ -123,6 +123,7 @@ class SolverData : public CopyState {
   std::vector<Index> watched_places;
   std::vector<Index> read_places;  // buffer of reads from the backend
   std::vector<Index> edit_buffer;  // of what an edit needs for a while
+  std::vector<bool> group_buffer;  // [group of a kind] likewise
   // for lists of the like: keeps what it has got, so that later edits ask for no memory
   std::unique_ptr<std::pmr::memory_resource> scratch =
       std::make_unique<std::pmr::unsynchronized_pool_resource>(
