@@ -40,14 +40,14 @@ std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages
                                                    const StageRecords& records, Index place_count,
                                                    std::span<const PlaceRun> ordered,
                                                    Index block_count, bool is_damped,
-                                                   bool has_room) {
+                                                   GrowthRoom room) {
   if (stages.empty() || static_cast<Index>(stages.size()) > kMostClusterPhases ||
       std::ranges::any_of(stages, [](const Stage& stage) {
         return stage.level_count > 0 || shape_of(stage.kind) == nullptr;
       })) {
     return std::nullopt;
   }
-  ClusterProgram program(stages, records, is_damped, has_room);
+  ClusterProgram program(stages, records, is_damped, room);
   program.make_schedule(place_count, ordered, block_count);
   program.find_sizes();
   if (program.sizes_.slot_room > static_cast<Index>(kSlotMask)) {
@@ -58,8 +58,8 @@ std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages
 }
 
 ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords& records,
-                               bool is_damped, bool has_room)
-    : is_damped_(is_damped), has_room_(has_room), stages_(stages.begin(), stages.end()) {
+                               bool is_damped, GrowthRoom room)
+    : is_damped_(is_damped), room_(room), stages_(stages.begin(), stages.end()) {
   numbers(DeviceArray::distances) = numbers_of(records.distances);
   numbers(DeviceArray::distance_damping) = numbers_of(records.distance_damping);
   numbers(DeviceArray::volumes) = numbers_of(records.volumes);
@@ -120,15 +120,15 @@ void ClusterProgram::find_sizes() {
       sizes_.multiplier_room += with_room(round.now.count) * multipliers_of(round.now);
     }
   }
-  if (has_room_) {
-    // Edits gather: a block may get most of what they bring, until its rounds and slots are full.
+  if (room_ != GrowthRoom::none) {
+    // Edits gather: a block may get most of what they bring.
     constexpr Index kRounds = 4;  // beside one of each phase
-    constexpr Index kSlots = 128;
+    constexpr Index kSlots = 64;
     constexpr Index kPlaces = 1024;
     sizes_.round_room += phase_count + kRounds;
+    const Index more_slots = sizes_.slot_room / (room_ == GrowthRoom::ample ? 2 : 8) + kSlots;
     sizes_.slot_room = std::max(
-        sizes_.slot_room,
-        std::min(sizes_.slot_room + sizes_.slot_room / 2 + kSlots, static_cast<Index>(kSlotMask)));
+        sizes_.slot_room, std::min(sizes_.slot_room + more_slots, static_cast<Index>(kSlotMask)));
     sizes_.place_room += sizes_.place_room + kPlaces;
     // for rounds that outgrow their places
     sizes_.word_room += sizes_.word_room + 4 * static_cast<std::size_t>(sizes_.round_words);
@@ -338,19 +338,28 @@ bool ClusterProgram::fit(Round& round) {
   return true;
 }
 
-// How large a round may become where edits are to find room: twice as many constraints, all of them
-// at a border.
+// How large a round may become.
 std::size_t ClusterProgram::most_words(const ClusterRound& round) const {
-  if (!has_room_) {
-    return words_of(round);
-  }
   constexpr Index kFewest = 8;
-  const Index most = std::min(2 * round.count + kFewest, sizes_.thread_count);
-  return static_cast<std::size_t>(most) * (round.words + 1U);
+  switch (room_) {
+    case GrowthRoom::none:
+      break;
+    case GrowthRoom::some: {
+      const auto grown = [&](Index count) {
+        return static_cast<std::size_t>(std::min(count + count / 4 + kFewest, sizes_.thread_count));
+      };
+      return grown(round.count) * round.words + grown(round.border);
+    }
+    case GrowthRoom::ample: {  // all of it may come to lie at a border
+      const Index most = std::min(2 * round.count + kFewest, sizes_.thread_count);
+      return static_cast<std::size_t>(most) * (round.words + 1U);
+    }
+  }
+  return words_of(round);
 }
 
 std::size_t ClusterProgram::with_room(std::size_t count) const {
-  return has_room_ ? count + count / 8 + 8 : count;
+  return room_ == GrowthRoom::none ? count : count + count / 8 + 8;
 }
 
 std::size_t ClusterProgram::multipliers_of(const ClusterRound& round) {

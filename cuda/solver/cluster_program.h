@@ -22,6 +22,14 @@
 
 namespace pbdsurg::cuda {
 
+/// How much more of everything edits find room for in a program. A block's shared memory is small,
+/// so large scenes have the choice between less room and fewer vertices in it.
+enum class GrowthRoom : std::uint8_t {
+  none,
+  some,   ///< an eighth more vertices in a block, a quarter more constraints in a round
+  ample,  ///< half as many more vertices, twice as many constraints
+};
+
 /// What a kernel needs to sweep, as it lies on the device, and what the host needs to change it.
 class ClusterProgram {
  public:
@@ -29,12 +37,11 @@ class ClusterProgram {
   /// @param place_count    vertices
   /// @param ordered        see ClusterSchedule
   /// @param block_count    1 to kMostClusterBlocks
-  /// @param has_room       whether edits are to find room for more of everything
   /// @return  nothing if a cluster cannot execute the stages: none, serial or joint ones, too many
   ///          phases, or more vertices than a block has slots
   [[nodiscard]] static std::optional<ClusterProgram> make(
       std::span<const Stage> stages, const StageRecords& records, Index place_count,
-      std::span<const PlaceRun> ordered, Index block_count, bool is_damped, bool has_room);
+      std::span<const PlaceRun> ordered, Index block_count, bool is_damped, GrowthRoom room);
 
   /// Follows changes of records: parameters, constraints that go, come back, come anew or get other
   /// vertices. Cost: see ClusterSchedule::follow(), and the rounds that these are in.
@@ -73,7 +80,7 @@ class ClusterProgram {
   };
 
   ClusterProgram(std::span<const Stage> stages, const StageRecords& records, bool is_damped,
-                 bool has_room);
+                 GrowthRoom room);
   void make_schedule(Index place_count, std::span<const PlaceRun> ordered, Index block_count);
   void find_sizes();
   void write_all();
@@ -103,7 +110,7 @@ class ClusterProgram {
   void write(std::size_t at, std::span<const std::uint32_t> numbers);
 
   bool is_damped_;
-  bool has_room_;
+  GrowthRoom room_;
   ClusterSizes sizes_;
   ClusterSections sections_{ClusterSizes{}};
   std::vector<std::uint32_t> image_;

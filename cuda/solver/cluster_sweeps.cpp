@@ -70,9 +70,10 @@ class ClusterSweeps final : public Sweeps {
 
   bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
                  cudaStream_t stream) override {
-    const bool has_spare = has_spare_records(records);
-    if (!choose_program(data, stages, records, has_spare) &&
-        !(has_spare && choose_program(data, stages, records, false))) {
+    const auto fits = [&](GrowthRoom room) { return choose_program(data, stages, records, room); };
+    const bool has_room =
+        has_spare_records(records) && (fits(GrowthRoom::ample) || fits(GrowthRoom::some));
+    if (!has_room && !fits(GrowthRoom::none)) {
       return false;
     }
     upload(data.copy_count(), stream);
@@ -98,7 +99,7 @@ class ClusterSweeps final : public Sweeps {
  private:
   // The fastest, of as many blocks as it takes.
   bool choose_program(const SolverData& data, std::span<const Stage> stages,
-                      const StageRecords& records, bool has_room) {
+                      const StageRecords& records, GrowthRoom room) {
     const Index phase_size = count_constraints(stages) / std::max(count_phases(stages), 1);
     std::vector<Index> sizes;
     for (Index size = kMostClusterBlocks; size >= 1; size /= 2) {
@@ -110,8 +111,8 @@ class ClusterSweeps final : public Sweeps {
     const std::vector<PlaceRun> ordered = find_ordered_places(data);
     Index best_time = std::numeric_limits<Index>::max();
     for (const Index size : sizes) {
-      auto candidate = ClusterProgram::make(stages, records, place_count, ordered, size,
-                                            kind_.is_damped, has_room);
+      auto candidate =
+          ClusterProgram::make(stages, records, place_count, ordered, size, kind_.is_damped, room);
       const Index at_a_time = candidate ? prepare(candidate->sizes()) : 0;
       if (at_a_time == 0) {
         continue;  // such as too many vertices for the shared memory of so few blocks

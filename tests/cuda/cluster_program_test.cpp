@@ -76,7 +76,7 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
   const StagePlan plan(solver_data(solver), records);
   auto program = ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
                                       std::vector<PlaceRun>{{0, scene.vertex_count()}}, block_count,
-                                      is_damped, false);
+                                      is_damped, GrowthRoom::none);
   REQUIRE(program);
   std::vector<std::uint32_t> image(program->image().begin(), program->image().end());
   const auto check = [&] {
@@ -143,7 +143,8 @@ TEST_CASE("cluster program: serial and joint stages have none") {
   StageRecords records;
   const StagePlan plan(solver_data(solver), records);
   CHECK(!ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
-                              std::vector<PlaceRun>{{0, scene.vertex_count()}}, 4, false, true));
+                              std::vector<PlaceRun>{{0, scene.vertex_count()}}, 4, false,
+                              GrowthRoom::ample));
 }
 
 // Would catch a vertex that is sent to the wrong place or phase, a wait for more or less than what
@@ -155,14 +156,15 @@ TEST_CASE("cluster program: after edits, blocks in any order do what the plan sa
                             Case{3000, 470, 30, 1, false}, Case{1500, 180, 60, 3, true});
   INFO(how.block_count << " blocks, " << how.place_count << " vertices, " << how.spare
                        << " spare records a stage");
-  const bool has_room = how.spare > 0;
+  const GrowthRoom room =
+      how.spare == 0 ? GrowthRoom::none : GENERATE(GrowthRoom::some, GrowthRoom::ample);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     testing::RandomPlan plan(how.place_count, how.per_stage, how.spare, seed);
     const auto make = [&] {
       return ClusterProgram::make(
           plan.stages, plan.records, plan.place_count(),
           std::vector<PlaceRun>{{0, std::min(how.place_count, plan.place_count())}},
-          how.block_count, how.is_damped, has_room);
+          how.block_count, how.is_damped, room);
     };
     auto program = make();
     REQUIRE(program);
@@ -187,7 +189,7 @@ TEST_CASE("cluster program: after edits, blocks in any order do what the plan sa
       check_sweeps(plan.stages, plan.records, plan.place_count(), *program, image, how.is_damped,
                    seed + static_cast<std::uint64_t>(e));
     }
-    CHECK((!has_room || followed > kEdits - 3));
+    CHECK((room == GrowthRoom::none || followed > kEdits - 3));
   }
 }
 
