@@ -151,9 +151,10 @@ EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
                       std::span<EditParticipant* const> participants = {});
 
 /// As above, into a result that is used again, so that no memory has to be found for it. An edit
-/// that removes, changes rest values and adds links, no more of each than one before it and than
-/// there is spare room for (SolverOptions::spare), allocates nothing; but in a joint plan, where
-/// edges change groups. Parting and splitting allocate.
+/// that changes no more than one before it, and adds no more than there is spare room for
+/// (SolverOptions::spare), allocates nothing; but one that brings bodies, in a joint plan, where
+/// edges change groups, and with the vertex-block method, where it adds anything. A device's
+/// backend may allocate for what is added.
 void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
                 std::span<EditParticipant* const> participants = {});
 
