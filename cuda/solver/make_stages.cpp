@@ -337,7 +337,7 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
     stages_.insert(stages_.begin(), colors.begin(), colors.end());
   }
   open_stages_.reserve(stages_.size());
-  open_stages_in_use();
+  list_open_stages();
 }
 
 }  // namespace pbdsurg::cuda

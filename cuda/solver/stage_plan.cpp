@@ -74,9 +74,7 @@ Index StagePlan::pool_of(const SolverData& data, const Changes::Constraint& chan
   }
 }
 
-void StagePlan::open_stages_in_use() {
-  std::erase_if(waiting_stages_,
-                [&](const WaitingStage& waiting) { return table_.has_holders(waiting.pool); });
+void StagePlan::list_open_stages() {
   open_stages_.clear();
   auto waiting = waiting_stages_.begin();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
@@ -207,8 +205,9 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
       return false;
     }
   }
-  if (changes.grown) {
-    open_stages_in_use();
+  const auto is_in_use = [&](const WaitingStage& stage) { return table_.has_holders(stage.pool); };
+  if (std::erase_if(waiting_stages_, is_in_use) > 0) {
+    list_open_stages();
   }
   write_records(data, words);
   write_edges(data, words);

@@ -53,7 +53,7 @@ class StagePlan {
   };
 
   [[nodiscard]] Index pool_of(const SolverData& data, const Changes::Constraint& change) const;
-  void open_stages_in_use();
+  void list_open_stages();
   void note_owner(const SolverData& data, Index distance);
   void write_records(const SolverData& data, std::vector<WordChange>& words) const;
   void write_edges(const SolverData& data, std::vector<WordChange>& words) const;

@@ -322,6 +322,27 @@ TEST_CASE("cuda growth: stages have the spare records that were asked for, and n
   CHECK(count_empty(stages.plan.open_stages()) == 0);  // no sweep takes time for them
 }
 
+// Would catch a stage that nobody launches, because it was empty when the plan was made, although
+// an undo brings its constraints back.
+TEST_CASE("cuda growth: stages that were empty open for what an undo brings back",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  Solver solver = make_plate(PlanComposition::separate, {100, 100, 100, 0});
+  const auto& volumes = solver_data(solver).volumes;
+  Index group = 0;  // a small one, for which there is room
+  while (volumes.size(group) == 0 || volumes.size(group) > 20) {
+    REQUIRE(++group < volumes.group_count());
+  }
+  const std::span<const Index> ids = volumes.ids(group);
+  const TopologyEdit edit{.remove_tets = std::vector<Index>(ids.begin(), ids.end())};
+  const EditResult result = apply_edit(solver, edit);
+  Follower follower(solver);  // made now
+  undo_edit(solver, edit, result);
+  REQUIRE(follower.follow());
+  CHECK(follower.made_anew == 0);
+  CHECK(follower.has_opened);
+}
+
 // Would catch stages that take domains apart when constraints come that join two, and vertices that
 // no domain has.
 TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {

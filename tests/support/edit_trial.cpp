@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <sstream>
 #include <utility>
 
 #include "pbdsurg/core/error.h"
@@ -19,6 +20,14 @@ namespace pbdsurg::testing {
 namespace {
 
 constexpr float kTimeStep = 1e-3F;  // s
+
+std::string text_of(const StepReport& report) {
+  std::ostringstream text;
+  text << std::hexfloat << report.inverted_tets << " inverted, residuals "
+       << report.distance_residual << " and " << report.volume_residual << ", " << report.contacts
+       << " contacts";
+  return text.str();
+}
 
 Cautery make_cautery(const EditScene& scene, const Solver& solver) {
   const ThermalBody body{0, &scene.first_mesh, kLiver};
@@ -141,7 +150,7 @@ std::string EditTrial::step() {
   if (twin_) {
     const std::string name = solver_.backend_name();
     if (!equal(report, twin_report_)) {
-      return name + " reports another step than its twin";
+      return name + " reports " + text_of(report) + ", its twin " + text_of(twin_report_);
     }
     if (solver_.state_hash() != twin_->state_hash()) {
       return name + " has not the state of its twin";
