@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 namespace pbdsurg::cuda {
@@ -253,20 +254,17 @@ bool ClusterProgram::write_changes() {
 // How many rounds a phase takes, and how many constraints each. A block without constraints in a
 // phase has nothing to wait for in it; but it has one round at least.
 void ClusterProgram::count_rounds(Index b, Index phase) {
-  auto& [rounds, first_rounds, is_changed] = blocks_[b];
+  auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[b];
   const auto size = static_cast<Index>(schedule_->constraints(b, phase).size());
   const Index needed = std::max((size + sizes_.thread_count - 1) / sizes_.thread_count,
                                 phase == 0 ? Index{1} : Index{0});
   const Index end = first_rounds[phase + 1];
   const Index more = needed - (end - first_rounds[phase]);
-  if (more > 0) {
-    const ClusterShape& shape = *shape_of(stages_[phase].kind);
-    Round round{};
-    round.now.phase = static_cast<std::uint16_t>(phase);
-    round.now.kind = static_cast<std::uint8_t>(shape.kind);
-    round.now.words = static_cast<std::uint8_t>(shape.words(is_damped_));
-    rounds.insert(rounds.begin() + end, static_cast<std::size_t>(more), round);
-  } else {
+  for (Index i = 0; i < more; ++i) {
+    rounds.insert(rounds.begin() + end, take_round(b, phase));
+  }
+  if (more < 0) {
+    free_rounds.insert(free_rounds.end(), rounds.begin() + (end + more), rounds.begin() + end);
     rounds.erase(rounds.begin() + (end + more), rounds.begin() + end);
   }
   if (more != 0) {
@@ -284,11 +282,30 @@ void ClusterProgram::count_rounds(Index b, Index phase) {
   }
 }
 
+// The place of one of the kind that is no more, or none yet.
+ClusterProgram::Round ClusterProgram::take_round(Index b, Index phase) {
+  const ClusterShape& shape = *shape_of(stages_[phase].kind);
+  const auto kind = static_cast<std::uint8_t>(shape.kind);
+  std::vector<Round>& free = blocks_[b].free_rounds;
+  const auto found = std::ranges::find(free.rbegin(), free.rend(), kind,
+                                       [](const Round& round) { return round.now.kind; });
+  Round taken;
+  if (found != free.rend()) {
+    taken = *found;
+    free.erase(std::prev(found.base()));
+  }
+  taken.now.phase = static_cast<std::uint16_t>(phase);
+  taken.now.kind = kind;
+  taken.now.words = static_cast<std::uint8_t>(shape.words(is_damped_));
+  taken.written_first = kNotWritten;
+  return taken;
+}
+
 // Of constraints that stay where they are, no more than what lies elsewhere since: all words, where
 // the round has moved or words of a constraint are so many apart as there are constraints; else
 // targets, which lie behind all words.
 bool ClusterProgram::write_phase(Index b, Index phase) {
-  auto& [rounds, first_rounds, is_changed] = blocks_[b];
+  auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[b];
   const std::vector<Index>& constraints = schedule_->constraints(b, phase);
   for (Index i = first_rounds[phase]; i < first_rounds[phase + 1]; ++i) {
     Round& round = rounds[i];
@@ -311,29 +328,34 @@ bool ClusterProgram::write_phase(Index b, Index phase) {
   return true;
 }
 
-// Moves a round that has outgrown its words or multipliers behind all others. Nobody remembers a
-// multiplier between two steps.
+// Moves a round that has outgrown its words or multipliers behind all others, with half as much
+// room again: it leaves its place to nobody. Nobody remembers a multiplier between two steps.
 bool ClusterProgram::fit(Round& round) {
+  const auto room_for = [&](std::size_t count, std::size_t before, std::size_t most) {
+    return std::min(with_room(before == 0 ? count : count + count / 2), most);
+  };
   const std::size_t words = words_of(round.now);
   if (words > round.word_room) {
-    const std::size_t room =
-        std::min(with_room(words), static_cast<std::size_t>(sizes_.round_words));
-    if (words > room || word_count_ + room > sizes_.word_room) {
+    const std::size_t most =
+        std::min(static_cast<std::size_t>(sizes_.round_words), sizes_.word_room - word_count_);
+    const std::size_t room = room_for(words, round.word_room, most);
+    if (words > room) {
       return false;
     }
     round.now.first = static_cast<std::uint32_t>(word_count_);
     round.word_room = static_cast<std::uint32_t>(room);
     word_count_ += room;
   }
-  if (round.now.count > round.multiplier_room) {
-    const std::size_t room = with_room(round.now.count);
-    const std::size_t count = room * multipliers_of(round.now);
-    if (multiplier_count_ + count > sizes_.multiplier_room) {
+  const std::size_t each = multipliers_of(round.now);
+  if (round.now.count > round.multiplier_room && each > 0) {
+    const std::size_t most = (sizes_.multiplier_room - multiplier_count_) / each;
+    const std::size_t room = room_for(round.now.count, round.multiplier_room, most);
+    if (round.now.count > room) {
       return false;
     }
     round.now.first_multiplier = static_cast<std::uint32_t>(multiplier_count_);
     round.multiplier_room = static_cast<std::uint32_t>(room);
-    multiplier_count_ += count;
+    multiplier_count_ += room * each;
   }
   return true;
 }
@@ -378,7 +400,7 @@ const std::uint32_t* ClusterProgram::record_of(Index n) const {
 }
 
 const ClusterRound& ClusterProgram::round_of(const ScheduledConstraint& constraint) const {
-  const auto& [rounds, first_rounds, is_changed] = blocks_[constraint.block];
+  const auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[constraint.block];
   return rounds[first_rounds[constraint.phase] + constraint.position / sizes_.thread_count].now;
 }
 

@@ -22,11 +22,10 @@
 
 namespace pbdsurg::cuda {
 
-/// How much more of everything edits find room for in a program. A block's shared memory is small,
-/// so large scenes have the choice between less room and fewer vertices in it.
+/// How much more edits find room for in a block's shared memory, which is small.
 enum class GrowthRoom : std::uint8_t {
   none,
-  some,   ///< an eighth more vertices in a block, a quarter more constraints in a round
+  some,   ///< an eighth more vertices, a quarter more constraints in the largest round
   ample,  ///< half as many more vertices, twice as many constraints
 };
 
@@ -50,9 +49,8 @@ class ClusterProgram {
   /// barriers anew and reads for itself what they wait for, and whatever that is, a barrier
   /// completes once a sweep. So its parity is that of the sweep in each block, whatever came
   /// before.
-  /// @param words        changes of records; those of other arrays are ignored. Appended to:
-  /// changes
-  ///                     of DeviceArray::cluster; each word once
+  /// @param words        changes of records; those of other arrays are ignored. Changes of
+  ///                     DeviceArray::cluster are appended, each word once
   /// @param place_count  vertices, which may be more or fewer than before
   /// @return  false if there is no room; the program is good for nothing then
   [[nodiscard]] bool follow(std::vector<WordChange>& words, Index place_count);
@@ -64,9 +62,9 @@ class ClusterProgram {
  private:
   /// A round and how far it may grow where it is.
   struct Round {
-    ClusterRound now;
-    std::uint32_t word_room;
-    std::uint32_t multiplier_room;  ///< constraints
+    ClusterRound now{};
+    std::uint32_t word_room = 0;
+    std::uint32_t multiplier_room = 0;  ///< constraints
     // of what the image has of it
     std::uint32_t written_first = kNotWritten;
     std::uint32_t written_count = 0;
@@ -75,6 +73,7 @@ class ClusterProgram {
   static constexpr Index kOfPhase = kInvalidIndex - 1;
   struct Block {
     std::vector<Round> rounds;
+    std::vector<Round> free_rounds;   // whose places others may have
     std::vector<Index> first_rounds;  // [phase + 1]
     bool is_changed = false;          // its rounds or slots, since it was written
   };
@@ -93,6 +92,7 @@ class ClusterProgram {
   [[nodiscard]] bool write_changes();
 
   void count_rounds(Index block, Index phase);
+  [[nodiscard]] Round take_round(Index block, Index phase);
   [[nodiscard]] bool write_phase(Index block, Index phase);
   [[nodiscard]] bool fit(Round& round);
   [[nodiscard]] std::size_t most_words(const ClusterRound& round) const;

@@ -317,7 +317,11 @@ Index ClusterSchedule::choose_block(const ScheduledConstraint& constraint, Index
                                     Index slot_room) const {
   constexpr Index kMostMessages = 8;
   const auto has_slots = [&](Index block) {
-    return static_cast<Index>(slots_.places(block).size()) < slot_room - slot_room / 16;
+    const auto used = static_cast<Index>(slots_.places(block).size()) - slots_.free_count(block);
+    return used < slot_room - slot_room / 16 ||
+           std::ranges::all_of(constraint.places, [&](Index place) {
+             return place == kInvalidIndex || slots_.slot(block, place) != kInvalidIndex;
+           });
   };
   std::array<std::array<Index, 2>, 4> neighbours;  // blocks, before and after
   for (std::size_t corner = 0; corner < 4; ++corner) {

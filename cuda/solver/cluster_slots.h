@@ -31,6 +31,11 @@ class ClusterSlots {
     return blocks_[block].places;
   }
 
+  /// Slots that no vertex has, of those that there are.
+  [[nodiscard]] Index free_count(Index block) const {
+    return static_cast<Index>(blocks_[block].free.size());
+  }
+
   /// Gives a vertex a slot of the block, unless it has one.
   void acquire(Index block, Index place);
   /// Takes the slots of a vertex that is not at home there.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -70,10 +71,10 @@ class ClusterSweeps final : public Sweeps {
 
   bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
                  cudaStream_t stream) override {
-    const auto fits = [&](GrowthRoom room) { return choose_program(data, stages, records, room); };
-    const bool has_room =
-        has_spare_records(records) && (fits(GrowthRoom::ample) || fits(GrowthRoom::some));
-    if (!has_room && !fits(GrowthRoom::none)) {
+    constexpr std::array kRooms{GrowthRoom::ample, GrowthRoom::some};
+    constexpr std::array kNoRoom{GrowthRoom::none};
+    if (!(has_spare_records(records) && choose_program(data, stages, records, kRooms)) &&
+        !choose_program(data, stages, records, kNoRoom)) {
       return false;
     }
     upload(data.copy_count(), stream);
@@ -97,9 +98,9 @@ class ClusterSweeps final : public Sweeps {
   }
 
  private:
-  // The fastest, of as many blocks as it takes.
+  // The fastest, of as many blocks as it takes; of those that are as fast, the first.
   bool choose_program(const SolverData& data, std::span<const Stage> stages,
-                      const StageRecords& records, GrowthRoom room) {
+                      const StageRecords& records, std::span<const GrowthRoom> rooms) {
     const Index phase_size = count_constraints(stages) / std::max(count_phases(stages), 1);
     std::vector<Index> sizes;
     for (Index size = kMostClusterBlocks; size >= 1; size /= 2) {
@@ -111,20 +112,22 @@ class ClusterSweeps final : public Sweeps {
     const std::vector<PlaceRun> ordered = find_ordered_places(data);
     Index best_time = std::numeric_limits<Index>::max();
     for (const Index size : sizes) {
-      auto candidate =
-          ClusterProgram::make(stages, records, place_count, ordered, size, kind_.is_damped, room);
-      const Index at_a_time = candidate ? prepare(candidate->sizes()) : 0;
-      if (at_a_time == 0) {
-        continue;  // such as too many vertices for the shared memory of so few blocks
-      }
-      const Index waves = (data.copy_count() - 1) / at_a_time + 1;
-      const Index time = waves * phase_time(phase_size, size);
-      if (time < best_time) {
-        best_time = time;
-        program_ = std::move(candidate);
-      }
-      if (waves == 1) {
-        break;  // no other is faster
+      for (const GrowthRoom room : rooms) {
+        auto candidate = ClusterProgram::make(stages, records, place_count, ordered, size,
+                                              kind_.is_damped, room);
+        const Index at_a_time = candidate ? prepare(candidate->sizes()) : 0;
+        if (at_a_time == 0) {
+          continue;  // such as too many vertices for the shared memory of so few blocks
+        }
+        const Index waves = (data.copy_count() - 1) / at_a_time + 1;
+        const Index time = waves * phase_time(phase_size, size);
+        if (time < best_time) {
+          best_time = time;
+          program_ = std::move(candidate);
+        }
+        if (waves == 1) {
+          return true;  // no other is faster
+        }
       }
     }
     return program_.has_value();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/cuda_backend.h"
 
+#include <algorithm>
 #include <bit>
 #include <span>
 #include <string>
@@ -18,11 +19,14 @@
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
 #include "solver/vertex_buffers.h"
-#include "solver/word_queue.h"
+#include "solver/word_batches.h"
+#include "solver/word_kernels.h"
 #include "stream.cuh"
 
 namespace pbdsurg::cuda {
 namespace {
+
+constexpr std::size_t kUsualWords = 16'384;  // of an edit
 
 constexpr Index kMostCopies = 65535;  // as many blocks as a launch may have in its second direction
 
@@ -65,6 +69,7 @@ class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()), overlaps_(can_overlap(kernels_of(data.options))), state_(data) {
+    shared_words_.reserve(kUsualWords);
     make_plan(data);
   }
 
@@ -134,17 +139,17 @@ class CudaBackend final : public Backend {
 
   // Plans lie on the host, and steps that run know nothing of them.
   void follow_edit(SolverData& data) noexcept override {
-    has_grown_ = has_grown_ || data.changes.grown;
+    Changes& changes = data.changes;
+    has_grown_ = has_grown_ || changes.grown;
     try {
-      words_.begin_batch();
-      std::vector<WordChange>& words = words_.batch();
-      is_planned_ = is_planned_ && plan_.follow(data, data.changes, words) &&
-                    sweeps_->follow(words, static_cast<Index>(data.particles.size()));
+      words_.begin();
+      is_planned_ = is_planned_ && plan_.follow(data, changes, words_.last()) &&
+                    sweeps_->follow(words_.last(), static_cast<Index>(data.particles.size()));
     } catch (...) {
       is_planned_ = false;
     }
-    data.changes.constraints.clear();
-    data.changes.tets.clear();
+    changes.constraints.clear();
+    changes.tets.clear();
   }
 
   [[nodiscard]] Maker maker() const override {
@@ -206,9 +211,12 @@ class CudaBackend final : public Backend {
   }
 
   // What happened on the host since the last step.
-  void take_over(const SolverData& data) {
+  void take_over(SolverData& data) {
     const Changes& changes = data.changes;
     state_.make_room(data, stream_.get());
+    if (!changes.constraints.empty() || !changes.tets.empty()) {
+      follow_edit(data);  // one that was broken off
+    }
     if (!is_planned_) {
       words_.clear();
       make_plan(data);
@@ -229,7 +237,7 @@ class CudaBackend final : public Backend {
   }
 
   void add_vertex_changes(const SolverData& data, std::span<const Index> places) {
-    std::vector<WordChange>& words = words_.batch();  // others list none of these
+    std::vector<WordChange>& words = words_.last();  // which lists none of these
     for (const Index place : places) {
       const auto first = static_cast<std::uint32_t>(place) * 4;  // words
       const float w = data.particles[place].w;
@@ -241,7 +249,9 @@ class CudaBackend final : public Backend {
   }
 
   void write_changes(const SolverData& data) {
-    if (words_.is_empty()) {
+    words_.begin();
+    const std::span<const WordChange> words = words_.words();
+    if (words.empty()) {
       return;
     }
     ArrayStarts arrays{};
@@ -262,7 +272,15 @@ class CudaBackend final : public Backend {
     start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
     start(DeviceArray::cluster) = sweeps_->words();
     start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
-    words_.write(arrays, stream_.get());
+    // the device reads them where they are; edits differ in size
+    WordChange* const shared = shared_words_.reserve(std::bit_ceil(words.size()));
+    std::ranges::copy(words, shared);
+    std::size_t first = 0;
+    for (const std::size_t end : words_.ends()) {
+      write_words(arrays, shared + first, static_cast<Index>(end - first), stream_.get());
+      first = end;
+    }
+    words_.clear();
   }
 
   void enqueue(const SolverData& data) {
@@ -313,7 +331,8 @@ class CudaBackend final : public Backend {
   ConstraintBuffers constraints_;
   VertexBuffers vertices_;
   ToolBuffers tools_;
-  WordQueue words_;
+  WordBatches words_;
+  PinnedBuffer<WordChange> shared_words_;  // those that a step writes first
   DeviceBuffer<Index> watched_places_;
   PinnedBuffer<StepSums> sums_;        // [copy]
   PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "solver/room_to_grow.h"
 #include "solver/stage_plan.h"
 
 namespace pbdsurg::cuda {
@@ -17,10 +18,6 @@ using GroupsOfStages = std::map<std::tuple<Index, PhaseKind, Index>, std::vector
 
 // What is serial comes last of its kind, whatever the number of colours.
 constexpr Index kSerialOrdinal = std::numeric_limits<Index>::max();
-
-// Constraints that find all groups taken open a new one. So many of each kind get stages before
-// they have constraints; no sweep takes time for them until then.
-constexpr Index kEmptyStages = 24;
 
 // Records of a stage, where edits are expected at all.
 constexpr Index kFewestSpare = 32;
@@ -48,7 +45,7 @@ GroupsOfStages find_groups(const SolverData& data) {
     before = &phase;
   }
   const auto add_next = [&](PhaseKind kind, Index group_count) {
-    for (Index i = 0; i < kEmptyStages; ++i) {
+    for (Index i = 0; i < kWaitingGroups; ++i) {
       groups[{last_level(data), kind, next_ordinal[kind] + i}].push_back(group_count + i);
     }
   };
@@ -72,7 +69,7 @@ class StagePlan::Builder {
     for (const auto& [key, groups_of_stage] : groups) {
       const auto [level, kind, ordinal] = key;
       visit_kind(kind, [&](const auto& slots, const auto&) {
-        pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kEmptyStages), kNoPool);
+        pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kWaitingGroups), kNoPool);
         const auto count = static_cast<Index>(collect(slots, groups_of_stage).size());
         if (is_joinable(level, ordinal) && count > 0) {
           Joinable& joinable = joinable_[static_cast<std::size_t>(holder_of(kind))];
@@ -193,10 +190,12 @@ class StagePlan::Builder {
       const auto count = static_cast<Index>(ids.size());
       Index spare = is_joinable ? spare_count(holder_of(kind)) : 0;
       if (count == 0) {
-        if (spare == 0 || empty_stages_[kind] == kEmptyStages) {
+        Index& waiting = waiting_counts_[kind];
+        if (spare == 0 || waiting == kWaitingGroups) {
           return;
         }
-        spare = std::max(spare >> empty_stages_[kind]++, std::min(spare, kFewestSpare));
+        spare = std::max(spare >> waiting, std::min(spare, kFewestSpare));
+        ++waiting;
       }
       // near constraints near each other: they share cache lines
       std::ranges::sort(ids, {}, [&](Index id) {
@@ -314,7 +313,7 @@ class StagePlan::Builder {
   StagePlan& plan_;
   StageRecords& records_;
   std::array<Joinable, kHolderCount> joinable_{};
-  std::map<PhaseKind, Index> empty_stages_;
+  std::map<PhaseKind, Index> waiting_counts_;
 };
 
 StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_grown)

@@ -17,10 +17,12 @@ unsigned blocks_for(Index count) {
 __global__ void write(ArrayStarts arrays, const WordChange* changes, Index count) {
   const auto i = static_cast<Index>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < count) {
-    const WordChange change = changes[i];
+    const WordChange change = changes[i];  // from the host's memory: once for all copies
     const auto array = static_cast<std::uint32_t>(change.array);
-    if (blockIdx.y == 0 || arrays.strides[array] > 0) {
-      arrays.starts[array][blockIdx.y * arrays.strides[array] + change.word] = change.value;
+    const std::size_t stride = arrays.strides[array];
+    const Index copies = stride > 0 ? arrays.copy_count : 1;
+    for (Index copy = 0; copy < copies; ++copy) {
+      arrays.starts[array][static_cast<std::size_t>(copy) * stride + change.word] = change.value;
     }
   }
 }
@@ -75,8 +77,7 @@ void check_device_code() {
 void write_words(const ArrayStarts& arrays, const WordChange* changes, Index count,
                  cudaStream_t stream) {
   if (count > 0) {
-    const dim3 blocks(blocks_for(count), static_cast<unsigned>(arrays.copy_count));
-    write<<<blocks, kThreads, 0, stream>>>(arrays, changes, count);
+    write<<<blocks_for(count), kThreads, 0, stream>>>(arrays, changes, count);
     check(cudaGetLastError(), "launching the kernel that writes changes");
   }
 }

@@ -54,8 +54,7 @@ class Backend {
   virtual StepReport finish_step(SolverData& data) = 0;
 
   /// Called after each edit: a chance to prepare, while a step runs, what start_step() would do for
-  /// it later. May take entries off the lists of constraints and tetrahedra in
-  /// SolverData::changes, all of them.
+  /// it later. May empty the lists of constraints and tetrahedra in SolverData::changes.
   virtual void follow_edit(SolverData& /*data*/) noexcept {}
 
   /// Whether the state lies outside of SolverData. Always the same answer.

@@ -14,6 +14,7 @@
 #include "pbdsurg/core/types.h"
 
 #include "solver/constraint_block.h"
+#include "solver/room_to_grow.h"
 
 namespace pbdsurg {
 
@@ -146,9 +147,8 @@ class ConstraintSlots {
   /// Makes room for ids, for as many constraints more in each of some groups, and for an edit that
   /// changes as many, or some thousands of them.
   void reserve(std::size_t ids, std::span<const Index> groups) {
-    constexpr std::size_t kMostInEdit = 4096;
     locations_.reserve(locations_.size() + ids);
-    journal_.reserve(std::min(ids, kMostInEdit));
+    journal_.reserve(std::min(ids, kEntriesOfEdit));
     for (const Index g : groups) {
       Group& group = groups_[g];
       const std::size_t blocks = (group.ids.size() + ids) / kBlockLanes + 1;

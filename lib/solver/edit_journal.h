@@ -16,6 +16,7 @@
 #include "pbdsurg/solver/step_plan.h"
 
 #include "solver/particle.h"
+#include "solver/room_to_grow.h"
 #include "solver/tool_state.h"
 #include "solver/vertex_method.h"
 
@@ -79,8 +80,7 @@ struct EditJournal {
   void reserve(std::size_t vertex_room, std::size_t tet_room, std::size_t edge_room,
                std::size_t link_room) {
     const auto make_room = [](std::size_t count, auto&... lists) {
-      constexpr std::size_t kMost = 4096;
-      (lists.reserve(std::min(count, kMost)), ...);
+      (lists.reserve(std::min(count, kEntriesOfEdit)), ...);
     };
     make_room(vertex_room, masses, stopped, motions, asked);
     make_room(tet_room, tets, shapes);

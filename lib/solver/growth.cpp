@@ -2,11 +2,13 @@
 #include "solver/growth.h"
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 #include <vector>
 
 #include "solver/add_bodies.h"
 #include "solver/backend.h"
+#include "solver/room_to_grow.h"
 
 namespace pbdsurg {
 namespace {
@@ -118,9 +120,8 @@ void reserve_groups(SolverData& data, PhaseKind kind, std::size_t count) {
     return;
   }
   visit_slots(data, kind, [&](auto& slots) { slots.reserve(count, joinable_groups(data, kind)); });
-  constexpr int kSpareGroups = 24;  // each for half as many as the one before
   constexpr std::size_t kFewest = 64;
-  for (int i = 0; i < kSpareGroups; ++i) {
+  for (Index i = 0; i < kWaitingGroups; ++i) {  // each for half as many as the one before
     const std::array group{open_group(data, kind)};
     visit_slots(data, kind,
                 [&](auto& slots) { slots.reserve(std::max(count >> i, kFewest), group); });

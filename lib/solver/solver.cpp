@@ -279,10 +279,11 @@ std::size_t Solver::memory_bytes() const noexcept {
                   data.changes.constraints, data.changes.tets) +
          data.vertex_tets.memory_bytes() + data.vertex_links.memory_bytes() +
          data.distance_ids.memory_bytes() + data.edge_owners.memory_bytes() +
-         data.tet_alive.capacity() / 8 + data.distances.memory_bytes() +
-         data.volumes.memory_bytes() + data.neo_hookeans.memory_bytes() +
-         data.strain_limits.memory_bytes() + data.vertex_method.memory_bytes() +
-         data.journal.memory_bytes() + data.backend->memory_bytes();
+         (data.tet_alive.capacity() + data.group_buffer.capacity()) / 8 +
+         data.distances.memory_bytes() + data.volumes.memory_bytes() +
+         data.neo_hookeans.memory_bytes() + data.strain_limits.memory_bytes() +
+         data.vertex_method.memory_bytes() + data.journal.memory_bytes() +
+         data.backend->memory_bytes();
 }
 
 Index Solver::vertex_count() const noexcept {

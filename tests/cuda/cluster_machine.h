@@ -150,6 +150,7 @@ class ClusterMachine {
     for (const Block& block : blocks_) {
       for (const ClusterRound& round : block.rounds) {
         const std::size_t count = std::size_t{round.count} * round.words + round.border;
+        require(round.count > 0 || round.phase == 0, "no round is without constraints");
         require(round.border <= round.count && round.count <= sizes_.thread_count &&
                     count <= static_cast<std::size_t>(sizes_.round_words),
                 "a round fits");

@@ -170,4 +170,27 @@ TEST_CASE("cluster schedule: what came later is shared out, too") {
   CHECK(schedule.slots().home(cut) == schedule.slots().home(10));
 }
 
+// Would catch constraints that come one after another to the block that they are nearest to, until
+// that has no slots left, although others have.
+TEST_CASE("cluster schedule: what comes goes elsewhere before a block is out of slots") {
+  constexpr Index kPlaces = 400, kBlocks = 4, kNew = 300;
+  std::vector<std::vector<SweepConstraint>> phases(2);
+  for (Index place = 0; place + 1 < kPlaces; ++place) {
+    phases[place % 2].push_back({{place, place + 1, kInvalidIndex, kInvalidIndex}});
+  }
+  phases.emplace_back();
+  ClusterSchedule schedule(phases, kPlaces, std::vector<PlaceRun>{{0, kPlaces}}, kBlocks);
+  constexpr Index kSlotRoom = 200;
+  for (Index i = 0; i < kNew; ++i) {  // a vertex that hangs from one of the first block
+    const Index place = kPlaces + i;
+    const Index n = schedule.add(i < 50 ? 2 : i % 2);
+    const Index from = i < 50 ? i : place - 1;
+    const ClusterSchedule::Placement placement{n, {{from, place, kInvalidIndex, kInvalidIndex}}};
+    REQUIRE(schedule.follow({&placement, 1}, place + 1, 100, kSlotRoom));
+  }
+  for (Index block = 0; block < kBlocks; ++block) {
+    CHECK(static_cast<Index>(schedule.slots().places(block).size()) <= kSlotRoom);
+  }
+}
+
 }  // namespace pbdsurg::cuda

@@ -21,22 +21,29 @@
 
 namespace pbdsurg::cuda::testing {
 
-/// Stages of random constraints between near vertices, with spare records, and edits of them.
+/// Stages of random constraints between near vertices, with spare records, and edits of them; where
+/// there are spare records, stages of nothing else, too.
 class RandomPlan {
  public:
   RandomPlan(Index place_count, Index per_stage, Index spare, std::uint64_t seed)
       : place_count_(place_count), seed_(seed) {
-    for (const PhaseKind kind :
-         {PhaseKind::distance, PhaseKind::distance, PhaseKind::distance, PhaseKind::strain_limit,
-          PhaseKind::volume, PhaseKind::volume, PhaseKind::neo_hookean}) {
-      visit_kind(records, kind, [&](auto& all) {
+    for (const auto& [kind, count] :
+         {std::pair(PhaseKind::distance, per_stage), std::pair(PhaseKind::distance, per_stage),
+          std::pair(PhaseKind::distance, per_stage), std::pair(PhaseKind::distance, 0),
+          std::pair(PhaseKind::strain_limit, per_stage), std::pair(PhaseKind::volume, per_stage),
+          std::pair(PhaseKind::volume, per_stage), std::pair(PhaseKind::volume, 0),
+          std::pair(PhaseKind::neo_hookean, per_stage)}) {
+      if (count + spare == 0) {
+        continue;
+      }
+      visit_kind(records, kind, [&, count = count, kind = kind](auto& all) {
         const auto first = static_cast<Index>(all.size());
-        stages.push_back({kind, first, per_stage + spare});
-        all.resize(all.size() + static_cast<std::size_t>(per_stage + spare));
+        stages.push_back({kind, first, count + spare});
+        all.resize(all.size() + static_cast<std::size_t>(count + spare));
         records.distance_damping.resize(records.distances.size(), 0);
-        for (Index i = 0; i < per_stage + spare; ++i) {
+        for (Index i = 0; i < count + spare; ++i) {
           std::ranges::fill(all[first + i].places, kInvalidIndex);
-          if (i < per_stage) {
+          if (i < count) {
             place(stages.back(), first + i, 3);
           }
         }

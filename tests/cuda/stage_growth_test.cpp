@@ -15,6 +15,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "host_stages.h"
+#include "solver/cluster_program.h"
 #include "solver/fake_device.h"
 #include "support/catch.h"
 #include "support/cuts.h"
@@ -292,6 +293,38 @@ TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
     }
     REQUIRE(follower.follow());
     CHECK(follower.made_anew <= made_before + 2);
+  }
+}
+
+// Would catch words and multipliers of rounds that go for good when an undo empties them.
+TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and again",
+          "[equivalence]") {
+  const HookGuard guard(&kFakeDeviceHook);
+  const auto room = GENERATE(GrowthRoom::some, GrowthRoom::ample);
+  const float height = GENERATE(0.005F, 0.021F);
+  Solver solver = make_plate(PlanComposition::separate, {2000, 4000, 8000, 0});
+  SolverData& data = solver_data(solver);
+  const auto edge_at = [&](float at) { return BladeEdge{{at, height, -1}, {at, height, 1}}; };
+  const TopologyEdit edit = plan_cut(solver, sweep_blade(std::array{edge_at(-1), edge_at(1)})).edit;
+  REQUIRE(edit.new_tets.size() > 300);
+  HostStages stages(data);
+  auto program = ClusterProgram::make(stages.plan.stages(), stages.records, solver.vertex_count(),
+                                      std::vector<PlaceRun>{{0, solver.vertex_count()}}, 16,
+                                      data.has_damping, room);
+  REQUIRE(program);
+  const auto follow = [&] {
+    std::vector<WordChange> words;
+    REQUIRE(stages.plan.follow(data, data.changes, words));
+    REQUIRE(program->follow(words, solver.vertex_count()));
+    data.changes.clear();
+  };
+  data.changes.clear();
+  for (int again = 0; again < 100; ++again) {
+    INFO("time " << again);
+    const EditResult result = apply_edit(solver, edit);
+    follow();
+    undo_edit(solver, edit, result);
+    follow();
   }
 }
 

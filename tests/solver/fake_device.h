@@ -15,6 +15,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
@@ -186,7 +187,15 @@ class FakeDevice final : public Backend {
     };
   }
 
+  void follow_edit(SolverData& data) noexcept override {
+    followed_ = {data.changes.constraints.size(), data.changes.tets.size()};
+  }
+
   void start_step(SolverData& data, float dt) override {
+    if (followed_ != std::pair(data.changes.constraints.size(), data.changes.tets.size())) {
+      throw Error("of some changes this was not told when they were made");
+    }
+    followed_ = {};
     take_over(data);
     for (Index i = 0; i < data.copy_count(); ++i) {
       for (std::size_t t = 0; t < own_.tools.size(); ++t) {
@@ -265,6 +274,9 @@ class FakeDevice final : public Backend {
   std::size_t asked_count = 0;  ///< vertices that it was asked about, in all
 
  private:
+  // Constraints and tetrahedra in the log, when this was told of the last edit.
+  std::pair<std::size_t, std::size_t> followed_;
+
   [[nodiscard]] VertexMotion motion_of(Index copy, Index place) const {
     if (static_cast<std::size_t>(place) >= vertex_count_) {
       throw Error("place " + std::to_string(place) + " was in no step");
