@@ -5,7 +5,6 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <iterator>
 #include <utility>
 
 namespace pbdsurg::cuda {
@@ -118,7 +117,7 @@ void ClusterProgram::find_sizes() {
     for (const Round& round : rounds) {
       sizes_.round_words = std::max(sizes_.round_words, static_cast<Index>(most_words(round.now)));
       sizes_.word_room += with_room(words_of(round.now));
-      sizes_.multiplier_room += with_room(round.now.count) * multipliers_of(round.now);
+      sizes_.multiplier_room += with_room(round.now.count * multipliers_of(round.now));
     }
   }
   if (room_ != GrowthRoom::none) {
@@ -127,7 +126,8 @@ void ClusterProgram::find_sizes() {
     constexpr Index kSlots = 64;
     constexpr Index kPlaces = 1024;
     sizes_.round_room += phase_count + kRounds;
-    const Index more_slots = sizes_.slot_room / (room_ == GrowthRoom::ample ? 2 : 8) + kSlots;
+    const Index more_slots = room_ == GrowthRoom::ample ? sizes_.slot_room / 2 + 2 * kSlots
+                                                        : sizes_.slot_room / 8 + kSlots;
     sizes_.slot_room = std::max(
         sizes_.slot_room, std::min(sizes_.slot_room + more_slots, static_cast<Index>(kSlotMask)));
     sizes_.place_room += sizes_.place_room + kPlaces;
@@ -142,6 +142,8 @@ void ClusterProgram::find_sizes() {
 
 void ClusterProgram::write_all() {
   image_.assign(sections_.words + kNumbers * sizes_.word_room, 0);
+  words_ = RangePool(sizes_.word_room);
+  multipliers_ = RangePool(sizes_.multiplier_room);
   for (Index b = 0; b < sizes_.block_count; ++b) {
     for (Index phase = 0; phase < sizes_.phase_count; ++phase) {
       static_cast<void>(write_phase(b, phase));  // there is room
@@ -254,18 +256,26 @@ bool ClusterProgram::write_changes() {
 // How many rounds a phase takes, and how many constraints each. A block without constraints in a
 // phase has nothing to wait for in it; but it has one round at least.
 void ClusterProgram::count_rounds(Index b, Index phase) {
-  auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[b];
+  auto& [rounds, first_rounds, is_changed] = blocks_[b];
   const auto size = static_cast<Index>(schedule_->constraints(b, phase).size());
   const Index needed = std::max((size + sizes_.thread_count - 1) / sizes_.thread_count,
                                 phase == 0 ? Index{1} : Index{0});
   const Index end = first_rounds[phase + 1];
   const Index more = needed - (end - first_rounds[phase]);
-  for (Index i = 0; i < more; ++i) {
-    rounds.insert(rounds.begin() + end, take_round(b, phase));
-  }
-  if (more < 0) {
-    free_rounds.insert(free_rounds.end(), rounds.begin() + (end + more), rounds.begin() + end);
-    rounds.erase(rounds.begin() + (end + more), rounds.begin() + end);
+  if (more > 0) {
+    const ClusterShape& shape = *shape_of(stages_[phase].kind);
+    Round round;
+    round.now.phase = static_cast<std::uint16_t>(phase);
+    round.now.kind = static_cast<std::uint8_t>(shape.kind);
+    round.now.words = static_cast<std::uint8_t>(shape.words(is_damped_));
+    rounds.insert(rounds.begin() + end, static_cast<std::size_t>(more), round);
+  } else {
+    const auto first = rounds.begin() + (end + more);
+    for (auto round = first; round != rounds.begin() + end; ++round) {
+      words_.give_back(round->words);
+      multipliers_.give_back(round->multipliers);
+    }
+    rounds.erase(first, rounds.begin() + end);
   }
   if (more != 0) {
     for (Index next = phase + 1; next <= sizes_.phase_count; ++next) {
@@ -282,30 +292,11 @@ void ClusterProgram::count_rounds(Index b, Index phase) {
   }
 }
 
-// The place of one of the kind that is no more, or none yet.
-ClusterProgram::Round ClusterProgram::take_round(Index b, Index phase) {
-  const ClusterShape& shape = *shape_of(stages_[phase].kind);
-  const auto kind = static_cast<std::uint8_t>(shape.kind);
-  std::vector<Round>& free = blocks_[b].free_rounds;
-  const auto found = std::ranges::find(free.rbegin(), free.rend(), kind,
-                                       [](const Round& round) { return round.now.kind; });
-  Round taken;
-  if (found != free.rend()) {
-    taken = *found;
-    free.erase(std::prev(found.base()));
-  }
-  taken.now.phase = static_cast<std::uint16_t>(phase);
-  taken.now.kind = kind;
-  taken.now.words = static_cast<std::uint8_t>(shape.words(is_damped_));
-  taken.written_first = kNotWritten;
-  return taken;
-}
-
 // Of constraints that stay where they are, no more than what lies elsewhere since: all words, where
 // the round has moved or words of a constraint are so many apart as there are constraints; else
 // targets, which lie behind all words.
 bool ClusterProgram::write_phase(Index b, Index phase) {
-  auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[b];
+  auto& [rounds, first_rounds, is_changed] = blocks_[b];
   const std::vector<Index>& constraints = schedule_->constraints(b, phase);
   for (Index i = first_rounds[phase]; i < first_rounds[phase + 1]; ++i) {
     Round& round = rounds[i];
@@ -328,35 +319,33 @@ bool ClusterProgram::write_phase(Index b, Index phase) {
   return true;
 }
 
-// Moves a round that has outgrown its words or multipliers behind all others, with half as much
-// room again: it leaves its place to nobody. Nobody remembers a multiplier between two steps.
+// Moves a round that has outgrown its words or multipliers to where there is room, for half as many
+// again. Nobody remembers a multiplier between two steps.
 bool ClusterProgram::fit(Round& round) {
-  const auto room_for = [&](std::size_t count, std::size_t before, std::size_t most) {
-    return std::min(with_room(before == 0 ? count : count + count / 2), most);
+  const auto move = [&](RangePool::Range& range, RangePool& pool, std::size_t size,
+                        std::size_t wanted) {
+    pool.give_back(std::exchange(range, {}));
+    const std::optional<RangePool::Range> taken = pool.take(size, wanted);
+    range = taken.value_or(RangePool::Range{});
+    return taken.has_value();
+  };
+  const auto room_for = [&](std::size_t size, const RangePool::Range& before) {
+    return with_room(before.size == 0 ? size : size + size / 2);
   };
   const std::size_t words = words_of(round.now);
-  if (words > round.word_room) {
-    const std::size_t most =
-        std::min(static_cast<std::size_t>(sizes_.round_words), sizes_.word_room - word_count_);
-    const std::size_t room = room_for(words, round.word_room, most);
-    if (words > room) {
-      return false;
-    }
-    round.now.first = static_cast<std::uint32_t>(word_count_);
-    round.word_room = static_cast<std::uint32_t>(room);
-    word_count_ += room;
+  const auto most = static_cast<std::size_t>(sizes_.round_words);
+  if (words > most ||
+      (words > round.words.size &&
+       !move(round.words, words_, words, std::min(room_for(words, round.words), most)))) {
+    return false;
   }
-  const std::size_t each = multipliers_of(round.now);
-  if (round.now.count > round.multiplier_room && each > 0) {
-    const std::size_t most = (sizes_.multiplier_room - multiplier_count_) / each;
-    const std::size_t room = room_for(round.now.count, round.multiplier_room, most);
-    if (round.now.count > room) {
-      return false;
-    }
-    round.now.first_multiplier = static_cast<std::uint32_t>(multiplier_count_);
-    round.multiplier_room = static_cast<std::uint32_t>(room);
-    multiplier_count_ += room * each;
+  const std::size_t multipliers = round.now.count * multipliers_of(round.now);
+  if (multipliers > round.multipliers.size && !move(round.multipliers, multipliers_, multipliers,
+                                                    room_for(multipliers, round.multipliers))) {
+    return false;
   }
+  round.now.first = static_cast<std::uint32_t>(round.words.first);
+  round.now.first_multiplier = static_cast<std::uint32_t>(round.multipliers.first);
   return true;
 }
 
@@ -400,7 +389,7 @@ const std::uint32_t* ClusterProgram::record_of(Index n) const {
 }
 
 const ClusterRound& ClusterProgram::round_of(const ScheduledConstraint& constraint) const {
-  const auto& [rounds, free_rounds, first_rounds, is_changed] = blocks_[constraint.block];
+  const auto& [rounds, first_rounds, is_changed] = blocks_[constraint.block];
   return rounds[first_rounds[constraint.phase] + constraint.position / sizes_.thread_count].now;
 }
 

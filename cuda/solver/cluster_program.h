@@ -17,6 +17,7 @@
 #include "solver/cluster_layout.h"
 #include "solver/cluster_schedule.h"
 #include "solver/cluster_shapes.h"
+#include "solver/range_pool.h"
 #include "solver/stage_plan.h"
 #include "solver/stages.h"
 
@@ -63,8 +64,8 @@ class ClusterProgram {
   /// A round and how far it may grow where it is.
   struct Round {
     ClusterRound now{};
-    std::uint32_t word_room = 0;
-    std::uint32_t multiplier_room = 0;  ///< constraints
+    RangePool::Range words;
+    RangePool::Range multipliers;
     // of what the image has of it
     std::uint32_t written_first = kNotWritten;
     std::uint32_t written_count = 0;
@@ -73,7 +74,6 @@ class ClusterProgram {
   static constexpr Index kOfPhase = kInvalidIndex - 1;
   struct Block {
     std::vector<Round> rounds;
-    std::vector<Round> free_rounds;   // whose places others may have
     std::vector<Index> first_rounds;  // [phase + 1]
     bool is_changed = false;          // its rounds or slots, since it was written
   };
@@ -92,7 +92,6 @@ class ClusterProgram {
   [[nodiscard]] bool write_changes();
 
   void count_rounds(Index block, Index phase);
-  [[nodiscard]] Round take_round(Index block, Index phase);
   [[nodiscard]] bool write_phase(Index block, Index phase);
   [[nodiscard]] bool fit(Round& round);
   [[nodiscard]] std::size_t most_words(const ClusterRound& round) const;
@@ -117,8 +116,8 @@ class ClusterProgram {
   std::vector<Stage> stages_;
   std::optional<ClusterSchedule> schedule_;  // always there once a program is made
   std::vector<Block> blocks_;
-  std::size_t word_count_ = 0;
-  std::size_t multiplier_count_ = 0;
+  RangePool words_{0};        ///< of the image
+  RangePool multipliers_{0};  ///< of a copy
   /// [array] records, by their numbers
   std::array<std::vector<std::uint32_t>, kDeviceArrayCount> records_;
   /// [array][record] of schedule; kOfPhase - phase if it has none for the record yet

@@ -318,7 +318,7 @@ Index ClusterSchedule::choose_block(const ScheduledConstraint& constraint, Index
   constexpr Index kMostMessages = 8;
   const auto has_slots = [&](Index block) {
     const auto used = static_cast<Index>(slots_.places(block).size()) - slots_.free_count(block);
-    return used < slot_room - slot_room / 16 ||
+    return used < slot_room - slot_room / 8 ||
            std::ranges::all_of(constraint.places, [&](Index place) {
              return place == kInvalidIndex || slots_.slot(block, place) != kInvalidIndex;
            });
