@@ -201,8 +201,7 @@ bool ClusterProgram::take_over(std::span<const WordChange> changes) {
     }
   }
   std::ranges::sort(changed_, {}, &std::pair<Index, const ClusterShape*>::first);
-  const auto same = std::ranges::unique(changed_);
-  changed_.erase(same.begin(), same.end());
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   placements_.clear();
   for (const auto& [n, shape] : changed_) {
     placements_.push_back({n, to_constraint(*shape, record_of(n))});

@@ -96,8 +96,9 @@ ClusterSchedule::ClusterSchedule(std::span<const std::vector<SweepConstraint>> p
   }
   for (Index block = 0; block < block_count; ++block) {
     for (Index phase = 0; phase < phase_count(); ++phase) {
-      std::ranges::stable_partition(blocks_[block].constraints[phase],
-                                    [&](Index n) { return constraints_[n].border_corners != 0; });
+      std::vector<Index>& list = blocks_[block].constraints[phase];
+      std::stable_partition(list.begin(), list.end(),
+                            [&](Index n) { return constraints_[n].border_corners != 0; });
       number_constraints(block, phase);
     }
   }

@@ -68,15 +68,13 @@ class StagePlan::Builder {
     const GroupsOfStages groups = find_groups(data_);
     for (const auto& [key, groups_of_stage] : groups) {
       const auto [level, kind, ordinal] = key;
-      visit_kind(kind, [&](const auto& slots, const auto&) {
-        pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kWaitingGroups), kNoPool);
-        const auto count = static_cast<Index>(collect(slots, groups_of_stage).size());
-        if (is_joinable(level, ordinal) && count > 0) {
-          Joinable& joinable = joinable_[static_cast<std::size_t>(holder_of(kind))];
-          ++joinable.stages;
-          joinable.constraints += count;
-        }
-      });
+      make_pools(kind);
+      const Index count = count_constraints(kind, groups_of_stage);
+      if (is_joinable(level, ordinal) && count > 0) {
+        Joinable& joinable = joinable_[static_cast<std::size_t>(holder_of(kind))];
+        ++joinable.stages;
+        joinable.constraints += count;
+      }
     }
     for (const auto& [key, groups_of_stage] : groups) {
       const auto [level, kind, ordinal] = key;
@@ -139,6 +137,19 @@ class StagePlan::Builder {
   // Whether new constraints may join.
   [[nodiscard]] bool is_joinable(Index level, Index ordinal) const {
     return level == last_level(data_) && ordinal != kSerialOrdinal;
+  }
+
+  void make_pools(PhaseKind kind) {
+    visit_kind(kind, [&](const auto& slots, const auto&) {
+      pools(kind).resize(static_cast<std::size_t>(slots.group_count() + kWaitingGroups), kNoPool);
+    });
+  }
+
+  Index count_constraints(PhaseKind kind, std::span<const Index> groups) {
+    std::size_t count = 0;
+    visit_kind(kind,
+               [&](const auto& slots, const auto&) { count = collect(slots, groups).size(); });
+    return static_cast<Index>(count);
   }
 
   template <class Constraint>

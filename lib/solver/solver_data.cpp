@@ -2,7 +2,6 @@
 #include "solver/solver_data.h"
 
 #include <algorithm>
-#include <ranges>
 #include <unordered_map>
 
 #include "solver/backend.h"
@@ -85,9 +84,11 @@ void SolverData::fetch_motion(std::span<const Index> vertices) {
       read_places.push_back(place_of_vertex[v]);
     }
   }
-  const auto is_current = [&](Index i) { return copy(i).is_state_current; };
-  const auto copies = std::views::iota(Index{0}, copy_count());
-  if (read_places.empty() || std::ranges::all_of(copies, is_current)) {
+  bool is_current = true;
+  for (Index i = 0; i < copy_count(); ++i) {
+    is_current = is_current && copy(i).is_state_current;
+  }
+  if (read_places.empty() || is_current) {
     return;
   }
   backend->ask_for_motion(read_places);

@@ -20,7 +20,7 @@ std::string mismatch(const char* what, std::size_t id) {
 
 // A triangle from its smallest vertex on, which keeps its winding.
 Triangle from_smallest(Triangle triangle) {
-  std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+  std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());
   return triangle;
 }
 
