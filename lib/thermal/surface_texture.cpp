@@ -121,14 +121,17 @@ void SurfaceTexture::mark(Index slot) {
 }
 
 void SurfaceTexture::draw(Index slot, const SurfaceMap& map) {
-  const auto [a, b, c] = triangles_[slot];
-  const auto plane = [&](std::uint8_t BurnBytes::*mark) {
-    return Plane(map.marks()[a].*mark, map.marks()[b].*mark, map.marks()[c].*mark);
+  const Triangle& corners = triangles_[slot];
+  const auto plane = [&](const auto& value_at) {
+    return Plane(value_at(corners[0]), value_at(corners[1]), value_at(corners[2]));
   };
-  const Plane temperature(map.temperatures()[a], map.temperatures()[b], map.temperatures()[c]);
-  const Plane white = plane(&BurnBytes::white);
-  const Plane brown = plane(&BurnBytes::brown);
-  const Plane charred = plane(&BurnBytes::charred);
+  const auto mark_plane = [&](std::uint8_t BurnBytes::*mark) {
+    return plane([&](Index v) { return map.marks()[v].*mark; });
+  };
+  const Plane temperature = plane([&](Index v) { return map.temperatures()[v]; });
+  const Plane white = mark_plane(&BurnBytes::white);
+  const Plane brown = mark_plane(&BurnBytes::brown);
+  const Plane charred = mark_plane(&BurnBytes::charred);
   const float step = 1.0F / static_cast<float>(texels_ - 1);
   std::size_t texel = static_cast<std::size_t>(slot) * static_cast<std::size_t>(texels_ * texels_);
   for (Index j = 0; j < texels_; ++j) {
