@@ -12,13 +12,12 @@ RecordTable::Location& RecordTable::location(Holder holder, Index id) {
 }
 
 Index RecordTable::add_pool(DeviceArray array) {
-  pools_.push_back({.array = array, .free = {}});
+  pools_.push_back({array, {}});
   return static_cast<Index>(pools_.size()) - 1;
 }
 
 void RecordTable::hold(Index pool, Holder holder, Index id, Index record) {
   location(holder, id) = {pool, record};
-  ++pools_[pool].holders;
   holders_[static_cast<std::size_t>(pools_[pool].array)][record] = id;
 }
 
@@ -33,7 +32,7 @@ void RecordTable::add_serial(Holder holder, Index id) {
 }
 
 void RecordTable::add_free(Index pool, Index first, Index count) {
-  auto& [array, free, holder_count] = pools_[pool];
+  auto& [array, free] = pools_[pool];
   for (Index i = count; i-- > 0;) {
     free.push_back(first + i);
   }
@@ -53,7 +52,6 @@ bool RecordTable::leave(Holder holder, Index id, Index wanted) {
   touched_.push_back({pool.array, now.record});
   if (wanted != now.pool && wanted != kRemoved) {
     pool.free.push_back(now.record);
-    --pool.holders;
     holders_[static_cast<std::size_t>(pool.array)][now.record] = kInvalidIndex;
     now = {};
   }
@@ -64,7 +62,7 @@ bool RecordTable::join(Holder holder, Index id, Index wanted) {
   if (wanted < 0 || location(holder, id).pool == wanted) {
     return true;
   }
-  auto& [array, free, holder_count] = pools_[wanted];
+  auto& [array, free] = pools_[wanted];
   if (free.empty()) {
     return false;
   }

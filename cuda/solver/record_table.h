@@ -76,8 +76,10 @@ class RecordTable {
   void add_serial(Holder holder, Index id);
   void add_free(Index pool, Index first, Index count);
 
-  /// Whether any record of the pool is in use.
-  [[nodiscard]] bool has_holders(Index pool) const { return pools_[pool].holders > 0; }
+  /// Records of the pool that are free.
+  [[nodiscard]] Index free_count(Index pool) const {
+    return static_cast<Index>(pools_[pool].free.size());
+  }
 
   // While edits are followed: all that change leave before any of them joins, so that none misses
   // a record that another leaves.
@@ -115,7 +117,6 @@ class RecordTable {
   struct Pool {
     DeviceArray array;
     std::vector<Index> free;  // the next to be taken last
-    Index holders = 0;
   };
 
   Location& location(Holder holder, Index id);

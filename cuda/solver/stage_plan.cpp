@@ -205,7 +205,9 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
       return false;
     }
   }
-  const auto is_in_use = [&](const WaitingStage& stage) { return table_.has_holders(stage.pool); };
+  const auto is_in_use = [&](const WaitingStage& waiting) {
+    return table_.free_count(waiting.pool) < stages_[waiting.stage].count;
+  };
   if (std::erase_if(waiting_stages_, is_in_use) > 0) {
     list_open_stages();
   }
