@@ -6,6 +6,8 @@
 
 namespace pbdsurg {
 
+using testing::Approx;
+
 // Would catch whatever the kernel does otherwise than LocalSystem, with one block and with sixteen,
 // in the shared memory of blocks.
 TEST_CASE("cuda fields: a potential is what the CPU finds", "[device]") {

@@ -15,6 +15,8 @@
 namespace pbdsurg {
 namespace {
 
+using testing::Approx;
+
 int solutions_until_failure = -1;  // none, if negative
 bool is_memory_short = false;
 int made_count = 0;

@@ -18,6 +18,8 @@
 namespace pbdsurg {
 namespace {
 
+using testing::Approx;
+
 constexpr double kHeld = std::numeric_limits<double>::infinity();
 
 // Random conductances, some of them negative as at obtuse angles, and a random right-hand side.

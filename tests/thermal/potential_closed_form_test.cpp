@@ -15,6 +15,7 @@ namespace pbdsurg {
 namespace {
 
 using std::numbers::pi;
+using testing::Approx;
 using testing::Conductor;
 
 constexpr double kSigma = 0.3;  // S/m
