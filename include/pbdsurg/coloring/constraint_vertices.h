@@ -49,9 +49,13 @@ struct ConstraintVertices {
                       : static_cast<Index>(vertices.size() / static_cast<std::size_t>(arity));
   }
   [[nodiscard]] std::span<const Index> operator[](Index constraint) const noexcept {
-    return arity == 0 ? vertices.subspan(offsets[constraint],
-                                         offsets[constraint + 1] - offsets[constraint])
-                      : vertices.subspan(static_cast<std::size_t>(constraint) * arity, arity);
+    const auto at = static_cast<std::size_t>(constraint);
+    if (arity == 0) {
+      const auto begin = static_cast<std::size_t>(offsets[at]);
+      return vertices.subspan(begin, static_cast<std::size_t>(offsets[at + 1]) - begin);
+    }
+    const auto corners = static_cast<std::size_t>(arity);
+    return vertices.subspan(at * corners, corners);
   }
 };
 

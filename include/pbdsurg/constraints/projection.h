@@ -54,7 +54,7 @@ struct Undamped {};
 /// A projection with damping, in compliance mode.
 template <class Scalar, int kVertexCount>
 struct Damped {
-  Vec3<Scalar> start[kVertexCount];  ///< m, at the start of the substep
+  Vec3<Scalar> start[std::size_t{kVertexCount}];  ///< m, at the start of the substep
 };
 
 template <class Damping>

@@ -22,12 +22,14 @@ class UndoArray {
   explicit UndoArray(std::vector<T> values) : values_(std::move(values)) {}
 
   [[nodiscard]] Index size() const noexcept { return static_cast<Index>(values_.size()); }
-  [[nodiscard]] const T& operator[](Index i) const noexcept { return values_[i]; }
+  [[nodiscard]] const T& operator[](Index i) const noexcept {
+    return values_[static_cast<std::size_t>(i)];
+  }
   [[nodiscard]] std::span<const T> values() const noexcept { return values_; }
 
   void set(Index i, const T& value) {
     log(i);
-    values_[i] = value;
+    values_[static_cast<std::size_t>(i)] = value;
   }
   void push_back(const T& value) { values_.push_back(value); }
   void pop_back() {
@@ -45,7 +47,7 @@ class UndoArray {
   void undo() {
     values_.resize(static_cast<std::size_t>(size_before_));
     for (auto entry = log_.rbegin(); entry != log_.rend(); ++entry) {
-      values_[entry->first] = entry->second;
+      values_[static_cast<std::size_t>(entry->first)] = entry->second;
     }
     log_.clear();
   }
@@ -54,7 +56,7 @@ class UndoArray {
   // what lies past the size before goes away with undo
   void log(Index i) {
     if (i < size_before_) {
-      log_.emplace_back(i, values_[i]);
+      log_.emplace_back(i, values_[static_cast<std::size_t>(i)]);
     }
   }
 

@@ -19,7 +19,8 @@ struct IndexLists {
 
   [[nodiscard]] Index list_count() const noexcept { return static_cast<Index>(offsets.size()) - 1; }
   [[nodiscard]] std::span<const Index> operator[](Index list) const noexcept {
-    return {entries.data() + offsets[list], entries.data() + offsets[list + 1]};
+    const auto at = static_cast<std::size_t>(list);
+    return {entries.data() + offsets[at], entries.data() + offsets[at + 1]};
   }
 };
 

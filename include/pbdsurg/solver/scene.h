@@ -94,7 +94,9 @@ class Scene {
   [[nodiscard]] std::span<const double> masses() const noexcept { return masses_; }
 
   /// Whether a vertex was fixed. @param vertex  in [0, vertex_count())
-  [[nodiscard]] bool is_fixed(Index vertex) const { return fixed_[vertex]; }
+  [[nodiscard]] bool is_fixed(Index vertex) const {
+    return fixed_[static_cast<std::size_t>(vertex)];
+  }
 
   /// [tet_count] scene vertex ids.
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }

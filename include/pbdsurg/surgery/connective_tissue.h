@@ -83,7 +83,9 @@ class ConnectiveTissue final : public EditParticipant {
              const StrandOptions& options = {});
 
   [[nodiscard]] std::span<const Strand> strands() const noexcept { return strands_; }
-  [[nodiscard]] bool is_whole(Index strand) const { return is_whole_[strand]; }
+  [[nodiscard]] bool is_whole(Index strand) const {
+    return is_whole_[static_cast<std::size_t>(strand)];
+  }
   [[nodiscard]] Index whole_count() const noexcept { return static_cast<Index>(whole_.size()); }
 
   /// Strands that parted, in their order; undoing an edit takes its events back. Read what is new

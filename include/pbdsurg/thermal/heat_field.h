@@ -168,7 +168,7 @@ class HeatField final : public EditParticipant {
 
   /// Whether a vertex has ever reached the boiling temperature.
   [[nodiscard]] bool has_boiled(Index vertex) const {
-    return peaks_[vertex] >= kBoilingTemperature;
+    return peaks_[static_cast<std::size_t>(vertex)] >= kBoilingTemperature;
   }
 
   /// How many of a tetrahedron's vertices have boiled.
@@ -218,7 +218,7 @@ class HeatField final : public EditParticipant {
   void resize(std::size_t vertex_count);
   // of a vertex with tissue
   [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
-    return mesh_.tissues()[mesh_.tissue_of_vertex(vertex)];
+    return mesh_.tissues()[static_cast<std::size_t>(mesh_.tissue_of_vertex(vertex))];
   }
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;
   [[nodiscard]] Heat heat_of(Index tet) const;

@@ -69,24 +69,30 @@ class ThermalMesh final : public EditParticipant {
   void set_tissue(const TissueProperties& tissue);
 
   /// Whether a tetrahedron is of a conducting body and lives.
-  [[nodiscard]] bool is_alive(Index tet) const { return alive_[tet] != 0; }
+  [[nodiscard]] bool is_alive(Index tet) const {
+    return alive_[static_cast<std::size_t>(tet)] != 0;
+  }
 
   /// [tissue_count] in the order in which bodies or layers were given
   [[nodiscard]] std::span<const TissueProperties> tissues() const noexcept { return tissues_; }
 
   /// Which of tissues() a vertex or a tetrahedron is of, removed ones included; kInvalidIndex for
   /// those of other bodies.
-  [[nodiscard]] Index tissue_of_vertex(Index vertex) const { return vertex_tissues_[vertex]; }
-  [[nodiscard]] Index tissue_of_tet(Index tet) const { return tet_tissues_[tet]; }
+  [[nodiscard]] Index tissue_of_vertex(Index vertex) const {
+    return vertex_tissues_[static_cast<std::size_t>(vertex)];
+  }
+  [[nodiscard]] Index tissue_of_tet(Index tet) const {
+    return tet_tissues_[static_cast<std::size_t>(tet)];
+  }
 
   /// m^3, of the rest shape
-  [[nodiscard]] double volume(Index tet) const { return volumes_[tet]; }
+  [[nodiscard]] double volume(Index tet) const { return volumes_[static_cast<std::size_t>(tet)]; }
 
   /// -V grad N_i . grad N_j of the edges in the order of kTetEdges, m: times a conductivity, the
   /// conductance of each edge, which may be negative at obtuse angles. Those of a sliver, whose
   /// volume is less than kLeastVolume times its longest edge cubed, are of one with that volume.
   [[nodiscard]] const std::array<double, 6>& edge_coefficients(Index tet) const {
-    return coefficients_[tet];
+    return coefficients_[static_cast<std::size_t>(tet)];
   }
   static constexpr double kLeastVolume = 1e-6;
 
@@ -104,11 +110,14 @@ class ThermalMesh final : public EditParticipant {
   /// The same with visit(tet, k) where the vertex is corner k.
   template <class Visit>
   void for_each_corner(Index vertex, Visit visit) const {
-    for (Index corner = first_corners_[vertex]; corner != kInvalidIndex;
-         corner = next_corners_[corner / 4][corner % 4]) {
-      if (is_alive(corner / 4)) {
-        visit(corner / 4, corner % 4);
+    for (Index corner = first_corners_[static_cast<std::size_t>(vertex)];
+         corner != kInvalidIndex;) {
+      const Index tet = corner / 4;
+      const int k = corner % 4;
+      if (is_alive(tet)) {
+        visit(tet, k);
       }
+      corner = next_corners_[static_cast<std::size_t>(tet)][static_cast<std::size_t>(k)];
     }
   }
 
