@@ -50,6 +50,27 @@ ensure_setup() {
   fi
 }
 
+# unpack_packages DIR: what is in its .deb files can be built and run with, without installing it.
+unpack_packages() {
+  local prefix="$root/build/packages" package link target multiarch
+  compgen -G "$1/*.deb" >/dev/null || fail "no .deb file in $1"
+  rm -rf "$prefix"
+  mkdir -p "$prefix"
+  for package in "$1"/*.deb; do
+    dpkg -x "$package" "$prefix"
+  done
+  # development packages link to libraries by absolute path: point these links into the prefix
+  while IFS= read -r -d '' link; do
+    target=$(readlink "$link")
+    [[ $target == /* && ! -e $target && -e $prefix$target ]] && ln -sfn "$prefix$target" "$link"
+  done < <(find "$prefix" -type l -print0)
+  multiarch=$(gcc -print-multiarch)
+  export CMAKE_PREFIX_PATH="$prefix/usr${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}"
+  export PATH="$prefix/usr/bin:$PATH"
+  export PKG_CONFIG_PATH="$prefix/usr/lib/$multiarch/pkgconfig:$prefix/usr/share/pkgconfig"
+  export LD_LIBRARY_PATH="$prefix/usr/lib/$multiarch:$prefix/lib/$multiarch${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+}
+
 # configure_preset PRESET [cmake arguments...]
 configure_preset() {
   local preset=$1
