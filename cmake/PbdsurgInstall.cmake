@@ -19,8 +19,34 @@ endif()
 
 configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/pbdsurgConfig.cmake.in"
   "${PROJECT_BINARY_DIR}/pbdsurgConfig.cmake" INSTALL_DESTINATION "${package_dir}")
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/pbdsurgConfigVersion.cmake"
-  VERSION "${PROJECT_VERSION}" COMPATIBILITY SameMinorVersion)
+configure_file("${PROJECT_SOURCE_DIR}/cmake/pbdsurgConfigVersion.cmake.in"
+  "${PROJECT_BINARY_DIR}/pbdsurgConfigVersion.cmake" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/pbdsurgConfig.cmake"
               "${PROJECT_BINARY_DIR}/pbdsurgConfigVersion.cmake" DESTINATION "${package_dir}")
+
+# For build systems other than CMake. A static library leaves its dependencies to the user's linker.
+# Paths are relative to the file, so that the installation can be moved.
+function(pbdsurg_install_pkgconfig name)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${name}.pc.in" "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+endfunction()
+file(RELATIVE_PATH PBDSURG_TO_PREFIX "${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig" "${CMAKE_INSTALL_PREFIX}")
+set(PBDSURG_PC_REQUIRES "")
+set(PBDSURG_PC_LIBRARIES "")
+set(PBDSURG_PC_CUDA_LIBRARIES
+    "-Wl,--push-state,--no-as-needed -lpbdsurg_cuda -Wl,--pop-state")  # nobody calls it by name
+if(PBDSURG_IS_STATIC)
+  set(PBDSURG_PC_REQUIRES "zlib libhwy")
+  if(PBDSURG_HAS_METIS)
+    string(APPEND PBDSURG_PC_LIBRARIES "-lmetis ")
+  endif()
+  string(APPEND PBDSURG_PC_LIBRARIES "-lpthread")
+  set(PBDSURG_PC_CUDA_LIBRARIES "-Wl,-u,pbdsurg_cuda_backend -lpbdsurg_cuda "
+      "-L${CUDAToolkit_LIBRARY_DIR} -lcudart_static -ldl -lrt -lpthread")
+  list(JOIN PBDSURG_PC_CUDA_LIBRARIES "" PBDSURG_PC_CUDA_LIBRARIES)
+endif()
+pbdsurg_install_pkgconfig(pbdsurg)
+if(PBDSURG_HAS_CUDA)
+  pbdsurg_install_pkgconfig(pbdsurg-cuda)
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")

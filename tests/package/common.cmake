@@ -20,15 +20,14 @@ function(build_and_run_consumer name)
       -D CMAKE_EXPORT_COMPILE_COMMANDS=ON -D HELLO_SOURCE=${SOURCE_DIR}/examples/hello_tissue.cpp
       ${ARGN})
   set(programs consumer backend backend_as_needed backend_through_library)
-  run(${CMAKE_COMMAND} --build "${build}" --target hello ${programs} --parallel 2)
+  if("CONSUMER_OWN_CUDA=ON" IN_LIST ARGN)
+    list(APPEND programs own_cuda)
+  endif()
+  run(${CMAKE_COMMAND} --build "${build}" --target hello all_headers ${programs} --parallel 2)
   foreach(program IN LISTS programs)
     run("${build}/${program}")
   endforeach()
-  # two tetrahedra that share a face
-  file(WRITE "${build}/two.vtk" "# vtk DataFile Version 3.0\ntwo\nASCII\nDATASET UNSTRUCTURED_GRID\n"
-    "POINTS 5 double\n0 0 0 0.1 0 0 0 0.1 0 0 0 0.1 0.1 0.1 0.1\n"
-    "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n")
-  run("${build}/hello" "${build}/two.vtk")
+  run("${build}/hello" "${CONSUMER_DIR}/two.vtk")
 
   file(STRINGS "${build}/compile_commands.json" command REGEX "\"command\".*consumer/main\\.cpp")
   if(NOT command)

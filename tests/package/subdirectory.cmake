@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# add_subdirectory(pbdsurg), as a shared library without METIS, and with CUDA if this build has it;
-# then its installation.
+# add_subdirectory(pbdsurg), as a shared library without METIS, and with CUDA if this build has it, in
+# a project with CUDA code of its own; then its installation.
 include("${CMAKE_CURRENT_LIST_DIR}/common.cmake")
 set(cuda_options -D PBDSURG_ENABLE_CUDA=OFF)
 if(HAS_CUDA)
-  set(cuda_options -D PBDSURG_ENABLE_CUDA=ON -D CMAKE_CUDA_COMPILER=${CUDA_COMPILER}
+  set(cuda_options -D PBDSURG_ENABLE_CUDA=ON -D CONSUMER_OWN_CUDA=ON -D CMAKE_CUDA_COMPILER=${CUDA_COMPILER}
       -D CMAKE_CUDA_ARCHITECTURES=${CUDA_ARCHITECTURE})
 endif()
 build_and_run_consumer(subdirectory -D PBDSURG_SOURCE_DIR=${SOURCE_DIR}

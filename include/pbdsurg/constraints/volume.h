@@ -57,7 +57,7 @@ struct VolumeConstraint {
     g[3] = cross(a, b);
     g[0] = g[1] + g[2] + g[3];
 
-    const Scalar sixth(1.0 / 6.0);
+    const auto sixth = static_cast<Scalar>(1.0 / 6.0);
     const Scalar mobility = sixth * sixth *
                             (w[0] * dot(g[0], g[0]) + w[1] * dot(g[1], g[1]) +
                              w[2] * dot(g[2], g[2]) + w[3] * dot(g[3], g[3]));
