@@ -190,7 +190,7 @@ LoadedAnatomy load_anatomy(const std::map<Organ, std::filesystem::path>& files,
     MeshData placed = place(read.mesh, organ, loaded.anatomy.organs.at(organ));
     std::ostringstream note;
     note << pbdsurg::name_of(organ) << ": " << path.filename().string() << ", " << read.format
-         << ", in " << pbdsurg::name_of(read.unit) << (read.unit_ambiguous ? " (a guess)" : "")
+         << ", in " << pbdsurg::name_of(read.unit) << (read.unit_ambiguous() ? " (a guess)" : "")
          << ", " << placed.tets.size() << " tetrahedra, " << placed.triangles.size()
          << " triangles";
     loaded.notes.push_back(note.str());

@@ -28,7 +28,8 @@ MeshFile read_with_unit(const std::string& path, LengthUnit unit) {
   if (unit == LengthUnit::automatic) {
     std::cerr << "pbdsurg: " << path << ": coordinates taken for " << name_of(file.unit)
               << ": the longest side is then " << file.longest_side << " m"
-              << (file.unit_ambiguous ? "; this is ambiguous, --unit would settle it" : "") << '\n';
+              << (file.unit_ambiguous() ? "; this is ambiguous, --unit would settle it" : "")
+              << '\n';
   }
   return file;
 }
@@ -48,7 +49,7 @@ nlohmann::ordered_json to_json(const MeshFile& file, const MeshReport& report) {
           {"max_tets_per_vertex", report.max_vertex_tets},
           {"format", file.format},
           {"unit", name_of(file.unit)},
-          {"unit_ambiguous", file.unit_ambiguous},
+          {"unit_ambiguous", file.unit_ambiguous()},
           {"longest_side_m", file.longest_side},
           {"triangles", report.triangles},
           {"boundary_vertices", report.boundary_vertices},

@@ -106,7 +106,7 @@ void print_remarks(const Options& options, const TetrahedralizeReport& report) {
 
 void run(const Options& options) {
   const Made made = make(options);
-  MeshFile file{{}, "made by pbdsurg", LengthUnit::metre, false};
+  MeshFile file{{}, "made by pbdsurg", LengthUnit::metre, 0, {}, {LengthUnit::metre}};
   file.mesh.points.assign(made.mesh.positions().begin(), made.mesh.positions().end());
   file.mesh.tets.assign(made.mesh.tets().begin(), made.mesh.tets().end());
   file.longest_side = bounding_box(made.mesh).sizes().maxCoeff();

@@ -80,6 +80,23 @@ const char* name_of(Organ organ) {
   throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
 }
 
+LengthRange plausible_length(Organ organ) {
+  switch (organ) {
+    case Organ::gallbladder:
+      return {0.03, 0.25};
+    case Organ::liver:
+      return {0.06, 0.45};
+    case Organ::cystic_duct:
+    case Organ::cystic_artery:
+      return {0.01, 0.095};
+    case Organ::common_bile_duct:
+      return {0.025, 0.2};
+    case Organ::calot_fat:
+      return {0.015, 0.12};
+  }
+  throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
+}
+
 OrganRecipe organ_recipe(Organ organ, const ImplicitShape& gallbladder, double wall_thickness) {
   // Spacings that resolve the thinnest part of each organ, and that give liver and gallbladder the
   // sizes of the paper's largest meshes.

@@ -1,9 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/mesh/length_unit.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "pbdsurg/core/error.h"
 
+#include "core/describe.h"
+
 namespace pbdsurg {
+namespace {
+
+bool fits(LengthUnit unit, std::span<const MeasuredLength> sides) {
+  return std::all_of(sides.begin(), sides.end(), [unit](const MeasuredLength& side) {
+    return side.expected.contains(side.longest_side * metres_per(unit));
+  });
+}
+
+/// The largest factor between a side and the nearest end of its range.
+double misfit(LengthUnit unit, std::span<const MeasuredLength> sides) {
+  double worst = 1;
+  for (const MeasuredLength& side : sides) {
+    const double length = side.longest_side * metres_per(unit);
+    const double factor = std::max(side.expected.shortest / length, length / side.expected.longest);
+    worst = std::max(worst, factor);
+  }
+  return worst;
+}
+
+}  // namespace
 
 const char* name_of(LengthUnit unit) {
   switch (unit) {
@@ -13,6 +38,8 @@ const char* name_of(LengthUnit unit) {
       return "mm";
     case LengthUnit::centimetre:
       return "cm";
+    case LengthUnit::decimetre:
+      return "dm";
     case LengthUnit::metre:
       return "m";
   }
@@ -25,28 +52,65 @@ double metres_per(LengthUnit unit) {
       return 1e-3;
     case LengthUnit::centimetre:
       return 1e-2;
+    case LengthUnit::decimetre:
+      return 1e-1;
     case LengthUnit::metre:
       return 1;
     case LengthUnit::automatic:
       break;
   }
-  throw InvalidArgument("'auto' is no unit of length: it must be mm, cm or m");
+  throw InvalidArgument("'auto' is no unit of length: it must be mm, cm, dm or m");
 }
 
-LengthUnitGuess guess_length_unit(double longest_side) {
-  constexpr double kShortest = 0.02;  // m
-  constexpr double kLongest = 0.6;    // m
-  // 1.1: where a side is as far from 0.6 m as from 2 cm, by ratio
-  const LengthUnit unit = longest_side < 1.1  ? LengthUnit::metre
-                          : longest_side < 20 ? LengthUnit::centimetre
-                                              : LengthUnit::millimetre;
-  int fitting = 0;
-  for (const LengthUnit candidate :
-       {LengthUnit::millimetre, LengthUnit::centimetre, LengthUnit::metre}) {
-    const double side = longest_side * metres_per(candidate);
-    fitting += side >= kShortest && side <= kLongest ? 1 : 0;
+bool LengthRange::contains(double length) const {
+  // a side that is given as 60 cm must not miss 0.6 m by a rounding
+  constexpr double kSlack = 1 + 8 * std::numeric_limits<double>::epsilon();
+  return length * kSlack >= shortest && length <= longest * kSlack;
+}
+
+LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides) {
+  LengthUnitGuess guess{LengthUnit::metre, {}};
+  for (const LengthUnit unit :
+       {LengthUnit::millimetre, LengthUnit::metre, LengthUnit::centimetre}) {
+    if (fits(unit, sides)) {
+      guess.plausible.push_back(unit);
+    }
   }
-  return {unit, fitting != 1};
+  if (guess.plausible.empty() && fits(LengthUnit::decimetre, sides)) {
+    guess.plausible.push_back(LengthUnit::decimetre);
+  }
+  if (!guess.plausible.empty()) {
+    guess.unit = guess.plausible.front();
+    return guess;
+  }
+  double least = misfit(guess.unit, sides);
+  for (const LengthUnit unit : {LengthUnit::millimetre, LengthUnit::centimetre}) {
+    const double candidate = misfit(unit, sides);
+    if (candidate < least) {
+      guess.unit = unit;
+      least = candidate;
+    }
+  }
+  return guess;
+}
+
+LengthUnitGuess guess_length_unit(double longest_side, LengthRange expected) {
+  const MeasuredLength side{longest_side, expected};
+  return guess_length_unit(std::span(&side, 1));
+}
+
+std::string describe_length(double metres) {
+  return metres < 1 ? describe(metres / metres_per(LengthUnit::millimetre)) + " mm"
+                    : describe(metres) + " m";
+}
+
+std::string describe_readings(double length, std::span<const LengthUnit> units) {
+  std::string text;
+  for (const LengthUnit unit : units) {
+    text += (text.empty() ? "" : ", ") + describe_length(length * metres_per(unit)) + " if in " +
+            name_of(unit);
+  }
+  return text;
 }
 
 }  // namespace pbdsurg

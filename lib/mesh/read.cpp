@@ -8,7 +8,9 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/check.h"
 #include "formats.h"
+#include "stated_unit.h"
 #include "text_reader.h"
 
 namespace pbdsurg {
@@ -41,12 +43,7 @@ ParsedMesh parse_tetgen_pair(const std::filesystem::path& path) {
 }
 
 /// What the first bytes say goes before the name; STL, OBJ and Medit have no sure sign.
-ParsedMesh parse(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
-  if (extension == ".node" || extension == ".ele") {
-    return parse_tetgen_pair(path);
-  }
-  const Source source = read_source(path);
+ParsedMesh parse(const Source& source, const std::string& extension) {
   if (source.bytes.empty()) {
     throw FileError(source.path + ": is empty");
   }
@@ -114,28 +111,64 @@ double longest_side(const MeshData& mesh) {
   return (high - low).maxCoeff();
 }
 
-}  // namespace
-
-MeshFile read_mesh_file(const std::filesystem::path& path, const ReadOptions& options) {
-  ParsedMesh parsed = parse(path);
+/// A mesh in the coordinates of its file, as if they were metres.
+MeshFile read_unscaled(const std::filesystem::path& path) {
+  ParsedMesh parsed;
+  std::optional<LengthUnit> stated_unit;
+  const std::string extension = lower_extension(path);
+  if (extension == ".node" || extension == ".ele") {
+    parsed = parse_tetgen_pair(path);
+  } else {
+    const Source source = read_source(path);
+    parsed = parse(source, extension);
+    if (states_metres(source.bytes)) {
+      stated_unit = LengthUnit::metre;
+    }
+  }
   if (parsed.mesh.points.empty()) {
     throw FileError(path.string() + ": the mesh is empty: it has no points");
   }
-  MeshFile file{std::move(parsed.mesh), std::move(parsed.format), options.unit, false, 0.0};
-  file.longest_side = longest_side(file.mesh);
-  if (file.unit == LengthUnit::automatic) {
-    const LengthUnitGuess guess = guess_length_unit(file.longest_side);
-    file.unit = guess.unit;
-    file.unit_ambiguous = guess.ambiguous;
+  const double side = longest_side(parsed.mesh);
+  return {std::move(parsed.mesh), std::move(parsed.format), LengthUnit::metre, side, stated_unit,
+          {LengthUnit::metre}};
+}
+
+void multiply(MeshFile& file, double factor) {
+  if (factor == 1) {
+    return;
   }
-  if (file.unit != LengthUnit::metre) {
-    const double scale = metres_per(file.unit);
-    file.longest_side *= scale;
-    for (Eigen::Vector3d& p : file.mesh.points) {
-      p *= scale;
-    }
+  file.longest_side *= factor;
+  for (Eigen::Vector3d& p : file.mesh.points) {
+    p *= factor;
+  }
+}
+
+}  // namespace
+
+MeshFile read_mesh_file(const std::filesystem::path& path, const ReadOptions& options) {
+  check_positive("the scale of a mesh", options.scale, "");
+  MeshFile file = read_unscaled(path);
+  multiply(file, options.scale);
+  if (options.unit != LengthUnit::automatic) {
+    set_unit(file, options.unit);
+  } else if (file.stated_unit) {
+    set_unit(file, *file.stated_unit);
+  } else {
+    LengthUnitGuess guess = guess_length_unit(file.longest_side, options.expected);
+    set_unit(file, guess.unit);
+    file.plausible_units = std::move(guess.plausible);
   }
   return file;
+}
+
+void set_unit(MeshFile& file, LengthUnit unit) {
+  if (file.unit != LengthUnit::metre) {
+    throw InvalidArgument(std::string("the mesh was read in ") + name_of(file.unit) +
+                          "; to take it for another unit, it must have been read in metres");
+  }
+  multiply(file, metres_per(unit));
+  file.unit = unit;
+  file.plausible_units = {unit};
 }
 
 MeshData read_mesh(const std::filesystem::path& path, const ReadOptions& options) {

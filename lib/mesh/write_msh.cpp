@@ -4,6 +4,7 @@
 
 #include "encoders.h"
 #include "output.h"
+#include "stated_unit.h"
 
 namespace pbdsurg {
 namespace {
@@ -52,6 +53,10 @@ std::string begin_file(const char* version, MeshEncoding encoding) {
     out += '\n';
   }
   return out + "$EndMeshFormat\n";
+}
+
+std::string end_file() {
+  return "$EndElements\n$Comments\n" + std::string(kMetresMark) + "\n$EndComments\n";
 }
 
 /// Elements of one type in MSH 2.2; binary files announce them as a block.
@@ -150,7 +155,7 @@ std::string encode_msh2(const MeshData& mesh, MeshEncoding encoding) {
   append_elements_2(out, mesh.triangles, kGmshTriangle, id, encoding);
   append_elements_2(out, mesh.tets, kGmshTet, id, encoding);
   out += section_end;
-  return out + "$EndElements\n";
+  return out + end_file();
 }
 
 std::string encode_msh4(const MeshData& mesh, MeshEncoding encoding) {
@@ -191,7 +196,7 @@ std::string encode_msh4(const MeshData& mesh, MeshEncoding encoding) {
   append_elements_4(out, mesh.triangles, 2, kGmshTriangle, id, encoding);
   append_elements_4(out, mesh.tets, 3, kGmshTet, id, encoding);
   out += section_end;
-  return out + "$EndElements\n";
+  return out + end_file();
 }
 
 }  // namespace pbdsurg

@@ -6,6 +6,7 @@
 
 #include "encoders.h"
 #include "output.h"
+#include "stated_unit.h"
 
 namespace pbdsurg {
 namespace {
@@ -36,7 +37,7 @@ void append_vector(std::string& out, const char* keyword, const Vector& vector) 
 std::string encode_stl(const MeshData& mesh, MeshEncoding encoding) {
   std::string out;
   if (encoding == MeshEncoding::ascii) {
-    out = "solid mesh\n";
+    out = "solid " + std::string(kMetresMark) + '\n';
     for (const Triangle& triangle : mesh.triangles) {
       append_vector(out, "facet normal", facet_normal(mesh, triangle));
       out += "outer loop\n";
@@ -45,9 +46,9 @@ std::string encode_stl(const MeshData& mesh, MeshEncoding encoding) {
       }
       out += "endloop\nendfacet\n";
     }
-    return out + "endsolid mesh\n";
+    return out + "endsolid " + std::string(kMetresMark) + '\n';
   }
-  out = "binary STL in metres";  // must not begin with "solid"
+  out = kMetresMark;  // must not begin with "solid"
   out.resize(80, ' ');
   append_bytes(out, static_cast<std::uint32_t>(mesh.triangles.size()), std::endian::little);
   const auto append = [&](const Eigen::Vector3f& vector) {
@@ -66,7 +67,7 @@ std::string encode_stl(const MeshData& mesh, MeshEncoding encoding) {
 }
 
 std::string encode_obj(const MeshData& mesh) {
-  std::string out = "# mesh in metres\n";
+  std::string out = "# " + std::string(kMetresMark) + '\n';
   for (const Eigen::Vector3d& p : mesh.points) {
     append_vector(out, "v", p);
   }

@@ -5,6 +5,7 @@
 
 #include "encoders.h"
 #include "output.h"
+#include "stated_unit.h"
 
 namespace pbdsurg {
 namespace {
@@ -79,7 +80,7 @@ void append_fields(std::string& out, Rows& rows, const char* section, std::size_
 
 std::string encode_vtk(const MeshData& mesh, const MeshFields& fields, MeshEncoding encoding) {
   const std::size_t cell_count = mesh.tets.size() + mesh.triangles.size();
-  std::string out = "# vtk DataFile Version 4.2\nmesh in metres\n";
+  std::string out = "# vtk DataFile Version 4.2\n" + std::string(kMetresMark) + '\n';
   out += encoding == MeshEncoding::binary ? "BINARY\n" : "ASCII\n";
   out += "DATASET UNSTRUCTURED_GRID\nPOINTS " + std::to_string(mesh.points.size()) + " double\n";
   Rows rows(out, encoding);

@@ -5,6 +5,7 @@
 
 #include "encoders.h"
 #include "output.h"
+#include "stated_unit.h"
 
 namespace pbdsurg {
 namespace {
@@ -102,12 +103,12 @@ void add_fields(std::string& out, Arrays& arrays, const char* section,
 std::string encode_vtu(const MeshData& mesh, const MeshFields& fields, MeshEncoding encoding) {
   const std::size_t tet_count = mesh.tets.size();
   const std::size_t cell_count = tet_count + mesh.triangles.size();
-  std::string out =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
-      "<Piece NumberOfPoints=\"" +
-      std::to_string(mesh.points.size()) + "\" NumberOfCells=\"" + std::to_string(cell_count) +
-      "\">\n";
+  std::string out = "<?xml version=\"1.0\"?>\n<!-- " + std::string(kMetresMark) +
+                    " -->\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+                    "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+                    "<Piece NumberOfPoints=\"" +
+                    std::to_string(mesh.points.size()) + "\" NumberOfCells=\"" +
+                    std::to_string(cell_count) + "\">\n";
   Arrays arrays(out, encoding);
 
   out += "<Points>\n";

@@ -72,6 +72,29 @@ TEST_CASE("cholecystectomy anatomy: every recipe gives well-shaped tetrahedra", 
   }
 }
 
+// Would catch a built-in organ that its own range refuses, or that a guess takes for another unit.
+TEST_CASE("cholecystectomy anatomy: every organ is recognised in every unit", "[unit]") {
+  for (const Organ organ : kOrgans) {
+    const OrganRecipe recipe = organ_recipe(organ);
+    const double side = recipe.shape(recipe.options.spacing).bounds().sizes().maxCoeff();
+    const LengthRange range = plausible_length(organ);
+    CAPTURE(name_of(organ), side);
+    CHECK(range.contains(0.7 * side));
+    CHECK(range.contains(1.4 * side));
+    CHECK(range.longest < 10 * range.shortest);
+    CHECK(range.shortest >= kAnyOrgan.shortest);
+    CHECK(range.longest <= kAnyOrgan.longest);
+    for (const LengthUnit unit : kLengthUnits) {
+      const LengthUnitGuess guess = guess_length_unit(side / metres_per(unit), range);
+      CHECK(guess.unit == unit);
+      CHECK_FALSE(guess.ambiguous());
+    }
+  }
+  CHECK(guess_length_unit(12, plausible_length(Organ::cystic_artery)).plausible ==
+        std::vector<LengthUnit>{LengthUnit::millimetre});
+  CHECK_THROWS_AS(plausible_length(static_cast<Organ>(77)), InvalidArgument);
+}
+
 TEST_CASE("cholecystectomy anatomy: a coarser wall grows thick enough", "[unit]") {
   OrganRecipe recipe = organ_recipe(Organ::gallbladder);
   recipe.options.spacing = 0;

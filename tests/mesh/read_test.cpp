@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/mesh/read.h"
 
+#include <cmath>
 #include <locale>
 
 #include "pbdsurg/core/error.h"
@@ -140,12 +141,54 @@ TEST_CASE("read: lengths become metres, and a guess is reported", "[unit]") {
 
   const MeshFile guessed = read_mesh_file(path, {LengthUnit::automatic});
   CHECK(guessed.unit == LengthUnit::millimetre);
-  CHECK_FALSE(guessed.unit_ambiguous);
+  CHECK_FALSE(guessed.unit_ambiguous());
+  CHECK_FALSE(guessed.stated_unit);
   CHECK(guessed.longest_side == Approx(0.08));
   CHECK(guessed.mesh.points[1].x() == Approx(0.08));
   CHECK(guessed.format == "Gmsh MSH 2.2, ASCII");
   CHECK(read_mesh(path).points[1].x() == 80);
   CHECK(read_mesh(path, {LengthUnit::centimetre}).points[1].x() == Approx(0.8));
+}
+
+// Would catch a guess that does not use what the organ is.
+TEST_CASE("read: the size that is expected makes a guess sure", "[unit]") {
+  const TemporaryFolder folder;
+  const auto path = folder.put("artery.obj", "v 0 0 0\nv 12 0 0\nv 0 3 0\nf 1 2 3\n");
+
+  const MeshFile any = read_mesh_file(path, {LengthUnit::automatic});
+  CHECK(any.unit_ambiguous());
+  CHECK((any.plausible_units ==
+         std::vector<LengthUnit>{LengthUnit::millimetre, LengthUnit::centimetre}));
+  const MeshFile artery = read_mesh_file(path, {LengthUnit::automatic, {0.01, 0.095}});
+  CHECK_FALSE(artery.unit_ambiguous());
+  CHECK(artery.longest_side == Approx(0.012));
+}
+
+TEST_CASE("read: a scale stands for units without a name", "[unit]") {
+  const TemporaryFolder folder;
+  const auto path = folder.put("inches.obj", "v 0 0 0\nv 3 0 0\nv 0 1 0\nf 1 2 3\n");
+
+  const MeshFile file = read_mesh_file(path, {.scale = 0.0254});
+  CHECK(file.mesh.points[1].x() == 3 * 0.0254);
+  CHECK(file.longest_side == 3 * 0.0254);
+  CHECK_FALSE(file.unit_ambiguous());
+  for (const double scale : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    CHECK_THROWS_AS(read_mesh(path, {.scale = scale}), InvalidArgument);
+  }
+}
+
+// Would catch a unit that is set on top of another, and bits that depend on when it is set.
+TEST_CASE("read: a unit that is set later gives the coordinates of one told at once", "[unit]") {
+  const TemporaryFolder folder;
+  const auto path = folder.put("a.obj", "v 0.1 0.2 0.7\nv 12.3 0 0\nv 0 3.3 0\nf 1 2 3\n");
+
+  MeshFile later = read_mesh_file(path);
+  set_unit(later, LengthUnit::millimetre);
+  const MeshFile at_once = read_mesh_file(path, {LengthUnit::millimetre});
+  CHECK((later.mesh.points == at_once.mesh.points));
+  CHECK(later.longest_side == at_once.longest_side);
+  CHECK(later.unit == LengthUnit::millimetre);
+  CHECK_THROWS_AS(set_unit(later, LengthUnit::centimetre), InvalidArgument);
 }
 
 TEST_CASE("read: a broken text file is refused with its line and reason", "[unit]") {

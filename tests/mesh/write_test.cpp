@@ -57,6 +57,32 @@ TEST_CASE("write: every bit of a coordinate survives", "[property]") {
   }
 }
 
+// Would catch a mesh in metres that is read back in another unit, as one of 1 m in centimetres.
+TEST_CASE("write: files say that they are in metres, whatever the size", "[unit]") {
+  const TemporaryFolder folder;
+  for (const double size : {0.001, 0.02, 1.0, 12.0}) {
+    MeshData mesh = box_mesh(1);
+    for (Eigen::Vector3d& p : mesh.points) {
+      p *= size;
+    }
+    for (const MeshEncoding encoding : {MeshEncoding::ascii, MeshEncoding::binary}) {
+      for (const auto& [name, version] : std::vector<std::pair<std::string, std::string>>{
+               {"a.msh", "2.2"}, {"b.msh", "4.1"}, {"c.vtk", ""}, {"d.vtu", ""}, {"e.stl", ""}}) {
+        CAPTURE(name, size);
+        write_mesh(folder / name, mesh, {version, encoding});
+        const MeshFile back = read_mesh_file(folder / name, {LengthUnit::automatic});
+        CHECK(back.stated_unit == LengthUnit::metre);
+        CHECK(back.unit == LengthUnit::metre);
+        CHECK_FALSE(back.unit_ambiguous());
+        CHECK(read_mesh_file(folder / name, {LengthUnit::millimetre}).longest_side ==
+              0.001 * back.longest_side);
+      }
+    }
+    write_mesh(folder / "f.obj", mesh);
+    CHECK(read_mesh_file(folder / "f.obj", {LengthUnit::automatic}).stated_unit);
+  }
+}
+
 TEST_CASE("write: surface formats take the boundary of tets without triangles", "[unit]") {
   const TemporaryFolder folder;
   MeshData mesh = box_mesh(3);

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/mesh/implicit_shape.h"
+#include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
@@ -33,6 +34,20 @@ inline constexpr std::array<Organ, 6> kOrgans{Organ::gallbladder,      Organ::li
 
 /// The enumerator as text: "gallbladder", "cystic_duct".
 [[nodiscard]] const char* name_of(Organ organ);
+
+/// Longest sides of the bounding box that a file of an organ may have. Wide, to hold parts of
+/// organs and ill ones, but within a factor of ten: no two units are plausible for one organ.
+///
+/// | organ              | mm         | adults, mm                | source                         |
+/// |--------------------|------------|---------------------------|--------------------------------|
+/// | gallbladder        | 30 to 250  | 70 to 100                 | Gray 1918, Anatomy             |
+/// | liver              | 60 to 450  | 200 to 225; built in, 144 | the same                       |
+/// | cystic duct        | 10 to 95   | 27 on average             | Marniok et al. 1999, Med. Sci. |
+/// | cystic artery      |            | 27 to its fork            | Monit. 5(3)                    |
+/// | common bile duct   | 25 to 200  | 50 to 150                 | Priya et al. 2023, Folia       |
+/// |                    |            |                           | Morphol. 82(3)                 |
+/// | Calot's fat        | 15 to 120  | built in, 38              | fills the triangle of the ducts|
+[[nodiscard]] LengthRange plausible_length(Organ organ);
 
 /// What tetrahedralize() needs to make a built-in organ in its default resolution.
 struct OrganRecipe {

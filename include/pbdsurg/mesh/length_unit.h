@@ -2,9 +2,13 @@
 #pragma once
 
 /// @file
-/// Units of length of mesh files, which do not name theirs.
+/// Units of length of mesh files, most of which do not name theirs.
 
+#include <array>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
 
 namespace pbdsurg {
 
@@ -12,27 +16,60 @@ enum class LengthUnit : std::uint8_t {
   automatic,  ///< guessed from the longest side: see guess_length_unit()
   millimetre,
   centimetre,
+  decimetre,
   metre
 };
 
-/// "mm", "cm", "m" or "auto".
+/// All units, without `automatic`.
+inline constexpr std::array<LengthUnit, 4> kLengthUnits{
+    LengthUnit::millimetre, LengthUnit::centimetre, LengthUnit::decimetre, LengthUnit::metre};
+
+/// "mm", "cm", "dm", "m" or "auto".
 [[nodiscard]] const char* name_of(LengthUnit unit);
 
 /// Metres in one unit.
 /// @throws InvalidArgument  for `automatic`, which is not a unit
 [[nodiscard]] double metres_per(LengthUnit unit);
 
-struct LengthUnitGuess {
-  LengthUnit unit = LengthUnit::metre;
-  bool ambiguous = false;  ///< another unit fits as well, or none does
+/// Lengths that something may have, ends included.
+struct LengthRange {
+  double shortest;  ///< m
+  double longest;   ///< m
+
+  [[nodiscard]] bool contains(double length) const;
 };
 
-/// Guesses the unit of an organ from the longest side of its bounding box: the one that makes the
-/// side 0.02 m to 0.6 m long. Both centimetres and millimetres do so from 20 to 60; millimetres,
-/// the more frequent unit, are taken then. Where none does, the nearest wins: metres up to
-/// sqrt(0.6 * 2) = 1.1, centimetres up to 2, millimetres above 600.
-///
-/// @param longest_side  in the unknown unit, not negative
-[[nodiscard]] LengthUnitGuess guess_length_unit(double longest_side);
+/// The longest sides of what is operated on: from a short vessel to a trunk.
+inline constexpr LengthRange kAnyOrgan{0.005, 0.6};
+
+/// The size of one file, whose unit is not known, and the sizes that it may have.
+struct MeasuredLength {
+  double longest_side;               ///< of the bounding box, in the unknown unit; not negative
+  LengthRange expected = kAnyOrgan;  ///< see plausible_length() for the organs of the anatomy
+};
+
+struct LengthUnitGuess {
+  LengthUnit unit;                    ///< the best guess, never `automatic`
+  std::vector<LengthUnit> plausible;  ///< all that put every side into its range, the best first
+
+  /// Whether the guess is none to rely on: several units would do, or none.
+  [[nodiscard]] bool ambiguous() const { return plausible.size() != 1; }
+};
+
+/// Guesses the unit that several files share: one that puts every longest side into its range.
+/// Where several do, millimetres are preferred, then metres: they are the most frequent.
+/// Decimetres, the least frequent, are considered only where no other unit fits. Where none fits at
+/// all, the one of millimetres, centimetres and metres that misses the ranges by the least factor.
+[[nodiscard]] LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides);
+
+/// The same for one file.
+[[nodiscard]] LengthUnitGuess guess_length_unit(double longest_side,
+                                                LengthRange expected = kAnyOrgan);
+
+/// A length for people, in millimetres or from 1 m on in metres: "12 mm", "190 m".
+[[nodiscard]] std::string describe_length(double metres);
+
+/// What a length would be in each of some units: "12 mm if in mm, 120 mm if in cm".
+[[nodiscard]] std::string describe_readings(double length, std::span<const LengthUnit> units);
 
 }  // namespace pbdsurg

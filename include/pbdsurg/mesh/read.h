@@ -13,13 +13,16 @@
 /// | Medit `.mesh`              | ASCII                                                          |
 /// | STL, OBJ, PLY              | surfaces; STL corners with equal coordinates are joined        |
 ///
+/// Coordinates are metres unless ReadOptions says otherwise.
 /// Four-node tetrahedra and triangles are kept; quadrilaterals, polygons and strips become
 /// triangles. Lines, points and surface cells of higher order are skipped. Any other volume cell is
 /// refused. What a file says about itself is checked against its size before memory is taken.
 /// Files are read whole into memory and must be under 2 GiB.
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
@@ -29,6 +32,8 @@ namespace pbdsurg {
 
 struct ReadOptions {
   LengthUnit unit = LengthUnit::metre;  ///< what one unit of the file's coordinates is
+  LengthRange expected = kAnyOrgan;     ///< longest sides that `automatic` takes for plausible
+  double scale = 1;  ///< of the coordinates before that: {.scale = 0.0254} reads inches
 };
 
 /// A mesh with what was found out about its file.
@@ -36,8 +41,15 @@ struct MeshFile {
   MeshData mesh;              ///< in metres, ids and orientation as in the file
   std::string format;         ///< for people: "Gmsh MSH 4.1, binary"
   LengthUnit unit;            ///< never `automatic`: what the coordinates were taken for
-  bool unit_ambiguous;        ///< a guess for which another unit would do as well
   double longest_side = 0.0;  ///< m, of the bounding box of the points in use
+
+  /// What the file says of itself, as those of write_mesh() do; `automatic` then guesses nothing.
+  std::optional<LengthUnit> stated_unit;
+  /// Those of the guess; `unit` alone where nothing was guessed.
+  std::vector<LengthUnit> plausible_units;
+
+  /// Whether the unit is a guess for which another would do as well, or none fits.
+  [[nodiscard]] bool unit_ambiguous() const { return plausible_units.size() != 1; }
 };
 
 /// Reads a mesh and reports on the file. All points are kept, in the order of the file, also those
@@ -45,8 +57,14 @@ struct MeshFile {
 ///
 /// @throws FileError  with path, line (text) or byte (binary) and reason, if the file cannot be
 ///                    read, breaks the rules of its format or holds no points
+/// @throws InvalidArgument  if the scale is not positive and finite
 [[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path,
                                       const ReadOptions& options = {});
+
+/// Takes the coordinates of a file that was read in metres for another unit: for files that share
+/// one, which is guessed once all are read.
+/// @throws InvalidArgument  if the file was read in another unit, or for `automatic`
+void set_unit(MeshFile& file, LengthUnit unit);
 
 /// Reads a mesh: read_mesh_file() without the report.
 [[nodiscard]] MeshData read_mesh(const std::filesystem::path& path,

@@ -48,7 +48,8 @@ struct MeshFields {
 /// | `.obj`    | same, ASCII only; of the boundary the points in use only                     |
 ///
 /// Text holds the shortest numbers that read back to the same bits, whatever the locale. The file
-/// appears under its name when it is complete; a failed write leaves what was there before.
+/// appears under its name when it is complete; a failed write leaves what was there before. A
+/// comment or title says that the coordinates are metres, which LengthUnit::automatic then takes.
 ///
 /// @param mesh  in metres
 /// @throws InvalidArgument  for an extension, version, encoding or field that cannot be written
