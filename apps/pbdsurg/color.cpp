@@ -2,7 +2,6 @@
 #include "pbdsurg/coloring/color.h"
 
 #include <chrono>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 
 #include "pbdsurg/coloring/edge_ownership.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/write_file.h"
 #include "pbdsurg/mesh/read.h"
 
 #include "color_backend.h"
@@ -111,14 +111,11 @@ Timed color(const Options& options, const ConstraintVertices& constraints) {
 }
 
 void write_colors(const std::string& path, const Coloring& coloring) {
-  std::ofstream file(path);
+  std::string lines;
   for (const Index color : coloring.color_of) {
-    file << color << '\n';
+    lines += std::to_string(color) + '\n';
   }
-  file.close();
-  if (!file) {
-    throw FileError(path + ": cannot be written");
-  }
+  write_file(path, lines);
 }
 
 nlohmann::ordered_json to_json(const Options& options, const Constraints& constraints,

@@ -1,3 +1,3 @@
 pbdsurg_room(core
-  HEADERS types.h bits.h error.h host_device.h random.h select.h vec3.h
-  SOURCES error.cpp)
+  HEADERS types.h bits.h error.h host_device.h random.h select.h vec3.h write_file.h
+  SOURCES error.cpp write_file.cpp)

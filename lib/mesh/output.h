@@ -2,16 +2,14 @@
 #pragma once
 
 /// @file
-/// Builds the bytes of a file in memory and puts them in place at once.
+/// Builds the bytes of a file in memory.
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <filesystem>
 #include <string>
-#include <string_view>
 
 #include "scalar_type.h"
 
@@ -34,9 +32,5 @@ void append_bytes(std::string& out, Number value, std::endian order) {
   std::memcpy(bytes.data(), &ordered, sizeof ordered);
   out.append(bytes.data(), bytes.size());
 }
-
-/// Writes a file beside its place, then moves it there: no reader ever sees half of it.
-/// @throws FileError  if that fails; what was there before stays
-void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace pbdsurg

@@ -7,7 +7,7 @@ pbdsurg_room(mesh
           read.cpp read_msh.cpp read_vtk.cpp read_vtu.cpp read_tetgen.cpp read_medit.cpp
           read_stl.cpp read_obj.cpp read_ply.cpp
           # writing
-          output.cpp write.cpp write_msh.cpp write_vtk.cpp write_vtu.cpp write_surface.cpp
+          write.cpp write_msh.cpp write_vtk.cpp write_vtu.cpp write_surface.cpp
           series.cpp
           # judging
           quality.cpp check.cpp point_check.cpp surface_check.cpp

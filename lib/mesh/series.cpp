@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/write_file.h"
 
 #include "output.h"
 

@@ -4,10 +4,10 @@
 #include <cctype>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/write_file.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "encoders.h"
-#include "output.h"
 
 namespace pbdsurg {
 namespace {

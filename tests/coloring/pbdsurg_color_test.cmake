@@ -101,8 +101,21 @@ run(2 "^$" "^pbdsurg: none.msh: no such file\n$" color none.msh --constraints vo
 file(WRITE "${FOLDER}/surface.obj" "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
 run(2 "^$" "^pbdsurg: surface.obj: is a surface of 1 triangles without tetrahedra[^\n]*\n$"
     color surface.obj --constraints distance)
-run(2 "^$" "^pbdsurg: no-folder/colours.txt: cannot be written\n$"
+run(2 "^$" "^pbdsurg: no-folder/colours.txt: cannot be written: [^\n]+\n$"
     color organ.msh --constraints volume --output no-folder/colours.txt)
+
+# The file of colours is put in place at once, through a link; a device is written to.
+file(CREATE_LINK volume.txt "${FOLDER}/link.txt" SYMBOLIC)
+file(SHA256 "${FOLDER}/distance.txt" distance_hash)
+run(0 "distance constraints" "^$" color organ.msh --constraints distance --algorithm greedy
+    --order saturation --output link.txt)
+file(SHA256 "${FOLDER}/volume.txt" hash)
+expect("what the link names" "${hash}" "${distance_hash}")
+if(NOT IS_SYMLINK "${FOLDER}/link.txt" OR EXISTS "${FOLDER}/volume.txt.part")
+  message(SEND_ERROR "--output link.txt: the link is gone, or a part is left")
+endif()
+run(0 "0\n.*[1-9]\n" "^$" color organ.msh --constraints volume --output /dev/stdout)
+
 # refuse(pattern arguments...)
 function(refuse pattern)
   run(2 "^$" "^pbdsurg: [^\n]*${pattern}[^\n]*\n$" color organ.msh ${ARGN})

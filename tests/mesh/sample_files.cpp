@@ -6,13 +6,10 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <locale>
 #include <map>
 #include <sstream>
 
-#include <unistd.h>
 #include <zlib.h>
 
 #include "pbdsurg/mesh/topology.h"
@@ -417,29 +414,6 @@ SampleFile single(const std::string& name, std::string bytes) {
 }
 
 }  // namespace
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "pbdsurg_test_XXXXXX").string();
-  path_ = mkdtemp(name.data()) != nullptr ? name : "pbdsurg_test";
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code error;
-  std::filesystem::remove_all(path_, error);
-}
-
-std::filesystem::path TemporaryFolder::put(const std::string& name,
-                                           const std::string& bytes) const {
-  // some file systems wait for the disk when a file is written over
-  std::filesystem::remove(path_ / name);
-  std::ofstream(path_ / name, std::ios::binary) << bytes;
-  return path_ / name;
-}
-
-std::string read_bytes(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 MeshData box_mesh(int cells) {
   MeshData mesh;

@@ -2,36 +2,16 @@
 #pragma once
 
 /// @file
-/// One mesh in every encoding that the library reads, and a folder to put files in.
+/// One mesh in every encoding that the library reads.
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/mesh/mesh_data.h"
 
+#include "support/temporary_folder.h"
+
 namespace pbdsurg::testing {
-
-/// A folder of its own that goes away with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
-    return path_ / name;
-  }
-
-  /// Writes a file into the folder.
-  std::filesystem::path put(const std::string& name, const std::string& bytes) const;
-
- private:
-  std::filesystem::path path_;
-};
-
-[[nodiscard]] std::string read_bytes(const std::filesystem::path& path);
 
 /// A box of cells x cells x cells cubes of 1/64 m, six tetrahedra each, with its boundary
 /// triangles. All coordinates are exact in single precision; some are negative.

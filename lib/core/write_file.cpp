@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/core/write_file.h"
+
+#include <fstream>
+#include <string>
+#include <system_error>
+
+#include "pbdsurg/core/error.h"
+
+namespace pbdsurg {
+namespace {
+
+/// What a chain of symbolic links ends at, there or not.
+std::filesystem::path follow_links(const std::filesystem::path& path) {
+  constexpr int kMostLinks = 40;  // as Linux
+  std::filesystem::path place = path;
+  std::error_code error;
+  for (int links = 0; std::filesystem::is_symlink(place, error); ++links) {
+    if (links == kMostLinks) {
+      throw FileError(path.string() + ": more than 40 symbolic links lead on from it");
+    }
+    // of an absolute target, operator/ keeps the target alone
+    place = place.parent_path() / std::filesystem::read_symlink(place, error);
+  }
+  return place;
+}
+
+/// @param part  what is written, and removed if that fails: beside the path, or the path itself if
+///              that is a device
+void write_bytes(const std::filesystem::path& path, const std::filesystem::path& part,
+                 std::string_view bytes) {
+  std::ofstream stream(part, std::ios::binary | std::ios::trunc);
+  if (!stream) {
+    throw FileError(path.string() + ": cannot be written: " + part.string() + " cannot be opened");
+  }
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) {
+    if (part != path) {
+      std::error_code error;
+      std::filesystem::remove(part, error);
+    }
+    throw FileError(path.string() + ": writing " + std::to_string(bytes.size()) +
+                    " bytes failed; is the disk full?");
+  }
+}
+
+}  // namespace
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) {
+    throw FileError(path.string() + ": is a directory");
+  }
+  if (std::filesystem::is_other(status)) {
+    write_bytes(path, path, bytes);
+    return;
+  }
+  const std::filesystem::path place = follow_links(path);
+  std::filesystem::path part = place;
+  part += ".part";
+  write_bytes(path, part, bytes);
+  std::filesystem::rename(part, place, error);
+  if (error) {
+    const std::string reason = error.message();
+    std::filesystem::remove(part, error);
+    throw FileError(path.string() + ": cannot be replaced: " + reason);
+  }
+}
+
+}  // namespace pbdsurg
