@@ -33,7 +33,7 @@ struct Options {
   Kind kind = Kind::volume;
   ColoringOptions coloring;
   Backend backend = Backend::cpu;
-  LengthUnit unit = LengthUnit::metre;
+  UnitOptions unit;
   std::string output;
   bool json = false;
 };
@@ -166,7 +166,7 @@ void print_text(const Options& options, const Constraints& constraints,
 
 /// @return  whether the colouring is valid
 bool run(const Options& options) {
-  const TetMesh mesh = read_tet_mesh(options.path, {options.unit});
+  const TetMesh mesh = to_tet_mesh(read_with_unit(options.path, options.unit).mesh, options.path);
   const Constraints constraints = find_constraints(options.kind, mesh);
   const auto [coloring, milliseconds] = color(options, constraints.view);
   const std::optional<ColorConflict> conflict = find_conflict(coloring, constraints.view);
@@ -242,7 +242,7 @@ void add_color(CLI::App& app, int& status) {
   add_whole_number<std::uint64_t>(command, "--seed", coloring.seed, 0, "Default: 0");
   add_whole_number(command, "--threads", coloring.threads, 0,
                    "0 for one a processor (default: 1); the colours are the same");
-  add_unit_option(command, options->unit);
+  add_unit_options(command, options->unit);
   command
       .add_option("--output", options->output,
                   "Write one colour a line, -1 where left over; of joint constraints, those of the "

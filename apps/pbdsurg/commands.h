@@ -13,7 +13,8 @@ namespace pbdsurg {
 
 void add_mesh_info(CLI::App& mesh);
 
-/// @param status  becomes 1 when the mesh has errors; must outlive the parsing
+/// @param status  becomes 1 when a mesh has errors, 2 when one cannot be read; must outlive the
+///                parsing
 void add_mesh_check(CLI::App& mesh, int& status);
 
 void add_mesh_convert(CLI::App& mesh);

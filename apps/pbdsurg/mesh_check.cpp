@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+
+#include "pbdsurg/core/error.h"
 
 #include "commands.h"
 #include "mesh_file.h"
@@ -13,7 +19,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> paths;
-  LengthUnit unit = LengthUnit::metre;
+  UnitOptions unit;
   bool json = false;
 };
 
@@ -38,45 +44,81 @@ nlohmann::ordered_json defects_json(const MeshReport& report) {
           {"findings", findings}};
 }
 
-/// @return  whether no mesh has errors
-bool run(const Options& options) {
-  bool good = true;
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+// What the tool knows and check_mesh() does not: the unit, and how to repair.
+void add_findings(MeshReport& report, const MeshFile& file) {
+  if (std::string remark = size_remark(file); !remark.empty()) {
+    const auto notes = std::find_if(report.findings.begin(), report.findings.end(),
+                                    [](const Finding& f) { return f.severity == Severity::note; });
+    report.findings.insert(notes, {Severity::warning, std::move(remark)});
+  }
+  if (report.inverted > 0) {
+    report.findings.push_back(
+        {Severity::note, "pbdsurg mesh convert IN OUT --orient turns inverted tets one by one"});
+  }
+}
+
+void print_text(const NamedMesh& mesh, const MeshReport& report) {
+  std::cout << to_text(mesh.path, mesh.file, report);
+  for (const Finding& finding : report.findings) {
+    std::cout << "  " << name_of(finding.severity) << ": " << finding.text << '\n';
+  }
+  if (report.findings.empty()) {
+    std::cout << "  nothing to remark\n";
+  }
+}
+
+/// @return  the exit status: 2 if a file cannot be read, else 1 if a mesh has errors
+int run(const Options& options) {
+  int status = 0;
+  std::vector<NamedMesh> meshes;
+  std::map<std::string, nlohmann::ordered_json> entries;  // by path
   for (const std::string& path : options.paths) {
-    const MeshFile file = read_with_unit(path, options.unit);
-    const MeshReport report = check_mesh(file.mesh);
-    good = good && !report.has_errors();
+    try {
+      meshes.push_back(read_named_mesh(path, options.unit));
+    } catch (const Error& error) {
+      std::cerr << "pbdsurg: " << error.what() << '\n';
+      entries[path] = {{"file", path}, {"ok", false}, {"error", error.what()}};
+      status = 2;
+    }
+  }
+  settle_unit(meshes, options.unit);
+  for (const NamedMesh& mesh : meshes) {
+    MeshReport report = check_mesh(mesh.file.mesh);
+    add_findings(report, mesh.file);
+    if (report.has_errors()) {
+      status = std::max(status, 1);
+    }
     if (options.json) {
-      nlohmann::ordered_json entry{{"file", path}};
-      entry.update(to_json(file, report));
+      nlohmann::ordered_json entry{{"file", mesh.path}};
+      entry.update(to_json(mesh.file, report));
       entry.update(defects_json(report));
-      all.push_back(entry);
-      continue;
-    }
-    std::cout << to_text(path, file, report);
-    for (const Finding& finding : report.findings) {
-      std::cout << "  " << name_of(finding.severity) << ": " << finding.text << '\n';
-    }
-    if (report.findings.empty()) {
-      std::cout << "  nothing to remark\n";
+      entries[mesh.path] = std::move(entry);
+    } else {
+      print_text(mesh, report);
     }
   }
   if (options.json) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const std::string& path : options.paths) {
+      all.push_back(entries.at(path));
+    }
     std::cout << (all.size() == 1 ? all.front() : all).dump(2) << '\n';
   }
-  return good;
+  return status;
 }
 
 }  // namespace
 
 void add_mesh_check(CLI::App& mesh, int& status) {
   CLI::App& command = *mesh.add_subcommand(
-      "check", "Report all that is wrong with meshes; exit status 1 if one cannot be simulated");
+      "check",
+      "Report all that is wrong with meshes; exit status 1 if one cannot be simulated, 2 if one "
+      "cannot be read");
   const auto options = std::make_shared<Options>();
   command.add_option("file", options->paths, "Mesh files")->required();
-  add_unit_option(command, options->unit);
+  add_unit_options(command, options->unit);
   command.add_flag("--json", options->json, "Print JSON: an object, or an array for several files");
-  command.callback([options, &status] { status = run(*options) ? 0 : 1; });
+  command.callback([options, &status] { status = run(*options); });
 }
 
 }  // namespace pbdsurg

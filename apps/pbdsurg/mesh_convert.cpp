@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/write.h"
 
 #include "commands.h"
@@ -15,7 +18,7 @@ namespace {
 struct Options {
   std::string input;
   std::string output;
-  LengthUnit unit = LengthUnit::metre;
+  UnitOptions unit;
   std::string version;
   bool ascii = false;
   bool binary = false;
@@ -24,16 +27,27 @@ struct Options {
 
 void run(const Options& options) {
   MeshFile file = read_with_unit(options.input, options.unit);
+  if (file.mesh.tets.empty() && file.mesh.triangles.empty()) {
+    throw InvalidMesh(options.input +
+                      ": has points but neither tetrahedra nor triangles; nothing is written");
+  }
   if (options.orient) {
     const Index swapped = orient_tets(file.mesh.points, file.mesh.tets);
     std::cout << options.input << ": " << swapped << " of " << file.mesh.tets.size()
               << " tets were inverted and are turned\n";
+  } else if (const auto inverted = std::count_if(
+                 file.mesh.tets.begin(), file.mesh.tets.end(),
+                 [&](const Tet& tet) { return tet_volume(file.mesh.points, tet) < 0; });
+             inverted > 0) {
+    std::cerr << "pbdsurg: " << options.input << ": " << inverted << " of " << file.mesh.tets.size()
+              << " tets are inverted; --orient would turn them\n";
   }
   WriteOptions write_options{options.version, {}};
   if (options.ascii || options.binary) {
     write_options.encoding = options.ascii ? MeshEncoding::ascii : MeshEncoding::binary;
   }
   write_mesh(options.output, file.mesh, write_options);
+  print_losses(options.output, file.mesh);
 }
 
 }  // namespace
@@ -44,7 +58,7 @@ void add_mesh_convert(CLI::App& mesh) {
   const auto options = std::make_shared<Options>();
   command.add_option("input", options->input, "Mesh file")->required();
   command.add_option("output", options->output, "msh, vtk, vtu, stl or obj file")->required();
-  add_unit_option(command, options->unit);
+  add_unit_options(command, options->unit);
   command.add_option("--format-version", options->version, "msh: 2.2 (default) or 4.1");
   CLI::Option* ascii = command.add_flag("--ascii", options->ascii, "Write text");
   command.add_flag("--binary", options->binary, "Write binary (default where the format has it)")

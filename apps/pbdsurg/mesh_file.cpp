@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh_file.h"
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <numbers>
 #include <sstream>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
 
 #include "options.h"
 
@@ -12,26 +20,140 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-}  // namespace
-
-void add_unit_option(CLI::App& command, LengthUnit& unit) {
-  add_choice<LengthUnit>(command, "--unit", unit,
-                         {{"auto", LengthUnit::automatic},
-                          {"mm", LengthUnit::millimetre},
-                          {"cm", LengthUnit::centimetre},
-                          {"m", LengthUnit::metre}},
-                         "Unit of the coordinates in the file (default: m)");
+bool has_size(const MeshFile& file) {
+  return file.longest_side > 0 && std::isfinite(file.longest_side);
 }
 
-MeshFile read_with_unit(const std::string& path, LengthUnit unit) {
-  MeshFile file = read_mesh_file(path, {unit});
-  if (unit == LengthUnit::automatic) {
-    std::cerr << "pbdsurg: " << path << ": coordinates taken for " << name_of(file.unit)
-              << ": the longest side is then " << file.longest_side << " m"
-              << (file.unit_ambiguous() ? "; this is ambiguous, --unit would settle it" : "")
-              << '\n';
+// The side in the unit of the file, as people find it there.
+std::string describe_side(const NamedMesh& mesh) {
+  std::ostringstream text;
+  text << mesh.file.longest_side / mesh.file.metres_per_unit;
+  return text.str();
+}
+
+std::string describe_organs() {
+  return describe_length(kAnyOrgan.shortest) + " to " + describe_length(kAnyOrgan.longest);
+}
+
+// @param meshes  what was guessed from, in metres; not empty
+std::string describe_ambiguity(std::span<const NamedMesh* const> meshes,
+                               const std::vector<LengthUnit>& plausible) {
+  const NamedMesh& first = *meshes.front();
+  const std::string side = "the longest side of " + describe_side(first) + " is ";
+  if (!plausible.empty()) {
+    const std::string others =
+        meshes.size() == 1 ? "" : " (one unit for all " + std::to_string(meshes.size()) + " files)";
+    return first.path + ": " + side + describe_readings(first.file.longest_side, plausible) +
+           ": give --unit" + others;
   }
-  return file;
+  if (meshes.size() == 1) {
+    return first.path + ": " + side + describe_readings(first.file.longest_side, kLengthUnits) +
+           "; none is that of an organ (" + describe_organs() + "): give --unit or --scale";
+  }
+  const auto [least, most] =
+      std::minmax_element(meshes.begin(), meshes.end(), [](const NamedMesh* a, const NamedMesh* b) {
+        return a->file.longest_side < b->file.longest_side;
+      });
+  return "no unit makes all files organs (" + describe_organs() + "): the longest side of " +
+         (*least)->path + " is " + describe_side(**least) + ", that of " + (*most)->path + ' ' +
+         describe_side(**most) + "; give --unit or --scale, or name fewer files";
+}
+
+std::string describe_unit(const MeshFile& file) {
+  if (file.metres_per_unit == metres_per(file.unit)) {
+    return name_of(file.unit);
+  }
+  std::ostringstream text;
+  text << "units of " << file.metres_per_unit << " m";
+  return text.str();
+}
+
+}  // namespace
+
+void add_unit_options(CLI::App& command, UnitOptions& options) {
+  std::vector<std::pair<std::string, LengthUnit>> choices{{"auto", LengthUnit::automatic}};
+  for (const LengthUnit unit : kLengthUnits) {
+    choices.emplace_back(name_of(unit), unit);
+  }
+  CLI::Option* unit =
+      add_choice(command, "--unit", options.unit, choices,
+                 "Unit of the coordinates in a file; auto (default): what the file states, or the "
+                 "one that makes it as large as an organ",
+                 "; of any other unit, --scale says the metres (an inch: 0.0254)");
+  add_positive_number(command, "--scale", options.scale, "Metres in one unit, in place of --unit")
+      ->excludes(unit);
+}
+
+NamedMesh read_named_mesh(const std::string& path, const UnitOptions& options) {
+  ReadOptions read;
+  if (options.scale > 0) {
+    read.scale = options.scale;
+  } else if (options.unit != LengthUnit::automatic) {
+    read.unit = options.unit;
+  }
+  return {path, read_mesh_file(path, read)};
+}
+
+void settle_unit(std::span<NamedMesh> meshes, const UnitOptions& options) {
+  if (options.scale > 0 || options.unit != LengthUnit::automatic) {
+    return;
+  }
+  std::vector<NamedMesh*> unknown;
+  std::vector<MeasuredLength> sides;
+  for (NamedMesh& mesh : meshes) {
+    if (!mesh.file.stated_unit && has_size(mesh.file)) {
+      unknown.push_back(&mesh);
+      sides.push_back({mesh.file.longest_side});
+    }
+  }
+  if (unknown.empty()) {
+    return;
+  }
+  const LengthUnitGuess guess = guess_length_unit(sides);
+  if (guess.ambiguous()) {
+    throw InvalidArgument(describe_ambiguity(unknown, guess.plausible));
+  }
+  for (NamedMesh* mesh : unknown) {
+    set_unit(mesh->file, guess.unit);
+    std::cerr << "pbdsurg: " << mesh->path << ": coordinates taken for " << name_of(guess.unit)
+              << ": the longest side is then " << describe_length(mesh->file.longest_side)
+              << "; --unit would say otherwise\n";
+  }
+}
+
+MeshFile read_with_unit(const std::string& path, const UnitOptions& options) {
+  NamedMesh mesh = read_named_mesh(path, options);
+  settle_unit({&mesh, 1}, options);
+  return std::move(mesh.file);
+}
+
+std::string size_remark(const MeshFile& file) {
+  if (!has_size(file) || kAnyOrgan.contains(file.longest_side)) {
+    return "";
+  }
+  const double side = file.longest_side / file.metres_per_unit;
+  const LengthUnitGuess guess = guess_length_unit(side);
+  const std::string advice =
+      guess.plausible.empty()
+          ? "is the unit right?"
+          : "it would be " + describe_readings(side, guess.plausible) + ": see --unit";
+  return "the longest side of " + describe_length(file.longest_side) +
+         " is not that of an organ (" + describe_organs() + "); " + advice;
+}
+
+void print_losses(const std::string& path, const MeshData& mesh) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (mesh.tets.empty() || (extension != ".stl" && extension != ".obj")) {
+    return;
+  }
+  std::cerr << "pbdsurg: " << path << ": holds triangles alone: " << mesh.tets.size()
+            << " tets are left out, "
+            << (mesh.triangles.empty() ? "their boundary is written"
+                                       : "the " + std::to_string(mesh.triangles.size()) +
+                                             " triangles beside them are written")
+            << '\n';
 }
 
 nlohmann::ordered_json to_json(const MeshFile& file, const MeshReport& report) {
@@ -48,7 +170,10 @@ nlohmann::ordered_json to_json(const MeshFile& file, const MeshReport& report) {
           {"unreferenced", report.unreferenced},
           {"max_tets_per_vertex", report.max_vertex_tets},
           {"format", file.format},
-          {"unit", name_of(file.unit)},
+          {"unit", file.metres_per_unit == metres_per(file.unit)
+                       ? nlohmann::ordered_json(name_of(file.unit))
+                       : nlohmann::ordered_json(nullptr)},
+          {"metres_per_unit", file.metres_per_unit},
           {"unit_ambiguous", file.unit_ambiguous()},
           {"longest_side_m", file.longest_side},
           {"triangles", report.triangles},
@@ -66,7 +191,7 @@ nlohmann::ordered_json to_json(const MeshFile& file, const MeshReport& report) {
 std::string to_text(const std::string& path, const MeshFile& file, const MeshReport& report) {
   std::ostringstream out;
   const bool surface = report.tets == 0;
-  out << path << ": " << file.format << ", coordinates in " << name_of(file.unit) << '\n'
+  out << path << ": " << file.format << ", coordinates in " << describe_unit(file) << '\n'
       << "  vertices            " << report.vertices << " (" << report.boundary_vertices
       << " on the boundary), " << report.unreferenced << " points not in use\n"
       << "  edges               " << report.edges << ", " << report.shortest_edge * 1e3 << " to "

@@ -4,6 +4,7 @@
 /// @file
 /// What the subcommands on mesh files share.
 
+#include <span>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -14,11 +15,37 @@
 
 namespace pbdsurg {
 
-/// Adds --unit auto|mm|cm|m; metres if it is not given.
-void add_unit_option(CLI::App& command, LengthUnit& unit);
+/// What --unit and --scale say of the coordinates in files.
+struct UnitOptions {
+  LengthUnit unit = LengthUnit::automatic;
+  double scale = 0;  ///< metres in one unit, in place of a unit that has a name; 0: not given
+};
 
-/// Reads a mesh and says on stderr which unit was guessed, if one was.
-[[nodiscard]] MeshFile read_with_unit(const std::string& path, LengthUnit unit);
+/// Adds --unit auto|mm|cm|dm|m and --scale FACTOR, which exclude each other.
+void add_unit_options(CLI::App& command, UnitOptions& options);
+
+struct NamedMesh {
+  std::string path;
+  MeshFile file;
+};
+
+/// Reads a mesh whose unit, if it is to be guessed, is left to settle_unit().
+[[nodiscard]] NamedMesh read_named_mesh(const std::string& path, const UnitOptions& options);
+
+/// Guesses the unit that files of one run share, where it is to be guessed, and says on stderr what
+/// they were taken for. Files that state their unit keep it.
+/// @throws InvalidArgument  naming all readings, if more than one unit is plausible, or none
+void settle_unit(std::span<NamedMesh> meshes, const UnitOptions& options);
+
+/// Reads one mesh and settles its unit.
+[[nodiscard]] MeshFile read_with_unit(const std::string& path, const UnitOptions& options);
+
+/// Why the size is not that of an organ, and what unit would make it one; empty if it is. Not a
+/// finding of check_mesh(): that knows no unit, and judges a mesh alike at every scale.
+[[nodiscard]] std::string size_remark(const MeshFile& file);
+
+/// Says on stderr what the format of a file that was written left out of a mesh.
+void print_losses(const std::string& path, const MeshData& mesh);
 
 /// The report with the keys that scripts rely on, in a fixed order.
 [[nodiscard]] nlohmann::ordered_json to_json(const MeshFile& file, const MeshReport& report);

@@ -12,7 +12,7 @@ namespace {
 
 struct Options {
   std::string path;
-  LengthUnit unit = LengthUnit::metre;
+  UnitOptions unit;
   bool json = false;
 };
 
@@ -32,7 +32,7 @@ void add_mesh_info(CLI::App& mesh) {
   CLI::App& command = *mesh.add_subcommand("info", "Count and measure a mesh");
   const auto options = std::make_shared<Options>();
   command.add_option("file", options->path, "Mesh file")->required();
-  add_unit_option(command, options->unit);
+  add_unit_options(command, options->unit);
   command.add_flag("--json", options->json, "Print JSON");
   command.callback([options] { run(*options); });
 }

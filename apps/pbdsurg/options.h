@@ -5,6 +5,7 @@
 /// Options of subcommands that say what they allow when they refuse a value.
 
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <system_error>
@@ -16,23 +17,24 @@
 namespace pbdsurg {
 
 /// Adds an option that takes one of several words.
-/// @param value  must outlive the parsing
+/// @param value   must outlive the parsing
+/// @param advice  ends the refusal of any other word
 template <class T>
 CLI::Option* add_choice(CLI::App& command, const std::string& name, T& value,
                         const std::vector<std::pair<std::string, T>>& choices,
-                        const std::string& help) {
+                        const std::string& help, const std::string& advice = "") {
   std::string words;
   for (const auto& choice : choices) {
     words += (words.empty() ? "" : "|") + choice.first;
   }
-  const auto choose = [name, &value, choices, words](const std::string& text) {
+  const auto choose = [name, &value, choices, words, advice](const std::string& text) {
     for (const auto& [word, meaning] : choices) {
       if (text == word) {
         value = meaning;
         return;
       }
     }
-    throw CLI::ValidationError(name, "'" + text + "' is none of " + words);
+    throw CLI::ValidationError(name, "'" + text + "' is none of " + words + advice);
   };
   return command.add_option_function<std::string>(name, choose, help)->type_name(words);
 }
@@ -55,6 +57,22 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& name, T& val
     value = number;
   };
   return command.add_option_function<std::string>(name, read, help)->type_name("N");
+}
+
+/// Adds an option that takes a positive, finite number.
+/// @param value  must outlive the parsing
+inline CLI::Option* add_positive_number(CLI::App& command, const std::string& name, double& value,
+                                        const std::string& help) {
+  const auto read = [name, &value](const std::string& text) {
+    double number = 0;
+    const char* text_end = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), text_end, number);
+    if (error != std::errc() || end != text_end || !(number > 0) || !std::isfinite(number)) {
+      throw CLI::ValidationError(name, "'" + text + "' is no positive, finite number");
+    }
+    value = number;
+  };
+  return command.add_option_function<std::string>(name, read, help)->type_name("X");
 }
 
 }  // namespace pbdsurg

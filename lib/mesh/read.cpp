@@ -128,9 +128,12 @@ MeshFile read_unscaled(const std::filesystem::path& path) {
   if (parsed.mesh.points.empty()) {
     throw FileError(path.string() + ": the mesh is empty: it has no points");
   }
-  const double side = longest_side(parsed.mesh);
-  return {std::move(parsed.mesh), std::move(parsed.format), LengthUnit::metre, side, stated_unit,
-          {LengthUnit::metre}};
+  MeshFile file;
+  file.mesh = std::move(parsed.mesh);
+  file.format = std::move(parsed.format);
+  file.longest_side = longest_side(file.mesh);
+  file.stated_unit = stated_unit;
+  return file;
 }
 
 void multiply(MeshFile& file, double factor) {
@@ -138,8 +141,13 @@ void multiply(MeshFile& file, double factor) {
     return;
   }
   file.longest_side *= factor;
+  file.metres_per_unit *= factor;
   for (Eigen::Vector3d& p : file.mesh.points) {
     p *= factor;
+    if (!p.allFinite()) {
+      throw InvalidArgument("the scale of a mesh is " + describe(factor) +
+                            "; its coordinates must stay finite");
+    }
   }
 }
 
@@ -192,7 +200,10 @@ bool orient_majority(MeshData& mesh) {
 }
 
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ReadOptions& options) {
-  MeshData mesh = read_mesh(path, options);
+  return to_tet_mesh(read_mesh(path, options), path);
+}
+
+TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path) {
   if (mesh.tets.empty()) {
     if (mesh.triangles.empty()) {
       throw FileError(path.string() + ": has points but neither tetrahedra nor triangles");
@@ -202,10 +213,18 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, const ReadOptions& opti
                     path.string());
   }
   orient_majority(mesh);
+  const auto inverted = std::count_if(mesh.tets.begin(), mesh.tets.end(), [&mesh](const Tet& tet) {
+    return tet_volume(mesh.points, tet) < 0;
+  });
+  const std::string advice =
+      inverted == 0
+          ? ""
+          : "; of " + std::to_string(mesh.tets.size()) + " tets, " + std::to_string(inverted) +
+                " have negative volume: pbdsurg mesh convert --orient turns them";
   try {
     return TetMesh(std::move(mesh.points), std::move(mesh.tets));
   } catch (const InvalidMesh& error) {
-    throw InvalidMesh(path.string() + ": " + error.what());
+    throw InvalidMesh(path.string() + ": " + error.what() + advice);
   }
 }
 

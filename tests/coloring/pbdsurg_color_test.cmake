@@ -100,7 +100,10 @@ run(2 "^$" "^pbdsurg: [^\n]+\n$" color organ.msh)
 run(2 "^$" "^pbdsurg: none.msh: no such file\n$" color none.msh --constraints volume)
 file(WRITE "${FOLDER}/surface.obj" "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
 run(2 "^$" "^pbdsurg: surface.obj: is a surface of 1 triangles without tetrahedra[^\n]*\n$"
-    color surface.obj --constraints distance)
+    color surface.obj --constraints distance --unit m)
+file(WRITE "${FOLDER}/artery.obj" "v 0 0 0\nv 12 0 0\nv 0 1 0\nf 1 2 3\n")
+run(2 "^$" "^pbdsurg: artery.obj: the longest side of 12 is 12 mm if in mm[^\n]*: give --unit\n$"
+    color artery.obj --constraints distance)
 run(2 "^$" "^pbdsurg: no-folder/colours.txt: cannot be written: [^\n]+\n$"
     color organ.msh --constraints volume --output no-folder/colours.txt)
 
@@ -136,6 +139,8 @@ refuse("'-2' is no whole number from 0 to 2147483647" ${tets_by} luby --threads 
 refuse("'4294967297' is no whole number" ${tets_by} luby --threads 4294967297)
 refuse("'1.5' is no whole number" ${tets_by} luby --threads 1.5)
 refuse("'0' is no whole number from 1" ${tets_by} luby --max-colors 0)
+refuse("'1e20' is no whole number" ${tets_by} luby --seed 1e20)
+refuse("shrink is nan" ${tets_by} random_disc --palette conflicts --shrink nan)
 refuse("'inch' is none of" ${tets_by} luby --unit inch)
 refuse("'tpu' is none of cpu.cuda" ${tets_by} luby --backend tpu)
 if(NOT HAS_CUDA)

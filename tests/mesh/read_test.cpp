@@ -171,6 +171,8 @@ TEST_CASE("read: a scale stands for units without a name", "[unit]") {
   const MeshFile file = read_mesh_file(path, {.scale = 0.0254});
   CHECK(file.mesh.points[1].x() == 3 * 0.0254);
   CHECK(file.longest_side == 3 * 0.0254);
+  CHECK(file.metres_per_unit == 0.0254);
+  CHECK_THROWS_WITH(read_mesh(path, {.scale = 1e308}), ContainsSubstring("must stay finite"));
   CHECK_FALSE(file.unit_ambiguous());
   for (const double scale : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_AS(read_mesh(path, {.scale = scale}), InvalidArgument);
@@ -188,6 +190,7 @@ TEST_CASE("read: a unit that is set later gives the coordinates of one told at o
   CHECK((later.mesh.points == at_once.mesh.points));
   CHECK(later.longest_side == at_once.longest_side);
   CHECK(later.unit == LengthUnit::millimetre);
+  CHECK(later.metres_per_unit == 0.001);
   CHECK_THROWS_AS(set_unit(later, LengthUnit::centimetre), InvalidArgument);
 }
 

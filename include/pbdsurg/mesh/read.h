@@ -38,15 +38,16 @@ struct ReadOptions {
 
 /// A mesh with what was found out about its file.
 struct MeshFile {
-  MeshData mesh;              ///< in metres, ids and orientation as in the file
-  std::string format;         ///< for people: "Gmsh MSH 4.1, binary"
-  LengthUnit unit;            ///< never `automatic`: what the coordinates were taken for
-  double longest_side = 0.0;  ///< m, of the bounding box of the points in use
+  MeshData mesh;                        ///< in metres, ids and orientation as in the file
+  std::string format;                   ///< for people: "Gmsh MSH 4.1, binary"
+  LengthUnit unit = LengthUnit::metre;  ///< never `automatic`: what the coordinates were taken for
+  double longest_side = 0.0;            ///< m, of the bounding box of the points in use
+  double metres_per_unit = 1.0;         ///< what the coordinates were multiplied by, scale included
 
   /// What the file says of itself, as those of write_mesh() do; `automatic` then guesses nothing.
   std::optional<LengthUnit> stated_unit;
   /// Those of the guess; `unit` alone where nothing was guessed.
-  std::vector<LengthUnit> plausible_units;
+  std::vector<LengthUnit> plausible_units{LengthUnit::metre};
 
   /// Whether the unit is a guess for which another would do as well, or none fits.
   [[nodiscard]] bool unit_ambiguous() const { return plausible_units.size() != 1; }
@@ -57,7 +58,7 @@ struct MeshFile {
 ///
 /// @throws FileError  with path, line (text) or byte (binary) and reason, if the file cannot be
 ///                    read, breaks the rules of its format or holds no points
-/// @throws InvalidArgument  if the scale is not positive and finite
+/// @throws InvalidArgument  if the scale is not positive and finite, or makes coordinates infinite
 [[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path,
                                       const ReadOptions& options = {});
 
@@ -78,6 +79,10 @@ void set_unit(MeshFile& file, LengthUnit unit);
 /// @throws InvalidMesh  with the path, if the mesh breaks a guarantee of TetMesh
 [[nodiscard]] TetMesh read_tet_mesh(const std::filesystem::path& path,
                                     const ReadOptions& options = {});
+
+/// Makes the mesh for simulation of a mesh that was read: the second half of read_tet_mesh().
+/// @param path  for messages
+[[nodiscard]] TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path);
 
 /// Turns all tetrahedra if more than half of those that are not flat have negative volume.
 /// @return  whether they were turned
