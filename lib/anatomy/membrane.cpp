@@ -5,12 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "core/check.h"
@@ -24,6 +26,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMostFibres = 1e8;
+constexpr double kFacing = 0.5;  // cosine of 60 degrees
 
 // Ascending.
 std::vector<Index> vertices_of(std::span<const BoundaryTriangle> triangles) {
@@ -107,6 +110,66 @@ Vector3d random_point(const std::array<Vector3d, 3>& corners, double u, double v
   return corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
 }
 
+void check(const ScatterOptions& options) {
+  check_positive("max_distance", options.max_distance, " m");
+  check_positive("density", options.density, " fibres per m^2");
+}
+
+// Calls visit(point, area vector of its triangle, nearest corner) for points scattered at random.
+template <class Visit>
+void scatter(const Surface& surface, const ScatterOptions& options, Visit visit) {
+  double area = 0;
+  for (const BoundaryTriangle& triangle : surface.triangles()) {
+    area += surface.area_vector(triangle).norm();
+  }
+  if (!(area * options.density < kMostFibres)) {
+    throw InvalidArgument("density is " + describe(options.density) +
+                          " fibres per m^2, which makes " + describe(area * options.density) +
+                          " on the first surface; there may be 1e8");
+  }
+  for (std::size_t t = 0; t < surface.triangles().size(); ++t) {
+    const BoundaryTriangle& triangle = surface.triangles()[t];
+    const std::array<Vector3d, 3> corners = surface.corners(triangle);
+    // a fraction of a fibre is a whole one on that share of triangles
+    const Vector3d area_vector = surface.area_vector(triangle);
+    const auto count = static_cast<std::uint64_t>(area_vector.norm() * options.density +
+                                                  random_unit(options.seed, t));
+    for (std::uint64_t i = 1; i <= count; ++i) {
+      const Vector3d point = random_point(corners, random_unit(options.seed, t, 2 * i),
+                                          random_unit(options.seed, t, 2 * i + 1));
+      const auto nearest_corner = std::min_element(
+          corners.begin(), corners.end(), [&](const Vector3d& a, const Vector3d& b) {
+            return (a - point).squaredNorm() < (b - point).squaredNorm();
+          });
+      visit(point, area_vector, triangle.vertices[nearest_corner - corners.begin()]);
+    }
+  }
+}
+
+// Fibres with the same ends as one link.
+// @param fibres  corner of first, vertex of second
+std::vector<MembraneLink> bundle(std::vector<std::pair<Index, Index>> fibres, const TetMesh& first,
+                                 const TetMesh& second) {
+  std::sort(fibres.begin(), fibres.end());
+  std::vector<MembraneLink> links;
+  for (const auto& [v, w] : fibres) {
+    if (!links.empty() && links.back().first == v && links.back().second == w) {
+      ++links.back().fibres;
+    } else {
+      links.push_back({v, w, (second.positions()[w] - first.positions()[v]).norm()});
+    }
+  }
+  return links;
+}
+
+double longest_edge(const TetMesh& mesh) {
+  double longest = 0;
+  for (const auto& [a, b] : find_edges(mesh.tets())) {
+    longest = std::max(longest, (mesh.positions()[b] - mesh.positions()[a]).norm());
+  }
+  return longest;
+}
+
 }  // namespace
 
 std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
@@ -135,21 +198,10 @@ std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& se
 
 std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
                                           const ScatterOptions& options) {
-  check_positive("max_distance", options.max_distance, " m");
-  check_positive("density", options.density, " fibres per m^2");
+  check(options);
   const auto x = first.positions();
   const auto y = second.positions();
   const Surface start(first, options.max_distance), end(second, options.max_distance);
-  double area = 0;
-  for (const BoundaryTriangle& triangle : start.triangles()) {
-    area += start.area_vector(triangle).norm();
-  }
-  if (!(area * options.density < kMostFibres)) {
-    throw InvalidArgument("density is " + describe(options.density) +
-                          " fibres per m^2, which makes " + describe(area * options.density) +
-                          " on the first surface; there may be 1e8");
-  }
-
   const PointCells cells(y, vertices_of(end.triangles()), options.max_distance);
   // outwards from a triangle at v, against the surface at w, and through nothing
   const auto is_open = [&](const Vector3d& outwards, Index v, Index w) {
@@ -158,47 +210,69 @@ std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& s
            end.normal(w).dot(way) <= 0 && outwards.dot(end.normal(w)) < 0 &&
            !start.blocks(v, y[w]) && !end.blocks(w, x[v]);
   };
-  std::vector<std::pair<Index, Index>> fibres;       // corner of first, vertex of second
+  std::vector<std::pair<Index, Index>> fibres;
   std::vector<std::pair<double, Index>> candidates;  // squared distance, vertex of second
-  for (std::size_t t = 0; t < start.triangles().size(); ++t) {
-    const BoundaryTriangle& triangle = start.triangles()[t];
-    const std::array<Vector3d, 3> corners = start.corners(triangle);
-    // a fraction of a fibre is a whole one on that share of triangles
-    const Vector3d area_vector = start.area_vector(triangle);
-    const auto count = static_cast<std::uint64_t>(area_vector.norm() * options.density +
-                                                  random_unit(options.seed, t));
-    for (std::uint64_t i = 1; i <= count; ++i) {
-      const Vector3d point = random_point(corners, random_unit(options.seed, t, 2 * i),
-                                          random_unit(options.seed, t, 2 * i + 1));
-      const auto nearest_corner = std::min_element(
-          corners.begin(), corners.end(), [&](const Vector3d& a, const Vector3d& b) {
-            return (a - point).squaredNorm() < (b - point).squaredNorm();
-          });
-      const Index v = triangle.vertices[nearest_corner - corners.begin()];
-      candidates.clear();
-      cells.visit_near(x[v], [&](Index w) {
-        candidates.push_back({(y[w] - point).squaredNorm(), w});
-      });
-      std::sort(candidates.begin(), candidates.end());
-      const auto found = std::find_if(
-          candidates.begin(), candidates.end(),
-          [&](const auto& candidate) { return is_open(area_vector, v, candidate.second); });
-      if (found != candidates.end()) {
-        fibres.push_back({v, found->second});
+  scatter(start, options, [&](const Vector3d& point, const Vector3d& outwards, Index v) {
+    candidates.clear();
+    cells.visit_near(x[v], [&](Index w) {
+      candidates.push_back({(y[w] - point).squaredNorm(), w});
+    });
+    std::sort(candidates.begin(), candidates.end());
+    const auto found =
+        std::find_if(candidates.begin(), candidates.end(),
+                     [&](const auto& candidate) { return is_open(outwards, v, candidate.second); });
+    if (found != candidates.end()) {
+      fibres.push_back({v, found->second});
+    }
+  });
+  return bundle(std::move(fibres), first, second);
+}
+
+std::vector<MembraneLink> links_by_area(const TetMesh& first, const TetMesh& second,
+                                        const ScatterOptions& options) {
+  check(options);
+  if (first.tets().empty() || second.tets().empty()) {
+    return {};
+  }
+  const Surface start(first, options.max_distance);
+  std::vector<Triangle> triangles;
+  for (const BoundaryTriangle& triangle : find_boundary(second.tets())) {
+    triangles.push_back(triangle.vertices);
+  }
+  const SurfaceDistance end(second.positions(), triangles);
+  std::vector<Index> used;
+  for (const Tet& tet : second.tets()) {
+    used.insert(used.end(), tet.begin(), tet.end());
+  }
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  // no point of a body is farther from all of its vertices
+  const PointCells cells(second.positions(), used, longest_edge(second));
+  std::vector<std::pair<Index, Index>> fibres;
+  scatter(start, options, [&](const Vector3d& point, const Vector3d& outwards, Index v) {
+    Vector3d goal = point;
+    if (end.signed_distance(point) > 0) {
+      goal = end.closest_point(point);
+      const double gap = (goal - point).norm();
+      if (!(gap < options.max_distance) ||
+          outwards.dot(goal - point) < kFacing * gap * outwards.norm()) {
+        return;
       }
     }
-  }
-
-  std::sort(fibres.begin(), fibres.end());
-  std::vector<MembraneLink> links;
-  for (const auto& [v, w] : fibres) {
-    if (!links.empty() && links.back().first == v && links.back().second == w) {
-      ++links.back().fibres;
-    } else {
-      links.push_back({v, w, (y[w] - x[v]).norm()});
+    double least = std::numeric_limits<double>::infinity();
+    Index nearest = kInvalidIndex;
+    cells.visit_near(goal, [&](Index w) {
+      const double squared = (second.positions()[w] - goal).squaredNorm();
+      if (squared < least || (squared == least && w < nearest)) {
+        least = squared;
+        nearest = w;
+      }
+    });
+    if (nearest != kInvalidIndex) {
+      fibres.push_back({v, nearest});
     }
-  }
-  return links;
+  });
+  return bundle(std::move(fibres), first, second);
 }
 
 MeshData membrane_sheet(const TetMesh& first, const TetMesh& second,

@@ -194,6 +194,55 @@ TEST_CASE("membrane: what is behind or covered is not linked", "[unit]") {
   }
 }
 
+// Would catch fibres that follow vertices: a coarse plate has 16 of them, a fine one 625, and with
+// 8 mm between the coarse one's vertices, links are longer than the gap may be.
+TEST_CASE("membrane: links by area are as many on coarse meshes as on fine ones", "[property]") {
+  constexpr double kSide = 0.024;
+  const Index cells_below = GENERATE(3, 24), cells_above = GENERATE(3, 24);
+  CAPTURE(cells_below, cells_above);
+  const TetMesh below = plate(cells_below, kSide / cells_below, 1e-3, 0);
+  const TetMesh above = plate(cells_above, kSide / cells_above, 1e-3, 2e-3);
+
+  const auto links = links_by_area(below, above, {.max_distance = 1.5e-3, .density = 2e6});
+
+  CHECK(count_fibres(links) == Approx(kSide * kSide * 2e6).epsilon(0.03));
+  for (const MembraneLink& link : links) {
+    const Vector3d& v = below.positions()[link.first];
+    const Vector3d& w = above.positions()[link.second];
+    CHECK(v.z() == Approx(1e-3));
+    CHECK(w.z() == Approx(2e-3));
+    CHECK(link.rest_length == Approx((w - v).norm()));
+    // either vertex is nearest to the fibre
+    CHECK((w - v).head<2>().norm() < 0.75 * (kSide / cells_below + kSide / cells_above));
+  }
+}
+
+// Would catch fibres between far sides, or across more than they may span.
+TEST_CASE("membrane: links by area run where surfaces face each other", "[unit]") {
+  const TetMesh below = plate(12, 2e-3, 0.5e-3, 0), above = plate(12, 2e-3, 0.5e-3, 1e-3);
+  for (const MembraneLink& link : links_by_area(below, above, {.max_distance = 4e-3})) {
+    CHECK(below.positions()[link.first].z() == Approx(0.5e-3));
+    CHECK(above.positions()[link.second].z() == Approx(1e-3));
+  }
+  CHECK(links_by_area(below, above, {.max_distance = 0.4e-3}).empty());
+}
+
+// Would catch an enclosed organ that hangs on the surface of what encloses it, or on nothing.
+TEST_CASE("membrane: links by area hold what lies inside, too", "[unit]") {
+  TetrahedralizeOptions options;
+  options.spacing = 0.004;
+  const TetMesh inner = tetrahedralize(sphere_shape({0, 0, 0}, 0.01), options).mesh;
+  const TetMesh outer = tetrahedralize(sphere_shape({0, 0, 0}, 0.04), options).mesh;
+  constexpr double kArea = 4 * 3.14159 * 1e-4;
+
+  const auto links = links_by_area(inner, outer, {.max_distance = 1e-3, .density = 1e6});
+
+  CHECK(count_fibres(links) == Approx(kArea * 1e6).epsilon(0.05));
+  for (const MembraneLink& link : links) {
+    CHECK(outer.positions()[link.second].norm() < 0.015);
+  }
+}
+
 TEST_CASE("membrane: nothing near, no link; no sense, no answer", "[unit]") {
   const TetMesh mesh = ball({0, 0, 0});
   CHECK(membrane_links(mesh, ball({1, 0, 0}), 0.008).empty());
@@ -201,6 +250,11 @@ TEST_CASE("membrane: nothing near, no link; no sense, no answer", "[unit]") {
   CHECK_THROWS_AS(membrane_links(mesh, mesh, 0), InvalidArgument);
   CHECK(scattered_links(mesh, ball({1, 0, 0}), {}).empty());
   CHECK(scattered_links(TetMesh(), mesh, {}).empty());
+  CHECK(links_by_area(mesh, ball({1, 0, 0}), {}).empty());
+  CHECK(links_by_area(mesh, TetMesh(), {}).empty());
+  CHECK(links_by_area(TetMesh(), mesh, {}).empty());
+  CHECK_THROWS_WITH(links_by_area(mesh, mesh, {.max_distance = -1}),
+                    ContainsSubstring("max_distance is -1 m"));
   CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.max_distance = -1}),
                     ContainsSubstring("max_distance is -1 m"));
   CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.density = 0}),

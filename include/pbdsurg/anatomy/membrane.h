@@ -36,7 +36,7 @@ struct MembraneLink {
                                                        double max_distance);
 
 struct ScatterOptions {
-  double max_distance = 3.5e-3;  ///< m, of a link, positive
+  double max_distance = 3.5e-3;  ///< m, of a link, or between surfaces; positive
   double density = 0.5e6;        ///< fibres per m^2 of the first surface, positive
   std::uint64_t seed = 1;        ///< the same seed and meshes give the same links
 };
@@ -52,6 +52,18 @@ struct ScatterOptions {
 ///       triangles are of similar size.
 [[nodiscard]] std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
                                                         const ScatterOptions& options);
+
+/// Scatters fibres over where the first surface faces the second, within 60 degrees, from less than
+/// max_distance, or lies within the second body: as many for an area, and in the same places,
+/// whatever the meshes are. Each leads from the nearest corner to the vertex of the second body
+/// that is nearest to the facing point, so on coarse meshes links may be longer than the gap, and
+/// one may stand for many fibres.
+///
+/// @return  ascending by `first`, then `second`; empty if a mesh is
+/// @throws InvalidArgument  as scattered_links()
+/// @note Cost: O(n log n + fibres log n) for triangles and edges of similar size.
+[[nodiscard]] std::vector<MembraneLink> links_by_area(const TetMesh& first, const TetMesh& second,
+                                                      const ScatterOptions& options);
 
 /// A sheet halfway along the links: the boundary triangles of `first` all of whose corners are
 /// linked.
