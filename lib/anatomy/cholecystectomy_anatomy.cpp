@@ -43,16 +43,18 @@ OrganRecipe wall_recipe(const ImplicitShape& outer, double thickness) {
 }
 
 TetMesh make_own(Organ organ, const OrganSource& source, double wall_thickness) {
-  if (const auto* mesh = std::get_if<TetMesh>(&source)) {
-    return *mesh;
+  const auto* mesh = std::get_if<TetMesh>(&source);
+  return mesh != nullptr ? *mesh
+                         : fill_organ(organ, std::get<ImplicitShape>(source), wall_thickness);
+}
+
+TetMesh make_built_in(Organ organ, const ImplicitShape& gallbladder, bool is_own_gallbladder,
+                      double wall_thickness) {
+  OrganRecipe recipe = organ_recipe(organ, gallbladder, wall_thickness);
+  if (is_own_gallbladder) {
+    recipe.options.euler.reset();  // a strange gallbladder may cut its bed to pieces
   }
-  const auto& shape = std::get<ImplicitShape>(source);
-  OrganRecipe own = organ_recipe(organ, shape, wall_thickness);
-  if (organ != Organ::gallbladder) {
-    own.shape = [&shape](double) { return shape; };
-  }
-  own.options.euler.reset();  // a user's organ may have any topology
-  return tetrahedralize(own.shape, own.options).mesh;
+  return tetrahedralize(recipe.shape, recipe.options).mesh;
 }
 
 ImplicitShape outside_of(const OrganSource& source) {
@@ -117,6 +119,15 @@ OrganRecipe organ_recipe(Organ organ, const ImplicitShape& gallbladder, double w
   throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
 }
 
+TetMesh fill_organ(Organ organ, const ImplicitShape& shape, double wall_thickness) {
+  OrganRecipe recipe = organ_recipe(organ, shape, wall_thickness);
+  if (organ != Organ::gallbladder) {
+    recipe.shape = [&shape](double) { return shape; };
+  }
+  recipe.options.euler.reset();
+  return tetrahedralize(recipe.shape, recipe.options).mesh;
+}
+
 CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions& options) {
   const auto own_gallbladder = options.own.find(Organ::gallbladder);
   const ImplicitShape outer = own_gallbladder != options.own.end()
@@ -125,14 +136,14 @@ CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions
   CholecystectomyAnatomy anatomy;
   for (const Organ organ : kOrgans) {
     const auto own = options.own.find(organ);
-    if (own != options.own.end()) {
-      anatomy.organs[organ] = make_own(organ, own->second, options.wall_thickness);
-    } else {
-      OrganRecipe built_in = organ_recipe(organ, outer, options.wall_thickness);
-      if (own_gallbladder != options.own.end()) {
-        built_in.options.euler.reset();  // a strange gallbladder may cut its bed to pieces
-      }
-      anatomy.organs[organ] = tetrahedralize(built_in.shape, built_in.options).mesh;
+    try {
+      anatomy.organs[organ] =
+          own != options.own.end()
+              ? make_own(organ, own->second, options.wall_thickness)
+              : make_built_in(organ, outer, own_gallbladder != options.own.end(),
+                              options.wall_thickness);
+    } catch (const InvalidMesh& error) {
+      throw InvalidMesh(std::string(name_of(organ)) + ": " + error.what());
     }
   }
   anatomy.abdominal_wall = abdominal_wall();

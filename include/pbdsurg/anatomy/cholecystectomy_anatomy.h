@@ -64,6 +64,13 @@ struct OrganRecipe {
                                        const ImplicitShape& gallbladder = gallbladder_outer(),
                                        double wall_thickness = 2.7e-3);
 
+/// Fills an organ of the user's own in the default resolution of the organ, with any topology.
+///
+/// @param shape  a gallbladder's has its lumen filled; its wall is made
+/// @throws InvalidArgument, InvalidMesh  as tetrahedralize() and organ_recipe()
+[[nodiscard]] TetMesh fill_organ(Organ organ, const ImplicitShape& shape,
+                                 double wall_thickness = 2.7e-3);
+
 /// An organ of the user's own, in the frame of organs.h: a shape that is filled with tetrahedra in
 /// the default resolution of the organ, or a mesh that is taken as it is. A gallbladder's shape has
 /// its lumen filled; its wall is made.
@@ -85,7 +92,8 @@ struct CholecystectomyAnatomy {
 /// Makes the organs. Deterministic: equal options give equal bytes.
 ///
 /// @throws InvalidArgument  if the wall's thickness is not positive and finite
-/// @throws InvalidMesh      if an organ of the user's cannot be filled
+/// @throws InvalidMesh      naming the organ, if one of the user's, or one that follows the user's
+///                          gallbladder, cannot be filled
 /// @note Cost: about 0.6 s on one thread.
 [[nodiscard]] CholecystectomyAnatomy make_cholecystectomy_anatomy(
     const CholecystectomyOptions& options = {});
