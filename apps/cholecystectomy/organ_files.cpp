@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organ_files.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <span>
 #include <sstream>
 #include <utility>
 #include <variant>
 
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/mesh/read.h"
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
+
+#include "organ_filling.h"
+#include "organ_reading.h"
+#include "placement.h"
 
 namespace cholecystectomy {
 
@@ -22,86 +25,15 @@ using pbdsurg::Organ;
 
 namespace {
 
+using pbdsurg::CholecystectomyOptions;
 using pbdsurg::ImplicitShape;
 using pbdsurg::MeshData;
 using pbdsurg::OrganSource;
 using pbdsurg::TetMesh;
-using Points = std::vector<Eigen::Vector3d>;
 
 constexpr double kLargestRatio = 4;      // of the longest side to that of the organ replaced
 constexpr double kFossaGap = 1e-3;       // m, as in the liver bed of the library
 constexpr double kFossaRounding = 3e-3;  // m
-
-// Centre and axes of a cloud of points, the longest axis first, each pointing where the cloud is
-// drawn out (positive third moment), so that blunt ends meet blunt ends.
-struct Frame {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-};
-
-Frame frame_of(const Points& points) {
-  Frame frame;
-  for (const Eigen::Vector3d& p : points) {
-    frame.centre += p / static_cast<double>(points.size());
-  }
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& p : points) {
-    covariance += (p - frame.centre) * (p - frame.centre).transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  for (int i = 0; i < 3; ++i) {
-    Eigen::Vector3d axis = solver.eigenvectors().col(2 - i);
-    double moment = 0;
-    for (const Eigen::Vector3d& p : points) {
-      moment += std::pow((p - frame.centre).dot(axis), 3);
-    }
-    frame.axes.col(i) = moment < 0 ? Eigen::Vector3d(-axis) : axis;
-  }
-  frame.axes.col(2) = frame.axes.col(0).cross(frame.axes.col(1));
-  return frame;
-}
-
-double longest_side(const Points& points) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : points) {
-    box.extend(p);
-  }
-  return box.isEmpty() ? 0 : box.sizes().maxCoeff();
-}
-
-// Drops the points that neither tetrahedra nor triangles use.
-void drop_unused_points(MeshData& mesh) {
-  std::vector<bool> used(mesh.points.size(), false);
-  for (const pbdsurg::Tet& tet : mesh.tets) {
-    for (const pbdsurg::Index v : tet) {
-      used[v] = true;
-    }
-  }
-  for (const pbdsurg::Triangle& triangle : mesh.triangles) {
-    for (const pbdsurg::Index v : triangle) {
-      used[v] = true;
-    }
-  }
-  std::vector<pbdsurg::Index> new_id(mesh.points.size(), pbdsurg::kInvalidIndex);
-  Points points;
-  for (std::size_t v = 0; v < used.size(); ++v) {
-    if (used[v]) {
-      new_id[v] = static_cast<pbdsurg::Index>(points.size());
-      points.push_back(mesh.points[v]);
-    }
-  }
-  mesh.points = std::move(points);
-  for (pbdsurg::Tet& tet : mesh.tets) {
-    for (pbdsurg::Index& v : tet) {
-      v = new_id[v];
-    }
-  }
-  for (pbdsurg::Triangle& triangle : mesh.triangles) {
-    for (pbdsurg::Index& v : triangle) {
-      v = new_id[v];
-    }
-  }
-}
 
 ImplicitShape filled(const OrganSource& source) {
   const auto* mesh = std::get_if<TetMesh>(&source);
@@ -109,7 +41,7 @@ ImplicitShape filled(const OrganSource& source) {
 }
 
 // Moves a user's liver along z until its underside lies at the height of the gallbladder's middle.
-void rest_on_gallbladder(Points& liver, const ImplicitShape& gallbladder) {
+void rest_on_gallbladder(std::vector<Eigen::Vector3d>& liver, const ImplicitShape& gallbladder) {
   const Eigen::AlignedBox3d box = gallbladder.bounds();
   double lowest = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& p : liver) {
@@ -125,35 +57,80 @@ void rest_on_gallbladder(Points& liver, const ImplicitShape& gallbladder) {
   }
 }
 
-MeshData place(const MeshData& mesh, Organ organ, const TetMesh& replaced) {
-  const Points target(replaced.positions().begin(), replaced.positions().end());
-  const double ratio = longest_side(mesh.points) / longest_side(target);
+void check_size(const OwnOrgan& own, const TetMesh& replaced) {
+  const double replaced_side = pbdsurg::bounding_box(replaced).sizes().maxCoeff();
+  const double ratio = own.file.longest_side / replaced_side;
   if (!(ratio < kLargestRatio) || !(ratio > 1 / kLargestRatio)) {
-    std::ostringstream text;
-    text << "the " << pbdsurg::name_of(organ) << " given is " << longest_side(mesh.points)
-         << " m long; it must be within " << kLargestRatio << " times of " << longest_side(target)
-         << " m, that of the organ it replaces (is the unit right? see --unit)";
-    throw pbdsurg::InvalidArgument(text.str());
+    throw pbdsurg::InvalidArgument(
+        own.name + " is " + pbdsurg::describe_length(own.file.longest_side) + " long in " +
+        pbdsurg::name_of(own.file.unit) + "; the organ that it replaces is " +
+        pbdsurg::describe_length(replaced_side) +
+        " long, which must be within four times of that (is the unit right? see --unit, --scale)");
   }
-  const Frame from = frame_of(mesh.points);
-  const Frame to = frame_of(target);
-  const Eigen::Matrix3d rotation = to.axes * from.axes.transpose();
-  MeshData placed = mesh;
-  for (Eigen::Vector3d& p : placed.points) {
-    p = rotation * (p - from.centre) + to.centre;
-  }
-  return placed;
 }
 
-OrganSource make_source(MeshData mesh, const std::string& path) {
-  try {
-    if (!mesh.tets.empty()) {
-      return TetMesh(std::move(mesh.points), std::move(mesh.tets));
-    }
-    return pbdsurg::surface_shape(mesh.points, mesh.triangles);
-  } catch (const pbdsurg::InvalidMesh& error) {
-    throw pbdsurg::InvalidMesh(path + ": " + error.what());
+// The motion of each organ: all the same, or each its own.
+std::vector<Eigen::Isometry3d> motions_of(const std::vector<OwnOrgan>& organs,
+                                          const std::map<Organ, TetMesh>& built_in,
+                                          bool keeps_placement) {
+  std::vector<Replacement> replacements;
+  for (const OwnOrgan& own : organs) {
+    replacements.push_back(
+        {frame_of(own.file.mesh.points), frame_of(built_in.at(own.organ).positions())});
   }
+  std::vector<Eigen::Isometry3d> motions;
+  for (const Replacement& replacement : replacements) {
+    motions.push_back(keeps_placement ? fit_motion(replacements) : fit_motion({&replacement, 1}));
+  }
+  return motions;
+}
+
+std::string note_of(const OwnOrgan& own, const Eigen::Isometry3d& motion) {
+  const Eigen::Vector3d centre = frame_of(own.file.mesh.points).centre;
+  std::ostringstream note;
+  note << pbdsurg::name_of(own.organ) << ": " << own.file_name << ", " << own.file.format << ", in "
+       << pbdsurg::name_of(own.file.unit) << (own.is_guessed ? " (a guess)" : "") << ", "
+       << own.file.mesh.tets.size() << " tetrahedra, " << own.file.mesh.triangles.size()
+       << " triangles, moved by " << pbdsurg::describe_length((motion * centre - centre).norm())
+       << ", turned by "
+       << std::lround(Eigen::AngleAxisd(motion.linear()).angle() * 180 / std::numbers::pi)
+       << " degrees";
+  return note.str();
+}
+
+// The organ as the anatomy takes it, in its place.
+OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
+                        const OrganFiles& files) {
+  MeshData& mesh = own.file.mesh;
+  check_tet_count(
+      mesh.tets.empty() ? estimate_tets(own.organ, mesh) : static_cast<double>(mesh.tets.size()),
+      files.max_tets, own.name);
+  ImplicitShape gallbladder = pbdsurg::gallbladder_outer();
+  if (own.organ == Organ::liver) {
+    const auto found = others.own.find(Organ::gallbladder);
+    if (found != others.own.end()) {
+      gallbladder = filled(found->second);
+    }
+    if (!files.keeps_placement) {
+      rest_on_gallbladder(mesh.points, gallbladder);
+    }
+  }
+  OrganSource source = [&]() -> OrganSource {
+    try {
+      if (!mesh.tets.empty()) {
+        return TetMesh(std::move(mesh.points), std::move(mesh.tets));
+      }
+      return pbdsurg::surface_shape(mesh.points, mesh.triangles);
+    } catch (const pbdsurg::InvalidMesh& error) {
+      throw pbdsurg::InvalidMesh(own.name + ": " + error.what());
+    }
+  }();
+  if (own.organ == Organ::liver) {
+    source = pbdsurg::smooth_difference(
+        filled(source), pbdsurg::offset_shape(gallbladder, kFossaGap), kFossaRounding);
+  }
+  const auto* shape = std::get_if<ImplicitShape>(&source);
+  return shape != nullptr ? fill(own.organ, *shape, files.max_tets, own.name) : source;
 }
 
 }  // namespace
@@ -169,43 +146,28 @@ Organ find_organ(const std::string& name) {
   throw pbdsurg::InvalidArgument("there is no organ '" + name + "'; there are:" + known);
 }
 
-LoadedAnatomy load_anatomy(const std::map<Organ, std::filesystem::path>& files,
-                           pbdsurg::LengthUnit unit) {
+LoadedAnatomy load_anatomy(const OrganFiles& files) {
   LoadedAnatomy loaded;
-  loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
-  if (files.empty()) {
+  if (files.paths.empty()) {
+    loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
     return loaded;
   }
-  pbdsurg::CholecystectomyOptions options;
-  for (const auto& [organ, path] : files) {  // the gallbladder comes first: the liver follows it
-    pbdsurg::MeshFile read = pbdsurg::read_mesh_file(path, {unit});
-    pbdsurg::orient_majority(read.mesh);
-    if (!read.mesh.tets.empty()) {
-      read.mesh.triangles.clear();  // a surface beside tetrahedra is theirs
+  std::vector<OwnOrgan> organs = read_organs(files.paths, files.unit, files.scale, loaded.warnings);
+  loaded.built_in = pbdsurg::make_cholecystectomy_anatomy().organs;
+  for (const OwnOrgan& own : organs) {
+    check_size(own, loaded.built_in.at(own.organ));
+  }
+  const std::vector<Eigen::Isometry3d> motions =
+      motions_of(organs, loaded.built_in, files.keeps_placement);
+  CholecystectomyOptions options;
+  for (std::size_t i = 0; i < organs.size(); ++i) {
+    OwnOrgan& own = organs[i];
+    loaded.own.insert(own.organ);
+    loaded.notes.push_back(note_of(own, motions[i]));
+    for (Eigen::Vector3d& p : own.file.mesh.points) {
+      p = motions[i] * p;
     }
-    drop_unused_points(read.mesh);
-    if (read.mesh.points.empty()) {
-      throw pbdsurg::InvalidMesh(path.string() + ": there are no tetrahedra and no triangles");
-    }
-    MeshData placed = place(read.mesh, organ, loaded.anatomy.organs.at(organ));
-    std::ostringstream note;
-    note << pbdsurg::name_of(organ) << ": " << path.filename().string() << ", " << read.format
-         << ", in " << pbdsurg::name_of(read.unit) << (read.unit_ambiguous() ? " (a guess)" : "")
-         << ", " << placed.tets.size() << " tetrahedra, " << placed.triangles.size()
-         << " triangles";
-    loaded.notes.push_back(note.str());
-    if (organ == Organ::liver) {
-      const auto own = options.own.find(Organ::gallbladder);
-      const ImplicitShape gallbladder =
-          own == options.own.end() ? pbdsurg::gallbladder_outer() : filled(own->second);
-      rest_on_gallbladder(placed.points, gallbladder);
-      const ImplicitShape liver = filled(make_source(std::move(placed), path.string()));
-      options.own.emplace(
-          organ, pbdsurg::smooth_difference(liver, pbdsurg::offset_shape(gallbladder, kFossaGap),
-                                            kFossaRounding));
-    } else {
-      options.own.emplace(organ, make_source(std::move(placed), path.string()));
-    }
+    options.own.emplace(own.organ, make_source(own, options, files));
   }
   loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy(options);
   return loaded;

@@ -6,31 +6,46 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/mesh/length_unit.h"
 
+#include "warning.h"
+
 namespace cholecystectomy {
 
-/// An anatomy in which some organs come from files, and what was done to them, a line each.
+struct OrganFiles {
+  std::map<pbdsurg::Organ, std::filesystem::path> paths;
+  pbdsurg::LengthUnit unit = pbdsurg::LengthUnit::automatic;  ///< of all files
+  double scale = 1;                   ///< of their coordinates, before the unit
+  bool keeps_placement = false;       ///< organs keep their places to one another
+  pbdsurg::Index max_tets = 300'000;  ///< an organ
+};
+
+/// An anatomy in which some organs come from files.
 struct LoadedAnatomy {
   pbdsurg::CholecystectomyAnatomy anatomy;
-  std::vector<std::string> notes;
+  std::set<pbdsurg::Organ> own;  ///< those from files
+  /// All of the built-in anatomy, for comparison; none where no organ is from a file.
+  std::map<pbdsurg::Organ, pbdsurg::TetMesh> built_in;
+  std::vector<std::string> notes;  ///< what was done to files, a line each
+  std::vector<Warning> warnings;
 };
 
 /// Builds the anatomy.
 ///
 /// A file with tetrahedra is taken as it is; a surface is filled, a gallbladder's with a wall of
 /// the default thickness. Each is moved, never scaled, so that its centre and its principal axes
-/// meet those of the organ it replaces. Liver bed and fat are made to fit the gallbladder; a liver
-/// of the user's gets a fossa.
-/// @throws pbdsurg::InvalidArgument  if an organ is more than four times larger or smaller than the
-///                                   one it replaces
+/// meet those of the organ it replaces; or all are by one motion, see fit_motion(). Liver bed and
+/// fat are made to fit the gallbladder; a liver of the user's gets a fossa.
+/// @throws pbdsurg::InvalidArgument  if the unit cannot be guessed, if an organ is more than four
+///                                   times larger or smaller than the one it replaces, or has more
+///                                   tetrahedra than allowed, which is told before it is filled
 /// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it
-LoadedAnatomy load_anatomy(const std::map<pbdsurg::Organ, std::filesystem::path>& files,
-                           pbdsurg::LengthUnit unit);
+LoadedAnatomy load_anatomy(const OrganFiles& files);
 
 /// The organ of that name, as in the report.
 /// @throws pbdsurg::InvalidArgument  naming the organs that there are

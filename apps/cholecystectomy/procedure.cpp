@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "interruption.h"
 
 namespace cholecystectomy {
 namespace {
@@ -20,6 +20,9 @@ constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
 constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
 constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.5;
 constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 6.0;
+
+// Ends a script where a signal came.
+struct Interrupted {};
 
 // Steps through the script and tells the observers.
 class Script {
@@ -41,12 +44,14 @@ class Script {
       act(static_cast<double>(i) / count);
       simulation_.advance(power / time_scale_);
       if (simulation_.totals.non_finite_vertices > 0) {
-        throw pbdsurg::Error("the state is no longer finite at " +
-                             std::to_string(simulation_.time()) + " s");
+        throw CannotGoOn("the state is no longer finite");
       }
       ++done_;
       for (Observer* observer : observers_) {
         observer->step(simulation_, static_cast<double>(done_) / planned_);
+      }
+      if (is_interrupted()) {
+        throw Interrupted();
       }
     }
   }
@@ -79,7 +84,7 @@ Eigen::Vector3f farthest(const Simulation& simulation, Organ organ,
                          const Eigen::Vector3f& direction) {
   const auto positions = simulation.tissue_of(organ);
   if (positions.empty()) {
-    throw pbdsurg::Error(std::string("nothing is left of the ") + pbdsurg::name_of(organ));
+    throw CannotGoOn(std::string("nothing is left of the ") + pbdsurg::name_of(organ));
   }
   return *std::max_element(positions.begin(), positions.end(),
                            [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
@@ -132,7 +137,7 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
 }
 
 // Figure 9: drag, hold, release, and watch the tissue come back.
-Recovery drag_and_release(Simulation& simulation, Script& script) {
+void drag_and_release(Simulation& simulation, Script& script, Recovery& recovery) {
   const Eigen::Vector3f start = simulation.grasper.tip;
   const std::vector<Eigen::Vector3f> untouched = simulation.solver.positions();
   script.run(kApproach, 0, [&](double) {
@@ -159,7 +164,7 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
   script.moment("drag_000ms");
 
   simulation.release();
-  Recovery recovery{{0}, {distance()}};
+  recovery = {{0}, {distance()}};
   const double released = simulation.time();
   double next = 0.025;
   script.run(kRecover, 0, [&](double) {
@@ -177,7 +182,6 @@ Recovery drag_and_release(Simulation& simulation, Script& script) {
   recovery.times.push_back(simulation.time() - released);
   recovery.distances.push_back(distance());
   script.moment("drag_500ms");
-  return recovery;
 }
 
 // Figures 5 and 11: the hook burns its way along the side of Calot's fat that faces the scope.
@@ -250,15 +254,23 @@ void separate(Simulation& simulation, Script& script) {
 
 }  // namespace
 
-Recovery run_procedure(Simulation& simulation, std::span<Observer* const> observers,
-                       double time_scale) {
+Course run_procedure(Simulation& simulation, std::span<Observer* const> observers,
+                     double time_scale) {
+  Course course;
   Script script(simulation, observers, time_scale);
-  script.run(kSettle, 0, [](double) {});
-  script.moment("start");
-  const Recovery recovery = drag_and_release(simulation, script);
-  burn_fat(simulation, script);
-  separate(simulation, script);
-  return recovery;
+  try {
+    script.run(kSettle, 0, [](double) {});
+    script.moment("start");
+    drag_and_release(simulation, script, course.recovery);
+    burn_fat(simulation, script);
+    separate(simulation, script);
+  } catch (const Interrupted&) {
+    course.is_interrupted = true;
+    script.moment("interrupted");
+  } catch (const CannotGoOn& error) {
+    course.failure = error.what();
+  }
+  return course;
 }
 
 }  // namespace cholecystectomy

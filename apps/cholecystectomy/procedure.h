@@ -30,13 +30,21 @@ struct Recovery {
   std::vector<double> distances;  ///< m, mean over the vertices that were held
 };
 
+/// How a run went.
+struct Course {
+  Recovery recovery;  ///< as far as it came
+  bool is_interrupted = false;
+  std::string failure;  ///< why the operation could not go on; empty if it could
+};
+
 /// Runs everything: drag and release the fundus; burn Calot's fat; cut the membrane from the fundus
 /// on while the grasper pulls.
+/// It ends before its time when is_interrupted() tells so, asked after each step, then with a
+/// moment "interrupted"; and where it cannot go on.
 /// @param time_scale  of the lengths of all parts; 1 is the operation as designed, less is a
-/// sketch, in
-///                    which hands and heat are as much faster
-/// @throws pbdsurg::Error  if the state stops being finite
-Recovery run_procedure(Simulation& simulation, std::span<Observer* const> observers,
-                       double time_scale);
+/// sketch,
+///                    in which hands and heat are as much faster
+Course run_procedure(Simulation& simulation, std::span<Observer* const> observers,
+                     double time_scale);
 
 }  // namespace cholecystectomy

@@ -108,6 +108,12 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
 
 ProgressRecorder::ProgressRecorder() : is_terminal_(isatty(STDERR_FILENO) == 1) {}
 
+ProgressRecorder::~ProgressRecorder() {
+  if (shown_ >= 0 && shown_ < 100) {
+    std::fputc('\n', stderr);
+  }
+}
+
 void ProgressRecorder::step(const Simulation& simulation, double progress) {
   const int percent = static_cast<int>(100 * progress);
   if (!is_terminal_ || percent == shown_) {

@@ -85,6 +85,9 @@ class ProgressRecorder final : public Observer {
  public:
   ProgressRecorder();
 
+  /// Ends the line of a bar that did not reach its end.
+  ~ProgressRecorder() override;
+
   void step(const Simulation& simulation, double progress) override;
   void moment(const Simulation& simulation, const std::string& name) override;
 

@@ -30,6 +30,27 @@ Json bodies_of(const pbdsurg::Solver& solver) {
   return bodies;
 }
 
+Json joints_of(const SurgicalScene& scene) {
+  Json joints = Json::array();
+  for (const JoinedPair& pair : scene.joined) {
+    joints.push_back({{"first", pbdsurg::name_of(pair.first)},
+                      {"second", pbdsurg::name_of(pair.second)},
+                      {"links", pair.link_count},
+                      {"fibres", pair.fibre_count}});
+  }
+  return joints;
+}
+
+Json warnings_of(const std::vector<Warning>& warnings) {
+  Json result = Json::array();
+  for (const Warning& warning : warnings) {
+    result.push_back({{"code", warning.code},
+                      {"text", warning.text},
+                      {"value", warning.value ? Json(*warning.value) : Json(nullptr)}});
+  }
+  return result;
+}
+
 Json colors_of(const pbdsurg::StepPlan& plan) {
   const auto count = [&](pbdsurg::PhaseKind kind) {
     return std::count_if(plan.phases.begin(), plan.phases.end(),
@@ -102,7 +123,10 @@ Json burn_of(const Totals& totals) {
 
 // Distance left at the times of figure 9, mm, at the first step not before each.
 Json recovery_of(const Recovery& recovery) {
-  Json result;
+  Json result = Json::object();
+  if (recovery.distances.empty()) {
+    return result;
+  }
   for (const int ms : {0, 25, 50, 100}) {
     for (std::size_t i = 0; i < recovery.times.size(); ++i) {
       if (recovery.times[i] >= 1e-3 * ms - 1e-6) {
@@ -118,15 +142,15 @@ Json recovery_of(const Recovery& recovery) {
 }  // namespace
 
 void write_report(const std::filesystem::path& path, const Simulation& simulation,
-                  const Recovery& recovery, std::uint64_t seed,
-                  const std::vector<std::string>& organ_notes) {
+                  const Course& course, const ReportNotes& notes) {
   const pbdsurg::Solver& solver = simulation.solver;
   char hash[17];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(solver.state_hash()));
 
   Json report;
   report["bodies"] = bodies_of(solver);
-  report["organ_files"] = organ_notes;
+  report["organ_files"] = notes.organs;
+  report["joints"] = joints_of(simulation.scene);
   report["links"] = solver.links().size();
   report["membrane_links"] = simulation.scene.membrane_link_count;
   report["plan"] = solver.plan().name;
@@ -137,10 +161,15 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["time_step_s"] = Simulation::kTimeStep;
   report["steps"] = simulation.totals.steps;
   report["simulated_s"] = simulation.time();
+  if (course.is_interrupted) {
+    report["interrupted_at_s"] = simulation.time();
+  }
   report["colors"] = colors_of(solver.plan());
   report["backend"] = solver.backend_name();
   report["build"] = build();
-  report["seed"] = seed;
+  report["seed"] = notes.seed;
+  report["touching_steps"] = {{"grasper", simulation.totals.grasper_touches},
+                              {"hook", simulation.totals.hook_touches}};
   report["tets_deleted"] = simulation.totals.tets_deleted;
   report["links_cut"] = simulation.totals.links_cut;
   report["strands"] = strands_of(simulation.connections);
@@ -151,8 +180,10 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["residual_last"] = simulation.totals.residual_last;
   report["inverted_tets_max"] = simulation.totals.inverted_tets_max;
   report["dropped_contacts"] = simulation.totals.dropped_contacts;
-  report["recovery_mm"] = recovery_of(recovery);
+  report["recovery_mm"] = recovery_of(course.recovery);
   report["state_hash"] = hash;
+  report["warnings"] = warnings_of(notes.warnings);
+  report["files"] = notes.files;
   report["stages_ms"] = simulation.times;
 
   std::ofstream file(path);

@@ -10,14 +10,21 @@
 #include <vector>
 
 #include "procedure.h"
+#include "warning.h"
 
 namespace cholecystectomy {
 
+/// What a report tells beside the simulation.
+struct ReportNotes {
+  std::uint64_t seed;
+  std::vector<std::string> organs;  ///< where they came from, a line each
+  std::vector<Warning> warnings;
+  std::vector<std::string> files;  ///< all that the run wrote, the report too
+};
+
 /// Writes the report. But for `stages_ms` it depends on the input and the seed alone.
-/// @param organ_notes  where organs came from, a line each
 /// @throws pbdsurg::FileError  if it cannot be written
 void write_report(const std::filesystem::path& path, const Simulation& simulation,
-                  const Recovery& recovery, std::uint64_t seed,
-                  const std::vector<std::string>& organ_notes);
+                  const Course& course, const ReportNotes& notes);
 
 }  // namespace cholecystectomy

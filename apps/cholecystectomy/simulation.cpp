@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "pbdsurg/contact/proximity.h"
-#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
 namespace cholecystectomy {
@@ -159,6 +158,8 @@ void Simulation::advance(double power) {
   const StageTimer timer(times, "solve");
   const pbdsurg::StepReport report = solver.step(static_cast<float>(kTimeStep));
   ++totals.steps;
+  totals.grasper_touches += solver.tool_force(grasper.tool).isZero(0) ? 0 : 1;
+  totals.hook_touches += solver.tool_force(hook.tool).isZero(0) ? 0 : 1;
   totals.residual_last = std::max(report.distance_residual, report.volume_residual);
   totals.residual_max = std::max(totals.residual_max, totals.residual_last);
   totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
@@ -190,8 +191,7 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
     }
   }
   if (vertices.empty()) {
-    throw pbdsurg::Error(std::string("the grasper finds no ") + pbdsurg::name_of(organ) +
-                         " to hold at " + std::to_string(time()) + " s");
+    throw CannotGoOn(std::string("the grasper finds no ") + pbdsurg::name_of(organ) + " to hold");
   }
   solver.grasp(grasper.tool, vertices);
   grasper.holds = true;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
@@ -47,9 +48,16 @@ struct Range {
   void add(double value);
 };
 
+/// Why a script cannot go on: the scene is not what it was written for.
+class CannotGoOn : public pbdsurg::Error {
+ public:
+  using Error::Error;
+};
+
 /// Counts of a run so far.
 struct Totals {
   std::int64_t steps = 0;
+  std::int64_t grasper_touches = 0, hook_touches = 0;  ///< steps with a force of tissue on it
   std::int64_t tets_deleted = 0;
   std::int64_t links_cut = 0;
   float residual_max = 0;   ///< largest |C| relative to the rest value, over all steps
@@ -97,7 +105,7 @@ class Simulation {
   /// Closes the grasper around the vertices of an organ near its tip, reaching further where the
   /// mesh is so coarse that fewer than four lie within the radius.
   /// @return  the scene vertices that it holds
-  /// @throws pbdsurg::Error  if there are none within eight times the radius
+  /// @throws CannotGoOn  if there are none within eight times the radius
   std::vector<pbdsurg::Index> grasp(Organ organ, float radius);
   void release();
 

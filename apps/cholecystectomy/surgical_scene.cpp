@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "surgical_scene.h"
 
-#include <limits>
-#include <span>
-
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
+
+#include "joints.h"
 
 namespace cholecystectomy {
 namespace {
@@ -18,9 +17,6 @@ using pbdsurg::TetMesh;
 constexpr double kMembraneModulus = 60e3;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
-
-constexpr double kMembraneReach = 4.5e-3;    // m, between gallbladder and the liver's coarser mesh
-constexpr double kConnectionReach = 2.5e-3;  // m, between the other organs
 
 struct OrganProperties {
   pbdsurg::TissueProperties tissue;
@@ -64,70 +60,36 @@ void fix_ends(SurgicalScene& result, Organ organ, double reach, bool both) {
   });
 }
 
-using Links = std::vector<pbdsurg::MembraneLink>;
-
-void join(SurgicalScene& result, Organ first, Organ second, const Links& links) {
-  result.connections.join(
-      result.scene, body_of(first), body_of(second), links,
-      {.stiffness = kMembraneModulus * kMembraneAreaPerLink, .tear_stretch = kTearStretch});
-}
-
-Links link_surfaces(SurgicalScene& result, Organ first, Organ second, double reach) {
-  const Links links =
-      pbdsurg::membrane_links(result.meshes[body_of(first)], result.meshes[body_of(second)], reach);
-  join(result, first, second, links);
-  return links;
-}
-
-// Links each vertex of an enclosed tube to the nearest vertex of what encloses it, inside or out.
-void link_enclosed(SurgicalScene& result, Organ tube, Organ around, double reach) {
-  const auto inner = result.meshes[body_of(tube)].positions();
-  const auto outer = result.meshes[body_of(around)].positions();
-  Links links;
-  for (std::size_t v = 0; v < inner.size(); ++v) {
-    double nearest = reach;
-    Index partner = pbdsurg::kInvalidIndex;
-    for (std::size_t u = 0; u < outer.size(); ++u) {
-      const double distance = (inner[v] - outer[u]).norm();
-      if (distance < nearest) {
-        nearest = distance;
-        partner = static_cast<Index>(u);
-      }
-    }
-    if (partner != pbdsurg::kInvalidIndex) {
-      links.push_back({static_cast<Index>(v), partner, nearest});
-    }
-  }
-  join(result, tube, around, links);
-}
-
 }  // namespace
 
-SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy) {
+SurgicalScene make_scene(const LoadedAnatomy& loaded) {
+  const auto& organs = loaded.anatomy.organs;
   SurgicalScene result;
   result.scene.set_gravity({0, 0, -9.81F});
   for (const Organ organ : pbdsurg::kOrgans) {
-    add_organ(result, organ, anatomy.organs.at(organ));
+    add_organ(result, organ, organs.at(organ));
   }
 
-  const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(anatomy.organs.at(Organ::liver));
+  const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(organs.at(Organ::liver));
   result.scene.fix_where(body_of(Organ::liver), [&](const Eigen::Vector3d& p) {
     return p.z() > liver.min().z() + 0.6 * liver.sizes().z();
   });
   fix_ends(result, Organ::cystic_artery, 2e-3, false);
   fix_ends(result, Organ::common_bile_duct, 3e-3, true);
 
-  const Links membrane = link_surfaces(result, Organ::gallbladder, Organ::liver, kMembraneReach);
-  result.membrane = pbdsurg::membrane_sheet(anatomy.organs.at(Organ::gallbladder),
-                                            anatomy.organs.at(Organ::liver), membrane);
-  result.membrane_link_count = static_cast<Index>(result.scene.links().size());
-  link_surfaces(result, Organ::calot_fat, Organ::gallbladder, kConnectionReach);
-  link_surfaces(result, Organ::calot_fat, Organ::liver, kConnectionReach);
-  link_surfaces(result, Organ::cystic_artery, Organ::gallbladder, kConnectionReach);
-  link_surfaces(result, Organ::cystic_duct, Organ::gallbladder, kConnectionReach);
-  link_surfaces(result, Organ::cystic_duct, Organ::common_bile_duct, kConnectionReach);
-  link_enclosed(result, Organ::cystic_duct, Organ::calot_fat, kConnectionReach);
-  link_enclosed(result, Organ::cystic_artery, Organ::calot_fat, kConnectionReach);
+  for (const Joint& joint : kJoints) {
+    const auto links = find_links(joint, loaded, result.warnings);
+    if (result.joined.empty()) {
+      result.membrane =
+          pbdsurg::membrane_sheet(organs.at(joint.first), organs.at(joint.second), links);
+      result.membrane_link_count = static_cast<Index>(links.size());
+    }
+    result.connections.join(
+        result.scene, body_of(joint.first), body_of(joint.second), links,
+        {.stiffness = kMembraneModulus * kMembraneAreaPerLink, .tear_stretch = kTearStretch});
+    result.joined.push_back(
+        {joint.first, joint.second, static_cast<Index>(links.size()), fibres_of(links)});
+  }
   return result;
 }
 

@@ -7,13 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/thermal/tissue.h"
+
+#include "organ_files.h"
+#include "warning.h"
 
 namespace cholecystectomy {
 
@@ -24,17 +26,26 @@ constexpr pbdsurg::Index body_of(Organ organ) {
   return static_cast<pbdsurg::Index>(organ);
 }
 
+/// Connective tissue between two organs.
+struct JoinedPair {
+  Organ first, second;
+  pbdsurg::Index link_count;
+  pbdsurg::Index fibre_count;  ///< a link of a user's coarse mesh stands for several
+};
+
 struct SurgicalScene {
   pbdsurg::Scene scene;
   std::vector<pbdsurg::TetMesh> meshes;            ///< [body]
   std::vector<pbdsurg::TissueProperties> tissues;  ///< [body]
   pbdsurg::ConnectiveTissue connections;           ///< all links: strand i is link i
+  std::vector<JoinedPair> joined;                  ///< in the order of their links
   pbdsurg::Index membrane_link_count = 0;          ///< links [0, n) join gallbladder and liver
   pbdsurg::MeshData membrane;                      ///< triangles between them: point i is on link i
+  std::vector<Warning> warnings;                   ///< organs that hang on too little
 };
 
 /// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links
 /// surfaces that lie close: the membrane between gallbladder and liver first.
-SurgicalScene make_scene(const pbdsurg::CholecystectomyAnatomy& anatomy);
+SurgicalScene make_scene(const LoadedAnatomy& loaded);
 
 }  // namespace cholecystectomy

@@ -59,20 +59,32 @@ CLI::Option* add_whole_number(CLI::App& command, const std::string& name, T& val
   return command.add_option_function<std::string>(name, read, help)->type_name("N");
 }
 
-/// Adds an option that takes a positive, finite number.
+/// Adds an option that takes a number which follows a rule. Text is refused, and so is nan.
 /// @param value  must outlive the parsing
-inline CLI::Option* add_positive_number(CLI::App& command, const std::string& name, double& value,
-                                        const std::string& help) {
-  const auto read = [name, &value](const std::string& text) {
+/// @param rule   as in "number from 1 to 2"
+/// @param holds  whether a number follows it; false for nan
+inline CLI::Option* add_number(CLI::App& command, const std::string& name, double& value,
+                               const std::string& rule, bool (*holds)(double),
+                               const std::string& help) {
+  const auto read = [name, &value, rule, holds](const std::string& text) {
     double number = 0;
     const char* text_end = text.data() + text.size();
     const auto [end, error] = std::from_chars(text.data(), text_end, number);
-    if (error != std::errc() || end != text_end || !(number > 0) || !std::isfinite(number)) {
-      throw CLI::ValidationError(name, "'" + text + "' is no positive, finite number");
+    if (error != std::errc() || end != text_end || !holds(number)) {
+      throw CLI::ValidationError(name, "'" + text + "' is no " + rule);
     }
     value = number;
   };
   return command.add_option_function<std::string>(name, read, help)->type_name("X");
+}
+
+/// Adds an option that takes a positive, finite number.
+/// @param value  must outlive the parsing
+inline CLI::Option* add_positive_number(CLI::App& command, const std::string& name, double& value,
+                                        const std::string& help) {
+  return add_number(
+      command, name, value, "positive, finite number",
+      [](double number) { return number > 0 && std::isfinite(number); }, help);
 }
 
 }  // namespace pbdsurg

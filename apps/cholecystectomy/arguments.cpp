@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "arguments.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "pbdsurg/core/error.h"
+
+#include "apps/pbdsurg/options.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::LengthUnit;
+
+void add_organ(const std::string& text, OrganFiles& organs) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw pbdsurg::InvalidArgument("--organ " + text + ": expected NAME=FILE");
+  }
+  const pbdsurg::Organ name = find_organ(text.substr(0, equals));
+  if (!organs.paths.emplace(name, text.substr(equals + 1)).second) {
+    throw pbdsurg::InvalidArgument("--organ " + text + ": this organ is given twice");
+  }
+}
+
+}  // namespace
+
+std::optional<Arguments> parse_arguments(int argument_count, const char* const* values) {
+  CLI::App app("A scripted laparoscopic cholecystectomy: drag, burn, separate.");
+  app.footer(
+      "Exit status: 0 done, with warnings or without; 1 the operation touched nothing, burnt\n"
+      "nothing, lost an organ or could not go on; 2 bad input; 130 interrupted, after writing "
+      "what\n"
+      "there is.");
+  Arguments arguments;
+  OrganFiles& files = arguments.organs;
+  std::vector<std::string> organs;
+  bool is_headless = false;
+  app.add_flag("--headless", is_headless,
+               "run the scripted operation without a display (there is no other mode yet)")
+      ->required();
+  app.add_option("--out", arguments.out,
+                 "folder for pictures, report.json, force.csv, series.pvd: they are written to "
+                 "run.part in it, and at the end replace the files that an earlier run's report "
+                 "lists; other files stay")
+      ->capture_default_str();
+  app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)")
+      ->allow_extra_args(false)
+      ->type_name("");
+  std::vector<std::pair<std::string, LengthUnit>> units{{"auto", LengthUnit::automatic}};
+  for (const LengthUnit unit : pbdsurg::kLengthUnits) {
+    units.emplace_back(pbdsurg::name_of(unit), unit);
+  }
+  pbdsurg::add_choice(app, "--unit", files.unit, units,
+                      "of all these files; auto guesses it from what the organs are")
+      ->default_str("auto");
+  pbdsurg::add_number(app, "--scale", files.scale, 1e-9, 1e9,
+                      "factor of their coordinates, before the unit")
+      ->default_str("1");
+  app.add_flag("--keep-placement", files.keeps_placement,
+               "move all these files by one motion, as those of one scan, not each into its place");
+  pbdsurg::add_whole_number(app, "--max-tets", files.max_tets, pbdsurg::Index{1},
+                            "most tetrahedra of one of these organs")
+      ->default_str(std::to_string(files.max_tets));
+  pbdsurg::add_whole_number(app, "--seed", arguments.seed, std::uint64_t{0}, "of the hands' tremor")
+      ->default_str(std::to_string(arguments.seed));
+  pbdsurg::add_number(app, "--time-scale", arguments.time_scale, 0.01, 10,
+                      "length of the operation relative to the full script")
+      ->default_str("1");
+  app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
+  app.add_flag(
+      "--paper", arguments.paper,
+      "the paper's solver: one substep, 30 iterations, stiffness fractions, colours by the "
+      "random colouring disc");
+  try {
+    app.parse(argument_count, values);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help
+      app.exit(error);
+      return std::nullopt;
+    }
+    throw pbdsurg::InvalidArgument(error.what());
+  }
+  for (const std::string& organ : organs) {
+    add_organ(organ, files);
+  }
+  return arguments;
+}
+
+}  // namespace cholecystectomy

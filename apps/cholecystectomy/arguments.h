@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The command line of the demo.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "organ_files.h"
+
+namespace cholecystectomy {
+
+struct Arguments {
+  std::filesystem::path out = "out";
+  OrganFiles organs;
+  std::uint64_t seed = 1;
+  double time_scale = 1;
+  bool paper = false;
+  bool no_pictures = false;
+};
+
+/// Reads the command line; prints the help where that is asked for.
+/// @return  nothing after the help
+/// @throws pbdsurg::InvalidArgument  naming the option and what it allows
+std::optional<Arguments> parse_arguments(int argument_count, const char* const* values);
+
+}  // namespace cholecystectomy
