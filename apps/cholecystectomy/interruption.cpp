@@ -15,9 +15,11 @@ extern "C" void end_program(int) {
   _exit(kInterruptedStatus);
 }
 
-extern "C" void note_signal(int signal) {
+extern "C" void note_signal(int) {
+  if (is_noted != 0) {
+    _exit(kInterruptedStatus);
+  }
   is_noted = 1;
-  std::signal(signal, end_program);
 }
 
 void handle(void (*handler)(int)) {

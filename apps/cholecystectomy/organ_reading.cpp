@@ -109,7 +109,9 @@ void settle_units(std::vector<OwnOrgan>& organs, std::vector<Warning>& warnings)
   if (guess.ambiguous()) {
     throw pbdsurg::InvalidArgument(
         (guess.plausible.empty() ? "no one unit suits all files: " : "the unit is not sure: ") +
-        readings + "give --unit mm, cm, dm or m, or --scale");
+        readings +
+        "give --unit mm, cm, dm or m, or --scale; `pbdsurg mesh convert IN OUT --unit` brings each "
+        "file to metres");
   }
   for (OwnOrgan& own : organs) {
     if (own.is_guessed) {
@@ -117,8 +119,8 @@ void settle_units(std::vector<OwnOrgan>& organs, std::vector<Warning>& warnings)
     }
   }
   warnings.push_back({"unit_guessed",
-                      std::string("coordinates are taken for ") + pbdsurg::name_of(guess.unit) +
-                          ", which --unit would settle: " + names,
+                      "no unit is given for " + names + ": coordinates are taken for " +
+                          pbdsurg::name_of(guess.unit) + " (see --unit)",
                       pbdsurg::metres_per(guess.unit)});
 }
 

@@ -3,21 +3,26 @@
 file(REMOVE_RECURSE "${FOLDER}")
 file(MAKE_DIRECTORY "${FOLDER}")
 
-# run(name arguments...): the demo into FOLDER/name, which must succeed.
-function(run name)
+# run_to(status name arguments...): the demo into FOLDER/name, which must end with a status.
+function(run_to expected name)
   execute_process(COMMAND "${PROGRAM}" --headless --time-scale 0.05 --out "${FOLDER}/${name}" ${ARGN}
     RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
-  if(NOT status EQUAL 0)
-    message(FATAL_ERROR "the demo failed with ${status}: ${error}")
+  if(NOT status EQUAL expected)
+    message(FATAL_ERROR "the demo ended with ${status}, not ${expected}: ${error}")
   endif()
   if(NOT output MATCHES "report.json")
     message(FATAL_ERROR "the last line does not name the report: ${output}")
   endif()
 endfunction()
 
+# run(name arguments...): the same, which must succeed.
+function(run)
+  run_to(0 ${ARGV})
+endfunction()
+
 # refuse(message arguments...): the demo must stop with status 2 and a message.
 function(refuse message)
-  execute_process(COMMAND "${PROGRAM}" --headless --time-scale 0.05 --out "${FOLDER}/refused" ${ARGN}
+  execute_process(COMMAND "${PROGRAM}" --headless --out "${FOLDER}/refused" ${ARGN}
     RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
   if(NOT status EQUAL 2 OR NOT error MATCHES "${message}")
     message(FATAL_ERROR "expected status 2 and '${message}', got ${status} and '${error}'")
@@ -31,6 +36,32 @@ function(read_report name variable)
   set(${variable} "${report}" PARENT_SCOPE)
 endfunction()
 
+# expect_warnings(report code...): each code is in the report's warnings, with a text.
+function(expect_warnings report)
+  foreach(code ${ARGN})
+    if(NOT report MATCHES "\"code\" : \"${code}\",[ \n]*\"text\" : \"[^\"]+\",[ \n]*\"value\" : [0-9]")
+      message(FATAL_ERROR "no warning '${code}' in ${report}")
+    endif()
+  endforeach()
+endfunction()
+
+# write_box(name x y z sizes...): FOLDER/name, a box as a surface with its corner at x, y, z.
+function(write_box name x y z dx dy dz)
+  math(EXPR x2 "${x} + ${dx}")
+  math(EXPR y2 "${y} + ${dy}")
+  math(EXPR z2 "${z} + ${dz}")
+  set(text "")
+  foreach(cz ${z} ${z2})
+    foreach(cy ${y} ${y2})
+      foreach(cx ${x} ${x2})
+        string(APPEND text "v ${cx} ${cy} ${cz}\n")
+      endforeach()
+    endforeach()
+  endforeach()
+  string(APPEND text "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n")
+  file(WRITE "${FOLDER}/${name}" "${text}")
+endfunction()
+
 run(first --seed 3)
 read_report(first first)
 # Would catch anything in the result that depends on time, on addresses or on leftovers. Sanitized,
@@ -40,7 +71,9 @@ if(NOT IS_SANITIZED)
   run(other --seed 4 --no-pictures)
   read_report(second second)
   read_report(other other)
-  if(NOT first STREQUAL second)
+  string(JSON first_rest REMOVE "${first}" files)  # all but the pictures
+  string(JSON second_rest REMOVE "${second}" files)
+  if(NOT first_rest STREQUAL second_rest)
     message(FATAL_ERROR "the same seed gave two reports:\n${first}\n${second}")
   endif()
   string(JSON hash GET "${first}" state_hash)
@@ -111,19 +144,107 @@ if(HAS_PICTURES AND count EQUAL 0)
   message(WARNING "no pictures: this machine can create no OpenGL context")
 endif()
 
-# a user's own organ, and what is refused
-execute_process(COMMAND "${TOOL}" mesh make gallbladder "${FOLDER}/own.msh" --spacing 2.8
+string(JSON warnings LENGTH "${first}" warnings)
+if(NOT warnings EQUAL 0)
+  message(FATAL_ERROR "the built-in operation draws warnings: ${first}")
+endif()
+
+# A user's own organ, with a tenth of the built-in one's vertices. Would catch links that follow
+# vertices (361 of 1443), and a neighbour that is out of reach without a word.
+execute_process(COMMAND "${TOOL}" mesh make gallbladder "${FOLDER}/own.msh" --spacing 7
   COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
-run(own --organ "gallbladder=${FOLDER}/own.msh" --unit m --no-pictures)
+run(own --organ "gallbladder=${FOLDER}/own.msh" --no-pictures)
 read_report(own own)
 string(JSON tets GET "${own}" bodies 0 tets)
 string(JSON default_tets GET "${first}" bodies 0 tets)
 if(tets EQUAL default_tets)
   message(FATAL_ERROR "--organ changed nothing")
 endif()
+string(JSON fibres GET "${own}" joints 0 fibres)
+if(fibres LESS 1200 OR fibres GREATER 1700)
+  message(FATAL_ERROR "a coarse gallbladder hangs on ${fibres} fibres; the built-in one on 1443")
+endif()
+expect_warnings("${own}" apart)
+
+# Would catch pictures of one run beside the report of another, and files of the user's that go: a
+# second run into the same folder leaves its own alone, those of the user's apart.
+if(NOT IS_SANITIZED)
+  file(COPY "${FOLDER}/first/" DESTINATION "${FOLDER}/again")
+  file(WRITE "${FOLDER}/again/00_mine.png" "mine")
+  run(again --seed 4 --no-pictures)
+  file(GLOB present RELATIVE "${FOLDER}/again" "${FOLDER}/again/*")
+  read_report(again again)
+  string(JSON count LENGTH "${again}" files)
+  list(REMOVE_ITEM present 00_mine.png)
+  list(LENGTH present present_count)
+  if(NOT present_count EQUAL count OR present MATCHES "png"
+     OR NOT EXISTS "${FOLDER}/again/00_mine.png")
+    message(FATAL_ERROR "a second run left ${present}; its report lists ${count} files")
+  endif()
+endif()
+
+# A signal in the middle. Would catch a folder without a report, or a report that passes for whole.
+execute_process(
+  COMMAND sh -c "\"$0\" --headless --no-pictures --out \"$1\" &
+    while kill -0 $! && ! [ -s \"$1/run.part/force.csv\" ]; do sleep 0.1; done
+    kill -TERM $! && wait $!" "${PROGRAM}" "${FOLDER}/interrupted"
+  RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
+if(NOT status EQUAL 130)
+  message(FATAL_ERROR "interrupted, the demo ended with ${status}, not 130")
+endif()
+read_report(interrupted interrupted)
+string(JSON steps GET "${interrupted}" steps)
+string(JSON time GET "${interrupted}" interrupted_at_s)
+file(STRINGS "${FOLDER}/interrupted/cautery.csv" rows)
+list(LENGTH rows count)
+math(EXPR count "${count} - 1")
+if(NOT count EQUAL steps OR time LESS 0.005 OR EXISTS "${FOLDER}/interrupted/run.part")
+  message(FATAL_ERROR "interrupted at ${time} s: ${steps} steps, ${count} rows in cautery.csv")
+endif()
+
+# Two organs of one scan that lie a metre apart, so that neither is where it should be. Would catch
+# places that are not kept, and an operation on nothing that ends like one.
+write_box(far_gallbladder.obj 0 0 0 80 30 30)
+write_box(far_fat.obj 1000 0 0 40 25 20)
+run_to(1 far --no-pictures --keep-placement --organ "gallbladder=${FOLDER}/far_gallbladder.obj"
+  --organ "calot_fat=${FOLDER}/far_fat.obj")
+read_report(far far)
+expect_warnings("${far}" unit_guessed apart ended_early never_touched nothing_burnt organ_lost)
+string(JSON first_note GET "${far}" organ_files 0)
+string(JSON second_note GET "${far}" organ_files 1)
+string(REGEX MATCH "turned by.*" first_turn "${first_note}")
+string(REGEX MATCH "turned by.*" second_turn "${second_note}")
+if(first_turn STREQUAL "" OR NOT first_turn STREQUAL second_turn)
+  message(FATAL_ERROR "organs of one scan are moved apart: ${first_note}; ${second_note}")
+endif()
+
+# A third of a gallbladder. Would catch one that falls off, and a run that ends as if it had not.
+if(NOT IS_SANITIZED)
+  write_box(small.obj 0 0 0 30 11 11)
+  run_to(1 small --no-pictures --organ "gallbladder=${FOLDER}/small.obj" --unit mm)
+  read_report(small small)
+  expect_warnings("${small}" few_links apart organ_lost)
+endif()
+
 run(paper --paper --no-pictures)
-refuse("time-scale" --time-scale nan)
-refuse("seed" --seed -1)
+refuse("'nan' is no number from 0.01 to 10" --time-scale nan)
+refuse("'1e20' is no whole number" --seed 1e20)
+refuse("'-1' is no whole number" --seed -1)
+refuse("'inch' is none of auto.mm.cm.dm.m" --unit inch)
+# a vessel in the wrong unit, told before it is filled
+write_box(vessel.obj 0 0 0 12 3 3)
+refuse("cystic_artery of .*vessel.obj takes about [0-9]+ tetrahedra; --max-tets allows 300000"
+  --organ "cystic_artery=${FOLDER}/vessel.obj" --unit cm)
+refuse("gallbladder of .*own.msh takes about [0-9]+ tetrahedra; --max-tets allows 1000"
+  --organ "gallbladder=${FOLDER}/own.msh" --max-tets 1000)
+# files of two units, of which one would pass alone
+write_box(large.obj 0 0 0 80000 30000 30000)
+refuse("no one unit.*vessel.obj would be 12 mm if in mm"
+  --organ "gallbladder=${FOLDER}/large.obj" --organ "cystic_artery=${FOLDER}/vessel.obj")
+# a sheet that no lattice of the organ's spacing fills
+write_box(sheet.obj 0 0 0 400 300 3)
+refuse("calot_fat of .*sheet.obj cannot be filled.*--unit"
+  --organ "calot_fat=${FOLDER}/sheet.obj" --unit mm --scale 0.1)
 refuse("no organ 'spleen'" --organ "spleen=${FOLDER}/own.msh")
 refuse("NAME=FILE" --organ gallbladder)
 refuse("nowhere.vtk" --organ "gallbladder=${FOLDER}/nowhere.vtk")
