@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arguments.h"
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,8 +12,6 @@
 
 namespace cholecystectomy {
 namespace {
-
-using pbdsurg::LengthUnit;
 
 void add_organ(const std::string& text, OrganFiles& organs) {
   const std::size_t equals = text.find('=');
@@ -51,16 +48,7 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)")
       ->allow_extra_args(false)
       ->type_name("");
-  std::vector<std::pair<std::string, LengthUnit>> units{{"auto", LengthUnit::automatic}};
-  for (const LengthUnit unit : pbdsurg::kLengthUnits) {
-    units.emplace_back(pbdsurg::name_of(unit), unit);
-  }
-  pbdsurg::add_choice(app, "--unit", files.unit, units,
-                      "of all these files; auto guesses it from what the organs are")
-      ->default_str("auto");
-  pbdsurg::add_number(app, "--scale", files.scale, 1e-9, 1e9,
-                      "factor of their coordinates, before the unit")
-      ->default_str("1");
+  pbdsurg::add_unit_options(app, files.unit);
   app.add_flag("--keep-placement", files.keeps_placement,
                "move all these files by one motion, as those of one scan, not each into its place");
   pbdsurg::add_whole_number(app, "--max-tets", files.max_tets, pbdsurg::Index{1},
@@ -68,8 +56,10 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       ->default_str(std::to_string(files.max_tets));
   pbdsurg::add_whole_number(app, "--seed", arguments.seed, std::uint64_t{0}, "of the hands' tremor")
       ->default_str(std::to_string(arguments.seed));
-  pbdsurg::add_number(app, "--time-scale", arguments.time_scale, 0.01, 10,
-                      "length of the operation relative to the full script")
+  pbdsurg::add_number(
+      app, "--time-scale", arguments.time_scale, "number from 0.01 to 10",
+      [](double scale) { return scale >= 0.01 && scale <= 10; },
+      "length of the operation relative to the full script")
       ->default_str("1");
   app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
   app.add_flag(

@@ -63,7 +63,7 @@ void check_size(const OwnOrgan& own, const TetMesh& replaced) {
   if (!(ratio < kLargestRatio) || !(ratio > 1 / kLargestRatio)) {
     throw pbdsurg::InvalidArgument(
         own.name + " is " + pbdsurg::describe_length(own.file.longest_side) + " long in " +
-        pbdsurg::name_of(own.file.unit) + "; the organ that it replaces is " +
+        pbdsurg::describe_unit(own.file) + "; the organ that it replaces is " +
         pbdsurg::describe_length(replaced_side) +
         " long, which must be within four times of that (is the unit right? see --unit, --scale)");
   }
@@ -89,7 +89,7 @@ std::string note_of(const OwnOrgan& own, const Eigen::Isometry3d& motion) {
   const Eigen::Vector3d centre = frame_of(own.file.mesh.points).centre;
   std::ostringstream note;
   note << pbdsurg::name_of(own.organ) << ": " << own.file_name << ", " << own.file.format << ", in "
-       << pbdsurg::name_of(own.file.unit) << (own.is_guessed ? " (a guess)" : "") << ", "
+       << pbdsurg::describe_unit(own.file) << (own.is_guessed ? " (a guess)" : "") << ", "
        << own.file.mesh.tets.size() << " tetrahedra, " << own.file.mesh.triangles.size()
        << " triangles, moved by " << pbdsurg::describe_length((motion * centre - centre).norm())
        << ", turned by "
@@ -152,7 +152,7 @@ LoadedAnatomy load_anatomy(const OrganFiles& files) {
     loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
     return loaded;
   }
-  std::vector<OwnOrgan> organs = read_organs(files.paths, files.unit, files.scale, loaded.warnings);
+  std::vector<OwnOrgan> organs = read_organs(files.paths, files.unit, loaded.warnings);
   loaded.built_in = pbdsurg::make_cholecystectomy_anatomy().organs;
   for (const OwnOrgan& own : organs) {
     check_size(own, loaded.built_in.at(own.organ));

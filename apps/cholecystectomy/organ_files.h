@@ -11,16 +11,15 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/mesh/length_unit.h"
 
+#include "apps/pbdsurg/unit_options.h"
 #include "warning.h"
 
 namespace cholecystectomy {
 
 struct OrganFiles {
   std::map<pbdsurg::Organ, std::filesystem::path> paths;
-  pbdsurg::LengthUnit unit = pbdsurg::LengthUnit::automatic;  ///< of all files
-  double scale = 1;                   ///< of their coordinates, before the unit
+  pbdsurg::UnitOptions unit;          ///< of all files
   bool keeps_placement = false;       ///< organs keep their places to one another
   pbdsurg::Index max_tets = 300'000;  ///< an organ
 };

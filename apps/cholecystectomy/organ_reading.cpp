@@ -14,6 +14,7 @@ using pbdsurg::LengthUnit;
 using pbdsurg::LengthUnitGuess;
 using pbdsurg::MeshData;
 using pbdsurg::Organ;
+using pbdsurg::UnitOptions;
 using Points = std::vector<Eigen::Vector3d>;
 
 double longest_side(const Points& points) {
@@ -59,12 +60,10 @@ void drop_unused_points(MeshData& mesh) {
 }
 
 std::vector<OwnOrgan> read_files(const std::map<Organ, std::filesystem::path>& paths,
-                                 LengthUnit unit, double scale) {
+                                 const UnitOptions& unit) {
   std::vector<OwnOrgan> organs;
   for (const auto& [organ, path] : paths) {  // in the order of kOrgans: gallbladder, liver ...
-    const bool is_guessed = unit == LengthUnit::automatic;
-    pbdsurg::MeshFile file = pbdsurg::read_mesh_file(
-        path, {.unit = is_guessed ? LengthUnit::metre : unit, .scale = scale});
+    pbdsurg::MeshFile file = pbdsurg::read_mesh_file(path, unit.read_options());
     pbdsurg::orient_majority(file.mesh);
     if (!file.mesh.tets.empty()) {
       file.mesh.triangles.clear();  // a surface beside tetrahedra is theirs
@@ -75,7 +74,7 @@ std::vector<OwnOrgan> read_files(const std::map<Organ, std::filesystem::path>& p
     }
     file.longest_side = longest_side(file.mesh.points);
     organs.push_back({organ, std::string("the ") + pbdsurg::name_of(organ) + " of " + path.string(),
-                      path.filename().string(), std::move(file), is_guessed});
+                      path.filename().string(), std::move(file), unit.is_guessed()});
   }
   return organs;
 }
@@ -127,8 +126,8 @@ void settle_units(std::vector<OwnOrgan>& organs, std::vector<Warning>& warnings)
 }  // namespace
 
 std::vector<OwnOrgan> read_organs(const std::map<Organ, std::filesystem::path>& paths,
-                                  LengthUnit unit, double scale, std::vector<Warning>& warnings) {
-  std::vector<OwnOrgan> organs = read_files(paths, unit, scale);
+                                  const UnitOptions& unit, std::vector<Warning>& warnings) {
+  std::vector<OwnOrgan> organs = read_files(paths, unit);
   settle_units(organs, warnings);
   return organs;
 }

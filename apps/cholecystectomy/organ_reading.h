@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/read.h"
 
+#include "apps/pbdsurg/unit_options.h"
 #include "warning.h"
 
 namespace cholecystectomy {
@@ -28,12 +28,10 @@ struct OwnOrgan {
 
 /// Reads files in the order of the organs. If the unit is to be guessed, a file that states its own
 /// has that; all others share one, of which every organ has a plausible size.
-/// @param scale     of coordinates, before the unit
 /// @param warnings  gains one if a unit was guessed
 /// @throws pbdsurg::InvalidArgument  naming the readings, if not exactly one unit is plausible
 /// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it
 std::vector<OwnOrgan> read_organs(const std::map<pbdsurg::Organ, std::filesystem::path>& paths,
-                                  pbdsurg::LengthUnit unit, double scale,
-                                  std::vector<Warning>& warnings);
+                                  const pbdsurg::UnitOptions& unit, std::vector<Warning>& warnings);
 
 }  // namespace cholecystectomy

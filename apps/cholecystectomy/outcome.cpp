@@ -67,9 +67,7 @@ std::vector<Warning> judge(const Simulation& simulation, const Course& course) {
   const Totals& totals = simulation.totals;
   if (!course.failure.empty()) {
     warnings.push_back(
-        {"ended_early",
-         "the operation ended at " + std::to_string(simulation.time()) + " s: " + course.failure,
-         simulation.time(), true});
+        {"ended_early", "the operation ended early: " + course.failure, simulation.time(), true});
   }
   if (!course.is_interrupted) {
     if (totals.grasper_touches == 0) {

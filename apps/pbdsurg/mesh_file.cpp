@@ -59,43 +59,14 @@ std::string describe_ambiguity(std::span<const NamedMesh* const> meshes,
          describe_side(**most) + "; give --unit or --scale, or name fewer files";
 }
 
-std::string describe_unit(const MeshFile& file) {
-  if (file.metres_per_unit == metres_per(file.unit)) {
-    return name_of(file.unit);
-  }
-  std::ostringstream text;
-  text << "units of " << file.metres_per_unit << " m";
-  return text.str();
-}
-
 }  // namespace
 
-void add_unit_options(CLI::App& command, UnitOptions& options) {
-  std::vector<std::pair<std::string, LengthUnit>> choices{{"auto", LengthUnit::automatic}};
-  for (const LengthUnit unit : kLengthUnits) {
-    choices.emplace_back(name_of(unit), unit);
-  }
-  CLI::Option* unit =
-      add_choice(command, "--unit", options.unit, choices,
-                 "Unit of the coordinates in a file; auto (default): what the file states, or the "
-                 "one that makes it as large as an organ",
-                 "; of any other unit, --scale says the metres (an inch: 0.0254)");
-  add_positive_number(command, "--scale", options.scale, "Metres in one unit, in place of --unit")
-      ->excludes(unit);
-}
-
 NamedMesh read_named_mesh(const std::string& path, const UnitOptions& options) {
-  ReadOptions read;
-  if (options.scale > 0) {
-    read.scale = options.scale;
-  } else if (options.unit != LengthUnit::automatic) {
-    read.unit = options.unit;
-  }
-  return {path, read_mesh_file(path, read)};
+  return {path, read_mesh_file(path, options.read_options())};
 }
 
 void settle_unit(std::span<NamedMesh> meshes, const UnitOptions& options) {
-  if (options.scale > 0 || options.unit != LengthUnit::automatic) {
+  if (!options.is_guessed()) {
     return;
   }
   std::vector<NamedMesh*> unknown;

@@ -13,16 +13,9 @@
 #include "pbdsurg/mesh/check.h"
 #include "pbdsurg/mesh/read.h"
 
+#include "unit_options.h"
+
 namespace pbdsurg {
-
-/// What --unit and --scale say of the coordinates in files.
-struct UnitOptions {
-  LengthUnit unit = LengthUnit::automatic;
-  double scale = 0;  ///< metres in one unit, in place of a unit that has a name; 0: not given
-};
-
-/// Adds --unit auto|mm|cm|dm|m and --scale FACTOR, which exclude each other.
-void add_unit_options(CLI::App& command, UnitOptions& options);
 
 struct NamedMesh {
   std::string path;

@@ -150,7 +150,7 @@ if(NOT warnings EQUAL 0)
 endif()
 
 # A user's own organ, with a tenth of the built-in one's vertices. Would catch links that follow
-# vertices (361 of 1443), and a neighbour that is out of reach without a word.
+# vertices (118 in place of 1443), and a neighbour that is out of reach without a word.
 execute_process(COMMAND "${TOOL}" mesh make gallbladder "${FOLDER}/own.msh" --spacing 7
   COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
 run(own --organ "gallbladder=${FOLDER}/own.msh" --no-pictures)
@@ -244,7 +244,7 @@ refuse("no one unit.*vessel.obj would be 12 mm if in mm"
 # a sheet that no lattice of the organ's spacing fills
 write_box(sheet.obj 0 0 0 400 300 3)
 refuse("calot_fat of .*sheet.obj cannot be filled.*--unit"
-  --organ "calot_fat=${FOLDER}/sheet.obj" --unit mm --scale 0.1)
+  --organ "calot_fat=${FOLDER}/sheet.obj" --scale 0.0001)
 refuse("no organ 'spleen'" --organ "spleen=${FOLDER}/own.msh")
 refuse("NAME=FILE" --organ gallbladder)
 refuse("nowhere.vtk" --organ "gallbladder=${FOLDER}/nowhere.vtk")
