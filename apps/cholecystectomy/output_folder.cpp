@@ -41,6 +41,10 @@ std::vector<fs::path> files_of_report(const fs::path& folder) {
 OutputFolder::OutputFolder(fs::path folder)
     : folder_(std::move(folder)), part_(folder_ / "run.part") {
   fs::create_directories(folder_);
+  const fs::path report = folder_ / kReportName;
+  if (fs::exists(report) && !fs::is_regular_file(report)) {
+    throw pbdsurg::FileError(report.string() + ": is there, and is no file that may be replaced");
+  }
   fs::remove_all(part_);
   fs::create_directory(part_);
 }

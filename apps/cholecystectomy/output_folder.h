@@ -22,7 +22,7 @@ inline constexpr const char* kReportName = "report.json";
 class OutputFolder {
  public:
   /// Makes the folder where it is missing, and `run.part` anew: that of a run that was killed goes.
-  /// @throws std::filesystem::filesystem_error  if nothing can be written there
+  /// @throws pbdsurg::FileError, std::filesystem::filesystem_error  if nothing can be written there
   explicit OutputFolder(std::filesystem::path folder);
 
   /// Removes `run.part`, unless publish() failed.

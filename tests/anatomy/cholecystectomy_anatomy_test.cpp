@@ -143,4 +143,14 @@ TEST_CASE("cholecystectomy anatomy: what cannot be made is refused", "[unit]") {
   CHECK_THROWS_AS(filled_shape(TetMesh()), InvalidMesh);
 }
 
+// Would catch a refusal that leaves open which of several organs it means.
+TEST_CASE("cholecystectomy anatomy: what is too thin to fill is refused by its name", "[unit]") {
+  const ImplicitShape thread = sphere_shape({0, 0, 0}, 1e-4);
+  CHECK_THROWS_AS(fill_organ(Organ::calot_fat, thread), InvalidMesh);
+  CholecystectomyOptions options = with_stand_ins();
+  options.own.insert_or_assign(Organ::calot_fat, thread);
+  CHECK_THROWS_WITH(make_cholecystectomy_anatomy(options),
+                    testing::ContainsSubstring("calot_fat: no sound mesh"));
+}
+
 }  // namespace pbdsurg
