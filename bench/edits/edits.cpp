@@ -48,7 +48,7 @@ std::list<NamedMesh> make_meshes(const Arguments& arguments, std::vector<std::st
 SolverOptions options_on(BackendKind backend, int threads) {
   SolverOptions options = SolverOptions::paper();
   options.backend = backend;
-  options.threads = threads;
+  options.threads = backend == BackendKind::threaded ? threads : 0;
   options.coloring = {.repair = true};
   options.composition = PlanComposition::automatic;
   return options;

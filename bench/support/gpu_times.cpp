@@ -126,6 +126,7 @@ double check_against_serial(const Scene& scene, const RepeatedStep& fast,
   strict_options.math = MathMode::strict;
   SolverOptions serial_options = options;
   serial_options.backend = BackendKind::serial;
+  serial_options.device_strategy = DeviceStrategy::automatic;
   RepeatedStep strict(scene, strict_options, conditions);
   RepeatedStep serial(scene, serial_options, conditions);
   strict.run();

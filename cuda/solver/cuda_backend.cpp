@@ -187,11 +187,6 @@ class CudaBackend final : public Backend {
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
     const bool projects = data.options.method == SolverMethod::projection;
-    if (wanted == DeviceStrategy::cluster && !projects) {
-      throw BackendUnavailable(
-          "a cluster sweeps constraints; the vertex-block method takes the strategies stream and "
-          "graph");
-    }
     if (wanted == DeviceStrategy::cluster ||
         (wanted == DeviceStrategy::automatic && projects && is_for_cluster(plan_.stages()))) {
       sweeps_ = make_cluster_sweeps(data);

@@ -54,6 +54,18 @@ void check_coloring_options(const ColoringOptions& options) {
                             std::to_string(static_cast<int>(options.order)));
   }
   check_disc_options(options.disc);
+  if (options.order != GreedyOrder::natural && options.algorithm != ColoringAlgorithm::greedy) {
+    throw InvalidArgument(std::string("order is ") + name_of(options.order) +
+                          ", which nothing would read; it needs the algorithm greedy, not " +
+                          name_of(options.algorithm));
+  }
+  if (options.disc.palette != Palette::clique_bound &&
+      options.algorithm != ColoringAlgorithm::random_disc) {
+    throw InvalidArgument(
+        std::string("palette is conflicts, which nothing would read; it needs the algorithm "
+                    "random_disc, not ") +
+        name_of(options.algorithm));
+  }
   static_cast<void>(resolve_threads(options.threads));
   if (options.max_colors < 0) {
     throw InvalidArgument("max_colors is " + std::to_string(options.max_colors) +

@@ -39,6 +39,10 @@ void check_disc_options(const RandomDiscOptions& options) {
     throw InvalidArgument("shrink is " + std::to_string(options.shrink) +
                           "; it must be >= 1 and finite");
   }
+  if (options.shrink != RandomDiscOptions{}.shrink && options.palette != Palette::conflicts) {
+    throw InvalidArgument("shrink is " + std::to_string(options.shrink) +
+                          ", which nothing would read; it needs Palette::conflicts");
+  }
 }
 
 Coloring color_random_disc(const ConstraintVertices& constraints, std::uint64_t seed, int threads,

@@ -11,7 +11,6 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
-#include "coloring/coloring_options.h"
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
 #include "solver/growth.h"
@@ -19,63 +18,11 @@
 #include "solver/scene_checks.h"
 #include "solver/solver_data.h"
 #include "solver/solver_input.h"
+#include "solver/solver_options.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
 namespace {
-
-template <class Choice>
-void check_choice(const char* what, Choice choice, Choice last) {
-  if (choice > last) {
-    throw InvalidArgument(std::string("unknown ") + what + " " +
-                          std::to_string(static_cast<int>(choice)));
-  }
-}
-
-void check_options(const SolverOptions& options) {
-  if (options.substeps < 1) {
-    throw InvalidArgument("substeps is " + std::to_string(options.substeps) + "; it must be >= 1");
-  }
-  if (options.iterations < 1) {
-    throw InvalidArgument("iterations is " + std::to_string(options.iterations) +
-                          "; it must be >= 1");
-  }
-  if (!(options.damping >= 0) || !std::isfinite(options.damping)) {
-    throw InvalidArgument("damping is " + std::to_string(options.damping) +
-                          " 1/s; it must be >= 0 and finite");
-  }
-  if (!(options.over_relaxation >= 1) || !(options.over_relaxation < 2)) {
-    throw InvalidArgument("over_relaxation is " + std::to_string(options.over_relaxation) +
-                          "; it must be in [1, 2)");
-  }
-  if (options.contact_capacity < 0) {
-    throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
-                          "; it must be >= 0");
-  }
-  if (options.threads < 0) {
-    throw InvalidArgument("threads is " + std::to_string(options.threads) +
-                          "; it must be >= 1, or 0 for one a processor");
-  }
-  if (options.copies < 1) {
-    throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
-  }
-  for (const auto& [what, count] :
-       {std::pair("vertices", options.spare.vertices), std::pair("tets", options.spare.tets),
-        std::pair("edges", options.spare.edges), std::pair("links", options.spare.links)}) {
-    if (count < 0) {
-      throw InvalidArgument(std::string("spare room for ") + what + " is " + std::to_string(count) +
-                            "; it must be >= 0");
-    }
-  }
-  check_choice("backend kind", options.backend, BackendKind::cuda);
-  check_choice("math mode", options.math, MathMode::strict);
-  check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
-  check_choice("way of waiting", options.wait, ThreadWait::block);
-  check_choice("method", options.method, SolverMethod::vertex_block);
-  check_choice("mode", options.mode, ProjectionMode::compliance);
-  check_coloring_options(options.coloring);
-  check_choice("composition", options.composition, PlanComposition::nested);
-}
 
 // Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
 // launches. The vertex-block method knows no joint plan.

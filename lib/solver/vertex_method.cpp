@@ -178,7 +178,7 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 
 ColoringOptions vertex_coloring(const SolverOptions& options) {
   ColoringOptions coloring = options.coloring;
-  if (coloring.order == GreedyOrder::natural) {
+  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order == GreedyOrder::natural) {
     coloring.order = GreedyOrder::saturation;
   }
   return coloring;

@@ -21,6 +21,7 @@ TEST_CASE("color: a name stands for the function, and the seed reaches it", "[un
   options.order = GreedyOrder::smallest_last;
   CHECK(color_constraints(constraints, options) ==
         color_greedy(constraints, GreedyOrder::smallest_last));
+  options.order = GreedyOrder::natural;
   options.algorithm = ColoringAlgorithm::luby;
   CHECK(color_constraints(constraints, options) == color_luby(constraints, 11));
   options.algorithm = ColoringAlgorithm::jones_plassmann;

@@ -54,6 +54,7 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
   const SolverOptions options = options_of(variant, strategy);
   SolverOptions alone = options;
   alone.backend = BackendKind::serial;
+  alone.device_strategy = DeviceStrategy::automatic;
 
   const testing::CopiesComparison result = testing::compare_copies(
       make_eventful_scene(variant.mode, variant.damping), options, alone, 5, 40);

@@ -12,6 +12,7 @@
 #include "pbdsurg/solver/tissue.h"
 
 #include "solver/solver_data.h"
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
@@ -192,6 +193,7 @@ TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
   SolverOptions options = serial_options(variant);
   options.backend = backend;
+  options.threads = testing::threads_of(backend);
   options.substeps = 10;
   options.iterations = 10;  // sweeps in another order come to the same
   Solver late(scene, options), early(with_guests(scene, variant.mode), options);

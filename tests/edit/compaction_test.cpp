@@ -17,6 +17,7 @@
 
 #include "solver/growth.h"
 #include "solver/solver_data.h"
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
@@ -203,6 +204,7 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
   scene.add_link({bead, first + block.vertex_count() - 1, 0.013F, {0.5F, 1e-3F}});
   SolverOptions options = serial_options(variant, 2);
   options.backend = backend;
+  options.threads = testing::threads_of(backend);
   options.substeps = 10;
   options.iterations = 10;  // sweeps in another order come to the same
   Solver solver(scene, options), unchanged(scene, options);

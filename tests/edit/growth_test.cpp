@@ -9,6 +9,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 
 #include "solver/solver_data.h"
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
 #include "support/plan_checks.h"
@@ -102,8 +103,11 @@ TEST_CASE("growth: a link that comes later holds as one from the start", "[equiv
   Scene with = without;
   const Link link{3, block.vertex_count() + 3, 2e-3F, {1, 1e-3F}};
   with.add_link(link);
-  const SolverOptions options{
-      .method = method, .substeps = 20, .damping = 20, .backend = backend, .threads = 2};
+  const SolverOptions options{.method = method,
+                              .substeps = 20,
+                              .damping = 20,
+                              .backend = backend,
+                              .threads = testing::threads_of(backend)};
   Solver late(without, options), early(with, options);
   apply_edit(late, {.new_links = {link}});
   for (int i = 0; i < 300; ++i) {

@@ -208,6 +208,7 @@ TEST_CASE("cut: threads have the serial bits on cut tissue", "[equivalence]") {
   options.backend = BackendKind::serial;
   Solver serial(scene, options);
   options.backend = BackendKind::threaded;
+  options.threads = 2;
   Solver threaded(scene, options);
   Positions rest(scene.positions().begin(), scene.positions().end());
   for (std::uint64_t round = 0; round < 20; ++round) {

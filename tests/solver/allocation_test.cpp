@@ -13,6 +13,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/step_team.h"
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -93,7 +94,10 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
   const Index copies = GENERATE(1, 3);
-  Solver solver(scene, {.method = method, .copies = copies, .backend = backend, .threads = 2});
+  Solver solver(scene, {.method = method,
+                        .copies = copies,
+                        .backend = backend,
+                        .threads = testing::threads_of(backend)});
   solver.watch(std::array<Index, 3>{5, 1, 40});
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
@@ -123,9 +127,10 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(
-      scene,
-      {.backend = backend, .threads = 2, .composition = composition, .spare = {.links = 400}});
+  Solver solver(scene, {.backend = backend,
+                        .threads = testing::threads_of(backend),
+                        .composition = composition,
+                        .spare = {.links = 400}});
   TopologyEdit edit;
   EditResult result;
   long before = 0;
@@ -169,7 +174,7 @@ TEST_CASE("solver: a blade's edits within the spare room allocate nothing after 
   Scene scene;
   scene.add_body("block", mesh, limited);
   Solver solver(scene, {.backend = backend,
-                        .threads = 2,
+                        .threads = testing::threads_of(backend),
                         .composition = PlanComposition::separate,
                         .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
   EditResult result;
@@ -207,7 +212,7 @@ TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the 
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   Solver solver(scene, {.backend = backend,
-                        .threads = 2,
+                        .threads = testing::threads_of(backend),
                         .composition = PlanComposition::separate,
                         .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
   EditResult result;

@@ -9,6 +9,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/fake_device.h"
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/copies_program.h"
 #include "support/meshes.h"
@@ -44,6 +45,7 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
   SolverOptions options = testing::options_of(variant);
   options.contact_capacity = 20;
   options.backend = backend;
+  options.threads = testing::threads_of(backend);
   options.math = MathMode::fast;
   SolverOptions alone = options;
   if (backend == BackendKind::cuda) {

@@ -8,6 +8,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -274,7 +275,10 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
   const TetMesh box = testing::make_box({3, 2, 2}, kEdge);
   scene.add_body("box", box, elastic_material(box, 1000, 2e4));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  Solver solver(scene, {.method = method, .substeps = 2, .backend = backend, .threads = 2});
+  Solver solver(scene, {.method = method,
+                        .substeps = 2,
+                        .backend = backend,
+                        .threads = testing::threads_of(backend)});
   std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
   velocities.back().setConstant(std::numeric_limits<float>::max());
   solver.write_velocities(velocities);

@@ -179,8 +179,10 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
     SolverOptions options = vertex_options(3, 2);
     options.backend = backend;
     options.math = math;
-    options.threads = threads;
-    options.wait = ThreadWait::block;
+    if (backend == BackendKind::threaded) {
+      options.threads = threads;
+      options.wait = ThreadWait::block;
+    }
     options.over_relaxation = 1.2F;
     Solver solver(scene, options);
     const float top = 6.2F * static_cast<float>(kEdge);

@@ -10,6 +10,7 @@
 #include "pbdsurg/core/random.h"
 
 #include "solver/solver_data.h"
+#include "support/backend_threads.h"
 #include "support/edit_maker.h"
 #include "support/edit_spoiler.h"
 #include "support/eventful_program.h"
@@ -46,6 +47,8 @@ EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options, bool 
   if (has_twin || options.backend != BackendKind::serial) {
     SolverOptions serial = options;
     serial.backend = BackendKind::serial;
+    serial.threads = 0;
+    serial.device_strategy = DeviceStrategy::automatic;
     twin_.emplace(scene.scene, serial);
   }
 }
@@ -206,7 +209,7 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, BackendKind back
   SolverOptions options = all_options[option];
   options.backend = backend;
   options.math = MathMode::strict;
-  options.threads = 2;
+  options.threads = threads_of(backend);
   if (backend == BackendKind::cuda) {
     options.device_strategy = choices.one_of(
         std::array{DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster});

@@ -336,7 +336,6 @@ inline SolverOptions options_of(const Variant& variant) {
                         .over_relaxation = variant.over_relaxation,
                         .contact_capacity = variant.contact_capacity,
                         .math = MathMode::strict,
-                        .threads = 2,
                         .composition = variant.composition};
   options.coloring.max_colors = variant.max_colors;
   options.coloring.repair = variant.max_colors == 0;

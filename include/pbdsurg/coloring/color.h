@@ -9,6 +9,7 @@
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/random_disc.h"
+#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 
@@ -19,6 +20,8 @@ enum class ColoringAlgorithm : std::uint8_t {
   random_disc,      ///< see color_random_disc()
 };
 
+/// Options that name an algorithm are refused with another, unless they are as they were. Seed and
+/// threads go with all: they change nothing where nothing is drawn, or all is sequential.
 struct ColoringOptions {
   ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;
   GreedyOrder order = GreedyOrder::natural;  ///< of ColoringAlgorithm::greedy
@@ -32,7 +35,7 @@ struct ColoringOptions {
 };
 
 /// Colours constraints on the CPU. cuda/coloring.h has the same for a GPU, with the same result.
-/// @throws InvalidArgument  as the functions it calls
+/// @throws InvalidArgument  as the functions it calls, or naming the option of another algorithm
 [[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
                                          const ColoringOptions& options = {});
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 
@@ -21,7 +22,7 @@ enum class Palette : std::uint8_t {
 
 struct RandomDiscOptions {
   Palette palette = Palette::clique_bound;
-  double shrink = 2;  ///< >= 1; used by Palette::conflicts
+  double shrink = 2;  ///< >= 1, of Palette::conflicts; refused with another palette, unless 2
 };
 
 /// Rounds of random draws (Grable, Panconesi 2000; Fratarcangeli, Tibaldo, Pellacini 2016,

@@ -81,6 +81,9 @@ struct SpareRoom {
 
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
 /// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
+///
+/// What another option leaves without a reader is refused, unless it is at its default: nothing is
+/// ignored. BackendKind::automatic takes the options of every backend.
 struct SolverOptions {
   SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
@@ -93,7 +96,7 @@ struct SolverOptions {
   /// Where stiff bars had four sweeps a substep, 1.6 left their ends 1.5 to 25 times closer to
   /// where endless sweeps would; with two, 1.5 to 2.5 times. Soft tissue wants 1.3. Too much for
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
-  /// none.
+  /// none. Needs two iterations.
   float over_relaxation = 1;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   /// Of the scene, >= 1, stepped together: see Solver.
@@ -101,11 +104,13 @@ struct SolverOptions {
   BackendKind backend = BackendKind::automatic;
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
   DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
-  int threads = 0;  ///< of the threaded backend: 0 for one a processor, which has eight at most
-  ThreadWait wait = ThreadWait::yield;
+  /// Of the threaded backend: 0 for one a processor, which has eight at most. Others have 1.
+  int threads = 0;
+  ThreadWait wait = ThreadWait::yield;  ///< of the threaded backend
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
+  /// With the vertex-block method of strain limits alone, and never joint.
   PlanComposition composition = PlanComposition::automatic;
   SpareRoom spare{};  ///< each >= 0
 
@@ -146,10 +151,10 @@ class SolverData;
 class Solver {
  public:
   /// Copies the scene, colours its constraints and builds the step plan.
-  /// @throws InvalidArgument     naming the option out of range, or the Neo-Hookean body in
-  /// fraction
-  ///                             mode, or what the vertex-block method cannot follow: fractions,
-  ///                             joint plans, limits of colours, a compliance of zero
+  /// @throws InvalidArgument     naming the option out of range or without a reader, or the
+  ///                             Neo-Hookean body in fraction mode, or what the vertex-block method
+  ///                             cannot follow: fractions, joint plans, limits of colours,
+  ///                             clusters, a compliance of zero
   /// @throws BackendUnavailable  if the backend asked for is not there, saying why
   explicit Solver(const Scene& scene, const SolverOptions& options = {});
   ~Solver();

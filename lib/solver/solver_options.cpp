@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/solver_options.h"
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/core/error.h"
+
+#include "coloring/coloring_options.h"
+
+namespace pbdsurg {
+namespace {
+
+template <class Choice>
+void check_choice(const char* what, Choice choice, Choice last) {
+  if (choice > last) {
+    throw InvalidArgument(std::string("unknown ") + what + " " +
+                          std::to_string(static_cast<int>(choice)));
+  }
+}
+
+void check_ranges(const SolverOptions& options) {
+  if (options.substeps < 1) {
+    throw InvalidArgument("substeps is " + std::to_string(options.substeps) + "; it must be >= 1");
+  }
+  if (options.iterations < 1) {
+    throw InvalidArgument("iterations is " + std::to_string(options.iterations) +
+                          "; it must be >= 1");
+  }
+  if (!(options.damping >= 0) || !std::isfinite(options.damping)) {
+    throw InvalidArgument("damping is " + std::to_string(options.damping) +
+                          " 1/s; it must be >= 0 and finite");
+  }
+  if (!(options.over_relaxation >= 1) || !(options.over_relaxation < 2)) {
+    throw InvalidArgument("over_relaxation is " + std::to_string(options.over_relaxation) +
+                          "; it must be in [1, 2)");
+  }
+  if (options.contact_capacity < 0) {
+    throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
+                          "; it must be >= 0");
+  }
+  if (options.threads < 0) {
+    throw InvalidArgument("threads is " + std::to_string(options.threads) +
+                          "; it must be >= 1, or 0 for one a processor");
+  }
+  if (options.copies < 1) {
+    throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
+  }
+  for (const auto& [what, count] :
+       {std::pair("vertices", options.spare.vertices), std::pair("tets", options.spare.tets),
+        std::pair("edges", options.spare.edges), std::pair("links", options.spare.links)}) {
+    if (count < 0) {
+      throw InvalidArgument(std::string("spare room for ") + what + " is " + std::to_string(count) +
+                            "; it must be >= 0");
+    }
+  }
+  check_choice("backend kind", options.backend, BackendKind::cuda);
+  check_choice("math mode", options.math, MathMode::strict);
+  check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
+  check_choice("way of waiting", options.wait, ThreadWait::block);
+  check_choice("method", options.method, SolverMethod::vertex_block);
+  check_choice("mode", options.mode, ProjectionMode::compliance);
+  check_coloring_options(options.coloring);
+  check_choice("composition", options.composition, PlanComposition::nested);
+}
+
+[[noreturn]] void refuse_unread(const std::string& option, const char* rule) {
+  throw InvalidArgument(option + ", which nothing would read; " + rule);
+}
+
+// An option that others leave without a reader would do nothing, in silence. The automatic backend
+// may become any of them.
+void check_readers(const SolverOptions& options) {
+  const bool moves_vertices = options.method == SolverMethod::vertex_block;
+  if (options.over_relaxation != 1 && (!moves_vertices || options.iterations == 1)) {
+    refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
+                  moves_vertices ? "it needs 2 iterations or more, for it leaves out the last"
+                                 : "it needs the vertex-block method");
+  }
+  const bool may_take_any = options.backend == BackendKind::automatic;
+  if (!may_take_any && options.backend != BackendKind::threaded) {
+    if (options.threads > 1) {
+      refuse_unread("threads is " + std::to_string(options.threads),
+                    "it needs the threaded or the automatic backend");
+    }
+    if (options.wait != ThreadWait::yield) {
+      refuse_unread(options.wait == ThreadWait::spin ? "wait is spin" : "wait is block",
+                    "it needs the threaded or the automatic backend");
+    }
+  }
+  if (options.device_strategy == DeviceStrategy::automatic) {
+    return;
+  }
+  if (!may_take_any && options.backend != BackendKind::cuda) {
+    constexpr const char* kNames[] = {"automatic", "stream", "graph", "cluster"};
+    refuse_unread("device_strategy is " +
+                      std::string(kNames[static_cast<std::size_t>(options.device_strategy)]),
+                  "it needs the cuda or the automatic backend");
+  }
+  if (options.device_strategy == DeviceStrategy::cluster && moves_vertices) {
+    throw InvalidArgument(
+        "device_strategy is cluster, which sweeps constraints; the vertex-block method takes "
+        "automatic, stream and graph");
+  }
+}
+
+}  // namespace
+
+void check_options(const SolverOptions& options) {
+  check_ranges(options);
+  check_readers(options);
+}
+
+}  // namespace pbdsurg
