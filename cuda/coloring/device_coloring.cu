@@ -35,6 +35,8 @@
 namespace pbdsurg::cuda {
 
 struct DeviceColoring::Data {
+  static constexpr const char* kWho = "a device colouring";
+
   static constexpr std::size_t kScalars = 8;
 
   // Blocks a multiprocessor: for programs that go over all constraints in most phases, and for
@@ -501,11 +503,11 @@ void DeviceColoring::color(const ColoringOptions& options) {
   data.has_colors = true;
 }
 
-Index DeviceColoring::color_count() const noexcept {
+Index DeviceColoring::color_count() const {
   return data_->color_count;
 }
 
-const Index* DeviceColoring::device_colors() const noexcept {
+const Index* DeviceColoring::device_colors() const {
   return data_->has_colors ? data_->color_of.get() : nullptr;
 }
 

@@ -28,6 +28,12 @@ using Eigen::Vector3d;
 constexpr double kMostFibres = 1e8;
 constexpr double kFacing = 0.5;  // cosine of 60 degrees
 
+void check_two(const TetMesh& first, const TetMesh& second) {
+  if (&first == &second) {
+    throw InvalidArgument("a mesh would be linked to itself; a membrane joins two");
+  }
+}
+
 // Ascending.
 std::vector<Index> vertices_of(std::span<const BoundaryTriangle> triangles) {
   std::vector<Index> vertices;
@@ -174,6 +180,7 @@ double longest_edge(const TetMesh& mesh) {
 
 std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
                                          double max_distance) {
+  check_two(first, second);
   check_positive("the longest membrane link", max_distance, " m");
   const auto x = second.positions();
   const PointCells cells(x, vertices_of(find_boundary(second.tets())), max_distance);
@@ -198,6 +205,7 @@ std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& se
 
 std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
                                           const ScatterOptions& options) {
+  check_two(first, second);
   check(options);
   const auto x = first.positions();
   const auto y = second.positions();
@@ -230,6 +238,7 @@ std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& s
 
 std::vector<MembraneLink> links_by_area(const TetMesh& first, const TetMesh& second,
                                         const ScatterOptions& options) {
+  check_two(first, second);
   check(options);
   if (first.tets().empty() || second.tets().empty()) {
     return {};
@@ -277,6 +286,10 @@ std::vector<MembraneLink> links_by_area(const TetMesh& first, const TetMesh& sec
 
 MeshData membrane_sheet(const TetMesh& first, const TetMesh& second,
                         std::span<const MembraneLink> links) {
+  for (const MembraneLink& link : links) {
+    check_id("vertex", link.first, first.positions().size());
+    check_id("vertex", link.second, second.positions().size());
+  }
   MeshData sheet;
   std::vector<Index> link_of(static_cast<std::size_t>(first.vertex_count()), kInvalidIndex);
   for (std::size_t i = 0; i < links.size(); ++i) {

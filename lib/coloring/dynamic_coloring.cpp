@@ -41,6 +41,8 @@ enum class Role : std::uint8_t {
 }  // namespace
 
 struct DynamicColoring::Data {
+  static constexpr const char* kWho = "a dynamic colouring";
+
   struct Move {
     Index id;
     Index from;
@@ -705,23 +707,23 @@ ColoringUpdate DynamicColoring::apply(const ConstraintEdit& edit) {
   return data_->apply(edit);
 }
 
-int DynamicColoring::arity() const noexcept {
+int DynamicColoring::arity() const {
   return data_->constraints.arity();
 }
 
-Index DynamicColoring::vertex_count() const noexcept {
+Index DynamicColoring::vertex_count() const {
   return data_->at_vertex.vertex_count();
 }
 
-Index DynamicColoring::constraint_count() const noexcept {
+Index DynamicColoring::constraint_count() const {
   return data_->ids_there;
 }
 
-Index DynamicColoring::id_count() const noexcept {
+Index DynamicColoring::id_count() const {
   return static_cast<Index>(data_->color_of.size());
 }
 
-bool DynamicColoring::contains(Index id) const noexcept {
+bool DynamicColoring::contains(Index id) const {
   return data_->contains(id);
 }
 
@@ -735,50 +737,51 @@ Index DynamicColoring::color(Index id) const {
   return data_->color_of[id];
 }
 
-Index DynamicColoring::color_count() const noexcept {
+Index DynamicColoring::color_count() const {
   return data_->color_count();
 }
 
-std::span<const Index> DynamicColoring::color_sizes() const noexcept {
+std::span<const Index> DynamicColoring::color_sizes() const {
   return data_->sizes;
 }
 
-Index DynamicColoring::clique_bound() const noexcept {
+Index DynamicColoring::clique_bound() const {
   return data_->valences.most();
 }
 
-double DynamicColoring::relative_deviation() const noexcept {
+double DynamicColoring::relative_deviation() const {
   return data_->relative_deviation();
 }
 
-bool DynamicColoring::recoloring_pays() const noexcept {
+bool DynamicColoring::recoloring_pays() const {
   const double deviation = relative_deviation() - data_->full_deviation;
   return color_count() - clique_bound() > data_->full_excess + 2 ||
          (deviation > 0.1 && deviation * constraint_count() > color_count());
 }
 
 ColoringExtract DynamicColoring::extract() const {
+  const Data& data = *data_;
   ColoringExtract result;
   result.arity = arity();
   result.vertex_count = vertex_count();
   result.ids.reserve(static_cast<std::size_t>(constraint_count()));
-  result.vertices.reserve(static_cast<std::size_t>(data_->entries));
+  result.vertices.reserve(static_cast<std::size_t>(data.entries));
   result.coloring.color_count = color_count();
   result.coloring.color_of.reserve(static_cast<std::size_t>(constraint_count()));
   if (arity() == 0) {
     result.offsets.push_back(0);
   }
   for (Index id = 0; id < id_count(); ++id) {
-    if (!contains(id)) {
+    if (!data.contains(id)) {
       continue;
     }
-    const auto of_id = data_->constraints[id];
+    const auto of_id = data.constraints[id];
     result.ids.push_back(id);
     result.vertices.insert(result.vertices.end(), of_id.begin(), of_id.end());
     if (arity() == 0) {
       result.offsets.push_back(static_cast<Index>(result.vertices.size()));
     }
-    result.coloring.color_of.push_back(data_->color_of[id]);
+    result.coloring.color_of.push_back(data.color_of[id]);
   }
   return result;
 }

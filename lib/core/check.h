@@ -5,6 +5,7 @@
 /// Checks of what callers give.
 
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include "pbdsurg/core/error.h"
@@ -41,6 +42,14 @@ inline void check_range(const char* what, double value, double low, double high)
   if (!(value >= low) || !(value <= high)) {
     throw InvalidArgument(std::string(what) + " is " + describe(value) + "; it must be in [" +
                           describe(low) + ", " + describe(high) + "]");
+  }
+}
+
+/// @throws InvalidArgument  naming the id, unless it is in [0, count)
+inline void check_id(const char* what, long long id, std::size_t count) {
+  if (id < 0 || static_cast<unsigned long long>(id) >= count) {
+    throw InvalidArgument(std::string("there is no ") + what + " " + std::to_string(id) +
+                          "; ids must be in [0, " + std::to_string(count) + ")");
   }
 }
 

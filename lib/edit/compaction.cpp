@@ -197,6 +197,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
 }  // namespace
 
 struct Compaction::Parts {
+  static constexpr const char* kWho = "a compaction";
+
   std::shared_ptr<const char> origin;  // the solver's identity
   Backend::Maker make_backend;
   SolverData copy;

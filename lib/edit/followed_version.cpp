@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/edit/compaction.h"
 
 namespace pbdsurg {
@@ -29,7 +30,14 @@ void check_map(const char* what, const std::vector<Index>& ids, std::size_t coun
 
 }  // namespace
 
+void FollowedVersion::check_not_moved_from(const char* who) const {
+  if (now_ == kMovedFrom) {
+    throw_moved_from(who);
+  }
+}
+
 void FollowedVersion::check(const Solver& solver, const char* who) const {
+  check_not_moved_from(who);
   if (solver.topology_version() != now_) {
     throw InvalidArgument(std::string(who) + " is at topology version " + std::to_string(now_) +
                           ", the solver at " + std::to_string(solver.topology_version()) +
@@ -38,6 +46,7 @@ void FollowedVersion::check(const Solver& solver, const char* who) const {
 }
 
 void FollowedVersion::renumber(const Solver& solver, const Renumbering& ids, const char* who) {
+  check_not_moved_from(who);
   if (ids.version_before != now_) {
     throw InvalidArgument(std::string(who) + " is at topology version " + std::to_string(now_) +
                           ", the compaction was of version " + std::to_string(ids.version_before));

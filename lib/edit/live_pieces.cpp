@@ -11,6 +11,7 @@
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "core/check.h"
 #include "edit/renumbering.h"
 #include "solver/solver_data.h"
 
@@ -64,9 +65,19 @@ LivePieces::LivePieces(const Solver& solver) : followed_(solver) {
   first_freed_ = first_freed_before_ = count();
 }
 
+const LivePieces::Piece& LivePieces::checked(Index piece) const {
+  check_id("piece", piece, static_cast<std::size_t>(count()));
+  return pieces_[piece];
+}
+
+Index LivePieces::piece_of(Index tet) const {
+  check_id("tet", tet, static_cast<std::size_t>(tets_.size()));
+  return tets_[tet].piece;
+}
+
 std::vector<Index> LivePieces::tets(Index piece) const {
   std::vector<Index> result;
-  for (Index t = pieces_[piece].first_tet; t != kInvalidIndex; t = tets_[t].next) {
+  for (Index t = checked(piece).first_tet; t != kInvalidIndex; t = tets_[t].next) {
     result.push_back(t);
   }
   std::sort(result.begin(), result.end());

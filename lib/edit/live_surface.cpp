@@ -10,6 +10,7 @@
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "core/check.h"
 #include "edit/renumbering.h"
 #include "solver/solver_data.h"
 
@@ -58,6 +59,12 @@ void LiveSurface::number(const Solver& solver) {
   const SolverData& data = solver_data(solver);
   tets_ = {own.first_tet, own.tet_count, data.first_later_tet(body_)};
   vertices_ = {own.first_vertex, own.vertex_count, data.first_later_vertex(body_)};
+}
+
+bool LiveSurface::is_on_surface(Index vertex) const {
+  followed_.check_not_moved_from(kWho);
+  check_id("vertex", vertex, static_cast<std::size_t>(vertices_.scene(vertex_triangles_.size())));
+  return vertices_.has(vertex) && vertex_triangles_[vertices_.local(vertex)] > 0;
 }
 
 void LiveSurface::renumber(const Solver& solver, const Renumbering& ids) {

@@ -175,6 +175,9 @@ void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& resul
     throw InvalidArgument(
         "an edit is taken back with the participants that it had, in their order");
   }
+  for (const EditParticipant* participant : participants) {
+    participant->validate(solver, {});  // each is where apply() left it, unless it was moved from
+  }
   const auto is_of_edit = [&](Index place) {  // new vertices have the places that follow
     return static_cast<std::size_t>(place) >= data.journal.vertex_count;
   };

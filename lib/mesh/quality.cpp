@@ -6,6 +6,8 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "mesh/vertex_ids.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -56,6 +58,7 @@ double radius_ratio(std::span<const Eigen::Vector3d> positions, const Tet& tet) 
 }
 
 std::vector<Index> count_vertex_tets(Index vertex_count, std::span<const Tet> tets) {
+  check_vertex_ids(vertex_count, tets);
   std::vector<Index> counts(static_cast<std::size_t>(vertex_count), 0);
   for (const Tet& tet : tets) {
     for (const Index v : tet) {
@@ -67,6 +70,7 @@ std::vector<Index> count_vertex_tets(Index vertex_count, std::span<const Tet> te
 
 std::vector<double> edge_lengths(std::span<const Eigen::Vector3d> positions,
                                  std::span<const Edge> edges) {
+  check_vertex_ids(static_cast<Index>(positions.size()), edges);
   std::vector<double> lengths;
   lengths.reserve(edges.size());
   for (const Edge& edge : edges) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/write_file.h"
 
 #include "output.h"
@@ -31,6 +32,9 @@ MeshSeries::MeshSeries(std::filesystem::path path) : path_(std::move(path)) {
 }
 
 void MeshSeries::add_frame(double time, const MeshData& mesh, const MeshFields& fields) {
+  if (path_.empty()) {
+    throw_moved_from("a mesh series");
+  }
   if (!std::isfinite(time) || (!times_.empty() && time < times_.back())) {
     throw InvalidArgument("the time of frame " + std::to_string(times_.size()) + " is " +
                           std::to_string(time) +

@@ -13,6 +13,8 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "mesh/vertex_ids.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -126,6 +128,7 @@ bool is_flat(std::span<const Eigen::Vector3d> positions, const Tet& tet) {
 }
 
 Index orient_tets(std::span<const Eigen::Vector3d> positions, std::span<Tet> tets) {
+  check_vertex_ids(static_cast<Index>(positions.size()), std::span<const Tet>(tets));
   Index swapped = 0;
   for (Tet& tet : tets) {
     if (tet_volume(positions, tet) < 0) {

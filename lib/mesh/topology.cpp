@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
+
+#include "mesh/vertex_ids.h"
 
 namespace pbdsurg {
 namespace {
@@ -22,6 +25,7 @@ Index find_root(std::vector<Index>& parent, Index v) {
 
 template <class Element>
 Components components_of(Index vertex_count, std::span<const Element> elements) {
+  check_vertex_ids(vertex_count, elements);
   std::vector<Index> parent(static_cast<std::size_t>(vertex_count));
   std::iota(parent.begin(), parent.end(), 0);
   std::vector<bool> used(parent.size(), false);
@@ -63,7 +67,12 @@ std::vector<Edge> find_edges(std::span<const Tet> tets) {
 
 Index find_edge(std::span<const Edge> edges, Index a, Index b) {
   const Edge key{std::min(a, b), std::max(a, b)};
-  return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), key) - edges.begin());
+  const auto place = std::lower_bound(edges.begin(), edges.end(), key);
+  if (place == edges.end() || *place != key) {
+    throw InvalidArgument("there is no edge between vertices " + std::to_string(a) + " and " +
+                          std::to_string(b) + " in the list");
+  }
+  return static_cast<Index>(place - edges.begin());
 }
 
 std::vector<std::array<Index, 6>> find_tet_edges(std::span<const Tet> tets,
@@ -119,6 +128,7 @@ std::vector<BoundaryTriangle> find_boundary(std::span<const Tet> tets) {
 }
 
 IndexLists find_vertex_tets(Index vertex_count, std::span<const Tet> tets) {
+  check_vertex_ids(vertex_count, tets);
   IndexLists lists;
   lists.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
   for (const Tet& tet : tets) {

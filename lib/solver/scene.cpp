@@ -9,6 +9,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/check.h"
 #include "solver/scene_checks.h"
 
 namespace pbdsurg {
@@ -163,6 +164,11 @@ void Scene::set_gravity(const Eigen::Vector3f& gravity) {
     throw InvalidArgument("gravity must be finite");
   }
   gravity_ = gravity;
+}
+
+bool Scene::is_fixed(Index vertex) const {
+  check_id("vertex", vertex, fixed_.size());
+  return fixed_[vertex];
 }
 
 const Body& Scene::body(Index index) const {

@@ -11,6 +11,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
 
+#include "core/check.h"
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
 #include "solver/growth.h"
@@ -98,13 +99,6 @@ void check_size(const char* what, std::size_t size, std::size_t expected) {
   }
 }
 
-void check_id(const char* what, Index id, std::size_t count) {
-  if (id < 0 || static_cast<std::size_t>(id) >= count) {
-    throw InvalidArgument(std::string("there is no ") + what + " " + std::to_string(id) +
-                          "; ids must be in [0, " + std::to_string(count) + ")");
-  }
-}
-
 void check_finite(const char* what, std::span<const Eigen::Vector3f> values) {
   for (std::size_t v = 0; v < values.size(); ++v) {
     if (!values[v].allFinite()) {
@@ -127,10 +121,10 @@ SolverOptions SolverOptions::paper() {
   return options;
 }
 
-SolverData& solver_data(Solver& solver) noexcept {
+SolverData& solver_data(Solver& solver) {
   return *solver.data_;
 }
-const SolverData& solver_data(const Solver& solver) noexcept {
+const SolverData& solver_data(const Solver& solver) {
   return *solver.data_;
 }
 
@@ -143,17 +137,19 @@ Solver::Solver(const Scene& scene, const SolverOptions& options) {
                           " vertices; a solver takes " + std::to_string(kMostParticles) +
                           " at most");
   }
+  std::unique_ptr<SolverData> data;
   std::unique_ptr<Backend> backend;
   if (options.backend == BackendKind::cuda || options.backend == BackendKind::automatic) {
-    backend = make_cuda_backend(scene, options, data_);
+    backend = make_cuda_backend(scene, options, data);
   }
   if (backend == nullptr) {
     backend = make_host_backend(options);
-    if (data_ == nullptr || options.composition == PlanComposition::automatic) {
-      data_ = make_data(scene, options, PlanComposition::nested);
+    if (data == nullptr || options.composition == PlanComposition::automatic) {
+      data = make_data(scene, options, PlanComposition::nested);
     }
   }
-  data_->backend = std::move(backend);
+  data->backend = std::move(backend);
+  data_ = std::move(data);
 }
 
 Solver::~Solver() = default;
@@ -194,17 +190,17 @@ StepReport Solver::last_report(Index copy) const {
   return state.last_report;
 }
 
-const SolverOptions& Solver::options() const noexcept {
+const SolverOptions& Solver::options() const {
   return data_->options;
 }
-const StepPlan& Solver::plan() const noexcept {
+const StepPlan& Solver::plan() const {
   return data_->plan;
 }
-const char* Solver::backend_name() const noexcept {
+const char* Solver::backend_name() const {
   return data_->backend->name();
 }
 
-std::size_t Solver::memory_bytes() const noexcept {
+std::size_t Solver::memory_bytes() const {
   const SolverData& data = *data_;
   const auto bytes_of = [](const auto&... arrays) {
     return (... + (arrays.capacity() * sizeof(arrays[0])));
@@ -233,7 +229,7 @@ std::size_t Solver::memory_bytes() const noexcept {
          data.backend->memory_bytes();
 }
 
-Index Solver::vertex_count() const noexcept {
+Index Solver::vertex_count() const {
   return static_cast<Index>(data_->particles.size());
 }
 
@@ -247,8 +243,9 @@ void Solver::read_positions(std::span<Eigen::Vector3f> out, Index copy) const {
   const CopyState& state = checked_copy(*data_, copy);
   check_size("the buffer for positions", out.size(), state.particles.size());
   data_->fetch_state(copy);
+  const std::vector<Index>& places = data_->place_of_vertex;
   for (std::size_t v = 0; v < out.size(); ++v) {
-    const Particle& p = state.particles[data_->place_of_vertex[v]];
+    const Particle& p = state.particles[places[v]];
     out[v] = {p.x, p.y, p.z};
   }
 }
@@ -257,15 +254,17 @@ void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Ve
                             Index copy) const {
   checked_copy(*data_, copy);
   check_size("the buffer for positions", out.size(), vertices.size());
+  const std::size_t vertex_count = data_->particles.size();
   for (const Index v : vertices) {
-    check_id("vertex", v, data_->particles.size());
+    check_id("vertex", v, vertex_count);
   }
   data_->read_positions(copy, vertices, out);
 }
 
 void Solver::watch(std::span<const Index> vertices) {
+  const std::size_t vertex_count = data_->particles.size();
   for (const Index v : vertices) {
-    check_id("vertex", v, data_->particles.size());
+    check_id("vertex", v, vertex_count);
   }
   data_->finish_running_step();
   std::vector<Index> places;
@@ -295,8 +294,9 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions, Index c
   check_size("the array of positions", positions.size(), state.particles.size());
   check_finite("position", positions);
   data_->finish_running_step();
+  const std::vector<Index>& places = data_->place_of_vertex;
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    const Index place = data_->place_of_vertex[v];
+    const Index place = places[v];
     Particle& p = state.particles[place];
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
     state.velocities[place] = {};
@@ -323,9 +323,9 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index
   check_size("the array of velocities", velocities.size(), state.velocities.size());
   check_finite("velocity", velocities);
   data_->fetch_state(copy);  // positions stay
+  const std::vector<Index>& places = data_->place_of_vertex;
   for (std::size_t v = 0; v < velocities.size(); ++v) {
-    state.velocities[data_->place_of_vertex[v]] = {velocities[v].x(), velocities[v].y(),
-                                                   velocities[v].z()};
+    state.velocities[places[v]] = {velocities[v].x(), velocities[v].y(), velocities[v].z()};
   }
   data_->changes.state[copy] = true;
 }
@@ -482,7 +482,7 @@ Eigen::Vector3f Solver::tool_force(Index tool, Index copy) const {
   return state.force;
 }
 
-std::span<const Body> Solver::bodies() const noexcept {
+std::span<const Body> Solver::bodies() const {
   return data_->bodies;
 }
 const Body& Solver::body(Index index) const {
@@ -508,13 +508,13 @@ Index Solver::body_of_tet(Index tet) const {
   return data_->body_of_tet(tet);
 }
 
-std::span<const Tet> Solver::tets() const noexcept {
+std::span<const Tet> Solver::tets() const {
   return data_->tets;
 }
-std::span<const Edge> Solver::edges() const noexcept {
+std::span<const Edge> Solver::edges() const {
   return data_->edges;
 }
-std::span<const Link> Solver::links() const noexcept {
+std::span<const Link> Solver::links() const {
   return data_->links;
 }
 
@@ -567,7 +567,7 @@ float Solver::rest_volume(Index tet) const {
   return data_->volumes.record(tet).parameters[VolumeConstraint::kRest];
 }
 
-std::uint64_t Solver::topology_version() const noexcept {
+std::uint64_t Solver::topology_version() const {
   return data_->topology_version;
 }
 

@@ -69,6 +69,8 @@ class Backend;
 /// another copy, that one's.
 class SolverData : public CopyState {
  public:
+  static constexpr const char* kWho = "a solver";
+
   /// By which it is known again; whoever holds on to it keeps others from having the same.
   std::shared_ptr<const char> identity = std::make_shared<const char>();
   SolverOptions options;
@@ -330,7 +332,7 @@ void for_each_tube_tet(const SolverData& data, Visit visit) {
   }
 }
 
-SolverData& solver_data(Solver& solver) noexcept;
-const SolverData& solver_data(const Solver& solver) noexcept;
+SolverData& solver_data(Solver& solver);
+const SolverData& solver_data(const Solver& solver);
 
 }  // namespace pbdsurg

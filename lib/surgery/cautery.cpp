@@ -39,6 +39,10 @@ CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies
   check_positive("link_energy", options.link_energy, " J");
   check_positive("link_conductance", options.link_conductance, " S");
   if (options.model.removal == RemovalRule::water) {
+    if (options.boiled_shrinkage != CauteryOptions{}.boiled_shrinkage) {
+      throw InvalidArgument("boiled_shrinkage is " + describe(options.boiled_shrinkage) +
+                            ", which nothing would read; it needs RemovalRule::boiled_vertices");
+    }
     for (const ThermalBody& body : bodies) {
       const TissueProperties& tissue = options.model.tissue ? *options.model.tissue : body.tissue;
       if (!(tissue.water_fraction > 0)) {
@@ -58,6 +62,8 @@ bool is_empty(const TopologyEdit& edit) {
 }  // namespace
 
 struct Cautery::Work {
+  static constexpr const char* kWho = "a cautery";
+
   Work(const Solver& solver, std::span<const ThermalBody> bodies, const CauteryOptions& wanted)
       : field(solver, bodies, wanted.model, wanted.heat),
         options(checked(solver, bodies, wanted)),
@@ -104,24 +110,25 @@ Cautery::~Cautery() = default;
 Cautery::Cautery(Cautery&&) noexcept = default;
 Cautery& Cautery::operator=(Cautery&&) noexcept = default;
 
-const HeatField& Cautery::field() const noexcept {
+const HeatField& Cautery::field() const {
   return work_->field;
 }
-const PotentialField& Cautery::potential() const noexcept {
+const PotentialField& Cautery::potential() const {
   return work_->current.potential();
 }
-double Cautery::link_energy_spent() const noexcept {
+double Cautery::link_energy_spent() const {
   return work_->link_energy;
 }
-double Cautery::electrode_energy() const noexcept {
+double Cautery::electrode_energy() const {
   return work_->electrode_energy;
 }
-double Cautery::removal_energy() const noexcept {
+double Cautery::removal_energy() const {
   return work_->changes.spent();
 }
 
 HeatState Cautery::state(Index tet) const {
   const ThermalMesh& mesh = work_->field.mesh();
+  check_id("tet", tet, mesh.tets().size());
   if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
     return HeatState::normal;
   }

@@ -18,6 +18,8 @@
 namespace pbdsurg {
 namespace {
 
+constexpr char kWho[] = "connective tissue";  // in errors
+
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
@@ -35,6 +37,10 @@ void check(const StrandOptions& options) {
   }
   if (!(options.slack >= 0) || !(options.slack <= 1)) {
     throw InvalidArgument("slack is " + describe(options.slack) + "; it must be in [0, 1]");
+  }
+  if (options.particle_mass != StrandOptions{}.particle_mass && options.segments == 1) {
+    throw InvalidArgument("particle_mass is " + describe(options.particle_mass) +
+                          " kg, which nothing would read; it needs two segments or more");
   }
   if (options.slack > 0 && options.segments == 1) {
     throw InvalidArgument("slack is " + describe(options.slack) +
@@ -133,8 +139,13 @@ Index find_strand(std::span<const Strand> strands, Index link) {
 
 Index ConnectiveTissue::join(Scene& scene, Index first, Index second,
                              std::span<const MembraneLink> links, const StrandOptions& options) {
+  followed_.check_not_moved_from(kWho);
   check(options);
   const Body from = scene.body(first), to = scene.body(second);
+  if (first == second) {
+    throw InvalidArgument("body '" + from.name + "' (" + std::to_string(first) +
+                          ") would be joined to itself; strands join two bodies");
+  }
   for (std::size_t i = 0; i < links.size(); ++i) {
     const MembraneLink& link = links[i];
     for (const auto& [body, vertex] : {std::pair(&from, link.first), std::pair(&to, link.second)}) {
@@ -215,6 +226,11 @@ void ConnectiveTissue::collect_whole(std::span<const Link> links) noexcept {
   }
 }
 
+bool ConnectiveTissue::is_whole(Index strand) const {
+  check_id("strand", strand, is_whole_.size());
+  return is_whole_[strand];
+}
+
 double ConnectiveTissue::share_lost(StrandLoss cause) const noexcept {
   if (strands_.empty()) {
     return 0;
@@ -230,7 +246,7 @@ void ConnectiveTissue::read_ends(const Solver& solver) {
     throw InvalidArgument("strand " + std::to_string(strands_.size() - 1) +
                           " has links that the solver lacks; join organs before making a solver");
   }
-  followed_.check(solver, "connective tissue");
+  followed_.check(solver, kWho);
   events_.reserve(strands_.size());  // apply() allocates nothing
   positions_.resize(ends_.size());
   solver.read_positions(ends_, positions_);
@@ -303,7 +319,7 @@ void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
                           " links, the compaction was of a solver with " +
                           std::to_string(ids.links.size()));
   }
-  followed_.renumber(solver, ids, "connective tissue");
+  followed_.renumber(solver, ids, kWho);
   const auto count_left = [&](Index first, Index end) {
     return static_cast<Index>(std::count_if(ids.links.begin() + first, ids.links.begin() + end,
                                             [](Index id) { return id != kInvalidIndex; }));
@@ -324,7 +340,7 @@ void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
 }
 
 void ConnectiveTissue::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, "connective tissue");
+  followed_.check(solver, kWho);
 }
 
 void ConnectiveTissue::apply(const Solver& solver, const TopologyEdit& edit,

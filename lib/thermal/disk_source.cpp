@@ -9,6 +9,9 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
+
+#include "core/check.h"
 
 namespace pbdsurg {
 namespace {
@@ -66,10 +69,14 @@ DiskSource::DiskSource() : is_taken_(kPoints) {
 double DiskSource::distribute(const DiskContact& contact,
                               std::span<const Eigen::Vector3f> positions, std::span<const Tet> tets,
                               std::span<const Index> near, std::vector<VertexShare>& shares) {
+  if (shells_.empty()) {
+    throw_moved_from("a disk source");
+  }
   check_contact(contact);
   for (const Index t : near) {
-    if (t < 0 || t >= static_cast<Index>(tets.size())) {
-      throw InvalidArgument("there is no tetrahedron " + std::to_string(t));
+    check_id("tet", t, tets.size());
+    for (const Index v : tets[t]) {
+      check_id("vertex", v, positions.size());
     }
   }
   Eigen::Matrix3d to_disk;  // rows are the axes

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
@@ -40,29 +41,26 @@ void check_power(const char* what, Index id, double power) {
   }
 }
 
-[[noreturn]] void refuse_id(const char* what, Index id, Index count) {
-  throw InvalidArgument(std::string(what) + " " + std::to_string(id) + "; ids must be in [0, " +
-                        std::to_string(count) + ")");
-}
-
-void check_id(const char* what, Index id, Index count) {
-  if (id < 0 || id >= count) {
-    refuse_id(what, id, count);
-  }
-}
-
 }  // namespace
 
 HeatField::RegionPointer::RegionPointer(const HeatOptions& options)
     : region_(std::make_unique<HeatRegion>(options.threads, options.wait, options.backend)) {}
-HeatField::RegionPointer::RegionPointer(const RegionPointer& other)
-    : region_(std::make_unique<HeatRegion>(*other.region_)) {}
+HeatField::RegionPointer::RegionPointer(const RegionPointer& other) {
+  other.check();
+  region_ = std::make_unique<HeatRegion>(*other.region_);
+}
 HeatField::RegionPointer::RegionPointer(RegionPointer&&) noexcept = default;
 HeatField::RegionPointer& HeatField::RegionPointer::operator=(RegionPointer other) noexcept {
   region_.swap(other.region_);
   return *this;
 }
 HeatField::RegionPointer::~RegionPointer() = default;
+
+void HeatField::RegionPointer::check() const {
+  if (region_ == nullptr) {
+    throw_moved_from("a heat field");
+  }
+}
 
 HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model,
                      const HeatOptions& options)
@@ -85,7 +83,8 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
   }
 }
 
-const std::shared_ptr<StepTeam>& HeatField::team() const noexcept {
+const std::shared_ptr<StepTeam>& HeatField::team() const {
+  region_.check();
   return region_->team();
 }
 
@@ -99,17 +98,25 @@ void HeatField::resize(std::size_t vertex_count) {
 }
 
 double HeatField::capacity(Index vertex) const {
+  check_id("vertex", vertex, temperatures_.size());
   const double mass = mesh_.mass(vertex);
   return mass > 0 ? mass * specific_heat(tissue(vertex), water_[vertex]) : 0;
 }
 
-int HeatField::boiled_vertices(Index tet) const {
-  const Tet& corners = mesh_.tets()[tet];
-  return static_cast<int>(
-      std::count_if(corners.begin(), corners.end(), [&](Index v) { return has_boiled(v); }));
+bool HeatField::has_boiled(Index vertex) const {
+  check_id("vertex", vertex, peaks_.size());
+  return is_boiled(vertex);
 }
 
-std::span<const Index> HeatField::active_vertices() const noexcept {
+int HeatField::boiled_vertices(Index tet) const {
+  check_id("tet", tet, mesh_.tets().size());
+  const Tet& corners = mesh_.tets()[tet];
+  return static_cast<int>(
+      std::count_if(corners.begin(), corners.end(), [&](Index v) { return is_boiled(v); }));
+}
+
+std::span<const Index> HeatField::active_vertices() const {
+  region_.check();
   return region_->vertices();
 }
 
@@ -151,7 +158,7 @@ void HeatField::set_temperatures(std::span<const Index> vertices,
                           std::to_string(temperatures.size()) + " temperatures; one each");
   }
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    check_id("temperature of vertex", vertices[i], mesh_.vertex_count());
+    check_id("vertex", vertices[i], temperatures_.size());
     if (!mesh_.has_tissue(vertices[i])) {
       throw InvalidArgument("temperature of vertex " + std::to_string(vertices[i]) +
                             ", which has no tissue");
@@ -175,22 +182,23 @@ void HeatField::set_temperatures(std::span<const Index> vertices,
 
 void HeatField::hold(std::span<const Index> vertices) {
   for (const Index v : vertices) {
-    check_id("held vertex", v, mesh_.vertex_count());
+    check_id("vertex", v, temperatures_.size());
   }
   held_.assign(vertices.begin(), vertices.end());
 }
 
 void HeatField::check(double dt, std::span<const HeatSource> sources,
                       std::span<const TetHeatSource> tet_sources) const {
+  region_.check();
   if (!(dt > 0) || !std::isfinite(dt)) {
     throw InvalidArgument("dt is " + std::to_string(dt) + " s; it must be positive and finite");
   }
   for (const HeatSource& source : sources) {
-    check_id("heat source at vertex", source.vertex, mesh_.vertex_count());
+    check_id("vertex", source.vertex, temperatures_.size());
     check_power("heat source at vertex", source.vertex, source.power);
   }
   for (const TetHeatSource& source : tet_sources) {
-    check_id("heat source at tet", source.tet, mesh_.tet_count());
+    check_id("tet", source.tet, mesh_.tets().size());
     check_power("heat source at tet", source.tet, source.power);
   }
 }

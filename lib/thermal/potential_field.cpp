@@ -113,9 +113,10 @@ PotentialField::PotentialField(const ThermalMesh& mesh, const PotentialOptions& 
 
 PotentialField::PotentialField(const HeatField& field, const PotentialOptions& options) {
   const PotentialOptions wanted = checked(options);
+  const std::shared_ptr<StepTeam>& team = field.team();
   const bool is_alike =
       field.options_.threads == wanted.threads && field.options_.wait == wanted.wait;
-  work_ = std::make_unique<Work>(field.mesh(), wanted, is_alike ? field.team() : nullptr);
+  work_ = std::make_unique<Work>(field.mesh(), wanted, is_alike ? team : nullptr);
 }
 
 PotentialField::~PotentialField() = default;

@@ -57,6 +57,9 @@ void SurfaceMap::update(const LiveSurface& surface, const SurfaceFields& fields)
 // Follows the surface.
 void SurfaceMap::begin(const LiveSurface& surface, const SurfaceFields& fields,
                        std::span<const Index> changed) {
+  if (temperatures_.empty()) {  // as at first, or moved from
+    seen_surface_ = 0;
+  }
   surface.collect_changes(seen_surface_, ranges_);
   check(surface, fields, changed, ranges_);
   seen_surface_ = surface.version();

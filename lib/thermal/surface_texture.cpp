@@ -30,6 +30,9 @@ SurfaceTexture::SurfaceTexture(Index texels) : texels_(texels) {
 }
 
 void SurfaceTexture::update(const LiveSurface& surface, const SurfaceMap& map) {
+  if (triangles_.empty()) {  // as at first, or moved from
+    seen_surface_ = seen_map_ = 0;
+  }
   surface.collect_changes(seen_surface_, ranges_);
   for (const auto [first, end] : ranges_) {
     for (Index slot = first; slot < end; ++slot) {

@@ -8,6 +8,7 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "support/bad_ids.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -245,21 +246,30 @@ TEST_CASE("membrane: links by area hold what lies inside, too", "[unit]") {
 
 TEST_CASE("membrane: nothing near, no link; no sense, no answer", "[unit]") {
   const TetMesh mesh = ball({0, 0, 0});
-  CHECK(membrane_links(mesh, ball({1, 0, 0}), 0.008).empty());
+  const TetMesh other = ball({1, 0, 0});
+  CHECK(membrane_links(mesh, other, 0.008).empty());
   CHECK(membrane_links(mesh, TetMesh(), 0.008).empty());
-  CHECK_THROWS_AS(membrane_links(mesh, mesh, 0), InvalidArgument);
-  CHECK(scattered_links(mesh, ball({1, 0, 0}), {}).empty());
+  CHECK_THROWS_AS(membrane_links(mesh, other, 0), InvalidArgument);
+  CHECK(scattered_links(mesh, other, {}).empty());
   CHECK(scattered_links(TetMesh(), mesh, {}).empty());
-  CHECK(links_by_area(mesh, ball({1, 0, 0}), {}).empty());
+  CHECK(links_by_area(mesh, other, {}).empty());
   CHECK(links_by_area(mesh, TetMesh(), {}).empty());
   CHECK(links_by_area(TetMesh(), mesh, {}).empty());
-  CHECK_THROWS_WITH(links_by_area(mesh, mesh, {.max_distance = -1}),
+  CHECK_THROWS_WITH(links_by_area(mesh, other, {.max_distance = -1}),
                     ContainsSubstring("max_distance is -1 m"));
-  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.max_distance = -1}),
+  CHECK_THROWS_WITH(scattered_links(mesh, other, {.max_distance = -1}),
                     ContainsSubstring("max_distance is -1 m"));
-  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.density = 0}),
+  CHECK_THROWS_WITH(scattered_links(mesh, other, {.density = 0}),
                     ContainsSubstring("density is 0 fibres"));
-  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {.density = 1e30}), ContainsSubstring("1e8"));
+  CHECK_THROWS_WITH(scattered_links(mesh, other, {.density = 1e30}), ContainsSubstring("1e8"));
+  CHECK_THROWS_WITH(membrane_links(mesh, mesh, 0.008), ContainsSubstring("to itself"));
+  CHECK_THROWS_WITH(scattered_links(mesh, mesh, {}), ContainsSubstring("to itself"));
+  CHECK_THROWS_WITH(links_by_area(mesh, mesh, {}), ContainsSubstring("to itself"));
+  for (const Index bad : testing::bad_ids(mesh.vertex_count())) {
+    const MembraneLink forth{bad, 0, 1e-3}, back{0, bad, 1e-3};
+    CHECK_THROWS_AS(membrane_sheet(mesh, mesh, std::span(&forth, 1)), InvalidArgument);
+    CHECK_THROWS_AS(membrane_sheet(mesh, mesh, std::span(&back, 1)), InvalidArgument);
+  }
 }
 
 }  // namespace pbdsurg

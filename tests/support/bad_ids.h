@@ -5,6 +5,7 @@
 /// Ids that must be refused.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -14,6 +15,11 @@
 #include "support/choices.h"
 
 namespace pbdsurg::testing {
+
+/// Some out of [0, count): just beyond either end, and as far as ids go.
+[[nodiscard]] inline std::array<Index, 4> bad_ids(Index count) {
+  return {-1, count, std::numeric_limits<Index>::min(), std::numeric_limits<Index>::max()};
+}
 
 /// Out of [0, count).
 [[nodiscard]] inline Index bad_id(Index count, Choices& choices) {

@@ -616,6 +616,8 @@ TEST_CASE("cautery: bad values are refused by name", "[unit]") {
                     ContainsSubstring("electrode_cooling"));
   CHECK_THROWS_WITH(make(0, setup.mesh, {.tearing_rate = 0}), ContainsSubstring("tearing_rate"));
   CHECK_THROWS_WITH(make(0, setup.mesh, {.tearing_loss = 2}), ContainsSubstring("tearing_loss"));
+  CHECK_THROWS_WITH(make(0, setup.mesh, {.boiled_shrinkage = 0.2}),
+                    ContainsSubstring("boiled_shrinkage is 0.2, which nothing would read"));
   CHECK_THROWS_WITH(make(0, setup.mesh, {.link_energy = -1}), ContainsSubstring("link_energy"));
   const ThermalBody twice[] = {{0, &setup.mesh, kFat}, {0, &setup.mesh, kFat}};
   CHECK_THROWS_WITH(Cautery(solver, twice), ContainsSubstring("given twice"));

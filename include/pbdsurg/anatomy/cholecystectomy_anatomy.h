@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "pbdsurg/anatomy/organs.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
@@ -30,7 +31,7 @@ struct MembraneLink {
 /// the
 ///                      gap is 1 mm, and the inner side of the wall stays out of reach
 /// @return  ascending by `first`; of equally near vertices that of the smaller id
-/// @throws InvalidArgument  if the distance is out of range
+/// @throws InvalidArgument  if the distance is out of range, or both are one mesh
 /// @note Cost: O(n log n) while few vertices of `second` lie within max_distance of one point.
 [[nodiscard]] std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
                                                        double max_distance);
@@ -47,7 +48,8 @@ struct ScatterOptions {
 /// neither body. Fibres with the same ends are one link.
 ///
 /// @return  ascending by `first`, then `second`
-/// @throws InvalidArgument  naming the option out of range, or for more than 1e8 fibres
+/// @throws InvalidArgument  naming the option out of range, or for more than 1e8 fibres, or if both
+///                          are one mesh
 /// @note Cost: O(n log n + fibres) while few vertices lie within max_distance of one point and
 ///       triangles are of similar size.
 [[nodiscard]] std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
@@ -70,6 +72,7 @@ struct ScatterOptions {
 ///
 /// @return  point i belongs to link i, so that a viewer moves it to the middle of that link; cut
 ///          links take their triangles away
+/// @throws InvalidArgument  naming the vertex of a link that its mesh lacks
 [[nodiscard]] MeshData membrane_sheet(const TetMesh& first, const TetMesh& second,
                                       std::span<const MembraneLink> links);
 

@@ -7,6 +7,7 @@
 
 #include <array>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 

@@ -6,6 +6,7 @@
 /// same colour.
 
 #include "pbdsurg/coloring/constraint_vertices.h"
+#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 

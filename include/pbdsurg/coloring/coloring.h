@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/coloring/constraint_vertices.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {

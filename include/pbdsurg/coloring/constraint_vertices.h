@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <span>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/topology.h"
 
@@ -48,6 +49,7 @@ struct ConstraintVertices {
     return arity == 0 ? static_cast<Index>(offsets.size()) - 1
                       : static_cast<Index>(vertices.size() / static_cast<std::size_t>(arity));
   }
+  /// @param constraint  in [0, constraint_count()), which is not checked
   [[nodiscard]] std::span<const Index> operator[](Index constraint) const noexcept {
     const auto at = static_cast<std::size_t>(constraint);
     if (arity == 0) {

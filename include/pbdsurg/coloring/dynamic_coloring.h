@@ -4,12 +4,13 @@
 /// @file
 /// A colouring that lives on while constraints come and go.
 
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 
 namespace pbdsurg {
 
@@ -72,8 +73,7 @@ struct ColoringExtract {
 /// Colours keep their numbers. One that has lost all its constraints stays, and is the first to be
 /// filled; but after an edit the last colour is never empty.
 ///
-/// An object that was moved from can only be destroyed or assigned to. The result depends on the
-/// calls and their order alone. Memory: colours / 8 bytes a vertex, and
+/// The result depends on the calls and their order alone. Memory: colours / 8 bytes a vertex, and
 /// about 10 bytes for each vertex that a constraint names, and 8 for each constraint.
 class DynamicColoring {
  public:
@@ -103,29 +103,29 @@ class DynamicColoring {
   ///                          fit the arity, or more than 2^31 - 1 vertices named in all
   ColoringUpdate apply(const ConstraintEdit& edit);
 
-  [[nodiscard]] int arity() const noexcept;  ///< vertices a constraint, 0 where it varies
-  [[nodiscard]] Index vertex_count() const noexcept;
-  [[nodiscard]] Index constraint_count() const noexcept;  ///< those that are there
-  [[nodiscard]] Index id_count() const noexcept;          ///< ids are in [0, id_count)
-  [[nodiscard]] bool contains(Index id) const noexcept;
+  [[nodiscard]] int arity() const;  ///< vertices a constraint, 0 where it varies
+  [[nodiscard]] Index vertex_count() const;
+  [[nodiscard]] Index constraint_count() const;  ///< those that are there
+  [[nodiscard]] Index id_count() const;          ///< ids are in [0, id_count)
+  [[nodiscard]] bool contains(Index id) const;
   /// Until the next edit.
   /// @throws InvalidArgument  if there is no such constraint
   [[nodiscard]] std::span<const Index> vertices(Index id) const;
   /// @throws InvalidArgument  if there is no such constraint
   [[nodiscard]] Index color(Index id) const;
 
-  [[nodiscard]] Index color_count() const noexcept;
-  [[nodiscard]] std::span<const Index> color_sizes() const noexcept;  ///< [color_count]
+  [[nodiscard]] Index color_count() const;
+  [[nodiscard]] std::span<const Index> color_sizes() const;  ///< [color_count]
   /// Most constraints at one vertex now. Cost: O(1).
-  [[nodiscard]] Index clique_bound() const noexcept;
+  [[nodiscard]] Index clique_bound() const;
   /// Standard deviation of the colours' sizes / their mean. Cost: O(1).
-  [[nodiscard]] double relative_deviation() const noexcept;
+  [[nodiscard]] double relative_deviation() const;
 
   /// Whether colouring all anew would pay: compared with the last full colouring, more than two
   /// further colours above the clique bound, or a deviation larger by more than 0.1 and by more
   /// than one constraint. Never true straight after adopt(), so it cannot ask again and again for
   /// what the mesh does not allow.
-  [[nodiscard]] bool recoloring_pays() const noexcept;
+  [[nodiscard]] bool recoloring_pays() const;
 
   /// Cost: O(vertices named).
   [[nodiscard]] ColoringExtract extract() const;
@@ -138,7 +138,7 @@ class DynamicColoring {
 
  private:
   struct Data;
-  std::unique_ptr<Data> data_;
+  Owned<Data> data_;
 };
 
 }  // namespace pbdsurg

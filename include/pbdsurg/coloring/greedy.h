@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 

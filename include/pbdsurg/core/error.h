@@ -6,6 +6,9 @@
 ///
 /// Exceptions leave construction, reading and editing. A simulation step never throws for physics:
 /// it returns a StepReport.
+///
+/// What was moved from can be destroyed and assigned to. To all other calls it is empty, or throws
+/// InvalidArgument.
 
 #include <stdexcept>
 #include <string>

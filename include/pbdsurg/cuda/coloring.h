@@ -4,17 +4,16 @@
 /// @file
 /// Colouring on a CUDA device, with the same result as on the CPU, bit for bit.
 
-#include <memory>
-
 #include "pbdsurg/coloring/color.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 
 namespace pbdsurg::cuda {
 
 /// Constraints in the memory of the current device, and colourings of them that are made there.
 ///
 /// Buffers are kept between calls, so the second colouring with the same options allocates nothing
-/// on the device. One object is used by one thread at a time; one that was moved from can only be
-/// destroyed or assigned to.
+/// on the device. One object is used by one thread at a time.
 class DeviceColoring {
  public:
   /// Copies the constraints to the device.
@@ -40,10 +39,10 @@ class DeviceColoring {
   void color(const ColoringOptions& options);
 
   /// Of the last colouring; none before the first.
-  [[nodiscard]] Index color_count() const noexcept;
+  [[nodiscard]] Index color_count() const;
 
   /// [constraint_count] in device memory, as Coloring::color_of; nullptr if there is none
-  [[nodiscard]] const Index* device_colors() const noexcept;
+  [[nodiscard]] const Index* device_colors() const;
 
   /// The last colouring, copied to the host.
   /// @throws DeviceError  naming the CUDA call that failed
@@ -51,7 +50,7 @@ class DeviceColoring {
 
  private:
   struct Data;
-  std::unique_ptr<Data> data_;
+  Owned<Data> data_;
 };
 
 /// All of it in one call: there, colour, back.

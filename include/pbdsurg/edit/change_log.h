@@ -30,8 +30,11 @@ class ChangeLog {
   /// Grows with every change. Above zero.
   [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
 
+  /// @param slot  not negative, which is not checked
   void note(Index slot) noexcept {
-    slots_[version_ % slots_.size()] = slot;
+    if (!slots_.empty()) {  // as they are once moved from
+      slots_[version_ % slots_.size()] = slot;
+    }
     ++version_;
   }
 

@@ -5,9 +5,10 @@
 /// A solver without what is dead in it, made while it goes on.
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -70,7 +71,7 @@ class Compaction {
 
  private:
   struct Parts;
-  std::unique_ptr<Parts> parts_;
+  Owned<Parts> parts_;
 };
 
 }  // namespace pbdsurg

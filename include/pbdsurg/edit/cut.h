@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"

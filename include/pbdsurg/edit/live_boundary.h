@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -47,21 +48,22 @@ class LivePieces final : public EditParticipant {
   /// Pieces from here on are those that the last edit freed, then those of bodies it brought.
   [[nodiscard]] Index first_freed() const noexcept { return first_freed_; }
 
-  /// The piece of a live tetrahedron, kInvalidIndex of one that is gone. @param tet  of the scene
-  [[nodiscard]] Index piece_of(Index tet) const { return tets_[tet].piece; }
+  /// The piece of a live tetrahedron, kInvalidIndex of one that is gone.
+  /// @throws InvalidArgument  naming the tetrahedron that is not of the scene
+  [[nodiscard]] Index piece_of(Index tet) const;
 
-  // of a piece in [0, count())
+  // @throws InvalidArgument  all of these, naming the piece out of [0, count())
 
   /// The body that its tissue is from; kInvalidIndex once a compaction has left that out.
-  [[nodiscard]] Index body(Index piece) const { return pieces_[piece].body; }
+  [[nodiscard]] Index body(Index piece) const { return checked(piece).body; }
 
-  [[nodiscard]] Index tet_count(Index piece) const { return pieces_[piece].tet_count; }
+  [[nodiscard]] Index tet_count(Index piece) const { return checked(piece).tet_count; }
 
   /// Its tetrahedra, ascending. Cost: O(n log n) in these.
   [[nodiscard]] std::vector<Index> tets(Index piece) const;
 
   /// Whether it has a vertex that cannot move.
-  [[nodiscard]] bool is_anchored(Index piece) const { return pieces_[piece].anchor_count > 0; }
+  [[nodiscard]] bool is_anchored(Index piece) const { return checked(piece).anchor_count > 0; }
 
   /// Adds to an edit, before it is applied, the removal of parts that its removals would free and
   /// that have fewer than `smallest` tetrahedra, so that crumbs go in the same transaction. A part
@@ -119,6 +121,7 @@ class LivePieces final : public EditParticipant {
     Index leaving = 0;           // tetrahedra
   };
 
+  [[nodiscard]] const Piece& checked(Index piece) const;
   template <class Visit>
   void for_each_tet_at(const SolverData& data, Index vertex, Visit visit) const;
   void add_pieces(const Solver& solver, const Components& components, Index first_vertex);

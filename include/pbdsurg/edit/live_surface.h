@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/followed_version.h"
@@ -48,10 +49,9 @@ class LiveSurface final : public EditParticipant {
   /// [slot_count] where each triangle comes from; the tetrahedron is kInvalidIndex in empty slots.
   [[nodiscard]] std::span<const TetFace> origins() const noexcept { return origins_.values(); }
 
-  /// Whether any triangle is at a vertex. @param vertex  scene vertex, of the body
-  [[nodiscard]] bool is_on_surface(Index vertex) const {
-    return vertex_triangles_[vertices_.local(vertex)] > 0;
-  }
+  /// Whether any triangle is at a scene vertex: none is at those of other bodies.
+  /// @throws InvalidArgument  naming the vertex that is not of the scene
+  [[nodiscard]] bool is_on_surface(Index vertex) const;
 
   /// Grows with every slot that changes, back as well as forth. Above zero.
   [[nodiscard]] std::uint64_t version() const noexcept { return changes_.version(); }

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
@@ -105,7 +106,8 @@ class EditParticipant {
  public:
   virtual ~EditParticipant() = default;
 
-  /// Refuses an edit by throwing; must change nothing.
+  /// Refuses an edit by throwing; must change nothing. An empty edit asks, before an undo too,
+  /// whether this is still where the last edit left it.
   virtual void validate(const Solver& solver, const TopologyEdit& edit) const = 0;
 
   /// Follows an edit that all have accepted, after the solver did.
@@ -166,8 +168,8 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
 /// @param result        as it returned
 /// @param participants  those of the edit, in their order
 /// @throws InvalidArgument  if the last edit is another or was taken back, had other participants,
-/// or
-///                          brought a vertex that is watched; then nothing has changed
+///                          or one that was moved from since, or brought a vertex that is watched;
+///                          then nothing has changed
 void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
                std::span<EditParticipant* const> participants = {});
 

@@ -14,7 +14,8 @@
 namespace pbdsurg {
 
 /// An array whose writes since begin_edit() can be taken back. A write costs O(1) beside growth of
-/// the array and its log, which keep their room; undo costs O(writes since begin_edit()).
+/// the array and its log, which keep their room; undo costs O(writes since begin_edit()). Ids are
+/// not checked: it serves inner loops.
 template <class T>
 class UndoArray {
  public:

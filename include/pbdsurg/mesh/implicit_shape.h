@@ -9,6 +9,8 @@
 #include <memory>
 #include <span>
 
+#include "pbdsurg/core/error.h"
+
 namespace pbdsurg {
 
 /// A solid: the points where a distance-like function is negative.
@@ -29,6 +31,8 @@ class ImplicitShape {
   ///                       value's gradient
   /// @throws InvalidArgument  if there is no value function or the box is empty or not a number
   ImplicitShape(Value value, const Eigen::AlignedBox3d& bounds, ClosestPoint closest_point = {});
+  ImplicitShape(const ImplicitShape&) = default;  // a move copies, so that none is left empty
+  ImplicitShape& operator=(const ImplicitShape&) = default;
 
   /// Distance-like value at a point, m; negative inside.
   [[nodiscard]] double operator()(const Eigen::Vector3d& point) const {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
+
 namespace pbdsurg {
 
 enum class LengthUnit : std::uint8_t {

@@ -3,13 +3,15 @@
 
 /// @file
 /// Shape measures of tetrahedra, computed in double. None depends on the unit of length or on the
-/// orientation of a tetrahedron, edge lengths excepted.
+/// orientation of a tetrahedron, edge lengths excepted. Those of one tetrahedron serve inner loops:
+/// they do not check its ids.
 
 #include <Eigen/Core>
 #include <array>
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -25,9 +27,11 @@ namespace pbdsurg {
 [[nodiscard]] double radius_ratio(std::span<const Eigen::Vector3d> positions, const Tet& tet);
 
 /// [vertex_count] how many tetrahedra use each vertex.
+/// @throws InvalidArgument  as find_vertex_tets()
 [[nodiscard]] std::vector<Index> count_vertex_tets(Index vertex_count, std::span<const Tet> tets);
 
 /// [edge_count] m
+/// @throws InvalidArgument  naming the vertex that has no position
 [[nodiscard]] std::vector<double> edge_lengths(std::span<const Eigen::Vector3d> positions,
                                                std::span<const Edge> edges);
 

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/write.h"
 

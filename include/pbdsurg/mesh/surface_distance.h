@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
@@ -32,6 +33,8 @@ class SurfaceDistance {
   ///                      so that there is no inside
   /// @note Cost: O(n log n); about 20 ms for 15 000 triangles.
   SurfaceDistance(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
+  SurfaceDistance(const SurfaceDistance&) = default;  // a move copies, so that none is left empty
+  SurfaceDistance& operator=(const SurfaceDistance&) = default;
 
   /// Nearest point on any triangle, m.
   [[nodiscard]] Eigen::Vector3d closest_point(const Eigen::Vector3d& point) const;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -53,6 +54,8 @@ class TetMesh {
   std::vector<Tet> tets_;
 };
 
+// This and the next serve inner loops: they do not check the tetrahedron's ids.
+
 /// Signed volume of one tetrahedron, m^3.
 [[nodiscard]] double tet_volume(std::span<const Eigen::Vector3d> positions, const Tet& tet);
 
@@ -63,6 +66,7 @@ class TetMesh {
 /// Swaps two ids in each tetrahedron of negative volume, so that all that are not flat become
 /// positive.
 /// @return  how many tetrahedra were swapped
+/// @throws InvalidArgument  naming the vertex that has no position; then nothing has changed
 Index orient_tets(std::span<const Eigen::Vector3d> positions, std::span<Tet> tets);
 
 /// Sum of the signed volumes, m^3.

@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"

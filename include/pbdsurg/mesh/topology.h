@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -18,6 +19,7 @@ struct IndexLists {
   std::vector<Index> entries;     ///< [offsets.back()]
 
   [[nodiscard]] Index list_count() const noexcept { return static_cast<Index>(offsets.size()) - 1; }
+  /// @param list  in [0, list_count()), which is not checked
   [[nodiscard]] std::span<const Index> operator[](Index list) const noexcept {
     const auto at = static_cast<std::size_t>(list);
     return {entries.data() + offsets[at], entries.data() + offsets[at + 1]};
@@ -41,12 +43,13 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
 /// Unique edges, each with its smaller id first, sorted. Cost: O(T log T).
 [[nodiscard]] std::vector<Edge> find_edges(std::span<const Tet> tets);
 
-/// Where the edge between two vertices stands in a list from find_edges(). The edge must be there.
-/// Cost: O(log E).
+/// Where the edge between two vertices stands in a list from find_edges(). Cost: O(log E).
+/// @throws InvalidArgument  naming the edge that is not there
 [[nodiscard]] Index find_edge(std::span<const Edge> edges, Index a, Index b);
 
 /// The six edges of each tetrahedron, in the order of kTetEdges.
 /// @param edges  from find_edges() of the same tetrahedra
+/// @throws InvalidArgument  as find_edge()
 [[nodiscard]] std::vector<std::array<Index, 6>> find_tet_edges(std::span<const Tet> tets,
                                                                std::span<const Edge> edges);
 
@@ -55,6 +58,7 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
 [[nodiscard]] std::vector<BoundaryTriangle> find_boundary(std::span<const Tet> tets);
 
 /// For each vertex, the tetrahedra that use it, ascending. Cost: O(V + T).
+/// @throws InvalidArgument  naming the vertex out of [0, vertex_count), or that count if negative
 [[nodiscard]] IndexLists find_vertex_tets(Index vertex_count, std::span<const Tet> tets);
 
 /// Connected parts, joined through shared vertices.
@@ -64,6 +68,7 @@ struct Components {
 };
 
 /// Finds the connected parts of tetrahedra, numbered by their smallest vertex. Cost: O(V + T).
+/// @throws InvalidArgument  as find_vertex_tets()
 [[nodiscard]] Components find_components(Index vertex_count, std::span<const Tet> tets);
 
 /// Same for triangles.

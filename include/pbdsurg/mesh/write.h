@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/mesh_data.h"
 
 namespace pbdsurg {

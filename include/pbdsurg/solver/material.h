@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/material.h"
@@ -93,10 +94,9 @@ class Scene {
   /// [vertex_count] kg, lumped; zero for a vertex that no tetrahedron uses, which then never moves.
   [[nodiscard]] std::span<const double> masses() const noexcept { return masses_; }
 
-  /// Whether a vertex was fixed. @param vertex  in [0, vertex_count())
-  [[nodiscard]] bool is_fixed(Index vertex) const {
-    return fixed_[static_cast<std::size_t>(vertex)];
-  }
+  /// Whether a vertex was fixed.
+  /// @throws InvalidArgument  naming the vertex out of range
+  [[nodiscard]] bool is_fixed(Index vertex) const;
 
   /// [tet_count] scene vertex ids.
   [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }

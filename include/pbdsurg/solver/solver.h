@@ -7,13 +7,14 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/step_plan.h"
@@ -186,17 +187,17 @@ class Solver {
   [[nodiscard]] StepReport last_report(Index copy = 0) const;
 
   /// As given, but with the composition that was taken where that was automatic.
-  [[nodiscard]] const SolverOptions& options() const noexcept;
-  [[nodiscard]] const StepPlan& plan() const noexcept;
-  [[nodiscard]] const char* backend_name() const noexcept;
+  [[nodiscard]] const SolverOptions& options() const;
+  [[nodiscard]] const StepPlan& plan() const;
+  [[nodiscard]] const char* backend_name() const;
 
   /// Bytes that the solver's arrays hold, those on a device included, without what their allocator
   /// adds.
-  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+  [[nodiscard]] std::size_t memory_bytes() const;
 
   // --- state ---------------------------------------------------------------------------------
 
-  [[nodiscard]] Index vertex_count() const noexcept;
+  [[nodiscard]] Index vertex_count() const;
 
   /// [vertex_count] m
   [[nodiscard]] std::vector<Eigen::Vector3f> positions(Index copy = 0) const;
@@ -282,7 +283,7 @@ class Solver {
   // --- topology, of all copies: see edit/topology_edit.h for changes ---------------------------
 
   /// [body_count] all that there ever were: the scene's, then those that edits brought.
-  [[nodiscard]] std::span<const Body> bodies() const noexcept;
+  [[nodiscard]] std::span<const Body> bodies() const;
 
   /// @throws InvalidArgument  naming the index and how many bodies there are
   [[nodiscard]] const Body& body(Index index) const;
@@ -297,14 +298,14 @@ class Solver {
   [[nodiscard]] Index body_of_tet(Index tet) const;
 
   /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
-  [[nodiscard]] std::span<const Tet> tets() const noexcept;
+  [[nodiscard]] std::span<const Tet> tets() const;
 
   /// [edge_count] scene vertices of every edge there ever was, smaller first; ids are stable.
   /// Sorted until an edit adds vertices.
-  [[nodiscard]] std::span<const Edge> edges() const noexcept;
+  [[nodiscard]] std::span<const Edge> edges() const;
 
   /// [link_count] as given to the scene and to edits; ids are stable.
-  [[nodiscard]] std::span<const Link> links() const noexcept;
+  [[nodiscard]] std::span<const Link> links() const;
 
   /// The six edges of a tetrahedron, in the order of kTetEdges.
   [[nodiscard]] std::span<const Index, 6> tet_edges(Index tet) const;
@@ -325,13 +326,13 @@ class Solver {
   /// Names the topology: each edit gives it a number that it never had; undo_edit() goes back to
   /// the one before, with which snapshots from before the edit are valid again, and those from
   /// after it never.
-  [[nodiscard]] std::uint64_t topology_version() const noexcept;
+  [[nodiscard]] std::uint64_t topology_version() const;
 
  private:
-  friend SolverData& solver_data(Solver& solver) noexcept;
-  friend const SolverData& solver_data(const Solver& solver) noexcept;
+  friend SolverData& solver_data(Solver& solver);
+  friend const SolverData& solver_data(const Solver& solver);
 
-  std::unique_ptr<SolverData> data_;
+  Owned<SolverData> data_;
 };
 
 }  // namespace pbdsurg

@@ -31,6 +31,7 @@
 
 #include <cstdint>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/material.h"
 

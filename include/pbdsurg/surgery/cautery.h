@@ -6,10 +6,11 @@
 /// that part.
 
 #include <Eigen/Core>
-#include <memory>
 #include <optional>
 #include <span>
 
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
@@ -49,8 +50,8 @@ struct CauteryOptions {
   /// steam before it is dry.
   double tearing_rate = 0.3;
   double tearing_loss = 0.02;
-  /// By RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
-  /// vertices shrink, [0, 0.9].
+  /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
+  /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
   double link_energy = 0.8;  ///< J that part one link: 0.5 mm^3 of membrane boiled dry
   /// S of a link at the electrode's axis, falling to 0 at the contact radius: that of a strand of
@@ -131,24 +132,25 @@ class Cautery final : public EditParticipant {
                        const std::optional<GeneratorSettings>& generator, double dt,
                        std::span<EditParticipant* const> participants = {});
 
-  [[nodiscard]] const HeatField& field() const noexcept;
+  [[nodiscard]] const HeatField& field() const;
 
   /// Around the electrode, at the start of the last substep in which the generator was on and the
   /// potential was solved: not by CauteryReport::is_disk. Without vertices if nothing was touched.
-  [[nodiscard]] const PotentialField& potential() const noexcept;
+  [[nodiscard]] const PotentialField& potential() const;
 
-  /// State of a tetrahedron; normal where the hook may not burn. @param tet  of the scene
+  /// State of a tetrahedron; normal where the hook may not burn.
+  /// @throws InvalidArgument  naming the tetrahedron that is not of the scene
   [[nodiscard]] HeatState state(Index tet) const;
 
   /// What went into links, J.
-  [[nodiscard]] double link_energy_spent() const noexcept;
+  [[nodiscard]] double link_energy_spent() const;
 
   /// Heat that the electrode's metal took instead of the tissue under it, J.
-  [[nodiscard]] double electrode_energy() const noexcept;
+  [[nodiscard]] double electrode_energy() const;
 
   /// J that it would have cost to warm and boil dry all that heat removed: at most what was
   /// delivered to tissue.
-  [[nodiscard]] double removal_energy() const noexcept;
+  [[nodiscard]] double removal_energy() const;
 
   /// Goes along with a compaction of the solver: heat, water, what links have taken, what waits to
   /// go, the electrode's warmth and all sums go on as they are; contact and current are found again
@@ -165,7 +167,7 @@ class Cautery final : public EditParticipant {
 
  private:
   struct Work;
-  std::unique_ptr<Work> work_;
+  Owned<Work> work_;
 };
 
 }  // namespace pbdsurg

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/cut.h"
@@ -33,8 +34,9 @@ struct StrandOptions {
   double tear_stretch = 2;
   double least_length = 0.2e-3;  ///< m, positive: shorter links stretch and tear as if so long
   double slack = 0;              ///< in [0, 1]: how much longer than the gap; needs two segments
-  /// kg, positive. With much less than stiffness substep^2 / length of a link, one sweep a substep
-  /// leaves strands too long: soft, and soon torn. A millimetre of tissue 2 mm^2 across has 2e-6.
+  /// kg, positive; of two segments or more. With much less than stiffness substep^2 / length of a
+  /// link, one sweep a substep leaves strands too long: soft, and soon torn. A millimetre of tissue
+  /// 2 mm^2 across has 2e-6.
   double particle_mass = 2e-5;
   std::uint64_t seed = 1;  ///< of the side to which a slack strand bows
 };
@@ -77,15 +79,16 @@ class ConnectiveTissue final : public EditParticipant {
   /// several segments bring a body of particles, "strands from A to B".
   /// @param links  in vertices of the two bodies
   /// @return       the index of the first new strand; strand i is of links[i]
-  /// @throws InvalidArgument  naming the option, the body or the link out of range, and as
-  ///                          Scene::add_particles(); then nothing has changed
+  /// @throws InvalidArgument  naming the option, the body or the link out of range, or the body
+  /// that
+  ///                          would be joined to itself, and as Scene::add_particles(); then
+  ///                          nothing has changed
   Index join(Scene& scene, Index first, Index second, std::span<const MembraneLink> links,
              const StrandOptions& options = {});
 
   [[nodiscard]] std::span<const Strand> strands() const noexcept { return strands_; }
-  [[nodiscard]] bool is_whole(Index strand) const {
-    return is_whole_[static_cast<std::size_t>(strand)];
-  }
+  /// @throws InvalidArgument  naming the strand that there is not
+  [[nodiscard]] bool is_whole(Index strand) const;
   [[nodiscard]] Index whole_count() const noexcept { return static_cast<Index>(whole_.size()); }
 
   /// Strands that parted, in their order; undoing an edit takes its events back. Read what is new

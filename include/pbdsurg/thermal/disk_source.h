@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -59,7 +60,8 @@ class DiskSource {
   /// @return  how much of the half-space's power they cover, [0, 1]
   /// @throws InvalidArgument  naming the radius that is not positive and finite, a centre that is
   ///                          not finite, an inward direction that is not of length one, or the
-  ///                          tetrahedron that is not there; then nothing has changed
+  ///                          tetrahedron, or the corner of one, that is not there; then nothing
+  ///                          has changed
   double distribute(const DiskContact& contact, std::span<const Eigen::Vector3f> positions,
                     std::span<const Tet> tets, std::span<const Index> near,
                     std::vector<VertexShare>& shares);

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "pbdsurg/core/error.h"
+
 namespace pbdsurg {
 
 enum class GeneratorMode : std::uint8_t {

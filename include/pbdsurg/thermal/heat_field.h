@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
@@ -163,20 +164,20 @@ class HeatField final : public EditParticipant {
   /// share that is char, 0 to 1, never falling
   [[nodiscard]] std::span<const double> charred() const noexcept { return charred_; }
 
+  // @throws InvalidArgument  the next three, naming the vertex or tetrahedron out of range
+
   /// J/K of living tissue at a vertex, with the water that is left. Cost: O(tets at it).
   [[nodiscard]] double capacity(Index vertex) const;
 
   /// Whether a vertex has ever reached the boiling temperature.
-  [[nodiscard]] bool has_boiled(Index vertex) const {
-    return peaks_[static_cast<std::size_t>(vertex)] >= kBoilingTemperature;
-  }
+  [[nodiscard]] bool has_boiled(Index vertex) const;
 
   /// How many of a tetrahedron's vertices have boiled.
   [[nodiscard]] int boiled_vertices(Index tet) const;
 
   /// Vertices that the last step worked on, ascending. Valid until the next call that changes
   /// anything.
-  [[nodiscard]] std::span<const Index> active_vertices() const noexcept;
+  [[nodiscard]] std::span<const Index> active_vertices() const;
 
   [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
 
@@ -204,6 +205,8 @@ class HeatField final : public EditParticipant {
     RegionPointer& operator=(RegionPointer other) noexcept;
     ~RegionPointer();
     HeatRegion* operator->() const noexcept { return region_.get(); }
+    // @throws InvalidArgument  if the field was moved from
+    void check() const;
 
    private:
     std::unique_ptr<HeatRegion> region_;
@@ -214,8 +217,9 @@ class HeatField final : public EditParticipant {
     double sensible = 0, latent = 0;
   };
 
-  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept;
+  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const;
   void resize(std::size_t vertex_count);
+  [[nodiscard]] bool is_boiled(Index vertex) const { return peaks_[vertex] >= kBoilingTemperature; }
   // of a vertex with tissue
   [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
     return mesh_.tissues()[static_cast<std::size_t>(mesh_.tissue_of_vertex(vertex))];

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/field_backend.h"
@@ -75,14 +76,14 @@ struct PotentialReport {
 /// are not larger than before.
 class PotentialField {
  public:
-  /// @param mesh  must outlive this
+  /// @param mesh  must outlive this, and stay where it is
   /// @throws InvalidArgument     naming the option that is out of range
   /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
   explicit PotentialField(const ThermalMesh& mesh, const PotentialOptions& options = {});
 
   /// In the tissue of a field of heat, whose threads it shares where both ask for as many and wait
   /// alike: then only one of the two may work at a time.
-  /// @param field  must outlive this
+  /// @param field  must outlive this, and stay where it is
   /// @throws InvalidArgument     naming the option that is out of range
   /// @throws BackendUnavailable  as above
   explicit PotentialField(const HeatField& field, const PotentialOptions& options = {});

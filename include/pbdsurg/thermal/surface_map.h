@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/live_surface.h"

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -34,7 +35,8 @@ struct ThermalBody {
 /// the solver; vertices and tetrahedra of other bodies are there, too, without tissue.
 ///
 /// Follows edits as a participant. An edit and its undo cost O(changed) and write flags and short
-/// lists alone: sums over the tetrahedra at a vertex are taken when they are asked for.
+/// lists alone: sums over the tetrahedra at a vertex are taken when they are asked for. What
+/// is asked of one vertex or tetrahedron serves inner loops, where ids are not checked.
 class ThermalMesh final : public EditParticipant {
  public:
   /// One body by itself, with the ids of its mesh.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace pbdsurg {

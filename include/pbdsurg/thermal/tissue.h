@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/error.h"
+
 namespace pbdsurg {
 
 inline constexpr double kBodyTemperature = 37;         ///< degrees Celsius

@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: Apache-2.0
+// What was moved from, of every public class that can be.
+#include "pbdsurg/core/owned.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/coloring/dynamic_coloring.h"
+#include "pbdsurg/contact/proximity.h"
+#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/edit/live_boundary.h"
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/mesh/series.h"
+#include "pbdsurg/mesh/surface_distance.h"
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/thermal/disk_source.h"
+#include "pbdsurg/thermal/surface_map.h"
+#include "pbdsurg/thermal/surface_texture.h"
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::ContainsSubstring;
+
+// Calls something of an object that was moved from, which says so.
+template <class Call>
+void check_refused(Call call) {
+  CHECK_THROWS_AS(call(), InvalidArgument);
+  CHECK_THROWS_WITH(call(), ContainsSubstring("was moved from"));
+}
+
+// Two blocks that a strand joins, and all that can follow their edits.
+struct World {
+  TetMesh mesh = testing::make_box({3, 3, 3}, 1e-3);
+  Scene scene;
+  ConnectiveTissue strands;
+  std::vector<ThermalBody> bodies{{0, &mesh, kFat}};
+
+  World() {
+    scene.add_body("a", mesh);
+    scene.add_body("b", mesh);
+    const MembraneLink link{0, 1, 1e-3};
+    strands.join(scene, 0, 1, std::span(&link, 1));
+  }
+};
+
+const Electrode kAway{{1, 1, 1}, {1, 1, 1}};
+const TopologyEdit kRemoval{.remove_tets = {0}};
+
+// Leaves `object` as one that was moved from, and gives where it went.
+template <class T>
+T moved_out(T& object) {
+  return std::move(object);
+}
+
+}  // namespace
+
+TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
+  const World world;
+  Solver solver(world.scene);
+  Solver there = moved_out(solver);
+  Snapshot snapshot = there.snapshot();
+  std::vector<Eigen::Vector3f> positions = there.positions();
+  const std::vector<Index> ids{0};
+  const ToolPose pose = ToolPose::Identity();
+
+  check_refused([&] { solver.step(1e-3F); });
+  check_refused([&] { solver.start_step(1e-3F); });
+  check_refused([&] { solver.finish_step(); });
+  check_refused([&] { (void)solver.last_report(); });
+  check_refused([&] { (void)solver.options(); });
+  check_refused([&] { (void)solver.plan(); });
+  check_refused([&] { (void)solver.backend_name(); });
+  check_refused([&] { (void)solver.memory_bytes(); });
+  check_refused([&] { (void)solver.vertex_count(); });
+  check_refused([&] { (void)solver.positions(); });
+  check_refused([&] { solver.read_positions(positions); });
+  check_refused([&] { solver.read_positions(ids, std::span(positions).first(1)); });
+  check_refused([&] { solver.watch({}); });
+  check_refused([&] { (void)solver.watched_positions(); });
+  check_refused([&] { solver.write_positions(positions); });
+  check_refused([&] { (void)solver.velocities(); });
+  check_refused([&] { solver.write_velocities(positions); });
+  check_refused([&] { (void)solver.snapshot(); });
+  check_refused([&] { solver.restore(snapshot); });
+  check_refused([&] { (void)solver.state_hash(); });
+  check_refused([&] { solver.add_tool({}, pose); });
+  check_refused([&] { solver.move_tool(0, pose); });
+  check_refused([&] { solver.grasp(0, ids); });
+  check_refused([&] { solver.release(0); });
+  check_refused([&] { (void)solver.tool_force(0); });
+  check_refused([&] { (void)solver.bodies(); });
+  check_refused([&] { (void)solver.body(0); });
+  check_refused([&] { (void)solver.is_body_alive(0); });
+  check_refused([&] { (void)solver.body_of_vertex(0); });
+  check_refused([&] { (void)solver.body_of_tet(0); });
+  check_refused([&] { (void)solver.tets(); });
+  check_refused([&] { (void)solver.edges(); });
+  check_refused([&] { (void)solver.links(); });
+  check_refused([&] { (void)solver.tet_edges(0); });
+  check_refused([&] { (void)solver.is_tet_alive(0); });
+  check_refused([&] { (void)solver.is_edge_alive(0); });
+  check_refused([&] { (void)solver.is_link_alive(0); });
+  check_refused([&] { (void)solver.has_tissue(0); });
+  check_refused([&] { (void)solver.rest_length(0); });
+  check_refused([&] { (void)solver.rest_volume(0); });
+  check_refused([&] { (void)solver.topology_version(); });
+  // and so does all that is given one
+  check_refused([&] { apply_edit(solver, kRemoval); });
+  check_refused([&] { undo_edit(solver, kRemoval, {}); });
+  check_refused([&] { (void)plan_cut(solver, {}); });
+  check_refused([&] { (void)find_live_boundary(solver, 0); });
+  check_refused([&] { (void)find_vertices_near(solver, 0, {0, 0, 0}, 1); });
+  check_refused([&] { LivePieces pieces(solver); });
+  check_refused([&] { LiveSurface surface(solver, 0); });
+  check_refused([&] { HeatField field(solver, world.bodies); });
+  check_refused([&] { Cautery cautery(solver, world.bodies); });
+  check_refused([&] { Compaction compaction(solver); });
+
+  solver = std::move(there);
+  CHECK(solver.positions() == positions);
+  solver.step(1e-3F);
+}
+
+// Would catch one that is undone in place of the one that the edit had, which has moved on.
+TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
+  World world;
+  Solver solver(world.scene);
+  const auto try_out = [&](auto participant, auto&&... calls) {
+    EditParticipant* const participants[] = {&participant};
+    const EditResult result = apply_edit(solver, kRemoval, participants);
+    auto there = moved_out(participant);
+    check_refused([&] { participant.validate(solver, {}); });
+    check_refused([&] { apply_edit(solver, {.remove_tets = {1}}, participants); });
+    check_refused([&] { undo_edit(solver, kRemoval, result, participants); });
+    check_refused([&] { participant.renumber(solver, {}); });
+    CHECK_FALSE(solver.is_tet_alive(0));
+    CHECK(solver.is_tet_alive(1));
+    (calls(participant), ...);
+
+    participant = std::move(there);
+    undo_edit(solver, kRemoval, result, participants);
+    CHECK(solver.is_tet_alive(0));
+    const EditResult again = apply_edit(solver, kRemoval, participants);
+    undo_edit(solver, kRemoval, again, participants);
+  };
+  SECTION("live surface") {
+    try_out(LiveSurface(solver, 0), [](LiveSurface& surface) {
+      CHECK(surface.slot_count() == 0);
+      CHECK(surface.triangle_count() == 0);
+      CHECK(surface.triangles().empty());
+      CHECK(surface.origins().empty());
+      std::vector<SlotRange> ranges;
+      surface.collect_changes(0, ranges);
+      surface.collect_changes(surface.version(), ranges);
+      check_refused([&] { (void)surface.is_on_surface(0); });
+    });
+  }
+  SECTION("live pieces") {
+    try_out(LivePieces(solver), [&](LivePieces& pieces) {
+      CHECK(pieces.count() == 0);
+      CHECK_THROWS_AS(pieces.piece_of(0), InvalidArgument);
+      CHECK_THROWS_AS(pieces.tets(0), InvalidArgument);
+      TopologyEdit edit;
+      check_refused([&] { pieces.add_crumbs(solver, edit, 3); });
+    });
+  }
+  SECTION("thermal mesh") {
+    try_out(ThermalMesh(solver, world.bodies), [](ThermalMesh& mesh) {
+      CHECK(mesh.vertex_count() == 0);
+      CHECK(mesh.tet_count() == 0);
+      CHECK(mesh.tissues().empty());
+      mesh.set_tissue(kLiver);
+    });
+  }
+  SECTION("heat field") {
+    try_out(HeatField(solver, world.bodies), [](HeatField& field) {
+      const HeatSource source{0, 1};
+      check_refused([&] { field.step(1e-3, {}); });
+      check_refused([&] { field.step(1e-3, std::span(&source, 1)); });
+      check_refused([&] { (void)field.active_vertices(); });
+      check_refused([&] { const HeatField copy(field); });
+      check_refused([&] { PotentialField potential(field); });
+      CHECK(field.temperatures().empty());
+      CHECK_THROWS_AS(field.capacity(0), InvalidArgument);
+      CHECK_THROWS_AS(field.has_boiled(0), InvalidArgument);
+      CHECK_THROWS_AS(field.boiled_vertices(0), InvalidArgument);
+      const std::vector<Index> vertices{0};
+      const std::vector<double> temperatures{50};
+      CHECK_THROWS_AS(field.set_temperatures(vertices, temperatures), InvalidArgument);
+      CHECK_THROWS_AS(field.hold(vertices), InvalidArgument);
+    });
+  }
+  SECTION("cautery") {
+    try_out(Cautery(solver, world.bodies), [&](Cautery& cautery) {
+      check_refused([&] { cautery.update(solver, kAway, {}, 1e-3); });
+      check_refused([&] { (void)cautery.field(); });
+      check_refused([&] { (void)cautery.potential(); });
+      check_refused([&] { (void)cautery.state(0); });
+      check_refused([&] { (void)cautery.link_energy_spent(); });
+      check_refused([&] { (void)cautery.electrode_energy(); });
+      check_refused([&] { (void)cautery.removal_energy(); });
+    });
+  }
+  SECTION("connective tissue") {
+    try_out(world.strands, [&](ConnectiveTissue& strands) {
+      std::vector<Index> links;
+      Scene scene = world.scene;
+      check_refused([&] { strands.find_torn(solver, links); });
+      check_refused([&] { strands.find_cut(solver, {}, links); });
+      check_refused([&] { strands.separate(solver); });
+      check_refused([&] { strands.join(scene, 0, 1, {}); });
+      CHECK(strands.strands().empty());
+      CHECK(strands.whole_count() == 0);
+      CHECK(strands.events().empty());
+      CHECK(strands.share_lost(StrandLoss::torn) == 0);
+      CHECK_THROWS_AS(strands.is_whole(0), InvalidArgument);
+    });
+  }
+}
+
+TEST_CASE("moved from: a compaction says so", "[unit]") {
+  const World world;
+  Solver solver(world.scene);
+  Compaction compaction(solver);
+  Compaction there = moved_out(compaction);
+  check_refused([&] { compaction.build(); });
+  check_refused([&] { (void)compaction.finish(solver); });
+  compaction = std::move(there);
+  compaction.build();
+  (void)compaction.finish(solver);
+}
+
+TEST_CASE("moved from: a dynamic colouring says so", "[unit]") {
+  const TetMesh mesh = testing::make_box({2, 1, 1}, 1);
+  const ConstraintVertices constraints(mesh.tets(), mesh.vertex_count());
+  DynamicColoring coloring(constraints, color_greedy(constraints));
+  DynamicColoring there = moved_out(coloring);
+  check_refused([&] { coloring.add_vertices(1); });
+  check_refused([&] { coloring.apply({}); });
+  check_refused([&] { (void)coloring.arity(); });
+  check_refused([&] { (void)coloring.vertex_count(); });
+  check_refused([&] { (void)coloring.constraint_count(); });
+  check_refused([&] { (void)coloring.id_count(); });
+  check_refused([&] { (void)coloring.contains(0); });
+  check_refused([&] { (void)coloring.vertices(0); });
+  check_refused([&] { (void)coloring.color(0); });
+  check_refused([&] { (void)coloring.color_count(); });
+  check_refused([&] { (void)coloring.color_sizes(); });
+  check_refused([&] { (void)coloring.clique_bound(); });
+  check_refused([&] { (void)coloring.relative_deviation(); });
+  check_refused([&] { (void)coloring.recoloring_pays(); });
+  check_refused([&] { (void)coloring.extract(); });
+  check_refused([&] { coloring.adopt(there.extract()); });
+  coloring = std::move(there);
+  CHECK(coloring.constraint_count() == mesh.tet_count());
+}
+
+TEST_CASE("moved from: a scene and a mesh are empty", "[unit]") {
+  World world;
+  const Scene scene = moved_out(world.scene);
+  CHECK(world.scene.bodies().empty());
+  CHECK(world.scene.vertex_count() == 0);
+  CHECK_THROWS_AS(world.scene.is_fixed(0), InvalidArgument);
+  CHECK_THROWS_AS(world.scene.body(0), InvalidArgument);
+  CHECK(world.scene.add_body("a", world.mesh) == 0);
+  Solver(world.scene).step(1e-3F);
+
+  const TetMesh mesh = moved_out(world.mesh);
+  CHECK(world.mesh.vertex_count() == 0);
+  CHECK(world.mesh.tet_count() == 0);
+  CHECK(lumped_masses(world.mesh, 1000).empty());
+}
+
+// Would catch shapes that share nothing any more, and call a null pointer.
+TEST_CASE("moved from: shapes and distances stay what they are", "[unit]") {
+  ImplicitShape shape = sphere_shape({0, 0, 0}, 1);
+  const ImplicitShape other = moved_out(shape);
+  CHECK(shape({2, 0, 0}) == other({2, 0, 0}));
+  CHECK(shape.bounds().isApprox(other.bounds()));
+  CHECK(shape.project({1.01, 0, 0}, 1) == other.project({1.01, 0, 0}, 1));
+  ImplicitShape third = sphere_shape({0, 0, 0}, 2);
+  third = std::move(shape);
+  CHECK(shape({2, 0, 0}) == third({2, 0, 0}));
+
+  const TetMesh box = testing::make_box({1, 1, 1}, 1);
+  std::vector<Triangle> triangles;
+  for (const BoundaryTriangle& triangle : find_boundary(box.tets())) {
+    triangles.push_back(triangle.vertices);
+  }
+  SurfaceDistance distance(box.positions(), triangles);
+  const SurfaceDistance same = moved_out(distance);
+  CHECK(distance.signed_distance({0.5, 0.5, 0.9}) == same.signed_distance({0.5, 0.5, 0.9}));
+  CHECK(distance.bounds().isApprox(same.bounds()));
+}
+
+// Would catch what is left of a map that takes only what has changed since it was whole.
+TEST_CASE("moved from: maps and textures begin anew", "[unit]") {
+  const World world;
+  const Solver solver(world.scene);
+  const LiveSurface surface(solver, 0);
+  const std::vector<double> warm(static_cast<std::size_t>(solver.vertex_count()), 60.0);
+  const std::vector<double> ones(warm.size(), 1.0), none(warm.size(), 0.0);
+  const SurfaceFields fields{warm, ones, ones, none};
+  SurfaceMap map;
+  SurfaceTexture texture;
+  map.update(surface, fields);
+  texture.update(surface, map);
+
+  const SurfaceMap map_there = moved_out(map);
+  const SurfaceTexture texture_there = moved_out(texture);
+  CHECK(map.temperatures().empty());
+  CHECK(texture.temperatures().empty());
+  map.update(surface, fields);
+  CHECK(std::ranges::equal(map.temperatures(), map_there.temperatures()));
+  texture.update(surface, map);
+  CHECK(std::ranges::equal(texture.temperatures(), texture_there.temperatures()));
+}
+
+// Would catch a division by the number of changes that it remembers, which is zero.
+TEST_CASE("moved from: a log of changes gives all slots once", "[unit]") {
+  ChangeLog log(8);
+  log.note(3);
+  const std::uint64_t before = log.version();
+  const ChangeLog there = moved_out(log);
+  log.note(5);
+  log.note_again(before);
+  log.note_all();
+  std::vector<SlotRange> ranges;
+  log.collect(before, 8, ranges);
+  REQUIRE(ranges.size() == 1);
+  CHECK(ranges[0].first == 0);
+  CHECK(ranges[0].end == 8);
+  log = there;
+  log.collect(1, 8, ranges);
+  REQUIRE(ranges.size() == 1);
+  CHECK(ranges[0].first == 3);
+}
+
+TEST_CASE("moved from: a disk source and a series of meshes say so", "[unit]") {
+  const TetMesh box = testing::make_box({1, 1, 1}, 1e-2);
+  std::vector<Eigen::Vector3f> positions;
+  for (const Eigen::Vector3d& x : box.positions()) {
+    positions.push_back(x.cast<float>());
+  }
+  const DiskContact contact{{5e-3, 5e-3, 1e-2}, {0, 0, -1}, 1e-3};
+  const std::vector<Index> near{0, 1, 2, 3, 4, 5};
+  std::vector<VertexShare> shares;
+  DiskSource source;
+  DiskSource there = moved_out(source);
+  check_refused([&] { source.distribute(contact, positions, box.tets(), near, shares); });
+  source = std::move(there);
+  CHECK(source.distribute(contact, positions, box.tets(), near, shares) > 0);
+
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "pbdsurg_moved.pvd";
+  MeshSeries series(path);
+  MeshSeries elsewhere = moved_out(series);
+  check_refused([&] { series.add_frame(0, {}); });
+  CHECK(series.frame_count() == 0);
+  series = std::move(elsewhere);
+  CHECK(series.frame_count() == 0);
+  std::filesystem::remove(path);
+}
+
+}  // namespace pbdsurg
