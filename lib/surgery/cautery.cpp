@@ -80,7 +80,8 @@ struct Cautery::Work {
   TissueLoad close_circuit(const Solver& solver, const Generator& generator, CauteryReport& report);
   OperatingPoint drive(const Generator& generator, const TissueLoad& load) const;
   int substeps(const Generator& generator, const TissueLoad& load, double dt) const;
-  void deliver(const OperatingPoint& point, const TissueLoad& load, double dt);
+  void deliver(const OperatingPoint& point, const TissueLoad& load, double dt,
+               CauteryReport& report);
   void step(double dt, CauteryReport& report);
   void collect_links(const Solver& solver, TopologyEdit& edit);
   void undo_links(const EditResult& result);
@@ -253,19 +254,22 @@ void Cautery::Work::heat(const Solver& solver, const Generator& generator, doubl
     report.current = point.current;
     report.regime = point.regime;
     report.resistance = 1 / (load.conductance + links_conductance) + options.body_resistance;
-    deliver(point, load, dt / count);
+    deliver(point, load, dt / count, report);
     step(dt / count, report);
   }
 }
 
 // Divides the current by conductance: sources in tissue, doses in links.
-void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load, double dt) {
+void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load, double dt,
+                            CauteryReport& report) {
   sources.clear();
   const double conductance = load.conductance + links_conductance;
   if (!(conductance > 0) || !(point.current > 0)) {
     return;
   }
   const double voltage = point.current / conductance;  // across the contact
+  report.generator_energy += point.power * dt;
+  report.body_energy += point.current * point.current * options.body_resistance * dt;
   cooling.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
   for (const auto& [vertex, area] : current.cooled()) {
     cooling[vertex] = options.electrode_cooling * area *
@@ -275,6 +279,7 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
     const double power = voltage * voltage * unit.power;
     const double into_metal = std::min(power, cooling[unit.vertex]);
     electrode_energy += into_metal * dt;
+    report.electrode_energy += into_metal * dt;
     electrode_temperature += into_metal * dt / options.electrode_capacity;
     if (power > into_metal) {
       sources.push_back({unit.vertex, power - into_metal});
@@ -289,10 +294,12 @@ void Cautery::Work::deliver(const OperatingPoint& point, const TissueLoad& load,
     }
     double& dose = link_doses[link];
     // a link takes no more than parts it
-    const double energy = std::min(voltage * voltage * options.link_conductance * nearness * dt,
-                                   options.link_energy - dose);
+    const double offered = voltage * voltage * options.link_conductance * nearness * dt;
+    const double energy = std::min(offered, options.link_energy - dose);
     dose += energy;
     link_energy += energy;
+    report.link_energy += energy;
+    report.surplus_energy += offered - energy;
     if (is_full(link)) {
       parting_links.push_back(link);
     }

@@ -464,6 +464,49 @@ TEST_CASE("cautery: the electrode cools tissue under the disk, too", "[unit]") {
   CHECK(hottest[1] < hottest[0]);
 }
 
+// Would catch a part that the report leaves out, or counts twice: tissue, metal, links, some of
+// which part, and the way through the body.
+TEST_CASE("cautery: what the generator delivered is the sum of its parts", "[validation]") {
+  const bool is_disk = GENERATE(false, true);
+  const double edge = is_disk ? 4e-3 : kEdge;
+  const TetMesh mesh = testing::make_box({8, 8, 4}, edge, 0.05);
+  Scene scene;
+  scene.add_body("liver", mesh);
+  const Index corner = 4 * 81 + 4 * 9 + 4;  // in the middle of the top
+  const Eigen::Vector3d top = mesh.positions()[corner];
+  scene.add_particles("end", std::vector<Eigen::Vector3d>{top, top}, 1e-4);
+  scene.add_link({corner, mesh.vertex_count(), 1e-3F, {}});
+  scene.add_link({corner, mesh.vertex_count() + 1, 1e-3F, {}});
+  Solver solver(scene);
+  const ThermalBody body{0, &mesh, kLiver};
+  Cautery cautery(solver, std::span(&body, 1), {.link_energy = 0.3});
+  const GeneratorSettings settings = GENERATE(cut_settings(30), coagulate_settings(30));
+
+  CauteryReport sum;
+  for (int i = 0; i < 60; ++i) {
+    const CauteryReport report = cautery.update(solver, point(top.cast<float>()), settings, 5e-3);
+    REQUIRE(report.is_disk == is_disk);
+    CHECK(report.energy + report.electrode_energy + report.body_energy + report.surplus_energy ==
+          Approx(report.generator_energy).epsilon(1e-9));
+    CHECK(report.generator_energy <= 30 * 5e-3 * (1 + 1e-9));
+    sum.energy += report.energy;
+    sum.link_energy += report.link_energy;
+    sum.electrode_energy += report.electrode_energy;
+    sum.body_energy += report.body_energy;
+    sum.surplus_energy += report.surplus_energy;
+    sum.generator_energy += report.generator_energy;
+  }
+  CHECK(sum.generator_energy > 0.1 * 30 * 60 * 5e-3);
+  CHECK(sum.electrode_energy == Approx(cautery.electrode_energy()));
+  CHECK(sum.link_energy == Approx(cautery.link_energy_spent()));
+  CHECK(sum.energy - sum.link_energy == Approx(cautery.field().ledger().in));
+  for (const double part :
+       {sum.link_energy, sum.electrode_energy, sum.body_energy, sum.surplus_energy}) {
+    CHECK(part > 0);
+  }
+  CHECK(cautery.update(solver, point({1, 1, 1}), settings, 5e-3).generator_energy == 0);
+}
+
 // Would catch dry tissue that goes unpaid, is not said to wait, or is forgotten: where tissue
 // counts as dry with nine tenths of its water left, more of it is dry than the energy could have
 // dried.

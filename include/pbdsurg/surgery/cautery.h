@@ -69,14 +69,23 @@ struct CauteryReport {
   Index contact_vertices = 0;
   double contact_area = 0;  ///< m^2, nominal
   Index contact_links = 0;
-  double power = 0;       ///< W into tissue and links, mean over the update
+  double power = 0;       ///< W, mean of `energy` over the update
   double voltage = 0;     ///< V of the generator
   double current = 0;     ///< A
   double resistance = 0;  ///< ohm of the whole circuit; infinite where it is open
   GeneratorRegime regime = GeneratorRegime::open_circuit;
-  bool is_arcing = false;        ///< sparks pass over dry tissue, or to what is not quite touched
-  bool is_disk = false;          ///< the mesh is coarser than the contact: DiskSource
-  double energy = 0;             ///< J delivered; none where the circuit is open
+  bool is_arcing = false;  ///< sparks pass over dry tissue, or to what is not quite touched
+  bool is_disk = false;    ///< the mesh is coarser than the contact: DiskSource
+  /// J into tissue (what HeatLedger::in rose by) and links; none where the circuit is open. Not in
+  /// it: what the electrode and the patient's body took.
+  double energy = 0;
+  double link_energy = 0;       ///< J of these into links
+  double electrode_energy = 0;  ///< J into the metal, out of what the current heats under it
+  double body_energy = 0;     ///< J along the way through the body, CauteryOptions::body_resistance
+  double surplus_energy = 0;  ///< J that links had no room for when they parted
+  /// J that the generator delivered: energy, electrode_energy, body_energy and surplus_energy
+  /// together, to rounding, but for substeps whose heat was not accepted (HeatReport::accepted).
+  double generator_energy = 0;
   double hottest = 0;            ///< degrees Celsius
   int substeps = 0;              ///< of heat
   int potential_iterations = 0;  ///< over all substeps
