@@ -45,8 +45,7 @@ struct VertexMethod {
 };
 
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
-/// the
-///                          option, the body or the link
+///                          the option, the body or the link
 void check_vertex_method(const Scene& scene, const SolverOptions& options);
 
 /// @param what  the link's name

@@ -28,8 +28,7 @@ struct MembraneLink {
 /// closer than `max_distance`: as dense as the mesh.
 ///
 /// @param max_distance  m, positive and finite; 3.5 mm suits the built-in gallbladder and liver:
-/// the
-///                      gap is 1 mm, and the inner side of the wall stays out of reach
+///                      the gap is 1 mm, and the inner side of the wall stays out of reach
 /// @return  ascending by `first`; of equally near vertices that of the smaller id
 /// @throws InvalidArgument  if the distance is out of range, or both are one mesh
 /// @note Cost: O(n log n) while few vertices of `second` lie within max_distance of one point.

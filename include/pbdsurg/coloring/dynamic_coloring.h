@@ -132,8 +132,7 @@ class DynamicColoring {
 
   /// Takes over a full recolouring: extract.coloring, as made elsewhere. Cost: as the constructor.
   /// @throws InvalidArgument  as the constructor, or if the extract's constraints are not those
-  /// that
-  ///                          are there; then nothing has changed
+  ///                          that are there; then nothing has changed
   void adopt(const ColoringExtract& extract);
 
  private:

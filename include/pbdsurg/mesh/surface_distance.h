@@ -28,9 +28,8 @@ class SurfaceDistance {
   /// @param points     [point_count] m
   /// @param triangles  point ids; triangles without area are left out
   /// @throws InvalidMesh  if a point in use is not finite, an id is out of range, no triangle has
-  /// an
-  ///                      area, or the winding number is near 1 almost nowhere behind the surface,
-  ///                      so that there is no inside
+  ///                      an area, or the winding number is near 1 almost nowhere behind the
+  ///                      surface, so that there is no inside
   /// @note Cost: O(n log n); about 20 ms for 15 000 triangles.
   SurfaceDistance(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
   SurfaceDistance(const SurfaceDistance&) = default;  // a move copies, so that none is left empty

@@ -264,8 +264,7 @@ class Solver {
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.
   /// @param vertices    [n] scene vertices with tissue; a vertex may be held by several tools, and
-  /// a
-  ///                    fixed one stays where it is and adds no force
+  ///                    a fixed one stays where it is and adds no force
   /// @param compliance  m/N, in [0, kLargestCompliance], in either projection mode; 0 holds
   ///                    rigidly
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without

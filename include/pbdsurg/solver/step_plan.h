@@ -15,8 +15,7 @@ namespace pbdsurg {
 /// Who projects the distance constraints of edges.
 enum class PlanComposition : std::uint8_t {
   /// The fastest for the backend: nested on a CPU; on a CUDA device separate, or joint for more
-  /// than
-  /// 320,000 tetrahedra.
+  /// than 320,000 tetrahedra.
   automatic,
   separate,  ///< distances, colour by colour, then volumes
   /// Each edge is owned by one of its tetrahedra (assign_edges_to_tets()), which projects the edges

@@ -80,8 +80,7 @@ class ConnectiveTissue final : public EditParticipant {
   /// @param links  in vertices of the two bodies
   /// @return       the index of the first new strand; strand i is of links[i]
   /// @throws InvalidArgument  naming the option, the body or the link out of range, or the body
-  /// that
-  ///                          would be joined to itself, and as Scene::add_particles(); then
+  ///                          that would be joined to itself, and as Scene::add_particles(); then
   ///                          nothing has changed
   Index join(Scene& scene, Index first, Index second, std::span<const MembraneLink> links,
              const StrandOptions& options = {});

@@ -219,7 +219,9 @@ class HeatField final : public EditParticipant {
 
   [[nodiscard]] const std::shared_ptr<StepTeam>& team() const;
   void resize(std::size_t vertex_count);
-  [[nodiscard]] bool is_boiled(Index vertex) const { return peaks_[vertex] >= kBoilingTemperature; }
+  [[nodiscard]] bool is_boiled(Index vertex) const {
+    return peaks_[static_cast<std::size_t>(vertex)] >= kBoilingTemperature;
+  }
   // of a vertex with tissue
   [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
     return mesh_.tissues()[static_cast<std::size_t>(mesh_.tissue_of_vertex(vertex))];
