@@ -2,6 +2,7 @@
 #include "pbdsurg/coloring/color.h"
 
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "pbdsurg/coloring/conflict_graph.h"
 #include "pbdsurg/coloring/edge_ownership.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/write_file.h"
@@ -35,6 +37,7 @@ struct Options {
   Backend backend = Backend::cpu;
   UnitOptions unit;
   std::string output;
+  std::string graph;
   bool json = false;
 };
 
@@ -50,6 +53,11 @@ const char* name_of(Kind kind) {
       return "vertex";
   }
   return "unknown";
+}
+
+// What two constraints that conflict have in common.
+const char* shared_by(Kind kind) {
+  return kind == Kind::vertex ? "tet" : "vertex";
 }
 
 const char* name_of(Backend backend) {
@@ -118,6 +126,14 @@ void write_colors(const std::string& path, const Coloring& coloring) {
   write_file(path, lines);
 }
 
+void write_graph(const Options& options, const ConstraintVertices& constraints) {
+  const std::string comment = std::string(name_of(options.kind)) + " constraints of " +
+                              std::filesystem::path(options.path).filename().string() +
+                              ": an entry is a pair that shares a " + shared_by(options.kind);
+  write_file(options.graph,
+             [&](std::ostream& stream) { write_conflict_graph(stream, constraints, comment); });
+}
+
 nlohmann::ordered_json to_json(const Options& options, const Constraints& constraints,
                                const ColoringStatistics& statistics, double milliseconds,
                                bool valid) {
@@ -174,6 +190,9 @@ bool run(const Options& options) {
   if (!options.output.empty()) {
     write_colors(options.output, coloring);
   }
+  if (!options.graph.empty()) {
+    write_graph(options, constraints.view);
+  }
   if (options.json) {
     std::cout << to_json(options, constraints, statistics, milliseconds, !conflict).dump(2) << '\n';
   } else {
@@ -182,7 +201,7 @@ bool run(const Options& options) {
   if (conflict) {
     std::cerr << "pbdsurg: " << options.path << ": constraints " << conflict->first << " and "
               << conflict->second << " of colour " << conflict->color << " share "
-              << (options.kind == Kind::vertex ? "tet " : "vertex ") << conflict->vertex << '\n';
+              << shared_by(options.kind) << ' ' << conflict->vertex << '\n';
   }
   return !conflict;
 }
@@ -243,15 +262,22 @@ void add_color(CLI::App& app, int& status) {
   add_whole_number(command, "--threads", coloring.threads, 0,
                    "0 for one a processor (default: 1); the colours are the same");
   add_unit_options(command, options->unit);
+  const CLI::Validator names_a_file(
+      [](const std::string& path) {
+        return path.empty() ? std::string("must name a file") : std::string();
+      },
+      "FILE");
   command
       .add_option("--output", options->output,
                   "Write one colour a line, -1 where left over; of joint constraints, those of the "
                   "tets")
-      ->check(CLI::Validator(
-          [](const std::string& path) {
-            return path.empty() ? std::string("must name a file") : std::string();
-          },
-          "FILE"));
+      ->check(names_a_file);
+  command
+      .add_option(
+          "--graph", options->graph,
+          "Write which constraints conflict, in Matrix Market format; of joint constraints, "
+          "the tets")
+      ->check(names_a_file);
   command.add_flag("--json", options->json, "Print JSON");
   command.callback([options, order, palette, shrink, &status] {
     const ColoringAlgorithm algorithm = options->coloring.algorithm;
@@ -260,6 +286,9 @@ void add_color(CLI::App& app, int& status) {
     require(algorithm == ColoringAlgorithm::random_disc &&
                 options->coloring.disc.palette == Palette::conflicts,
             *shrink, "--algorithm random_disc --palette conflicts");
+    if (!options->graph.empty() && options->graph == options->output) {
+      throw InvalidArgument("--graph and --output both name " + options->graph);
+    }
     status = run(*options) ? 0 : 1;
   });
 }

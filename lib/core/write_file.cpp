@@ -27,40 +27,54 @@ std::filesystem::path follow_links(const std::filesystem::path& path) {
 
 /// @param part  what is written, and removed if that fails: beside the path, or the path itself if
 ///              that is a device
-void write_bytes(const std::filesystem::path& path, const std::filesystem::path& part,
-                 std::string_view bytes) {
-  std::ofstream stream(part, std::ios::binary | std::ios::trunc);
-  if (!stream) {
-    throw FileError(path.string() + ": cannot be written: " + part.string() + " cannot be opened");
-  }
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) {
+void write_part(const std::filesystem::path& path, const std::filesystem::path& part,
+                const std::function<void(std::ostream&)>& write) {
+  const auto give_up = [&] {
     if (part != path) {
       std::error_code error;
       std::filesystem::remove(part, error);
     }
-    throw FileError(path.string() + ": writing " + std::to_string(bytes.size()) +
-                    " bytes failed; is the disk full?");
+  };
+  std::ofstream stream(part, std::ios::binary | std::ios::trunc);
+  if (!stream) {
+    throw FileError(path.string() + ": cannot be written: " + part.string() + " cannot be opened");
+  }
+  try {
+    write(stream);
+  } catch (...) {
+    give_up();
+    throw;
+  }
+  stream.close();
+  if (!stream) {
+    give_up();
+    throw FileError(path.string() + ": writing failed; is the disk full?");
   }
 }
 
 }  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  write_file(path, [bytes](std::ostream& stream) {
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  });
+}
+
+void write_file(const std::filesystem::path& path,
+                const std::function<void(std::ostream&)>& write) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) {
     throw FileError(path.string() + ": is a directory");
   }
   if (std::filesystem::is_other(status)) {
-    write_bytes(path, path, bytes);
+    write_part(path, path, write);
     return;
   }
   const std::filesystem::path place = follow_links(path);
   std::filesystem::path part = place;
   part += ".part";
-  write_bytes(path, part, bytes);
+  write_part(path, part, write);
   std::filesystem::rename(part, place, error);
   if (error) {
     const std::string reason = error.message();

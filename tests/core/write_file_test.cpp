@@ -2,6 +2,7 @@
 #include "pbdsurg/core/write_file.h"
 
 #include <algorithm>
+#include <ostream>
 
 #include <sys/stat.h>
 
@@ -55,6 +56,22 @@ TEST_CASE("write file: a device is written to and stays one", "[unit]") {
   write_file(folder / "null", "gone");
   CHECK(fs::is_character_file("/dev/null"));
   CHECK(fs::is_symlink(folder / "null"));
+}
+
+// Would catch a part that is left behind, or half a file, where what writes gives up.
+TEST_CASE("write file: what a writer throws goes through and nothing is changed", "[unit]") {
+  const TemporaryFolder folder;
+  folder.put("a", "old");
+  CHECK_THROWS_WITH(write_file(folder / "a",
+                               [](std::ostream& stream) {
+                                 stream << "half";
+                                 throw InvalidArgument("no more");
+                               }),
+                    "no more");
+  CHECK(read_bytes(folder / "a") == "old");
+  CHECK(std::distance(fs::directory_iterator(folder / ""), {}) == 1);
+  write_file(folder / "a", [](std::ostream& stream) { stream << "new"; });
+  CHECK(read_bytes(folder / "a") == "new");
 }
 
 TEST_CASE("write file: what cannot be written is refused and nothing is lost", "[unit]") {

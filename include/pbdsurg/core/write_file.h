@@ -5,6 +5,8 @@
 /// Puts a file in place at once.
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string_view>
 
 namespace pbdsurg {
@@ -13,5 +15,9 @@ namespace pbdsurg {
 /// link is followed: what it names is replaced. A device or a pipe is written to as it is.
 /// @throws FileError  naming the path, if that fails; what was there before stays
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// The same with what a function writes to a stream, for files that memory should not hold whole.
+/// What the function throws goes through, and then nothing has changed either.
+void write_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
 
 }  // namespace pbdsurg
