@@ -18,6 +18,7 @@
 #include "buffer.cuh"
 #include "check.cuh"
 #include "coloring/balance_program.h"
+#include "coloring/chain_balance.h"
 #include "coloring/claims.h"
 #include "coloring/color_masks.h"
 #include "coloring/color_tables.h"
@@ -54,7 +55,7 @@ struct DeviceColoring::Data {
   DeviceBuffer<Index> constraint_offsets;
 
   // the colouring
-  DeviceBuffer<Index> color_of;
+  DeviceBuffer<Index> color_of, given_colors;  // the second: before they were balanced
   Index color_count = 0;
   bool has_colors = false;
 
@@ -208,8 +209,9 @@ struct DeviceColoring::Data {
   }
 
   // Renumbers the colours below `limit` that occur, and counts them.
-  void close_gaps(Index limit) {
-    const std::vector<Index> used = read_sizes(limit);
+  // @return their sizes
+  std::vector<Index> close_gaps(Index limit) {
+    std::vector<Index> used = read_sizes(limit);
     std::vector<Index> number(used.size(), kInvalidIndex);
     color_count = 0;
     Index highest = 0;
@@ -222,6 +224,8 @@ struct DeviceColoring::Data {
     if (highest > color_count) {
       renumber(number);
     }
+    std::erase(used, 0);
+    return used;
   }
 
   // --- algorithms ------------------------------------------------------------------------------
@@ -354,7 +358,7 @@ struct DeviceColoring::Data {
   // --- improvements ----------------------------------------------------------------------------
 
   // Down to the target or as near as it gets; with gives_up, what does not fit stays above it.
-  void lower_colors(Index target, bool gives_up, std::uint64_t seed) {
+  void lower_colors(Index target, bool gives_up, RepairSwaps swaps, std::uint64_t seed) {
     const auto size = static_cast<std::size_t>(count);
     count_sizes(color_count);
     ColorHolders holders;
@@ -378,6 +382,7 @@ struct DeviceColoring::Data {
       program.color_count = color_count;
       program.target = target;
       program.gives_up = gives_up;
+      program.swaps_with_two = swaps == RepairSwaps::with_two;
       program.masks = color_masks();
       program.claims = claim_table(1);
       program.holders = holders;
@@ -391,9 +396,9 @@ struct DeviceColoring::Data {
     });
   }
 
-  void repair(std::uint64_t seed, Index bound) {
+  void repair(RepairSwaps swaps, std::uint64_t seed, Index bound) {
     if (color_count > bound) {
-      lower_colors(std::max(bound, 1), false, seed);
+      lower_colors(std::max(bound, 1), false, swaps, seed);
       close_gaps(color_count);
     }
   }
@@ -403,7 +408,7 @@ struct DeviceColoring::Data {
       return;
     }
     renumber(numbers_by_size(read_sizes(color_count)));
-    lower_colors(max_colors, true, seed);
+    lower_colors(max_colors, true, RepairSwaps::with_one, seed);
     launch(overflow_colors, count, stream, max_colors, color_of.get());
     close_gaps(max_colors);
   }
@@ -414,6 +419,10 @@ struct DeviceColoring::Data {
     if (colors == 0) {
       return;
     }
+    Index* const given = given_colors.reserve(static_cast<std::size_t>(count));
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(given, color_of.get(),
+                                       static_cast<std::size_t>(count) * sizeof(Index),
+                                       cudaMemcpyDeviceToDevice, stream));
     with_access([&](const auto& access) {
       BalanceProgram<std::decay_t<decltype(access)>> program;
       program.constraints = access;
@@ -434,7 +443,27 @@ struct DeviceColoring::Data {
       program.unevenness = unevenness.fill(3, 0, stream);
       run_on_grid(program, count, kNarrowGrid, stream);
     });
-    close_gaps(color_count);
+    if (!is_even(close_gaps(color_count))) {
+      even_out(given, static_cast<Index>(colors));
+    }
+  }
+
+  // On the host, from the colours before balance(); it takes a long time, but few meshes need it.
+  void even_out(const Index* given, Index given_count) {
+    const auto size = static_cast<std::size_t>(count);
+    const std::vector<Index> entries = read(vertices.get(), static_cast<std::size_t>(entry_count));
+    const std::vector<Index> offsets =
+        read(constraint_offsets.get(), arity == 0 ? size + 1 : std::size_t{0});
+    ConstraintVertices constraints;
+    constraints.vertices = entries;
+    constraints.offsets = offsets;
+    constraints.arity = arity;
+    constraints.vertex_count = vertex_count;
+    const Coloring result = more_even_coloring(
+        {read(given, size), given_count}, {read(color_of.get(), size), color_count}, constraints);
+    color_count = result.color_count;
+    color_of.upload(result.color_of, stream);
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // `result` ends here
   }
 };
 
@@ -492,7 +521,7 @@ void DeviceColoring::color(const ColoringOptions& options) {
       break;
   }
   if (options.repair) {
-    data.repair(options.seed, bound);
+    data.repair(repair_swaps(options), options.seed, bound);
   }
   if (options.max_colors > 0) {
     data.limit_colors(options.max_colors, options.seed);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/balance.h"
 
+#include <utility>
 #include <vector>
 
 #include "coloring/balance_program.h"
+#include "coloring/chain_balance.h"
 #include "coloring/claims.h"
 #include "coloring/color_gaps.h"
 #include "coloring/color_tables.h"
@@ -20,6 +22,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
   if (colored == 0) {
     return;
   }
+  Coloring given = coloring;
   const auto colors = static_cast<std::size_t>(coloring.color_count);
   std::vector<Index> changes(colors), begins(colors), counts(colors);
   std::vector<std::uint32_t> odds(colors);
@@ -49,6 +52,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
     run_team(threads, program);
   });
   close_color_gaps(coloring);
+  coloring = more_even_coloring(std::move(given), std::move(coloring), constraints);
 }
 
 }  // namespace pbdsurg

@@ -77,7 +77,7 @@ Coloring color_constraints(const ConstraintVertices& constraints, const Coloring
   check_coloring_options(options);
   Coloring coloring = color_by_name(constraints, options);
   if (options.repair) {
-    repair_coloring(coloring, constraints, options.seed, options.threads);
+    repair_coloring(coloring, constraints, options.seed, options.threads, repair_swaps(options));
   }
   if (options.max_colors > 0) {
     limit_colors(coloring, constraints, options.max_colors, options.seed, options.threads);

@@ -50,6 +50,30 @@ ColorTables make_color_tables(const Coloring& coloring, const ConstraintVertices
   return tables;
 }
 
+HolderTable::HolderTable(const Coloring& coloring, const ConstraintVertices& constraints)
+    : width_(coloring.color_count) {
+  if (!ColorHolders::fits(constraints.vertex_count, width_, constraints.vertices.size())) {
+    lists_ = find_vertex_constraints(constraints);
+    return;
+  }
+  table_.resize(static_cast<std::size_t>(constraints.vertex_count) * width_);
+  const ColorHolders holders = view();
+  with_arity(constraints, [&](const auto& access) {
+    for (Index c = 0; c < access.count; ++c) {
+      for (const Index v : access[c]) {
+        if (coloring.color_of[c] != kOverflowColor) {
+          holders.at(v, coloring.color_of[c]) = c;
+        }
+      }
+    }
+  });
+}
+
+ColorHolders HolderTable::view() {
+  return {table_.empty() ? nullptr : table_.data(), width_, lists_.offsets.data(),
+          lists_.entries.data()};
+}
+
 Index count_from(const std::vector<Index>& sizes, Index first) {
   return std::accumulate(sizes.begin() + first, sizes.end(), Index{0});
 }

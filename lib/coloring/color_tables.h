@@ -9,6 +9,8 @@
 
 #include "pbdsurg/coloring/coloring.h"
 
+#include "coloring/color_holders.h"
+
 namespace pbdsurg {
 
 struct ColorTables {
@@ -21,6 +23,18 @@ struct ColorTables {
 /// conflict
 [[nodiscard]] ColorTables make_color_tables(const Coloring& coloring,
                                             const ConstraintVertices& constraints);
+
+/// The memory behind the ColorHolders of a valid colouring.
+class HolderTable {
+ public:
+  HolderTable(const Coloring& coloring, const ConstraintVertices& constraints);
+  [[nodiscard]] ColorHolders view();
+
+ private:
+  Index width_;
+  std::vector<Index> table_;  // or else
+  IndexLists lists_;
+};
 
 /// Constraints of colours from `first` on.
 [[nodiscard]] Index count_from(const std::vector<Index>& sizes, Index first);

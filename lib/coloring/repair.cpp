@@ -18,17 +18,8 @@ namespace {
 
 // Down to the target or as near as it gets; with gives_up, what does not fit stays above it.
 void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, ColorTables& tables,
-                  Index target, bool gives_up, std::uint64_t seed, int threads) {
-  std::vector<Index> table;
-  IndexLists lists;
-  if (ColorHolders::fits(constraints.vertex_count, coloring.color_count,
-                         constraints.vertices.size())) {
-    table.resize(static_cast<std::size_t>(constraints.vertex_count) * coloring.color_count);
-  } else {
-    lists = find_vertex_constraints(constraints);
-  }
-  const ColorHolders holders{table.empty() ? nullptr : table.data(), coloring.color_count,
-                             lists.offsets.data(), lists.entries.data()};
+                  Index target, bool gives_up, RepairSwaps swaps, std::uint64_t seed, int threads) {
+  HolderTable holders(coloring, constraints);
   const std::size_t count = coloring.color_of.size();
   std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count));
   std::vector<Index> list(count), other_list(count);
@@ -41,16 +32,10 @@ void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, Col
     program.color_count = coloring.color_count;
     program.target = target;
     program.gives_up = gives_up;
+    program.swaps_with_two = swaps == RepairSwaps::with_two;
     program.masks = {tables.masks.data(), tables.words};
     program.claims = {keys.data(), keys.size(), 1, rank_bits_for(access.count)};
-    program.holders = holders;
-    for (Index c = 0; c < access.count && holders.table != nullptr; ++c) {
-      for (const Index v : access[c]) {
-        if (coloring.color_of[c] != kOverflowColor) {
-          holders.at(v, coloring.color_of[c]) = c;
-        }
-      }
-    }
+    program.holders = holders.view();
     program.color_of = coloring.color_of.data();
     program.sizes = tables.sizes.data();
     program.lists[0] = list.data();
@@ -72,12 +57,12 @@ void sort_colors(Coloring& coloring, ColorTables& tables, const ConstraintVertic
 }  // namespace
 
 void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints, std::uint64_t seed,
-                     int threads) {
+                     int threads, RepairSwaps swaps) {
   threads = resolve_threads(threads);
   ColorTables tables = make_color_tables(coloring, constraints);
   const Index bound = clique_bound(constraints);
   if (coloring.color_count > bound) {
-    lower_colors(coloring, constraints, tables, std::max(bound, 1), false, seed, threads);
+    lower_colors(coloring, constraints, tables, std::max(bound, 1), false, swaps, seed, threads);
   }
   close_color_gaps(coloring);
 }
@@ -93,7 +78,8 @@ void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Ind
     return;
   }
   sort_colors(coloring, tables, constraints);
-  lower_colors(coloring, constraints, tables, max_colors, true, seed, threads);
+  lower_colors(coloring, constraints, tables, max_colors, true, RepairSwaps::with_one, seed,
+               threads);
   for (Index& color : coloring.color_of) {
     color = color >= max_colors ? kOverflowColor : color;
   }

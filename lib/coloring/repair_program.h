@@ -4,8 +4,6 @@
 /// @file
 /// The parallel program behind repair_coloring() and limit_colors(); see team.h for what a team is.
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
 
 #include "pbdsurg/core/host_device.h"
@@ -13,49 +11,11 @@
 #include "pbdsurg/core/types.h"
 
 #include "coloring/claims.h"
+#include "coloring/color_holders.h"
 #include "coloring/color_masks.h"
 #include "coloring/team.h"
 
 namespace pbdsurg {
-
-/// Who has a colour at a vertex: looked up in a table where that has a reasonable size, otherwise
-/// searched among the constraints there.
-struct ColorHolders {
-  Index* table = nullptr;          ///< [vertex_count * width] holds where the vertex has the colour
-  Index width = 0;                 ///< colours
-  const Index* offsets = nullptr;  ///< without a table: [vertex_count + 1] the constraints at each
-  const Index* entries = nullptr;  ///< vertex, in any order
-
-  /// Whether a table is of the size of the constraints themselves, give or take.
-  static bool fits(Index vertex_count, Index colors, std::size_t entry_count) {
-    constexpr std::int64_t kAlwaysFits = 1 << 24;
-    constexpr std::int64_t kPerEntry = 16;
-    return std::int64_t{vertex_count} * colors <=
-           std::max(kAlwaysFits, kPerEntry * static_cast<std::int64_t>(entry_count));
-  }
-
-  [[nodiscard]] PBDSURG_HOST_DEVICE Index& at(Index vertex, Index color) const {
-    return table[static_cast<std::int64_t>(vertex) * width + color];
-  }
-
-  /// Reads the table where there is one, even if the vertex has not got the colour: looking at all
-  /// vertices of a constraint at once is faster than one after another.
-  [[nodiscard]] PBDSURG_HOST_DEVICE Index find(Index vertex, Index color, bool has_color,
-                                               const Index* color_of) const {
-    if (table != nullptr) {
-      const Index holder = at(vertex, color);
-      return has_color ? holder : kInvalidIndex;
-    }
-    if (!has_color) {
-      return kInvalidIndex;
-    }
-    Index entry = offsets[vertex];
-    while (color_of[entries[entry]] != color) {
-      ++entry;
-    }
-    return entries[entry];
-  }
-};
 
 /// Empties the highest colours, level by level: as many at once as hold few constraints, but at
 /// least one. Where a level cannot be emptied, what is left of it takes as many colours more as it
@@ -67,6 +27,7 @@ struct RepairProgram {
   Index color_count = 0;          ///< more than the target
   Index target = 1;               ///< the end is at so many colours; >= 1
   bool gives_up = false;          ///< one level, down to the target; what is left of it stays
+  bool swaps_with_two = false;    ///< RepairSwaps::with_two
   ColorMasks masks;               ///< the colouring's
   ClaimTable claims;              ///< of vertices: one slot
   ColorHolders holders;           ///< the colouring's
@@ -118,6 +79,7 @@ struct RepairProgram {
     Index top = limit;
     Index mark = counts[step % 3];
     int waited = 0;
+    bool with_two = false;  // only where all else is stuck
     for (;; ++step) {
       const Index count = counts[step % 3];
       if (team.worker() == 0) {
@@ -137,7 +99,11 @@ struct RepairProgram {
         if (gives_up) {
           return false;
         }
-        ++top;
+        if (swaps_with_two && swapping && !with_two) {
+          with_two = true;
+        } else {
+          ++top;
+        }
         mark = count;
         waited = 0;
       }
@@ -152,7 +118,7 @@ struct RepairProgram {
         // what is of a lower grade than one that is there need not be worked out
         if (color_of[c] >= top && find_blockers(c, plan) &&
             grade(plan) >= grade_of_key(team.peek(best[at])) &&
-            find_new_colors(c, top, rounds.round(), plan) && (swapping || !plan.swaps)) {
+            find_new_colors(c, top, rounds.round(), with_two, plan) && (swapping || !plan.swaps)) {
           team.fetch_max(best[at], plan_key(c, plan, rounds.round()));
         }
       }
@@ -173,7 +139,7 @@ struct RepairProgram {
       for (Index i = team.worker(); i < count; i += team.worker_count()) {
         Index left = list[i];
         if (best[i] != 0) {
-          left = carry_out(team, left, color_of_key(best[i]), top, rounds);
+          left = carry_out(team, left, color_of_key(best[i]), top, with_two, rounds);
           best[i] = 0;
         }
         if (left != kInvalidIndex) {
@@ -190,7 +156,8 @@ struct RepairProgram {
     int blocker_count = 0;
     Index blockers[2] = {};
     Index new_colors[2] = {};
-    bool swaps = false;  ///< the one blocker is then above the limit in place of the constraint
+    bool swaps = false;
+    int swapped = 0;  ///< the blocker that is then above the limit in place of the constraint
   };
 
   // Fewest blockers first, swaps last.
@@ -237,7 +204,9 @@ struct RepairProgram {
   }
 
   // Two blockers share no vertex, as they have one colour, so their new colours are independent.
-  PBDSURG_DEVICE bool find_new_colors(Index c, Index top, std::uint32_t round, Plan& plan) const {
+  // One of them may swap with the constraint: the only one, or with_two either.
+  PBDSURG_DEVICE bool find_new_colors(Index c, Index top, std::uint32_t round, bool with_two,
+                                      Plan& plan) const {
     for (int i = 0; i < plan.blocker_count; ++i) {
       const auto ids = constraints[plan.blockers[i]];
       plan.new_colors[i] = draw_color(
@@ -245,9 +214,12 @@ struct RepairProgram {
           random_bits(seed, static_cast<std::uint64_t>(plan.blockers[i]),
                       (std::uint64_t{round} << 32) | static_cast<std::uint32_t>(c)));
       if (plan.new_colors[i] == kInvalidIndex) {
-        plan.swaps = plan.blocker_count == 1 && may_swap(c, plan.blockers[0]);
+        if (plan.swaps || (plan.blocker_count > 1 && !with_two) || !may_swap(c, plan.blockers[i])) {
+          return false;
+        }
+        plan.swaps = true;
+        plan.swapped = i;
         plan.new_colors[i] = color_of[c];
-        return plan.swaps;
       }
     }
     return true;
@@ -293,7 +265,7 @@ struct RepairProgram {
   // Nobody else touches the vertices of a plan whose claims all stand, nor what lies at them.
   // Returns who is then left above the limit in place of c: c, the one it swapped with, or nobody.
   template <class Team>
-  PBDSURG_DEVICE Index carry_out(Team& team, Index c, Index color, Index top,
+  PBDSURG_DEVICE Index carry_out(Team& team, Index c, Index color, Index top, bool with_two,
                                  const ClaimRounds& rounds) const {
     const std::uint32_t key = rounds.key(c);
     if (!holds(c, key)) {
@@ -306,7 +278,7 @@ struct RepairProgram {
         return c;
       }
     }
-    find_new_colors(c, top, rounds.round(), plan);
+    find_new_colors(c, top, rounds.round(), with_two, plan);
     // all leave before any arrives, as a swap hands over the same colour
     release(team, c, color_of[c]);
     for (int i = 0; i < plan.blocker_count; ++i) {
@@ -314,7 +286,7 @@ struct RepairProgram {
       take(team, plan.blockers[i], plan.new_colors[i]);
     }
     take(team, c, color);
-    return plan.swaps ? plan.blockers[0] : kInvalidIndex;
+    return plan.swaps ? plan.blockers[plan.swapped] : kInvalidIndex;
   }
 
   // Nobody contends for these words, but a device need not wait for an atomic without a result.

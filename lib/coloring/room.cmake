@@ -4,5 +4,5 @@ pbdsurg_room(coloring
           edge_ownership.h clusters.h dynamic_coloring.h
   SOURCES constraint_vertices.cpp coloring.cpp color_gaps.cpp color_tables.cpp thread_team.cpp
           first_fit.cpp greedy.cpp jones_plassmann.cpp luby.cpp random_disc.cpp
-          repair.cpp balance.cpp color.cpp conflict_graph.cpp
+          repair.cpp balance.cpp chain_balance.cpp color.cpp conflict_graph.cpp
           edge_ownership.cpp clusters.cpp dynamic_coloring.cpp)

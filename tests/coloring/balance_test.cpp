@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/balance.h"
 
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/repair.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/tetrahedralize.h"
 
 #include "coloring/sample_constraints.h"
 #include "support/catch.h"
@@ -49,6 +51,49 @@ TEST_CASE("balance: colours of organs are even within 2 %, at no extra colour", 
     CHECK(statistics.relative_deviation <= 0.02);
     CHECK(statistics.max_over_mean <= 1.02);
   }
+}
+
+// Sweeps at random leave them at 12 % (fat), 6 % (liver) and 3 % (lattice).
+TEST_CASE("balance: even where no single constraint is free to move", "[benchmark]") {
+  const auto check = [](const ConstraintVertices& constraints, GreedyOrder order) {
+    Coloring coloring = color_greedy(constraints, order);
+    repair_coloring(coloring, constraints);
+    const Coloring before = coloring;
+    balance_coloring(coloring, constraints);
+
+    CHECK_FALSE(find_conflict(coloring, constraints));
+    const ColoringStatistics statistics = measure_coloring(coloring, constraints);
+    CHECK(statistics.colors == before.color_count);
+    CHECK(statistics.relative_deviation <= 0.005);
+    Coloring other = before;
+    balance_coloring(other, constraints, 0, 3);
+    CHECK(other == coloring);
+  };
+  for (const Organ organ : {Organ::calot_fat, Organ::liver}) {
+    INFO(name_of(organ));
+    const OrganRecipe recipe = organ_recipe(organ);
+    const TetMesh mesh = tetrahedralize(recipe.shape, recipe.options).mesh;
+    const IndexLists blocks =
+        find_vertex_constraints(ConstraintVertices(mesh.tets(), mesh.vertex_count()));
+    check({blocks, mesh.tet_count()}, GreedyOrder::saturation);
+    check({blocks, mesh.tet_count()}, GreedyOrder::smallest_last);
+  }
+  const TetMesh lattice = testing::make_box({20, 20, 20}, 1e-3);
+  check({lattice.tets(), lattice.vertex_count()}, GreedyOrder::natural);
+  check({lattice.tets(), lattice.vertex_count()}, GreedyOrder::saturation);
+}
+
+// Who holds a colour is then searched, as a table of vertices and colours would be too large.
+TEST_CASE("balance: chains among far more vertices than constraints", "[unit]") {
+  const TetMesh box = testing::make_box({9, 7, 6}, 1e-3);
+  const ConstraintVertices few(box.tets(), box.vertex_count());
+  const ConstraintVertices many(box.tets(), 2'000'000);
+  Coloring coloring = color_greedy(few);
+  repair_coloring(coloring, few);
+  Coloring other = coloring;
+  balance_coloring(coloring, few);
+  balance_coloring(other, many);
+  CHECK(other == coloring);
 }
 
 TEST_CASE("balance: overflow stays where it is", "[unit]") {

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/coloring/color.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/jones_plassmann.h"
 #include "pbdsurg/coloring/luby.h"
@@ -54,13 +55,18 @@ TEST_CASE("repair: above the bound, too, the result does not depend on the threa
     INFO("seed " << seed);
     const testing::SampleConstraints sample = testing::crowded_sample(seed);
     const Coloring before = color_greedy(sample.view(), GreedyOrder::smallest_last);
-    Coloring coloring = before;
-    repair_coloring(coloring, sample.view(), seed);
-    CHECK_FALSE(find_conflict(coloring, sample.view()));
-    for (const int threads : {2, 3}) {
-      Coloring other = before;
-      repair_coloring(other, sample.view(), seed, threads);
-      CHECK(other == coloring);
+    for (const RepairSwaps swaps : {RepairSwaps::with_one, RepairSwaps::with_two}) {
+      if (swaps == RepairSwaps::with_two && seed >= 15) {
+        continue;  // takes far longer
+      }
+      Coloring coloring = before;
+      repair_coloring(coloring, sample.view(), seed, 1, swaps);
+      CHECK_FALSE(find_conflict(coloring, sample.view()));
+      for (const int threads : {2, 3}) {
+        Coloring other = before;
+        repair_coloring(other, sample.view(), seed, threads, swaps);
+        CHECK(other == coloring);
+      }
     }
   }
 }
@@ -80,6 +86,35 @@ TEST_CASE("repair: organs reach the clique bound from any start", "[benchmark]")
       CHECK_FALSE(find_conflict(coloring, constraints));
     }
   }
+}
+
+// Of ten seeds, five end above the bound where a constraint swaps with one alone: every colour
+// around the last of them is held by two.
+TEST_CASE("repair: swaps with two reach the bound that swaps with one do not", "[benchmark]") {
+  const TetMesh organ = table2_mesh(1);
+  const ConstraintVertices tets(organ.tets(), organ.vertex_count());
+  const Index bound = clique_bound(tets);
+  int missed = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    INFO("seed " << seed);
+    const Coloring before = color_random_disc(tets, seed);
+    Coloring with_one = before;
+    repair_coloring(with_one, tets, seed);
+    Coloring with_two = before;
+    repair_coloring(with_two, tets, seed, 1, RepairSwaps::with_two);
+
+    CHECK_FALSE(find_conflict(with_two, tets));
+    CHECK(with_two.color_count == bound);
+    if (with_one.color_count == bound) {
+      CHECK(with_two == with_one);
+    } else {
+      ++missed;
+    }
+    const ColoringOptions options{
+        .algorithm = ColoringAlgorithm::random_disc, .repair = true, .seed = seed};
+    CHECK(color_constraints(tets, options) == with_two);
+  }
+  CHECK(missed > 0);
 }
 
 // Hundreds of colours too many, and masks of many words.

@@ -26,9 +26,10 @@ struct ColoringOptions {
   ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;
   GreedyOrder order = GreedyOrder::natural;  ///< of ColoringAlgorithm::greedy
   RandomDiscOptions disc = {};               ///< of ColoringAlgorithm::random_disc
-  bool repair = false;                       ///< call repair_coloring()
-  bool balance = false;                      ///< call balance_coloring(), last
-  Index max_colors = 0;                      ///< call limit_colors() unless it is 0
+  /// Call repair_coloring(); after random_disc RepairSwaps::with_two, after others with_one.
+  bool repair = false;
+  bool balance = false;  ///< call balance_coloring(), last
+  Index max_colors = 0;  ///< call limit_colors() unless it is 0
   std::uint64_t seed = 0;
   int threads = 1;  ///< >= 1, or 0 for one a processor, which is the most that helps; the result is
                     ///< the same

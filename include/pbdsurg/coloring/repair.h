@@ -11,6 +11,15 @@
 
 namespace pbdsurg {
 
+/// With whom a constraint that finds no colour may swap.
+enum class RepairSwaps : std::uint8_t {
+  with_one,  ///< with the only one that holds a colour around it
+  /// Where that is stuck, also with one of two that hold a colour, while the other moves to one
+  /// that is free for it. Mostly fewer colours where with_one ends above the clique bound, and the
+  /// same colouring where it does not.
+  with_two,
+};
+
 /// Moves constraints out of the highest colours, down to the clique bound where it can.
 ///
 /// One-step ejection: a constraint takes a colour from the one or two that hold it around its
@@ -22,14 +31,16 @@ namespace pbdsurg {
 ///
 /// The colouring stays valid and never gains a colour. The result depends on the arguments other
 /// than threads alone. Cost: O(vertices named), and O(colours) for each constraint in the way and
-/// round: 30 ms for a million irregular tetrahedra, a second for a lattice. Memory: 4 bytes and a
-/// bit a vertex and colour, unless that is far more than the constraints themselves.
+/// round: 30 ms for a million irregular tetrahedra, a second for a lattice, and up
+/// to twice that for RepairSwaps::with_two. Memory: 4 bytes and a bit a vertex and colour, unless
+/// that is far more than the constraints themselves.
 /// @param coloring  valid; overflow stays where it is
 /// @param threads   >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
 ///                          valid, or if threads is negative; then nothing has changed
 void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints,
-                     std::uint64_t seed = 0, int threads = 1);
+                     std::uint64_t seed = 0, int threads = 1,
+                     RepairSwaps swaps = RepairSwaps::with_one);
 
 /// Keeps the largest max_colors colours, as colours 0, 1, ... by falling size, moves into them what
 /// one-step ejection can, and leaves the rest to the overflow group. Nothing changes if there are
