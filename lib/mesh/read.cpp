@@ -25,7 +25,7 @@ std::string lower_extension(const std::filesystem::path& path) {
 }
 
 bool starts_with(const Source& source, std::string_view text) {
-  return std::string_view(source.bytes).substr(0, text.size()) == text;
+  return std::string_view(source.bytes).substr(source.text_begin).starts_with(text);
 }
 
 ParsedMesh parse_tetgen_pair(const std::filesystem::path& path) {

@@ -12,7 +12,7 @@ namespace {
 
 class MeditFile {
  public:
-  explicit MeditFile(const Source& source) : text_(source, 0, '#') {}
+  explicit MeditFile(const Source& source) : text_(source, '#') {}
 
   ParsedMesh parse() {
     if (text_.word("MeshVersionFormatted") != "MeshVersionFormatted") {

@@ -170,8 +170,11 @@ class MshFile {
     ids_.reserve(count);
     mesh_.points.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-      ids_.add(read_int(reader, "a node id"));
+      begin_row(reader);
+      const std::int64_t id = read_int(reader, "a node id");
+      ids_.add(id);
       mesh_.points.push_back(reader.point());
+      end_row(reader, "node", id);
     }
   }
 
@@ -179,6 +182,7 @@ class MshFile {
 
   void read_elements_ascii(std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
+      begin_row(text_);
       const auto id = text_.number<std::int64_t>("an element id");
       const auto number = text_.number<std::int64_t>("an element type");
       const CellType type = checked_type(text_, number, id);
@@ -197,6 +201,7 @@ class MshFile {
         }
       }
       read_corners(text_, type, id, [&] { return read_int(text_, "a node id"); });
+      end_row(text_, "element", id);
     }
   }
 
@@ -237,22 +242,29 @@ class MshFile {
     ids_.reserve(count);
     mesh_.points.reserve(count);
     for (std::int64_t b = 0; b < blocks; ++b) {
+      begin_row(reader);
       const std::int64_t dimension = read_int(reader, "an entity dimension");
       read_int(reader, "an entity tag");
       const std::int64_t parametric = read_int(reader, "whether nodes are parametric");
       const std::size_t in_block = block_count(reader, "nodes", count - ids_.count());
+      end_row(reader, "node block", b + 1);
       if (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1) {
         reader.fail("a node block of dimension " + std::to_string(dimension) +
                     " with parametric flag " + std::to_string(parametric));
       }
       for (std::size_t i = 0; i < in_block; ++i) {
-        ids_.add(read_size(reader, "a node id"));
+        begin_row(reader);
+        const std::int64_t id = read_size(reader, "a node id");
+        ids_.add(id);
+        end_row(reader, "node", id);
       }
       for (std::size_t i = 0; i < in_block; ++i) {
+        begin_row(reader);
         mesh_.points.push_back(reader.point());
         for (std::int64_t p = 0; p < parametric * dimension; ++p) {
           read_double(reader, "a parametric coordinate");
         }
+        end_row(reader, "coordinates", static_cast<std::int64_t>(mesh_.points.size()));
       }
     }
     if (ids_.count() != count) {
@@ -271,14 +283,18 @@ class MshFile {
         reader.checked_count(total, "elements", kIsText<Reader> ? 2 : 2 * size_bytes());
     std::size_t done = 0;
     for (std::int64_t b = 0; b < blocks; ++b) {
+      begin_row(reader);
       read_int(reader, "an entity dimension");
       read_int(reader, "an entity tag");
       const std::int64_t number = read_int(reader, "an element type");
       const CellType type = checked_type(reader, number, static_cast<std::int64_t>(done + 1));
       const std::size_t in_block = block_count(reader, "elements", count - done);
+      end_row(reader, "element block", b + 1);
       for (std::size_t i = 0; i < in_block; ++i) {
+        begin_row(reader);
         const std::int64_t id = read_size(reader, "an element id");
         read_corners(reader, type, id, [&] { return read_size(reader, "a node id"); });
+        end_row(reader, "element", id);
       }
       done += in_block;
     }
@@ -297,6 +313,15 @@ class MshFile {
     }
     return static_cast<std::size_t>(count);
   }
+
+  // --- rows: nodes, elements and heads of blocks have a line each in text ---
+
+  static void begin_row(TextReader& reader) { reader.begin_row(); }
+  static void begin_row(ByteReader&) {}
+  static void end_row(TextReader& reader, const char* what, std::int64_t id) {
+    reader.end_row(what, id);
+  }
+  static void end_row(ByteReader&, const char*, std::int64_t) {}
 
   // --- single numbers ---
 

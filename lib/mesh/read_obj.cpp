@@ -30,7 +30,7 @@ Index corner_vertex(TextReader& text, std::size_t point_count) {
 
 ParsedMesh parse_obj(const Source& source) {
   MeshData mesh;
-  TextReader text(source, 0, '#');
+  TextReader text(source, '#');
   std::vector<Index> corners;
   while (!text.at_end()) {
     const std::string_view keyword = text.word("a keyword");

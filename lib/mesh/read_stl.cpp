@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // STL, ASCII and binary: 3D Systems, "Stereolithography interface specification", 1988.
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 #include <tuple>
 
@@ -45,6 +46,13 @@ MeshData weld(const std::vector<Eigen::Vector3d>& corners) {
   return mesh;
 }
 
+/// Whether a word is a keyword, which some programs write in capitals.
+bool is_keyword(std::string_view word, std::string_view keyword) {
+  return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(), [](char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) == b;
+  });
+}
+
 std::size_t binary_size(const Source& source) {
   const auto count = load<std::uint32_t>(source.bytes.data() + 80, std::endian::little);
   return kHeaderBytes + kFacetBytes * static_cast<std::size_t>(count);
@@ -56,26 +64,26 @@ bool is_ascii(const Source& source) {
     return false;
   }
   TextReader text(source);
-  if (text.peek() != "solid") {
+  if (!is_keyword(text.peek(), "solid")) {
     return false;
   }
   text.rest_of_line();
   const std::string_view second = text.peek();
-  return second == "facet" || second == "endsolid" || second.empty();
+  return is_keyword(second, "facet") || is_keyword(second, "endsolid") || second.empty();
 }
 
 std::vector<Eigen::Vector3d> read_ascii(const Source& source) {
   TextReader text(source);
   std::vector<Eigen::Vector3d> corners;
   const auto expect = [&](const char* keyword) {
-    if (text.word(keyword) != keyword) {
+    if (!is_keyword(text.word(keyword), keyword)) {
       text.fail("the keyword '" + std::string(keyword) + "' should be here");
     }
   };
   while (!text.at_end()) {
     expect("solid");
     text.rest_of_line();
-    while (text.peek() == "facet") {
+    while (is_keyword(text.peek(), "facet")) {
       text.rest_of_line();  // the normal follows from the corners
       expect("outer");
       expect("loop");

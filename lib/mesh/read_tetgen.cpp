@@ -40,7 +40,7 @@ void skip_row(TextReader& text) {
 
 ParsedMesh parse_tetgen(const Source& node, const Source& element) {
   MeshData mesh;
-  TextReader nodes(node, 0, '#');
+  TextReader nodes(node, '#');
   const std::size_t point_count = nodes.count("points", 4);
   const auto dimension = nodes.number<int>("the dimension");
   if (dimension != 3) {
@@ -55,7 +55,7 @@ ParsedMesh parse_tetgen(const Source& node, const Source& element) {
     skip_row(nodes);
   }
 
-  TextReader elements(element, 0, '#');
+  TextReader elements(element, '#');
   const std::size_t tet_count = elements.count("tetrahedra", 5);
   const auto corners = elements.number<int>("the corners of a tetrahedron");
   if (corners != 4) {

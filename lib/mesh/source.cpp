@@ -23,7 +23,7 @@ void Source::fail_at_byte(std::size_t offset, const std::string& reason) const {
 }
 
 Source read_source(const std::filesystem::path& path) {
-  Source source{path.string(), {}};
+  Source source{path.string(), {}, 0};
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
@@ -50,6 +50,8 @@ Source read_source(const std::filesystem::path& path) {
     throw FileError(source.path + ": only " + std::to_string(stream.gcount()) + " of " +
                     std::to_string(size) + " bytes could be read");
   }
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  source.text_begin = source.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
   return source;
 }
 

@@ -17,12 +17,14 @@ namespace pbdsurg {
 struct Source {
   std::string path;
   std::string bytes;
+  std::size_t text_begin = 0;  ///< where text starts: behind a byte-order mark, if there is one
 
   [[noreturn]] void fail_at_line(std::size_t offset, const std::string& reason) const;
   [[noreturn]] void fail_at_byte(std::size_t offset, const std::string& reason) const;
 };
 
-/// Reads a whole file. @throws FileError if it cannot be read or has 2 GiB or more.
+/// Reads a whole file and looks for the byte-order mark of UTF-8. @throws FileError if it cannot be
+/// read or has 2 GiB or more.
 [[nodiscard]] Source read_source(const std::filesystem::path& path);
 
 /// Why a file cannot hold `count` elements of `least_bytes` bytes each in the `left` bytes that

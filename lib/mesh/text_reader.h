@@ -22,8 +22,8 @@ namespace pbdsurg {
 class TextReader {
  public:
   /// @param comment  starts a comment that runs to the end of its line; 0 for none
-  explicit TextReader(const Source& source, std::size_t begin = 0, char comment = '\0')
-      : TextReader(source, begin, source.bytes.size(), comment) {}
+  explicit TextReader(const Source& source, char comment = '\0')
+      : TextReader(source, source.text_begin, source.bytes.size(), comment) {}
 
   TextReader(const Source& source, std::size_t begin, std::size_t end, char comment)
       : source_(&source), offset_(begin), end_(end), token_(begin), comment_(comment) {}
@@ -45,8 +45,29 @@ class TextReader {
     return offset_ == end_ || here() == '\n' || (comment_ != '\0' && here() == comment_);
   }
 
-  /// The next token. @param what  names it in the error when the file ends here
+  /// Begins a row at the next token: until end_row(), a token on another line is refused.
+  void begin_row() {
+    skip_space();
+    in_row_ = true;
+  }
+
+  /// Ends a row, which must have no token left.
+  /// @param what, id  name the row in the error
+  void end_row(std::string_view what, std::int64_t id) {
+    in_row_ = false;
+    if (!at_line_end()) {
+      const std::string extra = printable(word(""));
+      fail("'" + extra + "' stands where the line of " + std::string(what) + " " +
+           std::to_string(id) + " should end");
+    }
+  }
+
+  /// The next token. @param what  names it in the error when the file, or the row, ends here
   std::string_view word(std::string_view what) {
+    if (in_row_ && at_line_end() && offset_ != end_) {
+      token_ = offset_;
+      fail("the line ends where " + std::string(what) + " should be");
+    }
     skip_space();
     token_ = offset_;
     if (offset_ == end_) {
@@ -169,6 +190,7 @@ class TextReader {
   std::size_t end_;
   std::size_t token_;  // where the token read last begins
   char comment_;
+  bool in_row_ = false;
 };
 
 }  // namespace pbdsurg

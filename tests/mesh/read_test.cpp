@@ -237,6 +237,74 @@ TEST_CASE("read: a broken text file is refused with its line and reason", "[unit
                     ContainsSubstring("not a regular file"));
 }
 
+// Would catch a reader that takes the ids of an element from the next line, or leaves some over for
+// the next element: the ids of all elements that follow then belong to others. In some of these
+// files the tokens add up.
+TEST_CASE("read: MSH rows with too few or too many numbers are refused with their line", "[unit]") {
+  // read to the end: the two tets are then found to be one
+  const std::string whole =
+      "a.msh: tet 1 (vertices 0 1 2 3) repeats tet 0; each may occur only once";
+  const std::string two = replaced(kMsh2, "$Elements\n1\n1 4 2 0 1 1 2 3 4\n",
+                                   "$Elements\n2\n1 4 2 0 1 1 2 3 4\n2 4 2 0 1 1 2 3 4\n");
+  CHECK(reading("a.msh", two) == whole);
+  const auto with_rows = [&](const std::string& first, const std::string& second) {
+    return reading("a.msh", replaced(two, "1 4 2 0 1 1 2 3 4\n2 4 2 0 1 1 2 3 4\n",
+                                     first + "\n" + second + "\n"));
+  };
+  CHECK(with_rows("1 4 2 0 1 1 2 3 4 2", "4 2 0 1 1 2 3 4") ==
+        "a.msh:13: '2' stands where the line of element 1 should end");
+  CHECK(with_rows("1 4 2 0 1 1 2 3", "4 2 4 2 0 1 1 2 3 4") ==
+        "a.msh:13: the line ends where a node id should be");
+  CHECK(with_rows("1 4 2 0 1 1 2 3 4", "2 4 3 0 1 1 2 3 4") ==
+        "a.msh:14: the line ends where a node id should be");
+  CHECK(with_rows("1 4 1 0 1 1 2 3 4", "2 4 2 0 1 1 2 3 4") ==
+        "a.msh:13: '4' stands where the line of element 1 should end");
+  CHECK(with_rows("", "1 4 2 0 1 1 2 3 4 \t\r\n\n2 4 2 0 1 1 2 3 4") == whole);
+  CHECK(reading("a.msh", replaced(kMsh2, "2 1 0 0\n", "2 1 0\n")) ==
+        "a.msh:7: the line ends where a coordinate should be");
+  CHECK(reading("a.msh", replaced(kMsh2, "2 1 0 0\n", "2 1 0 0 0\n")) ==
+        "a.msh:7: '0' stands where the line of node 2 should end");
+
+  const std::string msh1 =
+      "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n2\n"
+      "1 4 1 1 4 1 2 3 4\n2 4 1 1 4 1 2 3 4\n$ENDELM\n";
+  CHECK(reading("a.msh", msh1) == whole);
+  CHECK(reading("a.msh", replaced(msh1, "3 4\n2 4", "3 4 2\n4")) ==
+        "a.msh:10: '2' stands where the line of element 1 should end");
+  CHECK(reading("a.msh", replaced(msh1, "3 4\n2 4", "3\n4 2 4")) ==
+        "a.msh:10: the line ends where a node id should be");
+
+  const std::string msh4 =
+      "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n"
+      "0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 2 1 2\n3 1 4 2\n"
+      "1 1 2 3 4\n2 1 2 3 4\n$EndElements\n";
+  CHECK(reading("a.msh", msh4) == whole);
+  CHECK(reading("a.msh", replaced(msh4, "1 1 2 3 4\n2", "1 1 2 3 4 2\n")) ==
+        "a.msh:19: '2' stands where the line of element 1 should end");
+  CHECK(reading("a.msh", replaced(msh4, "1 1 2 3 4\n2", "1 1 2 3\n4 2")) ==
+        "a.msh:19: the line ends where a node id should be");
+  CHECK(reading("a.msh", replaced(msh4, "3 1 4 2\n1", "3 1 4 2 1\n")) ==
+        "a.msh:18: '1' stands where the line of element block 1 should end");
+  CHECK(reading("a.msh", replaced(msh4, "0 0 0\n1 0 0\n", "0 0\n0 1 0 0\n")) ==
+        "a.msh:11: the line ends where a coordinate should be");
+  CHECK(reading("a.msh", replaced(msh4, "2\n3\n4\n0 0 0\n", "2\n3\n4 0\n0 0\n")) ==
+        "a.msh:10: '0' stands where the line of node 4 should end");
+}
+
+// Would catch lines and bytes that are counted from behind the mark, and a binary STL whose header
+// happens to begin with one.
+TEST_CASE("read: a byte-order mark moves neither lines nor bytes", "[unit]") {
+  const std::string mark = "\xEF\xBB\xBF";
+  CHECK(reading("a.msh", mark + kMsh2) == "");
+  CHECK(reading("a.msh", mark + replaced(kMsh2, "1 1 2 3 4", "1 1 2 3 9")) ==
+        "a.msh:13: element 1 refers to node 9; no node has this id");
+  CHECK(reading("a.obj", mark) == "a.obj:1: the file has no vertices ('v')");
+  const TemporaryFolder folder;
+  std::string stl = mark + std::string(81 + 50, '\0');
+  stl[80] = '\1';
+  CHECK(read_mesh(folder.put("a.stl", stl)).triangles.size() == 1);
+}
+
 TEST_CASE("read: a broken binary file is refused with its byte and reason", "[unit]") {
   std::string stl(84, ' ');
   stl[80] = '\x10', stl[81] = stl[82] = '\0', stl[83] = '\x40';

@@ -413,6 +413,26 @@ SampleFile single(const std::string& name, std::string bytes) {
   return {name, {{name, std::move(bytes)}}};
 }
 
+/// The same file as some editors save it: behind a byte-order mark.
+SampleFile marked(SampleFile file) {
+  const std::string old_stem = file.parts[0].name.substr(0, file.parts[0].name.find('.'));
+  file.encoding += " with a byte-order mark";
+  for (SampleFile::Part& part : file.parts) {
+    part.name = old_stem + "_marked" + part.name.substr(old_stem.size());
+    part.bytes.insert(0, "\xEF\xBB\xBF");
+  }
+  return file;
+}
+
+/// ASCII STL in capitals, numbers included.
+SampleFile in_capitals(SampleFile file) {
+  for (char& c : file.parts[0].bytes) {
+    c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  }
+  file.encoding = file.parts[0].name = "capitals.stl";
+  return file;
+}
+
 }  // namespace
 
 MeshData box_mesh(int cells) {
@@ -487,7 +507,14 @@ std::vector<SampleFile> tet_samples(const MeshData& mesh) {
           single("msh41_big_32.msh", msh4_binary<std::uint32_t>(mesh, kBig)),
           single("vtk51_ascii.vtk", vtk51(mesh, false)),
           single("vtk51_binary.vtk", vtk51(mesh, true)),
-          single("medit.mesh", medit(mesh))};
+          single("medit.mesh", medit(mesh)),
+          marked(written(mesh, "msh22_ascii.msh", {"2.2", MeshEncoding::ascii})),
+          marked(written(mesh, "msh41_ascii.msh", {"4.1", MeshEncoding::ascii})),
+          marked(single("msh1.msh", msh1(mesh))),
+          marked(single("vtk51_ascii.vtk", vtk51(mesh, false))),
+          marked(written(mesh, "ascii.vtu", {"", MeshEncoding::ascii})),
+          marked(written(mesh, "appended_raw_64.vtu", {"", MeshEncoding::binary})),
+          marked(single("medit.mesh", medit(mesh)))};
 }
 
 std::vector<SampleFile> tet_only_samples(const MeshData& mesh) {
@@ -498,6 +525,7 @@ std::vector<SampleFile> tet_only_samples(const MeshData& mesh) {
   return {
       tetgen(mesh, 0),
       tetgen(mesh, 1),
+      marked(tetgen(mesh, 0)),
       single("base64_32.vtu", vtu(VtuData::inline_base64, false, false, kLittle)),
       single("base64_64_big.vtu", vtu(VtuData::inline_base64, false, true, kBig)),
       single("base64_zlib_32.vtu", vtu(VtuData::inline_base64, true, false, kLittle)),
@@ -515,6 +543,11 @@ std::vector<SampleFile> surface_samples(const MeshData& mesh) {
   return {written(mesh, "ascii.stl", {"", MeshEncoding::ascii}),
           written(mesh, "binary.stl", {"", MeshEncoding::binary}),
           solid,
+          in_capitals(written(mesh, "ascii.stl", {"", MeshEncoding::ascii})),
+          marked(written(mesh, "ascii.stl", {"", MeshEncoding::ascii})),
+          marked(written(mesh, "surface.obj", {})),
+          marked(single("ascii.ply", ply(mesh, "ascii"))),
+          marked(single("little.ply", ply(mesh, "binary_little_endian"))),
           written(mesh, "surface.obj", {}),
           single("ascii.ply", ply(mesh, "ascii")),
           single("little.ply", ply(mesh, "binary_little_endian")),

@@ -17,6 +17,7 @@
 /// Four-node tetrahedra and triangles are kept; quadrilaterals, polygons and strips become
 /// triangles. Lines, points and surface cells of higher order are skipped. Any other volume cell is
 /// refused. What a file says about itself is checked against its size before memory is taken.
+/// Text may begin with the byte-order mark of UTF-8; rows of MSH files must be one line each.
 /// Files are read whole into memory and must be under 2 GiB.
 
 #include <filesystem>
