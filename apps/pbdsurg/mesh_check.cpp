@@ -40,8 +40,22 @@ nlohmann::ordered_json defects_json(const MeshReport& report) {
           {"pinched_vertices", report.pinched_vertices},
           {"badly_wound_edges", report.badly_wound_edges},
           {"inside_out", report.inside_out},
+          {"self_crossings", report.self_crossings},
+          {"welded_open_edges", report.welded_open_edges},
+          {"welded_components", report.welded_components},
           {"ok", !report.has_errors()},
-          {"findings", findings}};
+          {"findings", findings},
+          {"checked", report.checked},
+          {"not_checked", report.not_checked}};
+}
+
+void print_list(const char* title, const std::vector<std::string>& items) {
+  const char* separator = title;
+  for (const std::string& item : items) {
+    std::cout << separator << item;
+    separator = "; ";
+  }
+  std::cout << (items.empty() ? "" : "\n");
 }
 
 // What the tool knows and check_mesh() does not: the unit, and how to repair.
@@ -96,6 +110,8 @@ int run(const Options& options) {
     } else {
       print_text(mesh, report);
     }
+    print_list("  checked: ", report.checked);
+    print_list("  not checked: ", report.not_checked);
   }
   if (options.json) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();

@@ -16,6 +16,8 @@
 
 #include "point_check.h"
 #include "surface_check.h"
+#include "surface_crossing.h"
+#include "welding.h"
 
 namespace pbdsurg {
 namespace {
@@ -40,6 +42,9 @@ std::string in_words(const Edge& edge) {
 }
 std::string in_words(const Triangle& t) {
   return std::to_string(t[0]) + "-" + std::to_string(t[1]) + "-" + std::to_string(t[2]);
+}
+std::string in_words(const std::pair<Triangle, Triangle>& pair) {
+  return in_words(pair.first) + " with " + in_words(pair.second);
 }
 std::string in_words(const std::pair<Index, Index>& pair) {
   return std::to_string(pair.first) + " as " + std::to_string(pair.second);
@@ -99,13 +104,18 @@ class Examination {
     report_.tets = static_cast<Index>(mesh_.tets.size());
     report_.triangles = static_cast<Index>(mesh_.triangles.size());
     if (find_points_in_use() && all_finite()) {
+      report_.checked.emplace_back("ids and coordinates");
+      find_repeated_points_in_use();
       find_repeated_elements();
       if (mesh_.tets.empty()) {
         examine_surface();
       } else {
         examine_tets();
       }
-      examine_points();
+      describe_repeated_points();
+      say_what_is_not_checked();
+    } else {
+      report_.not_checked.emplace_back("anything that needs sound ids and coordinates");
     }
     std::stable_sort(report_.findings.begin(), report_.findings.end(),
                      [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
@@ -183,7 +193,7 @@ class Examination {
     return bad.empty();
   }
 
-  void examine_points() {
+  void find_repeated_points_in_use() {
     if (in_use_.empty()) {
       return;
     }
@@ -194,13 +204,86 @@ class Examination {
       high = high.cwiseMax(mesh_.points[v]);
     }
     const double diagonal = (high - low).norm();
-    const RepeatedPoints repeated = find_repeated_points(
-        mesh_.points, in_use_, std::isfinite(diagonal) ? kNearPoints * diagonal : 0);
-    report_.duplicate_points = static_cast<Index>(repeated.exact.size());
-    report_.near_points = static_cast<Index>(repeated.near.size());
-    add(Severity::warning, "points exactly at the place of an earlier one", repeated.exact);
+    repeated_ = find_repeated_points(mesh_.points, in_use_,
+                                     std::isfinite(diagonal) ? kNearPoints * diagonal : 0);
+    report_.duplicate_points = static_cast<Index>(repeated_.exact.size());
+    report_.near_points = static_cast<Index>(repeated_.near.size());
+    report_.checked.emplace_back("repeated points, triangles and tets");
+  }
+
+  void describe_repeated_points() {
+    add(Severity::warning, "points exactly at the place of an earlier one", repeated_.exact);
     add(Severity::warning, "points within a millionth of the mesh's diagonal of an earlier one",
-        repeated.near);
+        repeated_.near);
+    report_.welded_open_edges = report_.open_edges;
+    report_.welded_components = report_.components;
+    if (!repeated_.exact.empty() || !repeated_.near.empty()) {
+      Welding welding(mesh_.points.size());
+      welding.join(repeated_.exact);
+      welding.join(repeated_.near);
+      if (mesh_.tets.empty()) {
+        describe_welding(welding(mesh_.triangles), mesh_.triangles, "triangles");
+      } else {
+        describe_welding(welding(mesh_.tets), mesh_.tets, "tets");
+      }
+    }
+  }
+
+  static std::vector<Triangle> boundary_of(const std::vector<Triangle>& triangles) {
+    return triangles;
+  }
+  static std::vector<Triangle> boundary_of(const std::vector<Tet>& tets) {
+    std::vector<Triangle> boundary;
+    for (const BoundaryTriangle& triangle : find_boundary(tets)) {
+      boundary.push_back(triangle.vertices);
+    }
+    return boundary;
+  }
+
+  /// What would be another number if the repeated points were one point each.
+  template <class Element>
+  void describe_welding(std::vector<Element> welded, const std::vector<Element>& stored,
+                        const std::string& elements) {
+    const auto flattened = std::erase_if(welded, repeats_vertex<Element>) -
+                           std::count_if(stored.begin(), stored.end(), repeats_vertex<Element>);
+    const auto coinciding = find_repeated(welded).size() - find_repeated(stored).size();
+    const std::vector<Triangle> boundary = boundary_of(welded);
+    const SurfaceDefects defects = find_surface_defects(point_count(), boundary);
+    report_.welded_open_edges = static_cast<Index>(defects.open_edges.size());
+    report_.welded_components =
+        find_components(point_count(), std::span<const Element>(welded)).count;
+
+    std::string effects;
+    const auto add_change = [&](const std::string& what, auto before, auto after) {
+      if (static_cast<Index>(before) != static_cast<Index>(after)) {
+        effects += (effects.empty() ? "" : ", ") + what + " " + std::to_string(before) + " -> " +
+                   std::to_string(after);
+      }
+    };
+    add_change("parts", report_.components, report_.welded_components);
+    add_change("open edges", report_.open_edges, report_.welded_open_edges);
+    add_change("edges with three or more triangles", report_.overshared_edges,
+               static_cast<Index>(defects.overshared_edges.size()));
+    if (!mesh_.tets.empty()) {
+      add_change("boundary triangles", report_.boundary_triangles,
+                 static_cast<Index>(boundary.size()));
+    }
+    add_change(elements + " that use a vertex twice", 0, flattened);
+    add_change(elements + " that repeat another", 0, coinciding);
+    add(Severity::note, "welding the repeated points would change " +
+                            (effects.empty() ? "nothing but their number" : effects));
+  }
+
+  void say_what_is_not_checked() {
+    if (mesh_.tets.empty()) {
+      report_.not_checked.emplace_back("whether parts are too thin to be filled");
+    } else {
+      report_.not_checked.emplace_back("overlaps of tets whose boundary does not cross itself");
+      if (!mesh_.triangles.empty()) {
+        report_.not_checked.emplace_back("triangles stored beside the tets, but for repeated ones");
+      }
+    }
+    report_.not_checked.emplace_back("whether one part lies inside another");
   }
 
   void find_repeated_elements() {
@@ -233,11 +316,8 @@ class Examination {
     report_.edges = static_cast<Index>(edges.size());
     measure_edges(edges);
     count_faces(proper);
-    std::vector<Triangle> boundary;
-    for (const BoundaryTriangle& triangle : find_boundary(proper)) {
-      boundary.push_back(triangle.vertices);
-    }
-    examine_boundary(boundary);
+    examine_boundary(boundary_of(proper));
+    report_.checked.emplace_back("volumes, angles and faces of tets");
     set_euler();
     const Components parts = find_components(point_count(), std::span<const Tet>(mesh_.tets));
     report_.components = parts.count;
@@ -391,6 +471,8 @@ class Examination {
         defects.overshared_edges);
     add(Severity::warning, "pinched vertices, where the surface touches itself",
         defects.pinched_vertices);
+    report_.checked.emplace_back("edges and vertices of the surface");
+    find_self_crossings(boundary);
 
     std::vector<bool> on_boundary(mesh_.points.size(), false);
     std::vector<Edge> edges;
@@ -410,6 +492,26 @@ class Examination {
       measure_edges(edges);
     }
     return defects;
+  }
+
+  void find_self_crossings(const std::vector<Triangle>& boundary) {
+    Welding places(mesh_.points.size());
+    places.join(repeated_.exact);
+    const SurfaceCrossings crossings = find_surface_crossings(mesh_.points, places(boundary));
+    report_.self_crossings = static_cast<Index>(crossings.pairs.size());
+    std::vector<std::pair<Triangle, Triangle>> pairs;
+    for (const auto& [a, b] : crossings.pairs) {
+      pairs.emplace_back(boundary[a], boundary[b]);
+    }
+    add(Severity::warning,
+        "pairs of triangles that cross, fold onto each other or touch without a common corner",
+        pairs);
+    if (crossings.complete) {
+      report_.checked.push_back("self-crossings of the surface's " +
+                                std::to_string(boundary.size()) + " triangles");
+    } else {
+      report_.not_checked.emplace_back("more self-crossings: too many triangles lie in one place");
+    }
   }
 
   void measure_edges(const std::vector<Edge>& edges) {
@@ -446,6 +548,7 @@ class Examination {
   std::vector<bool> used_;
   std::vector<Index> in_use_;
   std::vector<Index> unused_;
+  RepeatedPoints repeated_;
 };
 
 }  // namespace

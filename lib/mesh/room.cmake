@@ -10,7 +10,7 @@ pbdsurg_room(mesh
           write.cpp write_msh.cpp write_vtk.cpp write_vtu.cpp write_surface.cpp
           series.cpp
           # judging
-          quality.cpp check.cpp point_check.cpp surface_check.cpp
+          quality.cpp check.cpp point_check.cpp surface_check.cpp surface_crossing.cpp
           # making
           implicit_shape.cpp surface_distance.cpp triangle_orientation.cpp lattice.cpp stuffing.cpp
           boundary_check.cpp smoothing.cpp tetrahedralize.cpp)

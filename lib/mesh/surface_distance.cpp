@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "pbdsurg/core/error.h"
 
 #include "core/describe.h"
+#include "mesh/box_tree.h"
 #include "mesh/closest_on_triangle.h"
 #include "mesh/triangle_orientation.h"
 
@@ -43,75 +43,64 @@ double winding_of(const Facet& f, const Vector3d& p) {
 
 // One hierarchy serves both queries: boxes for distances, dipoles for winding numbers.
 struct SurfaceDistance::Tree {
-  static constexpr int kLeafSize = 4;
-  static constexpr int kMaxDepth = 64;         // of a median split of at most 2^31 triangles
   static constexpr double kFarDistance = 2.5;  // in radii; less is coarser and faster
 
-  struct Node {
-    AlignedBox3d box;
+  // What the triangles of a node look like from afar.
+  struct Dipole {
     Vector3d center = Vector3d::Zero();  // of area
     Vector3d area = Vector3d::Zero();    // sum of the area vectors
     double radius = 0;                   // around the centre
-    Index first = 0, count = 0;          // facets
-    Index left = kInvalidIndex;          // the right child follows; none for leaves
   };
 
-  std::vector<Facet> facets;
-  std::vector<Node> nodes;
+  std::vector<Facet> facets;  // leaf by leaf
+  BoxTree boxes;
+  std::vector<Dipole> dipoles;  // of each node
   Index turned_triangles = 0;
   bool is_inside_out = false;
 
   void build() {
-    nodes.emplace_back();
-    nodes[0].count = static_cast<Index>(facets.size());
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      summarize(nodes[n]);
-      if (nodes[n].count <= kLeafSize) {
-        continue;
-      }
-      Eigen::Index axis = 0;
-      nodes[n].box.sizes().maxCoeff(&axis);
-      const auto begin = facets.begin() + nodes[n].first;
-      const Index half = nodes[n].count / 2;
-      std::nth_element(begin, begin + half, begin + nodes[n].count,
-                       [axis](const Facet& a, const Facet& b) {
-                         return a.centroid()[axis] < b.centroid()[axis];
-                       });
-      Node left, right;
-      left.first = nodes[n].first;
-      left.count = half;
-      right.first = left.first + half;
-      right.count = nodes[n].count - half;
-      nodes[n].left = static_cast<Index>(nodes.size());
-      nodes.push_back(left);
-      nodes.push_back(right);
+    std::vector<AlignedBox3d> facet_boxes;
+    std::vector<Vector3d> centroids;
+    for (const Facet& facet : facets) {
+      facet_boxes.push_back(AlignedBox3d(facet.a).extend(facet.b).extend(facet.c));
+      centroids.push_back(facet.centroid());
     }
+    boxes = BoxTree(facet_boxes, centroids,
+                    [&](std::span<const Index> members) { dipoles.push_back(summarize(members)); });
+    std::vector<Facet> sorted;
+    sorted.reserve(facets.size());
+    for (const Index i : boxes.order()) {
+      sorted.push_back(facets[i]);
+    }
+    facets = std::move(sorted);
   }
 
-  void summarize(Node& node) const {
+  [[nodiscard]] Dipole summarize(std::span<const Index> members) const {
+    Dipole dipole;
     double total = 0;
-    for (Index i = node.first; i < node.first + node.count; ++i) {
+    for (const Index i : members) {
       const Facet& facet = facets[i];
-      node.box.extend(facet.a).extend(facet.b).extend(facet.c);
       const Vector3d area = facet.area_vector();
-      node.area += area;
-      node.center += area.norm() * facet.centroid();
+      dipole.area += area;
+      dipole.center += area.norm() * facet.centroid();
       total += area.norm();
     }
-    node.center /= total;
+    dipole.center /= total;
     double squared = 0;
-    for (Index i = node.first; i < node.first + node.count; ++i) {
+    for (const Index i : members) {
       for (const Vector3d& corner : {facets[i].a, facets[i].b, facets[i].c}) {
-        squared = std::max(squared, (corner - node.center).squaredNorm());
+        squared = std::max(squared, (corner - dipole.center).squaredNorm());
       }
     }
-    node.radius = std::sqrt(squared);
+    dipole.radius = std::sqrt(squared);
+    return dipole;
   }
 
   [[nodiscard]] Vector3d closest_point(const Vector3d& point) const {
     Vector3d best_point = facets[0].a;
     double best = (best_point - point).squaredNorm();
-    std::array<std::pair<Index, double>, kMaxDepth> stack;
+    const std::vector<BoxTree::Node>& nodes = boxes.nodes();
+    std::array<std::pair<Index, double>, BoxTree::kMaxDepth> stack;
     int depth = 0;
     stack[depth++] = {0, nodes[0].box.squaredExteriorDistance(point)};
     while (depth > 0) {
@@ -119,7 +108,7 @@ struct SurfaceDistance::Tree {
       if (bound >= best) {
         continue;
       }
-      const Node& node = nodes[id];
+      const BoxTree::Node& node = nodes[id];
       if (node.left != kInvalidIndex) {
         std::pair<Index, double> near{node.left,
                                       nodes[node.left].box.squaredExteriorDistance(point)};
@@ -147,16 +136,18 @@ struct SurfaceDistance::Tree {
 
   [[nodiscard]] double winding_number(const Vector3d& point) const {
     double sum = 0;
-    std::array<Index, kMaxDepth> stack;
+    std::array<Index, BoxTree::kMaxDepth> stack;
     int depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
-      const Node& node = nodes[stack[--depth]];
-      const Vector3d to_center = node.center - point;
-      const double far = kFarDistance * node.radius;
+      const Index id = stack[--depth];
+      const BoxTree::Node& node = boxes.nodes()[id];
+      const Dipole& dipole = dipoles[id];
+      const Vector3d to_center = dipole.center - point;
+      const double far = kFarDistance * dipole.radius;
       const double squared = to_center.squaredNorm();
       if (squared > far * far) {
-        sum += node.area.dot(to_center) / (4 * std::numbers::pi * squared * std::sqrt(squared));
+        sum += dipole.area.dot(to_center) / (4 * std::numbers::pi * squared * std::sqrt(squared));
       } else if (node.left != kInvalidIndex) {
         stack[depth++] = node.left + 1;
         stack[depth++] = node.left;
@@ -247,7 +238,7 @@ double SurfaceDistance::signed_distance(const Vector3d& point) const {
 }
 
 const AlignedBox3d& SurfaceDistance::bounds() const noexcept {
-  return tree_->nodes[0].box;
+  return tree_->boxes.nodes()[0].box;
 }
 
 Index SurfaceDistance::turned_triangles() const noexcept {

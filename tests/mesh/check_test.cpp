@@ -179,6 +179,56 @@ TEST_CASE("check: repeated points are found exactly and nearly, at every scale",
   CHECK(finds(report, Severity::warning, "(35 as 0)"));
 }
 
+// Would catch seams that are taken for holes without a word of what closes them.
+TEST_CASE("check: what welding repeated points would change is told", "[unit]") {
+  MeshData seams;  // every triangle has points of its own, as in a picture with a texture
+  const MeshData surface = box_surface(1);
+  for (const Triangle& t : surface.triangles) {
+    append(seams,
+           {{surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]}, {}, {{0, 1, 2}}},
+           0);
+  }
+  const MeshReport report = check_mesh(seams);
+  CHECK(report.duplicate_points == 36 - 8);
+  CHECK(report.open_edges == 36);
+  CHECK(report.welded_open_edges == 0);
+  CHECK(report.components == 12);
+  CHECK(report.welded_components == 1);
+  CHECK(report.self_crossings == 0);
+  CHECK(finds(report, Severity::note,
+              "welding the repeated points would change parts 12 -> 1, open edges 36 -> 0"));
+
+  MeshData touching = box_mesh(1);
+  append(touching, box_mesh(1), 1.0 / 64);
+  const MeshReport tets = check_mesh(touching);
+  CHECK(tets.duplicate_points == 4);
+  CHECK(tets.self_crossings == 0);
+  CHECK(finds(tets, Severity::note, "would change parts 2 -> 1, boundary triangles 24 -> 20"));
+
+  MeshData needle = box_surface(1);
+  needle.points.emplace_back(needle.points[0] + Eigen::Vector3d(1e-10, 0, 0));
+  needle.triangles.push_back({0, 8, 1});
+  CHECK(finds(check_mesh(needle), Severity::note, "triangles that use a vertex twice 0 -> 1"));
+
+  MeshData twice = box_surface(1);
+  append(twice, box_surface(1), 0);
+  CHECK(finds(check_mesh(twice), Severity::note, "triangles that repeat another 0 -> 12"));
+
+  CHECK(check_mesh(surface).welded_components == 1);
+  CHECK_FALSE(finds(check_mesh(surface), Severity::note, "welding"));
+}
+
+TEST_CASE("check: the report says what was looked at and what was not", "[unit]") {
+  const MeshReport good = check_mesh(box_surface(2));
+  CHECK(good.checked.size() == 4);
+  CHECK(good.not_checked.size() == 2);
+  MeshData broken = box_surface(2);
+  broken.triangles[3][2] = 99;
+  CHECK(check_mesh(broken).checked.empty());
+  CHECK(check_mesh(broken).not_checked ==
+        std::vector<std::string>{"anything that needs sound ids and coordinates"});
+}
+
 TEST_CASE("check: surfaces are closed, wound and turned, or not", "[unit]") {
   const MeshData surface = box_surface(3);
   const MeshReport good = check_mesh(surface);

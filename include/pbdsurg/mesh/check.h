@@ -69,10 +69,15 @@ struct MeshReport {
   Index overshared_edges = 0;     ///< boundary edges of three or more triangles
   Index pinched_vertices = 0;     ///< vertices where the boundary touches itself
   Index badly_wound_edges = 0;    ///< of a surface: edges that both triangles run in one direction
+  Index self_crossings = 0;       ///< pairs of boundary triangles that meet where they should not
+  Index welded_open_edges = 0;    ///< open_edges if duplicate and near points were welded
+  Index welded_components = 0;    ///< components if they were
   bool closed = false;            ///< no boundary edge is open or over-shared
   bool inside_out = false;        ///< a closed, consistently wound surface with normals inwards
 
-  std::vector<Finding> findings;  ///< errors first, then warnings, then notes
+  std::vector<Finding> findings;         ///< errors first, then warnings, then notes
+  std::vector<std::string> checked;      ///< what was looked at, in words
+  std::vector<std::string> not_checked;  ///< what was not
 
   [[nodiscard]] bool has_errors() const;
 };
@@ -82,7 +87,14 @@ inline constexpr double kNearPoints = 1e-6;
 
 /// Examines a mesh. Content never makes it throw: ids out of range and coordinates that are not
 /// finite are findings, too, and end the examination there.
-/// Cost: O((V + T) log(V + T)).
+///
+/// Self-crossings are pairs of boundary triangles with a point in common beyond their common
+/// corners and edge: they cross, fold onto each other, overlap in one plane or touch. Points at one
+/// place count as one corner. Touching is decided with a bound on the rounding of coordinates, so
+/// that no crossing is missed and the count is the same in every unit.
+/// Cost: O((V + T) log(V + T)). The search for self-crossings takes one to three times as long as
+/// all else (0.2 s for a sphere of 82 000 triangles). It ends early, and not_checked says so, after
+/// a million of them, and where hundreds of triangles overlap the bounding box of each.
 [[nodiscard]] MeshReport check_mesh(const MeshData& mesh);
 
 }  // namespace pbdsurg
