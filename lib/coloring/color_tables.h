@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/export.h"
 
 #include "coloring/color_holders.h"
 
@@ -37,9 +38,9 @@ class HolderTable {
 };
 
 /// Constraints of colours from `first` on.
-[[nodiscard]] Index count_from(const std::vector<Index>& sizes, Index first);
+[[nodiscard]] PBDSURG_API Index count_from(const std::vector<Index>& sizes, Index first);
 
 /// [color_count] a new number for each colour: the largest is 0, of equal ones the lower first.
-[[nodiscard]] std::vector<Index> numbers_by_size(const std::vector<Index>& sizes);
+[[nodiscard]] PBDSURG_API std::vector<Index> numbers_by_size(const std::vector<Index>& sizes);
 
 }  // namespace pbdsurg

@@ -6,11 +6,12 @@
 
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/coloring/repair.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
 /// @throws InvalidArgument  naming the option out of range
-void check_coloring_options(const ColoringOptions& options);
+PBDSURG_API void check_coloring_options(const ColoringOptions& options);
 
 /// First fit packs the lower colours so that its repair ends near the clique bound. Random draws
 /// leave every colour as full as the others, so that the last constraints find swaps with one alone

@@ -30,8 +30,7 @@ struct SurfaceCrossings {
 /// @param points     [n] finite, in any unit; points at one place must have one id
 /// @param triangles  point ids, three different ones each
 /// @note Cost: O(n log n) for surfaces whose triangles overlap the boxes of a few others; the
-/// search
-///       ends after kCrossingComparisons for each triangle, or with kMostCrossings.
+///       search ends after kCrossingComparisons for each triangle, or with kMostCrossings.
 [[nodiscard]] SurfaceCrossings find_surface_crossings(std::span<const Eigen::Vector3d> points,
                                                       std::span<const Triangle> triangles);
 

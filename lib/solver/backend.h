@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_report.h"
 
@@ -36,7 +37,7 @@ struct SolverOptions;
 ///   the plan and what tools hold may change under a running step, which has taken over what it
 ///   needs; `changes` is then that of the next. What stays is the state, which and how many tools
 ///   there are, their poses, and what is watched.
-class Backend {
+class PBDSURG_API Backend {
  public:
   virtual ~Backend() = default;
 

@@ -4,6 +4,7 @@
 /// @file
 /// Tools within a step: where they are in each substep, what they touch, what pushes back.
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/solver/step_report.h"
 
 #include "solver/contact_geometry.h"
@@ -16,10 +17,10 @@ void begin_tools(CopyState& copy);
 
 /// Puts capsules and the targets of grasped vertices where the tools are at a fraction (0, 1] of
 /// the step, and clears multipliers.
-void place_tools(CopyState& copy, float fraction);
+PBDSURG_API void place_tools(CopyState& copy, float fraction);
 
 /// What holds all that touches a tool.
-[[nodiscard]] ContactBox contact_box(const std::vector<Capsule>& placed_capsules);
+[[nodiscard]] PBDSURG_API ContactBox contact_box(const std::vector<Capsule>& placed_capsules);
 
 /// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
 /// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
@@ -30,6 +31,6 @@ void find_contacts(SolverData& data, StepReport& report);
 void collect_tool_forces(CopyState& copy, float force_per_multiplier);
 
 /// Makes the targets of this step the poses of the next.
-void end_tools(CopyState& copy);
+PBDSURG_API void end_tools(CopyState& copy);
 
 }  // namespace pbdsurg

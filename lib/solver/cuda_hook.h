@@ -8,6 +8,8 @@
 #include <memory>
 #include <string>
 
+#include "pbdsurg/core/export.h"
+
 #include "solver/backend.h"
 
 namespace pbdsurg {
@@ -26,7 +28,7 @@ struct CudaHook {
 /// Called before main() by the static initialiser of pbdsurg::cuda, and by tests.
 /// @param hook  valid for ever, or null
 /// @return      the one before, or null
-const CudaHook* set_cuda_hook(const CudaHook* hook) noexcept;
+PBDSURG_API const CudaHook* set_cuda_hook(const CudaHook* hook) noexcept;
 
 /// Null in a program without pbdsurg::cuda.
 [[nodiscard]] const CudaHook* cuda_hook() noexcept;

@@ -13,7 +13,8 @@ function(pbdsurg_lane_kernels set name lanes)  # flags...
     string(COMPARE EQUAL "${rounding}" "fast" is_fast)
     set(target pbdsurg_lanes_${set}_${rounding})
     add_library(${target} OBJECT "${PROJECT_SOURCE_DIR}/lib/solver/lane_kernels.cpp")
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON
+      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     target_compile_features(${target} PRIVATE cxx_std_20)
     target_include_directories(${target} PRIVATE
       "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/lib"

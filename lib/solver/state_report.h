@@ -4,6 +4,7 @@
 /// @file
 /// What a step has to report of the state that it leaves.
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/solver/step_report.h"
 
 #include "solver/solver_data.h"
@@ -21,6 +22,7 @@ void report_constraints(const SolverData& data, StepReport& report);
 void report_tubes(const SolverData& data, StepReport& report);
 
 /// Keeps what a copy reports, and adds it to what those before it do.
-void report_copy(Index index, const StepReport& of_copy, CopyState& copy, StepReport& report);
+PBDSURG_API void report_copy(Index index, const StepReport& of_copy, CopyState& copy,
+                             StepReport& report);
 
 }  // namespace pbdsurg

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -72,11 +73,11 @@ void reserve_holds(SolverData& data);
 // in for some of these.
 
 /// m, what gravity adds to the way of a substep.
-[[nodiscard]] Vec3<float> way_of_fall(const SolverData& data,
-                                      const Substep<float>& substep) noexcept;
+[[nodiscard]] PBDSURG_API Vec3<float> way_of_fall(const SolverData& data,
+                                                  const Substep<float>& substep) noexcept;
 
 /// s^2/m, gravity over its square; zero without gravity.
-[[nodiscard]] Vec3<float> gravity_per_square(const SolverData& data) noexcept;
+[[nodiscard]] PBDSURG_API Vec3<float> gravity_per_square(const SolverData& data) noexcept;
 
 /// After prediction: lets the sweeps start where vertices would be if they went on as they did.
 /// What rests would else fall first, and sweeps that are too few would not bring it back.
@@ -89,7 +90,7 @@ void hold_vertices(SolverData& data);
 void prepare_vertices(SolverData& data, const Substep<float>& substep);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
-[[nodiscard]] float relaxation_of(const SolverOptions& options, int iteration) noexcept;
+[[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
 
 [[nodiscard]] VertexState vertex_state(SolverData& data, const Substep<float>& substep,
                                        float relaxation) noexcept;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/thermal/field_backend.h"
 
@@ -38,7 +39,7 @@ struct DeviceSolve {
 ///
 /// @throws Error  from all functions, if the device fails; then set_rows() must come before the
 ///                next solution
-class DeviceSystem {
+class PBDSURG_API DeviceSystem {
  public:
   virtual ~DeviceSystem() = default;
 
@@ -60,7 +61,7 @@ using MakeDeviceSystem = std::unique_ptr<DeviceSystem> (*)();
 /// Called before main() by the static initialiser of pbdsurg::cuda, and by tests.
 /// @param make  or null
 /// @return      the one before, or null
-MakeDeviceSystem set_device_system_maker(MakeDeviceSystem make) noexcept;
+PBDSURG_API MakeDeviceSystem set_device_system_maker(MakeDeviceSystem make) noexcept;
 
 /// Rows from which an automatic choice asks a device. Measured on an H200 beside its Xeon: a
 /// potential in a ball of 1,100 vertices takes 0.16 to 0.18 ms there and 0.23 to 0.30 ms on one

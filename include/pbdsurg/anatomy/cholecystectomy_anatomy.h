@@ -11,6 +11,7 @@
 
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
@@ -34,7 +35,7 @@ inline constexpr std::array<Organ, 6> kOrgans{Organ::gallbladder,      Organ::li
                                               Organ::common_bile_duct, Organ::calot_fat};
 
 /// The enumerator as text: "gallbladder", "cystic_duct".
-[[nodiscard]] const char* name_of(Organ organ);
+[[nodiscard]] PBDSURG_API const char* name_of(Organ organ);
 
 /// Longest sides of the bounding box that a file of an organ may have. Wide, to hold parts of
 /// organs and ill ones, but within a factor of ten: no two units are plausible for one organ.
@@ -48,7 +49,7 @@ inline constexpr std::array<Organ, 6> kOrgans{Organ::gallbladder,      Organ::li
 /// | common bile duct   | 25 to 200  | 50 to 150                 | Priya et al. 2023, Folia       |
 /// |                    |            |                           | Morphol. 82(3)                 |
 /// | Calot's fat        | 15 to 120  | built in, 38              | fills the triangle of the ducts|
-[[nodiscard]] LengthRange plausible_length(Organ organ);
+[[nodiscard]] PBDSURG_API LengthRange plausible_length(Organ organ);
 
 /// What tetrahedralize() needs to make a built-in organ in its default resolution.
 struct OrganRecipe {
@@ -61,16 +62,16 @@ struct OrganRecipe {
 /// @param gallbladder     with its lumen filled; wall, liver bed and fat follow it
 /// @param wall_thickness  m; thicker where the spacing cannot resolve it
 /// @throws InvalidArgument  if the thickness is not positive and finite
-[[nodiscard]] OrganRecipe organ_recipe(Organ organ,
-                                       const ImplicitShape& gallbladder = gallbladder_outer(),
-                                       double wall_thickness = 2.7e-3);
+[[nodiscard]] PBDSURG_API OrganRecipe
+organ_recipe(Organ organ, const ImplicitShape& gallbladder = gallbladder_outer(),
+             double wall_thickness = 2.7e-3);
 
 /// Fills an organ of the user's own in the default resolution of the organ, with any topology.
 ///
 /// @param shape  a gallbladder's has its lumen filled; its wall is made
 /// @throws InvalidArgument, InvalidMesh  as tetrahedralize() and organ_recipe()
-[[nodiscard]] TetMesh fill_organ(Organ organ, const ImplicitShape& shape,
-                                 double wall_thickness = 2.7e-3);
+[[nodiscard]] PBDSURG_API TetMesh fill_organ(Organ organ, const ImplicitShape& shape,
+                                             double wall_thickness = 2.7e-3);
 
 /// An organ of the user's own, in the frame of organs.h: a shape that is filled with tetrahedra in
 /// the default resolution of the organ, or a mesh that is taken as it is. A gallbladder's shape has
@@ -96,11 +97,11 @@ struct CholecystectomyAnatomy {
 /// @throws InvalidMesh      naming the organ, if one of the user's, or one that follows the user's
 ///                          gallbladder, cannot be filled
 /// @note Cost: about 0.6 s on one thread.
-[[nodiscard]] CholecystectomyAnatomy make_cholecystectomy_anatomy(
-    const CholecystectomyOptions& options = {});
+[[nodiscard]] PBDSURG_API CholecystectomyAnatomy
+make_cholecystectomy_anatomy(const CholecystectomyOptions& options = {});
 
 /// The solid within the outer surface of a mesh: its cavities are filled.
 /// @throws InvalidMesh  if the mesh has no tetrahedra
-[[nodiscard]] ImplicitShape filled_shape(const TetMesh& mesh);
+[[nodiscard]] PBDSURG_API ImplicitShape filled_shape(const TetMesh& mesh);
 
 }  // namespace pbdsurg

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
@@ -32,8 +33,9 @@ struct MembraneLink {
 /// @return  ascending by `first`; of equally near vertices that of the smaller id
 /// @throws InvalidArgument  if the distance is out of range, or both are one mesh
 /// @note Cost: O(n log n) while few vertices of `second` lie within max_distance of one point.
-[[nodiscard]] std::vector<MembraneLink> membrane_links(const TetMesh& first, const TetMesh& second,
-                                                       double max_distance);
+[[nodiscard]] PBDSURG_API std::vector<MembraneLink> membrane_links(const TetMesh& first,
+                                                                   const TetMesh& second,
+                                                                   double max_distance);
 
 struct ScatterOptions {
   double max_distance = 3.5e-3;  ///< m, of a link, or between surfaces; positive
@@ -51,8 +53,9 @@ struct ScatterOptions {
 ///                          are one mesh
 /// @note Cost: O(n log n + fibres) while few vertices lie within max_distance of one point and
 ///       triangles are of similar size.
-[[nodiscard]] std::vector<MembraneLink> scattered_links(const TetMesh& first, const TetMesh& second,
-                                                        const ScatterOptions& options);
+[[nodiscard]] PBDSURG_API std::vector<MembraneLink> scattered_links(const TetMesh& first,
+                                                                    const TetMesh& second,
+                                                                    const ScatterOptions& options);
 
 /// Scatters fibres over where the first surface faces the second, within 60 degrees, from less than
 /// max_distance, or lies within the second body: as many for an area, and in the same places,
@@ -63,8 +66,9 @@ struct ScatterOptions {
 /// @return  ascending by `first`, then `second`; empty if a mesh is
 /// @throws InvalidArgument  as scattered_links()
 /// @note Cost: O(n log n + fibres log n) for triangles and edges of similar size.
-[[nodiscard]] std::vector<MembraneLink> links_by_area(const TetMesh& first, const TetMesh& second,
-                                                      const ScatterOptions& options);
+[[nodiscard]] PBDSURG_API std::vector<MembraneLink> links_by_area(const TetMesh& first,
+                                                                  const TetMesh& second,
+                                                                  const ScatterOptions& options);
 
 /// A sheet halfway along the links: the boundary triangles of `first` all of whose corners are
 /// linked.
@@ -72,7 +76,7 @@ struct ScatterOptions {
 /// @return  point i belongs to link i, so that a viewer moves it to the middle of that link; cut
 ///          links take their triangles away
 /// @throws InvalidArgument  naming the vertex of a link that its mesh lacks
-[[nodiscard]] MeshData membrane_sheet(const TetMesh& first, const TetMesh& second,
-                                      std::span<const MembraneLink> links);
+[[nodiscard]] PBDSURG_API MeshData membrane_sheet(const TetMesh& first, const TetMesh& second,
+                                                  std::span<const MembraneLink> links);
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 #include <array>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {
@@ -46,6 +47,6 @@ enum class Table2Kind {
 /// @throws BackendUnavailable  if the kind needs tetgen and it cannot be started
 /// @throws InvalidMesh         if tetgen fails
 /// @note Cost: 0.1 to 0.6 s on one thread for hollow meshes.
-[[nodiscard]] TetMesh table2_mesh(int row, Table2Kind kind = Table2Kind::hollow);
+[[nodiscard]] PBDSURG_API TetMesh table2_mesh(int row, Table2Kind kind = Table2Kind::hollow);
 
 }  // namespace pbdsurg

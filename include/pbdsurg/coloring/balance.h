@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -35,7 +36,7 @@ namespace pbdsurg {
 /// @param threads   >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
 ///                          valid, or if threads is negative; then nothing has changed
-void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
-                      std::uint64_t seed = 0, int threads = 1);
+PBDSURG_API void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
+                                  std::uint64_t seed = 0, int threads = 1);
 
 }  // namespace pbdsurg

@@ -7,6 +7,7 @@
 
 #include "pbdsurg/coloring/constraint_vertices.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -29,7 +30,7 @@ struct ConstraintClusters {
 /// million tetrahedra and sizes up to 16).
 /// @param size  most constraints in a cluster, >= 1; 2 to 16 are useful
 /// @throws InvalidArgument  as check_constraints(), or if size is out of range
-[[nodiscard]] ConstraintClusters cluster_constraints(const ConstraintVertices& constraints,
-                                                     Index size);
+[[nodiscard]] PBDSURG_API ConstraintClusters
+cluster_constraints(const ConstraintVertices& constraints, Index size);
 
 }  // namespace pbdsurg

@@ -10,6 +10,7 @@
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/random_disc.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -37,13 +38,13 @@ struct ColoringOptions {
 
 /// Colours constraints on the CPU. cuda/coloring.h has the same for a GPU, with the same result.
 /// @throws InvalidArgument  as the functions it calls, or naming the option of another algorithm
-[[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
-                                         const ColoringOptions& options = {});
+[[nodiscard]] PBDSURG_API Coloring color_constraints(const ConstraintVertices& constraints,
+                                                     const ColoringOptions& options = {});
 
 /// "greedy", "luby", "jones_plassmann", "random_disc"
-[[nodiscard]] const char* name_of(ColoringAlgorithm algorithm) noexcept;
+[[nodiscard]] PBDSURG_API const char* name_of(ColoringAlgorithm algorithm) noexcept;
 
 /// "natural", "largest_valence", "smallest_last", "saturation"
-[[nodiscard]] const char* name_of(GreedyOrder order) noexcept;
+[[nodiscard]] PBDSURG_API const char* name_of(GreedyOrder order) noexcept;
 
 }  // namespace pbdsurg

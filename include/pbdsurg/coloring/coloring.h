@@ -10,6 +10,7 @@
 
 #include "pbdsurg/coloring/constraint_vertices.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -39,12 +40,12 @@ struct ColorConflict {
 /// valid
 /// @throws InvalidArgument  if there is not one colour in [0, color_count), or kOverflowColor, for
 ///                          each constraint; and as check_constraints()
-[[nodiscard]] std::optional<ColorConflict> find_conflict(const Coloring& coloring,
-                                                         const ConstraintVertices& constraints);
+[[nodiscard]] PBDSURG_API std::optional<ColorConflict> find_conflict(
+    const Coloring& coloring, const ConstraintVertices& constraints);
 
 /// [color_count] constraints of each colour.
 /// @throws InvalidArgument  as find_conflict() for colours
-[[nodiscard]] std::vector<Index> color_sizes(const Coloring& coloring);
+[[nodiscard]] PBDSURG_API std::vector<Index> color_sizes(const Coloring& coloring);
 
 /// How many colours there are and how evenly they are filled. Shares are of the coloured
 /// constraints; the largest and the last tenth of the colours are counted in whole colours, rounded
@@ -63,7 +64,7 @@ struct ColoringStatistics {
 };
 
 /// @throws InvalidArgument  as find_conflict(), which it does not call
-[[nodiscard]] ColoringStatistics measure_coloring(const Coloring& coloring,
-                                                  const ConstraintVertices& constraints);
+[[nodiscard]] PBDSURG_API ColoringStatistics
+measure_coloring(const Coloring& coloring, const ConstraintVertices& constraints);
 
 }  // namespace pbdsurg

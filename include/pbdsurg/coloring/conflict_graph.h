@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "pbdsurg/coloring/constraint_vertices.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -22,7 +24,7 @@ namespace pbdsurg {
 /// @param comment  lines that say what the constraints are
 /// @throws InvalidArgument  as check_constraints(), with nothing written. What the stream could not
 ///                          take, its state says
-void write_conflict_graph(std::ostream& out, const ConstraintVertices& constraints,
-                          std::string_view comment);
+PBDSURG_API void write_conflict_graph(std::ostream& out, const ConstraintVertices& constraints,
+                                      std::string_view comment);
 
 }  // namespace pbdsurg

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/topology.h"
 
@@ -64,12 +65,12 @@ struct ConstraintVertices {
 /// Refuses what cannot be coloured. Everything that takes ConstraintVertices calls it first.
 /// Cost: O(vertices named).
 /// @throws InvalidArgument  naming the constraint whose vertex is out of range or occurs twice
-void check_constraints(const ConstraintVertices& constraints);
+PBDSURG_API void check_constraints(const ConstraintVertices& constraints);
 
 /// The most constraints at one vertex. They exclude each other pairwise, so no colouring has fewer
 /// colours.
 /// @throws InvalidArgument  as check_constraints()
-[[nodiscard]] Index clique_bound(const ConstraintVertices& constraints);
+[[nodiscard]] PBDSURG_API Index clique_bound(const ConstraintVertices& constraints);
 
 /// For each vertex, the constraints that touch it, ascending. Cost: O(V + vertices named).
 ///
@@ -77,6 +78,6 @@ void check_constraints(const ConstraintVertices& constraints);
 /// against all its constraints colours ConstraintVertices(lists, constraints.constraint_count()),
 /// in which two vertices conflict when a constraint joins them.
 /// @throws InvalidArgument  as check_constraints()
-[[nodiscard]] IndexLists find_vertex_constraints(const ConstraintVertices& constraints);
+[[nodiscard]] PBDSURG_API IndexLists find_vertex_constraints(const ConstraintVertices& constraints);
 
 }  // namespace pbdsurg

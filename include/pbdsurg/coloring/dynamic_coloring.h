@@ -10,6 +10,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 
 namespace pbdsurg {
@@ -32,7 +33,7 @@ struct ColoringUpdate {
 };
 
 /// The constraints that are there and their colouring, as the functions of this room take them.
-struct ColoringExtract {
+struct PBDSURG_API ColoringExtract {
   std::vector<Index> ids;       ///< [constraint_count] ascending; id of each constraint
   std::vector<Index> vertices;  ///< constraint by constraint
   std::vector<Index> offsets;   ///< [constraint_count + 1], empty for fixed arity
@@ -75,7 +76,7 @@ struct ColoringExtract {
 ///
 /// The result depends on the calls and their order alone. Memory: colours / 8 bytes a vertex, and
 /// about 10 bytes for each vertex that a constraint names, and 8 for each constraint.
-class DynamicColoring {
+class PBDSURG_API DynamicColoring {
  public:
   /// Takes a colouring over; ids are those of the constraints. Cost: O(vertices named + vertices *
   /// colours / 64).

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -34,7 +35,7 @@ struct EdgeOwnership {
 /// @param tet_edges   [tet_count] from find_tet_edges()
 /// @throws InvalidArgument  naming the tetrahedron whose edge is out of range or occurs twice, or
 ///                          the edge that no tetrahedron has
-[[nodiscard]] EdgeOwnership assign_edges_to_tets(Index edge_count,
-                                                 std::span<const std::array<Index, 6>> tet_edges);
+[[nodiscard]] PBDSURG_API EdgeOwnership
+assign_edges_to_tets(Index edge_count, std::span<const std::array<Index, 6>> tet_edges);
 
 }  // namespace pbdsurg

@@ -9,6 +9,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -31,7 +32,7 @@ enum class GreedyOrder : std::uint8_t {
 /// Cost: O(vertices named) for `natural` and `largest_valence` (30 and 300 ns a tetrahedron at a
 /// million); with v constraints at a vertex, O(v) times as much for the other two.
 /// @throws InvalidArgument  as check_constraints()
-[[nodiscard]] Coloring color_greedy(const ConstraintVertices& constraints,
-                                    GreedyOrder order = GreedyOrder::natural);
+[[nodiscard]] PBDSURG_API Coloring color_greedy(const ConstraintVertices& constraints,
+                                                GreedyOrder order = GreedyOrder::natural);
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -18,7 +19,7 @@ namespace pbdsurg {
 ///
 /// The result depends on constraints and seed alone. Cost: O(vertices named), without locality.
 /// @throws InvalidArgument  as check_constraints()
-[[nodiscard]] Coloring color_jones_plassmann(const ConstraintVertices& constraints,
-                                             std::uint64_t seed = 0);
+[[nodiscard]] PBDSURG_API Coloring color_jones_plassmann(const ConstraintVertices& constraints,
+                                                         std::uint64_t seed = 0);
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -20,7 +21,7 @@ namespace pbdsurg {
 /// @param seed     of the keys
 /// @param threads  >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as check_constraints(), or if threads is negative
-[[nodiscard]] Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed = 0,
-                                  int threads = 1);
+[[nodiscard]] PBDSURG_API Coloring color_luby(const ConstraintVertices& constraints,
+                                              std::uint64_t seed = 0, int threads = 1);
 
 }  // namespace pbdsurg

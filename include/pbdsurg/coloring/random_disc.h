@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -38,8 +39,8 @@ struct RandomDiscOptions {
 /// @param seed     of draws and ranks
 /// @param threads  >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as check_constraints(), or if an option or threads is out of range
-[[nodiscard]] Coloring color_random_disc(const ConstraintVertices& constraints,
-                                         std::uint64_t seed = 0, int threads = 1,
-                                         const RandomDiscOptions& options = {});
+[[nodiscard]] PBDSURG_API Coloring color_random_disc(const ConstraintVertices& constraints,
+                                                     std::uint64_t seed = 0, int threads = 1,
+                                                     const RandomDiscOptions& options = {});
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -38,16 +39,16 @@ enum class RepairSwaps : std::uint8_t {
 /// @param threads   >= 1, or 0 for one a processor
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
 ///                          valid, or if threads is negative; then nothing has changed
-void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints,
-                     std::uint64_t seed = 0, int threads = 1,
-                     RepairSwaps swaps = RepairSwaps::with_one);
+PBDSURG_API void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints,
+                                 std::uint64_t seed = 0, int threads = 1,
+                                 RepairSwaps swaps = RepairSwaps::with_one);
 
 /// Keeps the largest max_colors colours, as colours 0, 1, ... by falling size, moves into them what
 /// one-step ejection can, and leaves the rest to the overflow group. Nothing changes if there are
 /// no more colours than that.
 /// @param max_colors  >= 1
 /// @throws InvalidArgument  as repair_coloring(), or if max_colors is out of range
-void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Index max_colors,
-                  std::uint64_t seed = 0, int threads = 1);
+PBDSURG_API void limit_colors(Coloring& coloring, const ConstraintVertices& constraints,
+                              Index max_colors, std::uint64_t seed = 0, int threads = 1);
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -18,7 +19,8 @@ namespace pbdsurg {
 /// @param point   m
 /// @param radius  m, positive and finite
 /// @throws InvalidArgument  if there is no such body, or the point or radius is out of range
-[[nodiscard]] std::vector<Index> find_vertices_near(const Solver& solver, Index body,
-                                                    const Eigen::Vector3f& point, float radius);
+[[nodiscard]] PBDSURG_API std::vector<Index> find_vertices_near(const Solver& solver, Index body,
+                                                                const Eigen::Vector3f& point,
+                                                                float radius);
 
 }  // namespace pbdsurg

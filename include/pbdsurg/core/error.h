@@ -13,28 +13,30 @@
 #include <stdexcept>
 #include <string>
 
+#include "pbdsurg/core/export.h"
+
 namespace pbdsurg {
 
 /// Base of all exceptions of this library.
-class Error : public std::runtime_error {
+class PBDSURG_API Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 /// A parameter outside its documented range.
-class InvalidArgument : public Error {
+class PBDSURG_API InvalidArgument : public Error {
  public:
   using Error::Error;
 };
 
 /// A mesh that breaks one of its invariants, or a surface that cannot be filled with tetrahedra.
-class InvalidMesh : public Error {
+class PBDSURG_API InvalidMesh : public Error {
  public:
   using Error::Error;
 };
 
 /// A file that cannot be opened, read to its end, understood or written.
-class FileError : public Error {
+class PBDSURG_API FileError : public Error {
  public:
   using Error::Error;
 
@@ -46,7 +48,7 @@ class FileError : public Error {
 };
 
 /// A backend or device that was asked for and is not there; the message says why.
-class BackendUnavailable : public Error {
+class PBDSURG_API BackendUnavailable : public Error {
  public:
   using Error::Error;
 };

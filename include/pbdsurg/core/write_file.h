@@ -9,15 +9,19 @@
 #include <iosfwd>
 #include <string_view>
 
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
+
 namespace pbdsurg {
 
 /// Writes a file beside its place, then moves it there: no reader ever sees half of it. A symbolic
 /// link is followed: what it names is replaced. A device or a pipe is written to as it is.
 /// @throws FileError  naming the path, if that fails; what was there before stays
-void write_file(const std::filesystem::path& path, std::string_view bytes);
+PBDSURG_API void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// The same with what a function writes to a stream, for files that memory should not hold whole.
 /// What the function throws goes through, and then nothing has changed either.
-void write_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
+PBDSURG_API void write_file(const std::filesystem::path& path,
+                            const std::function<void(std::ostream&)>& write);
 
 }  // namespace pbdsurg

@@ -6,6 +6,7 @@
 
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 
 namespace pbdsurg::cuda {
@@ -14,7 +15,7 @@ namespace pbdsurg::cuda {
 ///
 /// Buffers are kept between calls, so the second colouring with the same options allocates nothing
 /// on the device. One object is used by one thread at a time.
-class DeviceColoring {
+class PBDSURG_API DeviceColoring {
  public:
   /// Copies the constraints to the device.
   /// @throws InvalidArgument     as check_constraints()
@@ -55,7 +56,7 @@ class DeviceColoring {
 
 /// All of it in one call: there, colour, back.
 /// @throws InvalidArgument, BackendUnavailable, DeviceError  as DeviceColoring
-[[nodiscard]] Coloring color_constraints(const ConstraintVertices& constraints,
-                                         const ColoringOptions& options = {});
+[[nodiscard]] PBDSURG_API Coloring color_constraints(const ConstraintVertices& constraints,
+                                                     const ColoringOptions& options = {});
 
 }  // namespace pbdsurg::cuda

@@ -9,11 +9,12 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg::cuda {
 
 /// A CUDA call that failed, or a device that was lost. The message names the call and the reason.
-class DeviceError : public Error {
+class PBDSURG_API DeviceError : public Error {
  public:
   using Error::Error;
 };
@@ -39,6 +40,6 @@ struct DeviceList {
 /// may take a second, while the driver starts.
 ///
 /// @throws DeviceError  if a driver with devices is there but does not answer about one of them
-[[nodiscard]] DeviceList find_devices();
+[[nodiscard]] PBDSURG_API DeviceList find_devices();
 
 }  // namespace pbdsurg::cuda

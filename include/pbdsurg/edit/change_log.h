@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -19,7 +20,7 @@ struct SlotRange {
 };
 
 /// Remembers the last changes, for any number of readers, each with the version that it has seen.
-class ChangeLog {
+class PBDSURG_API ChangeLog {
  public:
   /// For renderers, to whom a call costs more than the bytes.
   static constexpr Index kJoinedGap = 16;

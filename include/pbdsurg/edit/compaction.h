@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
@@ -47,7 +48,7 @@ struct Renumbering {
 /// bit; slots of surfaces, pieces and strands keep their numbers. SurfaceMap and SurfaceTexture
 /// follow their surface by themselves in their next update(), by the fields as renumbered. What an
 /// application keeps by ids, it maps.
-class Compaction {
+class PBDSURG_API Compaction {
  public:
   /// Copies what lives, and how near it lies in the first copy.
   /// Cost: O(all that there ever was), of memory bandwidth.

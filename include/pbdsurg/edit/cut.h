@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
@@ -41,7 +42,7 @@ struct BladeSweep {
 /// as from a trembling hand: by more than 150 degrees.
 /// @param instants  [n] in the order of time
 /// @throws InvalidArgument  naming the instant that is not finite
-[[nodiscard]] CutSurface sweep_blade(std::span<const BladeEdge> instants);
+[[nodiscard]] PBDSURG_API CutSurface sweep_blade(std::span<const BladeEdge> instants);
 
 /// Where tissue parts.
 enum class CutStyle : std::uint8_t {
@@ -117,7 +118,7 @@ struct CutPlan {
 ///                          not exist, the triangle without area, the edge with more than two
 ///                          triangles or where they are wound differently or folded flat, or the
 ///                          option out of range
-[[nodiscard]] CutPlan plan_cut(const Solver& solver, const CutSurface& surface,
-                               const CutOptions& options = {}, Index copy = 0);
+[[nodiscard]] PBDSURG_API CutPlan plan_cut(const Solver& solver, const CutSurface& surface,
+                                           const CutOptions& options = {}, Index copy = 0);
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 
@@ -17,7 +18,7 @@ struct Renumbering;
 
 /// The version of the topology that a participant follows: after an edit that it missed, its ids
 /// would mean something else.
-class FollowedVersion {
+class PBDSURG_API FollowedVersion {
  public:
   /// Of a solver that was never edited.
   FollowedVersion() = default;

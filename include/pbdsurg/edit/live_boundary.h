@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
@@ -16,6 +17,7 @@ namespace pbdsurg {
 /// Boundary triangles of a body's live tetrahedra, in scene vertices and scene tetrahedra.
 /// Found afresh: O(T log T) in the body's tetrahedra.
 /// @throws InvalidArgument  if there is no such body
-[[nodiscard]] std::vector<BoundaryTriangle> find_live_boundary(const Solver& solver, Index body);
+[[nodiscard]] PBDSURG_API std::vector<BoundaryTriangle> find_live_boundary(const Solver& solver,
+                                                                           Index body);
 
 }  // namespace pbdsurg

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -37,7 +38,7 @@ struct Crumbs {
 /// is left. So an edit costs O(smaller parts) where it frees any, and else what it takes the
 /// searches to meet: their neighbourhood where tissue is solid, up to the whole piece where the
 /// edit opens a ring. Undo costs as much as the edit wrote: O(changed + smaller parts).
-class LivePieces final : public EditParticipant {
+class PBDSURG_API LivePieces final : public EditParticipant {
  public:
   /// All pieces there are, in the order of their smallest vertices. Cost: O(V + T).
   explicit LivePieces(const Solver& solver);

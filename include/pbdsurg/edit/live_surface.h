@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/followed_version.h"
@@ -33,7 +34,7 @@ struct TetFace {
 /// Follows edits of its body: pass it to apply_edit() as a participant. Cost of an edit and of its
 /// undo: O(changed), and O(k log k) of k tetrahedra that move or come to be; memory that was needed
 /// once is kept. Construction: O(T log T) in the body's tetrahedra.
-class LiveSurface final : public EditParticipant {
+class PBDSURG_API LiveSurface final : public EditParticipant {
  public:
   static constexpr Triangle kEmptyTriangle{0, 0, 0};
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
@@ -102,7 +103,7 @@ struct EditResult {
 };
 
 /// Whoever holds something that follows topology: a heat field, collision data, render buffers.
-class EditParticipant {
+class PBDSURG_API EditParticipant {
  public:
   virtual ~EditParticipant() = default;
 
@@ -149,16 +150,16 @@ class EditParticipant {
 ///
 /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or the
 ///                          value out of range; then nothing has changed
-EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
-                      std::span<EditParticipant* const> participants = {});
+PBDSURG_API EditResult apply_edit(Solver& solver, const TopologyEdit& edit,
+                                  std::span<EditParticipant* const> participants = {});
 
 /// As above, into a result that is used again, so that no memory has to be found for it. An edit
 /// that changes no more than one before it, and adds no more than there is spare room for
 /// (SolverOptions::spare), allocates nothing; but one that brings bodies, in a joint plan, where
 /// edges change groups, and with the vertex-block method, where it adds anything. A device's
 /// backend may allocate for what is added.
-void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
-                std::span<EditParticipant* const> participants = {});
+PBDSURG_API void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
+                            std::span<EditParticipant* const> participants = {});
 
 /// Takes back the last edit: topology, rest values, masses, colours, the order of constraints, what
 /// tools held. Vertices that had tissue before and after the edit stay where they are now and
@@ -170,7 +171,7 @@ void apply_edit(Solver& solver, const TopologyEdit& edit, EditResult& result,
 /// @throws InvalidArgument  if the last edit is another or was taken back, had other participants,
 ///                          or one that was moved from since, or brought a vertex that is watched;
 ///                          then nothing has changed
-void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
-               std::span<EditParticipant* const> participants = {});
+PBDSURG_API void undo_edit(Solver& solver, const TopologyEdit& edit, const EditResult& result,
+                           std::span<EditParticipant* const> participants = {});
 
 }  // namespace pbdsurg

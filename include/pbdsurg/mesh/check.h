@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/mesh_data.h"
 
 namespace pbdsurg {
@@ -19,7 +20,7 @@ enum class Severity : std::uint8_t {
 };
 
 /// "note", "warning" or "error".
-[[nodiscard]] const char* name_of(Severity severity);
+[[nodiscard]] PBDSURG_API const char* name_of(Severity severity);
 
 /// One thing found, as a sentence that names the first few elements.
 struct Finding {
@@ -29,7 +30,7 @@ struct Finding {
 
 /// Counts and measures of a mesh. Vertices are the points that some tetrahedron uses, or some
 /// triangle if the mesh is a surface (has no tetrahedra). Lengths are in metres if the points are.
-struct MeshReport {
+struct PBDSURG_API MeshReport {
   // --- counts ---
   Index vertices = 0;      ///< points in use
   Index unreferenced = 0;  ///< points not in use
@@ -95,6 +96,6 @@ inline constexpr double kNearPoints = 1e-6;
 /// Cost: O((V + T) log(V + T)). The search for self-crossings takes one to three times as long as
 /// all else (0.2 s for a sphere of 82 000 triangles). It ends early, and not_checked says so, after
 /// a million of them, and where hundreds of triangles overlap the bounding box of each.
-[[nodiscard]] MeshReport check_mesh(const MeshData& mesh);
+[[nodiscard]] PBDSURG_API MeshReport check_mesh(const MeshData& mesh);
 
 }  // namespace pbdsurg

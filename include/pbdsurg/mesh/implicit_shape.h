@@ -10,6 +10,7 @@
 #include <span>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -19,7 +20,7 @@ namespace pbdsurg {
 /// metre travelled (a signed distance changes by 1): the tetrahedraliser skips space on that
 /// promise. Values are cheap to copy (they share their definition) and safe to evaluate from any
 /// number of threads if the given functions are.
-class ImplicitShape {
+class PBDSURG_API ImplicitShape {
  public:
   using Value = std::function<double(const Eigen::Vector3d&)>;
   using ClosestPoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
@@ -66,55 +67,59 @@ class ImplicitShape {
 // --- InvalidArgument
 // ------------------------------------------------------------------------------
 
-[[nodiscard]] ImplicitShape sphere_shape(const Eigen::Vector3d& center, double radius);
+[[nodiscard]] PBDSURG_API ImplicitShape sphere_shape(const Eigen::Vector3d& center, double radius);
 
 /// All points within `radius` of a segment.
-[[nodiscard]] ImplicitShape capsule_shape(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                          double radius);
+[[nodiscard]] PBDSURG_API ImplicitShape capsule_shape(const Eigen::Vector3d& from,
+                                                      const Eigen::Vector3d& to, double radius);
 
 /// The convex hull of two spheres.
-[[nodiscard]] ImplicitShape round_cone_shape(const Eigen::Vector3d& from, double from_radius,
-                                             const Eigen::Vector3d& to, double to_radius);
+[[nodiscard]] PBDSURG_API ImplicitShape round_cone_shape(const Eigen::Vector3d& from,
+                                                         double from_radius,
+                                                         const Eigen::Vector3d& to,
+                                                         double to_radius);
 
 /// A tube of varying width: round cones along a uniform Catmull-Rom spline.
 ///
 /// @param knots            [knot_count >= 2] x, y, z, radius; m
 /// @param pieces_per_span  cones between two knots; below 8 the joints show as faint rings
 /// @note Pieces are culled by bounding spheres, so a value costs a few cones, not all.
-[[nodiscard]] ImplicitShape tube_shape(std::span<const Eigen::Vector4d> knots,
-                                       int pieces_per_span = 10);
+[[nodiscard]] PBDSURG_API ImplicitShape tube_shape(std::span<const Eigen::Vector4d> knots,
+                                                   int pieces_per_span = 10);
 
 /// An ellipsoid along the axes. The distance is exact to 1e-7 of its smallest radius.
-[[nodiscard]] ImplicitShape ellipsoid_shape(const Eigen::Vector3d& center,
-                                            const Eigen::Vector3d& radii);
+[[nodiscard]] PBDSURG_API ImplicitShape ellipsoid_shape(const Eigen::Vector3d& center,
+                                                        const Eigen::Vector3d& radii);
 
 /// A box along the axes with rounded edges.
 /// @param half_size      m, rounding included
 /// @param corner_radius  m, at least zero and at most the smallest half size
-[[nodiscard]] ImplicitShape rounded_box_shape(const Eigen::Vector3d& center,
-                                              const Eigen::Vector3d& half_size,
-                                              double corner_radius);
+[[nodiscard]] PBDSURG_API ImplicitShape rounded_box_shape(const Eigen::Vector3d& center,
+                                                          const Eigen::Vector3d& half_size,
+                                                          double corner_radius);
 
 /// Everything on the far side of a plane: {x : normal . (x - point) < 0}. Unbounded.
-[[nodiscard]] ImplicitShape half_space_shape(const Eigen::Vector3d& point,
-                                             const Eigen::Vector3d& normal);
+[[nodiscard]] PBDSURG_API ImplicitShape half_space_shape(const Eigen::Vector3d& point,
+                                                         const Eigen::Vector3d& normal);
 
 // --- combinations: the quadratic blend changes only points where both values differ by less than
 // --- blend_radius (m, zero or more); it moves the surface by at most a quarter of it
 // ---------------
 
-[[nodiscard]] ImplicitShape smooth_union(const ImplicitShape& a, const ImplicitShape& b,
-                                         double blend_radius);
-[[nodiscard]] ImplicitShape smooth_intersection(const ImplicitShape& a, const ImplicitShape& b,
-                                                double blend_radius);
+[[nodiscard]] PBDSURG_API ImplicitShape smooth_union(const ImplicitShape& a, const ImplicitShape& b,
+                                                     double blend_radius);
+[[nodiscard]] PBDSURG_API ImplicitShape smooth_intersection(const ImplicitShape& a,
+                                                            const ImplicitShape& b,
+                                                            double blend_radius);
 /// What is in `a` and not in `b`.
-[[nodiscard]] ImplicitShape smooth_difference(const ImplicitShape& a, const ImplicitShape& b,
-                                              double blend_radius);
+[[nodiscard]] PBDSURG_API ImplicitShape smooth_difference(const ImplicitShape& a,
+                                                          const ImplicitShape& b,
+                                                          double blend_radius);
 
 /// Grows a shape by `distance` metres, or shrinks it when negative.
-[[nodiscard]] ImplicitShape offset_shape(const ImplicitShape& shape, double distance);
+[[nodiscard]] PBDSURG_API ImplicitShape offset_shape(const ImplicitShape& shape, double distance);
 
 /// The outermost `thickness` metres of a shape: hollow inside.
-[[nodiscard]] ImplicitShape shell_shape(const ImplicitShape& shape, double thickness);
+[[nodiscard]] PBDSURG_API ImplicitShape shell_shape(const ImplicitShape& shape, double thickness);
 
 }  // namespace pbdsurg

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -27,14 +28,14 @@ inline constexpr std::array<LengthUnit, 4> kLengthUnits{
     LengthUnit::millimetre, LengthUnit::centimetre, LengthUnit::decimetre, LengthUnit::metre};
 
 /// "mm", "cm", "dm", "m" or "auto".
-[[nodiscard]] const char* name_of(LengthUnit unit);
+[[nodiscard]] PBDSURG_API const char* name_of(LengthUnit unit);
 
 /// Metres in one unit.
 /// @throws InvalidArgument  for `automatic`, which is not a unit
-[[nodiscard]] double metres_per(LengthUnit unit);
+[[nodiscard]] PBDSURG_API double metres_per(LengthUnit unit);
 
 /// Lengths that something may have, ends included.
-struct LengthRange {
+struct PBDSURG_API LengthRange {
   double shortest;  ///< m
   double longest;   ///< m
 
@@ -62,16 +63,17 @@ struct LengthUnitGuess {
 /// Where several do, millimetres are preferred, then metres: they are the most frequent.
 /// Decimetres, the least frequent, are considered only where no other unit fits. Where none fits at
 /// all, the one of millimetres, centimetres and metres that misses the ranges by the least factor.
-[[nodiscard]] LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides);
+[[nodiscard]] PBDSURG_API LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides);
 
 /// The same for one file.
-[[nodiscard]] LengthUnitGuess guess_length_unit(double longest_side,
-                                                LengthRange expected = kAnyOrgan);
+[[nodiscard]] PBDSURG_API LengthUnitGuess guess_length_unit(double longest_side,
+                                                            LengthRange expected = kAnyOrgan);
 
 /// A length for people, in millimetres or from 1 m on in metres: "12 mm", "190 m".
-[[nodiscard]] std::string describe_length(double metres);
+[[nodiscard]] PBDSURG_API std::string describe_length(double metres);
 
 /// What a length would be in each of some units: "12 mm if in mm, 120 mm if in cm".
-[[nodiscard]] std::string describe_readings(double length, std::span<const LengthUnit> units);
+[[nodiscard]] PBDSURG_API std::string describe_readings(double length,
+                                                        std::span<const LengthUnit> units);
 
 }  // namespace pbdsurg

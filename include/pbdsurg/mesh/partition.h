@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -46,13 +47,11 @@ struct Partition {
 /// @throws BackendUnavailable  if METIS is asked for by name in a build without it
 /// Cost: O(E log E) for METIS, O(V log P) for bisection. METIS uses the C library's rand(), so
 /// calls to it take turns and its state changes.
-[[nodiscard]] Partition partition_vertices(std::span<const Edge> edges,
-                                           std::span<const Eigen::Vector3d> positions,
-                                           Index part_count,
-                                           PartitionMethod method = PartitionMethod::best,
-                                           std::uint64_t seed = 0);
+[[nodiscard]] PBDSURG_API Partition partition_vertices(
+    std::span<const Edge> edges, std::span<const Eigen::Vector3d> positions, Index part_count,
+    PartitionMethod method = PartitionMethod::best, std::uint64_t seed = 0);
 
 /// Whether this build of the library can use METIS.
-[[nodiscard]] bool has_metis() noexcept;
+[[nodiscard]] PBDSURG_API bool has_metis() noexcept;
 
 }  // namespace pbdsurg

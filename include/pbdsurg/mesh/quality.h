@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -19,20 +20,22 @@ namespace pbdsurg {
 /// Angles between the triangles that meet at each edge, measured inside: rad, in [0, pi], in the
 /// order of kTetEdges. A regular tetrahedron has acos(1/3) = 70.5 degrees at each. Where a triangle
 /// has no area the angle means nothing.
-[[nodiscard]] std::array<double, 6> dihedral_angles(std::span<const Eigen::Vector3d> positions,
-                                                    const Tet& tet);
+[[nodiscard]] PBDSURG_API std::array<double, 6> dihedral_angles(
+    std::span<const Eigen::Vector3d> positions, const Tet& tet);
 
 /// Three times the radius of the inscribed sphere over that of the circumscribed one: 1 for a
 /// regular tetrahedron, 0 for a flat one.
-[[nodiscard]] double radius_ratio(std::span<const Eigen::Vector3d> positions, const Tet& tet);
+[[nodiscard]] PBDSURG_API double radius_ratio(std::span<const Eigen::Vector3d> positions,
+                                              const Tet& tet);
 
 /// [vertex_count] how many tetrahedra use each vertex.
 /// @throws InvalidArgument  as find_vertex_tets()
-[[nodiscard]] std::vector<Index> count_vertex_tets(Index vertex_count, std::span<const Tet> tets);
+[[nodiscard]] PBDSURG_API std::vector<Index> count_vertex_tets(Index vertex_count,
+                                                               std::span<const Tet> tets);
 
 /// [edge_count] m
 /// @throws InvalidArgument  naming the vertex that has no position
-[[nodiscard]] std::vector<double> edge_lengths(std::span<const Eigen::Vector3d> positions,
-                                               std::span<const Edge> edges);
+[[nodiscard]] PBDSURG_API std::vector<double> edge_lengths(
+    std::span<const Eigen::Vector3d> positions, std::span<const Edge> edges);
 
 }  // namespace pbdsurg

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
@@ -61,17 +62,17 @@ struct MeshFile {
 /// @throws FileError  with path, line (text) or byte (binary) and reason, if the file cannot be
 ///                    read, breaks the rules of its format or holds no points
 /// @throws InvalidArgument  if the scale is not positive and finite, or makes coordinates infinite
-[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path,
-                                      const ReadOptions& options = {});
+[[nodiscard]] PBDSURG_API MeshFile read_mesh_file(const std::filesystem::path& path,
+                                                  const ReadOptions& options = {});
 
 /// Takes the coordinates of a file that was read in metres for another unit: for files that share
 /// one, which is guessed once all are read.
 /// @throws InvalidArgument  if the file was read in another unit, or for `automatic`
-void set_unit(MeshFile& file, LengthUnit unit);
+PBDSURG_API void set_unit(MeshFile& file, LengthUnit unit);
 
 /// Reads a mesh: read_mesh_file() without the report.
-[[nodiscard]] MeshData read_mesh(const std::filesystem::path& path,
-                                 const ReadOptions& options = {});
+[[nodiscard]] PBDSURG_API MeshData read_mesh(const std::filesystem::path& path,
+                                             const ReadOptions& options = {});
 
 /// Reads a mesh of tetrahedra for simulation. If more than half of the tetrahedra have negative
 /// volume, the file counts its corners the other way round and all are turned. Nothing is dropped:
@@ -79,15 +80,15 @@ void set_unit(MeshFile& file, LengthUnit unit);
 ///
 /// @throws FileError    as read_mesh_file(), and if the file holds no tetrahedra
 /// @throws InvalidMesh  with the path, if the mesh breaks a guarantee of TetMesh
-[[nodiscard]] TetMesh read_tet_mesh(const std::filesystem::path& path,
-                                    const ReadOptions& options = {});
+[[nodiscard]] PBDSURG_API TetMesh read_tet_mesh(const std::filesystem::path& path,
+                                                const ReadOptions& options = {});
 
 /// Makes the mesh for simulation of a mesh that was read: the second half of read_tet_mesh().
 /// @param path  for messages
-[[nodiscard]] TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path);
+[[nodiscard]] PBDSURG_API TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path);
 
 /// Turns all tetrahedra if more than half of those that are not flat have negative volume.
 /// @return  whether they were turned
-bool orient_majority(MeshData& mesh);
+PBDSURG_API bool orient_majority(MeshData& mesh);
 
 }  // namespace pbdsurg

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/write.h"
 
@@ -16,7 +17,7 @@ namespace pbdsurg {
 
 /// Writes `name.pvd` and, beside it, `name_000000.vtu`, `name_000001.vtu` ... The list is complete
 /// after each frame, so that a series can be watched while it grows and survives a crash.
-class MeshSeries {
+class PBDSURG_API MeshSeries {
  public:
   /// Writes an empty list at once, to fail early where nothing can be written.
   /// @param path  of the .pvd file; frames take its stem

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
@@ -23,7 +24,7 @@ namespace pbdsurg {
 /// (Barill, Dickson, Schmidt, Levin, Jacobson 2018, "Fast winding numbers for soups and clouds").
 /// Before that, triangles wound against their neighbours are turned, and so is a surface that is
 /// inside out. Any number of threads may query one object at once.
-class SurfaceDistance {
+class PBDSURG_API SurfaceDistance {
  public:
   /// @param points     [point_count] m
   /// @param triangles  point ids; triangles without area are left out
@@ -61,7 +62,7 @@ class SurfaceDistance {
 
 /// The solid within a surface.
 /// @throws InvalidMesh  as SurfaceDistance does
-[[nodiscard]] ImplicitShape surface_shape(std::span<const Eigen::Vector3d> points,
-                                          std::span<const Triangle> triangles);
+[[nodiscard]] PBDSURG_API ImplicitShape surface_shape(std::span<const Eigen::Vector3d> points,
+                                                      std::span<const Triangle> triangles);
 
 }  // namespace pbdsurg

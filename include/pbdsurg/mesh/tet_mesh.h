@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -25,7 +26,7 @@ namespace pbdsurg {
 /// Vertices that no tetrahedron uses are allowed and keep their ids. Rest data are double, so that
 /// slivers far from the origin stay positive; the solver's state is float. Any number of threads
 /// may read one mesh at once.
-class TetMesh {
+class PBDSURG_API TetMesh {
  public:
   /// An empty mesh.
   TetMesh() = default;
@@ -57,29 +58,30 @@ class TetMesh {
 // This and the next serve inner loops: they do not check the tetrahedron's ids.
 
 /// Signed volume of one tetrahedron, m^3.
-[[nodiscard]] double tet_volume(std::span<const Eigen::Vector3d> positions, const Tet& tet);
+[[nodiscard]] PBDSURG_API double tet_volume(std::span<const Eigen::Vector3d> positions,
+                                            const Tet& tet);
 
 /// Whether the volume of a tetrahedron is zero to rounding, judged against its longest edge: no
 /// absolute tolerance, so the answer is the same in metres and in millimetres.
-[[nodiscard]] bool is_flat(std::span<const Eigen::Vector3d> positions, const Tet& tet);
+[[nodiscard]] PBDSURG_API bool is_flat(std::span<const Eigen::Vector3d> positions, const Tet& tet);
 
 /// Swaps two ids in each tetrahedron of negative volume, so that all that are not flat become
 /// positive.
 /// @return  how many tetrahedra were swapped
 /// @throws InvalidArgument  naming the vertex that has no position; then nothing has changed
-Index orient_tets(std::span<const Eigen::Vector3d> positions, std::span<Tet> tets);
+PBDSURG_API Index orient_tets(std::span<const Eigen::Vector3d> positions, std::span<Tet> tets);
 
 /// Sum of the signed volumes, m^3.
-[[nodiscard]] double total_volume(const TetMesh& mesh);
+[[nodiscard]] PBDSURG_API double total_volume(const TetMesh& mesh);
 
 /// The smallest box around all vertices, m; empty for a mesh without vertices.
-[[nodiscard]] Eigen::AlignedBox3d bounding_box(const TetMesh& mesh);
+[[nodiscard]] PBDSURG_API Eigen::AlignedBox3d bounding_box(const TetMesh& mesh);
 
 /// Vertex masses: a quarter of each tetrahedron's mass to each of its corners.
 ///
 /// @param density  kg/m^3, positive and finite
 /// @return         [vertex_count] kg, zero where no tetrahedron touches the vertex
 /// @throws InvalidArgument  if the density is not positive and finite
-[[nodiscard]] std::vector<double> lumped_masses(const TetMesh& mesh, double density);
+[[nodiscard]] PBDSURG_API std::vector<double> lumped_masses(const TetMesh& mesh, double density);
 
 }  // namespace pbdsurg

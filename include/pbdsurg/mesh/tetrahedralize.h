@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
@@ -83,19 +84,19 @@ using ShapeAtSpacing = std::function<ImplicitShape(double spacing)>;
 /// @throws InvalidMesh      if nothing is inside at this spacing, if no attempt is sound, or if the
 ///                          wanted number of vertices cannot be met within 10 %
 /// @note Cost: about 0.1 s per 1000 boundary vertices of a simple shape, on one thread.
-[[nodiscard]] Tetrahedralization tetrahedralize(const ImplicitShape& shape,
-                                                const TetrahedralizeOptions& options);
+[[nodiscard]] PBDSURG_API Tetrahedralization tetrahedralize(const ImplicitShape& shape,
+                                                            const TetrahedralizeOptions& options);
 
 /// Same for a shape that follows the spacing.
-[[nodiscard]] Tetrahedralization tetrahedralize(const ShapeAtSpacing& shape_at_spacing,
-                                                const TetrahedralizeOptions& options);
+[[nodiscard]] PBDSURG_API Tetrahedralization tetrahedralize(const ShapeAtSpacing& shape_at_spacing,
+                                                            const TetrahedralizeOptions& options);
 
 /// Fills a triangle surface with tetrahedra: open, crossing and badly wound ones too, see
 /// SurfaceDistance. The surface is followed within the spacing, not vertex by vertex.
 ///
 /// @param surface  points in m; its triangles, or the boundary of its tetrahedra if it has none
 /// @throws InvalidMesh  also if the surface encloses nothing
-[[nodiscard]] Tetrahedralization tetrahedralize(const MeshData& surface,
-                                                const TetrahedralizeOptions& options);
+[[nodiscard]] PBDSURG_API Tetrahedralization tetrahedralize(const MeshData& surface,
+                                                            const TetrahedralizeOptions& options);
 
 }  // namespace pbdsurg

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -41,25 +42,26 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
 /// Unique edges, each with its smaller id first, sorted. Cost: O(T log T).
-[[nodiscard]] std::vector<Edge> find_edges(std::span<const Tet> tets);
+[[nodiscard]] PBDSURG_API std::vector<Edge> find_edges(std::span<const Tet> tets);
 
 /// Where the edge between two vertices stands in a list from find_edges(). Cost: O(log E).
 /// @throws InvalidArgument  naming the edge that is not there
-[[nodiscard]] Index find_edge(std::span<const Edge> edges, Index a, Index b);
+[[nodiscard]] PBDSURG_API Index find_edge(std::span<const Edge> edges, Index a, Index b);
 
 /// The six edges of each tetrahedron, in the order of kTetEdges.
 /// @param edges  from find_edges() of the same tetrahedra
 /// @throws InvalidArgument  as find_edge()
-[[nodiscard]] std::vector<std::array<Index, 6>> find_tet_edges(std::span<const Tet> tets,
-                                                               std::span<const Edge> edges);
+[[nodiscard]] PBDSURG_API std::vector<std::array<Index, 6>> find_tet_edges(
+    std::span<const Tet> tets, std::span<const Edge> edges);
 
 /// Triangles that belong to exactly one tetrahedron, in the order of the tetrahedra.
 /// Cost: O(T log T).
-[[nodiscard]] std::vector<BoundaryTriangle> find_boundary(std::span<const Tet> tets);
+[[nodiscard]] PBDSURG_API std::vector<BoundaryTriangle> find_boundary(std::span<const Tet> tets);
 
 /// For each vertex, the tetrahedra that use it, ascending. Cost: O(V + T).
 /// @throws InvalidArgument  naming the vertex out of [0, vertex_count), or that count if negative
-[[nodiscard]] IndexLists find_vertex_tets(Index vertex_count, std::span<const Tet> tets);
+[[nodiscard]] PBDSURG_API IndexLists find_vertex_tets(Index vertex_count,
+                                                      std::span<const Tet> tets);
 
 /// Connected parts, joined through shared vertices.
 struct Components {
@@ -69,9 +71,10 @@ struct Components {
 
 /// Finds the connected parts of tetrahedra, numbered by their smallest vertex. Cost: O(V + T).
 /// @throws InvalidArgument  as find_vertex_tets()
-[[nodiscard]] Components find_components(Index vertex_count, std::span<const Tet> tets);
+[[nodiscard]] PBDSURG_API Components find_components(Index vertex_count, std::span<const Tet> tets);
 
 /// Same for triangles.
-[[nodiscard]] Components find_components(Index vertex_count, std::span<const Triangle> triangles);
+[[nodiscard]] PBDSURG_API Components find_components(Index vertex_count,
+                                                     std::span<const Triangle> triangles);
 
 }  // namespace pbdsurg

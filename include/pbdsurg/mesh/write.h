@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/mesh_data.h"
 
 namespace pbdsurg {
@@ -56,7 +57,7 @@ struct MeshFields {
 /// @throws InvalidArgument  for an extension, version, encoding or field that cannot be written
 /// @throws InvalidMesh      for ids out of range, or a surface format without any triangle
 /// @throws FileError        if the file cannot be written
-void write_mesh(const std::filesystem::path& path, const MeshData& mesh,
-                const WriteOptions& options = {}, const MeshFields& fields = {});
+PBDSURG_API void write_mesh(const std::filesystem::path& path, const MeshData& mesh,
+                            const WriteOptions& options = {}, const MeshFields& fields = {});
 
 }  // namespace pbdsurg

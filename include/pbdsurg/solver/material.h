@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {
@@ -31,7 +32,7 @@ struct Stiffness {
 
 /// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid
 /// until given: see elastic_material().
-struct Material {
+struct PBDSURG_API Material {
   float density = 1000;  ///< kg/m^3, positive
   ElasticModel model = ElasticModel::springs;
 
@@ -61,7 +62,8 @@ struct Material {
 /// @param youngs_modulus   Pa, positive and finite; soft organs have 1e3 to 1e5
 /// @param poissons_ratio   in (-1, 0.5)
 /// @throws InvalidArgument  naming the value out of range, or if the mesh has no tetrahedra
-[[nodiscard]] Material elastic_material(const TetMesh& mesh, double density, double youngs_modulus,
-                                        double poissons_ratio = 0.45);
+[[nodiscard]] PBDSURG_API Material elastic_material(const TetMesh& mesh, double density,
+                                                    double youngs_modulus,
+                                                    double poissons_ratio = 0.45);
 
 }  // namespace pbdsurg

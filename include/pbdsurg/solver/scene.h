@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/material.h"
@@ -39,7 +40,7 @@ struct Link {
 ///
 /// Vertices, tetrahedra and links have one numbering across all bodies, in the order in which they
 /// were added; a body's local vertex v is scene vertex body(b).first_vertex + v.
-class Scene {
+class PBDSURG_API Scene {
  public:
   /// Adds a body at rest.
   /// @return  its index

@@ -14,6 +14,7 @@
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/scene.h"
@@ -85,7 +86,7 @@ struct SpareRoom {
 ///
 /// What another option leaves without a reader is refused, unless it is at its default: nothing is
 /// ignored. BackendKind::automatic takes the options of every backend.
-struct SolverOptions {
+struct PBDSURG_API SolverOptions {
   SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
   int substeps = 10;   ///< per step, >= 1
@@ -149,7 +150,7 @@ class SolverData;
 /// Functions on the state take a copy, the first by default.
 /// @throws InvalidArgument  from all of them, naming the copy that there is not, and how many there
 ///                          are
-class Solver {
+class PBDSURG_API Solver {
  public:
   /// Copies the scene, colours its constraints and builds the step plan.
   /// @throws InvalidArgument     naming the option out of range or without a reader, or the

@@ -32,6 +32,7 @@
 #include <cstdint>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/material.h"
 
@@ -40,15 +41,15 @@ namespace pbdsurg {
 enum class Tissue : std::uint8_t { liver, gallbladder_wall, fat, duct, artery, membrane };
 
 /// "liver", "gallbladder_wall" ...
-[[nodiscard]] const char* name_of(Tissue tissue);
+[[nodiscard]] PBDSURG_API const char* name_of(Tissue tissue);
 
 /// A Neo-Hookean material.
 /// @throws InvalidArgument  if there is no such tissue
-[[nodiscard]] Material tissue_material(Tissue tissue);
+[[nodiscard]] PBDSURG_API Material tissue_material(Tissue tissue);
 
 /// The same tissue as springs along edges alone, as the paper has its ducts and arteries: a hollow
 /// tube, which keeps no volume. Works in both projection modes; see elastic_material().
 /// @throws InvalidArgument  also if the mesh has no tetrahedra
-[[nodiscard]] Material tube_material(const TetMesh& mesh, Tissue tissue);
+[[nodiscard]] PBDSURG_API Material tube_material(const TetMesh& mesh, Tissue tissue);
 
 }  // namespace pbdsurg

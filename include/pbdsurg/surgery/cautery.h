@@ -10,6 +10,7 @@
 #include <span>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -109,7 +110,7 @@ struct CauteryReport {
 ///
 /// Edits made elsewhere must name the cautery as a participant, so that it follows. Undoing an edit
 /// does not take back the heat that led to it: what heat removed goes again in the next update.
-class Cautery final : public EditParticipant {
+class PBDSURG_API Cautery final : public EditParticipant {
  public:
   /// Tetrahedra that are gone already are left out.
   /// @throws InvalidArgument  naming the option out of range, the body that is not there, is given

@@ -12,6 +12,7 @@
 
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/edit/cut.h"
@@ -73,7 +74,7 @@ struct StrandEvent {
 ///
 /// Cost of an edit that parts strands, and of its undo: O(strands); of others: O(links removed).
 /// Of a solver with copies, the first is looked at.
-class ConnectiveTissue final : public EditParticipant {
+class PBDSURG_API ConnectiveTissue final : public EditParticipant {
  public:
   /// Joins two bodies of a scene along links of membrane_links() or scattered_links(); strands of
   /// several segments bring a body of particles, "strands from A to B".

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
@@ -39,7 +40,7 @@ struct VertexShare {
 ///
 /// Use it where edges are longer than about twice the radius, and a PotentialField where they are
 /// not. Keeps memory, so that calls of equal size allocate nothing. Deterministic.
-class DiskSource {
+class PBDSURG_API DiskSource {
  public:
   static constexpr int kShells = 16;  ///< of equal power: from 0.05 to 20 radii
   static constexpr int kRows = 6;     ///< of equal power, by depth

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -27,13 +28,13 @@ struct GeneratorSettings {
 
 /// A cutting wave of up to 450 V. Laparoscopic hooks are driven with 10 to 80 W.
 /// Currents are those of the power at 100 ohm (the law of the Valleylab Force FX; numbers typical).
-GeneratorSettings cut_settings(double power);
+PBDSURG_API GeneratorSettings cut_settings(double power);
 
 /// Bursts of up to 1500 V, 8 % of the time.
-GeneratorSettings coagulate_settings(double power);
+PBDSURG_API GeneratorSettings coagulate_settings(double power);
 
 /// @param current  A
-GeneratorSettings known_current_settings(double current);
+PBDSURG_API GeneratorSettings known_current_settings(double current);
 
 /// Which limit governs.
 enum class GeneratorRegime : std::uint8_t { current, power, voltage, open_circuit };
@@ -55,7 +56,7 @@ inline constexpr double kArcVoltage = 200;
 
 /// The control law of real devices: as resistance rises, first constant current, then constant
 /// power, then constant voltage, each passing into the next without a jump.
-class Generator {
+class PBDSURG_API Generator {
  public:
   /// @throws InvalidArgument  naming the setting that is not positive and finite, or the duty
   ///                          outside (0, 1]; of a known current, only that is looked at

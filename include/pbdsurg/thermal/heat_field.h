@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
@@ -101,7 +102,7 @@ struct HeatReport {
 /// temperature leaves the range of those around it. An undo gives removed tissue back as
 /// warm as its vertices are then; what that brings in, if steps were taken since, is taken from
 /// HeatLedger::removed. All in the scene's numbering; vertices without tissue keep what they had.
-class HeatField final : public EditParticipant {
+class PBDSURG_API HeatField final : public EditParticipant {
  public:
   /// One body by itself, with the ids of its mesh.
   /// @throws InvalidArgument     naming the property, setting or option that is out of range

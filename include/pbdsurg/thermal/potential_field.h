@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/field_backend.h"
@@ -74,7 +75,7 @@ struct PotentialReport {
 /// renumber() must be called before anything is set or solved. Deterministic: the same calls give
 /// the same bits for any number of threads, or on the same device. Allocates nothing while regions
 /// are not larger than before.
-class PotentialField {
+class PBDSURG_API PotentialField {
  public:
   /// @param mesh  must outlive this, and stay where it is
   /// @throws InvalidArgument     naming the option that is out of range

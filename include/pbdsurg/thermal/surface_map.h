@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
@@ -49,7 +50,7 @@ PBDSURG_HOST_DEVICE constexpr BurnMarks burn_marks(const BurnBytes& bytes) {
 /// Follows a surface by its changes: update it after steps and edits, as often as pictures need it.
 /// Vertices come with the surface, as edits bare them. Cost of an update: O(changed); the first one
 /// takes all of the surface. Allocates when edits bring new vertices.
-class SurfaceMap {
+class PBDSURG_API SurfaceMap {
  public:
   static constexpr float kTemperatureStep = 1.0F / 16;  ///< K, to which temperatures are rounded
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/change_log.h"
 #include "pbdsurg/edit/live_surface.h"
@@ -27,7 +28,7 @@ namespace pbdsurg {
 /// triangle keeps what it had.
 ///
 /// Cost of an update: O(changed vertices and slots), n^2 each. Allocates when slots are added.
-class SurfaceTexture {
+class PBDSURG_API SurfaceTexture {
  public:
   /// @param texels  n, along an edge of a tile, in [2, 64]
   /// @throws InvalidArgument  for n out of range

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/edit/followed_version.h"
 #include "pbdsurg/edit/topology_edit.h"
@@ -37,7 +38,7 @@ struct ThermalBody {
 /// Follows edits as a participant. An edit and its undo cost O(changed) and write flags and short
 /// lists alone: sums over the tetrahedra at a vertex are taken when they are asked for. What
 /// is asked of one vertex or tetrahedron serves inner loops, where ids are not checked.
-class ThermalMesh final : public EditParticipant {
+class PBDSURG_API ThermalMesh final : public EditParticipant {
  public:
   /// One body by itself, with the ids of its mesh.
   /// @throws InvalidArgument  naming the property of the tissue that is out of range

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 #include "pbdsurg/thermal/tissue.h"
 
 namespace pbdsurg {
@@ -25,7 +26,7 @@ enum class ColorRule : std::uint8_t {
 };
 
 /// Presets only fill this in: each setting stands for itself.
-struct ThermalModel {
+struct PBDSURG_API ThermalModel {
   bool has_latent_heat = true;            ///< boiling takes energy and water
   bool has_variable_conductivity = true;  ///< electrical, with temperature and water
   bool has_perfusion = false;      ///< blood cools; seconds of burning hardly notice (liver: 65 s)
@@ -56,6 +57,6 @@ struct ThermalModel {
 
 /// @throws InvalidArgument  naming the setting out of range, a removal rule that would never
 ///                          remove, or a property of the tissue
-void check_model(const ThermalModel& model);
+PBDSURG_API void check_model(const ThermalModel& model);
 
 }  // namespace pbdsurg

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
@@ -97,11 +98,11 @@ inline constexpr TissueProperties kBlood{1050, 3617, 0.52, 0.79, 0.748, 0, 0, kL
 ///                          conductivity are positive, water fraction in [0, 1], electrical
 ///                          conductivity and perfusion not negative, contraction in [0, 1), damage
 ///                          kinetics finite with a positive energy; all finite
-void check_tissue(const TissueProperties& tissue);
+PBDSURG_API void check_tissue(const TissueProperties& tissue);
 
 /// What no soft tissue has, each as a sentence with property, value and usual range: mostly a unit
 /// mistaken. Empty for all tissues above. A tissue may be valid and unphysical, as those of the
 /// paper's presets are.
-std::vector<std::string> find_unphysical(const TissueProperties& tissue);
+PBDSURG_API std::vector<std::string> find_unphysical(const TissueProperties& tissue);
 
 }  // namespace pbdsurg
