@@ -74,7 +74,7 @@ double DiskSource::distribute(const DiskContact& contact,
   }
   check_contact(contact);
   for (const Index t : near) {
-    check_id("tet", t, tets.size());
+    check_id("tetrahedron", t, tets.size());
     for (const Index v : tets[t]) {
       check_id("vertex", v, positions.size());
     }
