@@ -59,7 +59,7 @@ Lattice::Lattice(const ImplicitShape& shape, double spacing, const Eigen::Vector
     throw InvalidArgument("a spacing of " + describe(spacing) + " m needs " +
                           describe(cells.prod()) + " lattice cells for a box of " +
                           describe(Eigen::Vector3d(box.sizes())) + " m; the limit is " +
-                          std::to_string(max_cells) + " near the shape; choose a larger spacing");
+                          std::to_string(max_cells) + " near the shape; a larger one needs fewer");
   }
   block_count_ = blocks.cast<int>();
   slot_of_block_.assign(static_cast<std::size_t>(block_count_.prod()), kInvalidIndex);
@@ -82,7 +82,7 @@ Lattice::Lattice(const ImplicitShape& shape, double spacing, const Eigen::Vector
           throw InvalidArgument("a spacing of " + describe(spacing) + " m needs more than " +
                                 std::to_string(max_cells) +
                                 " lattice cells in and near the shape (" + describe(cells.prod()) +
-                                " in its box), which is the limit; choose a larger spacing");
+                                " in its box), which is the limit; a larger spacing needs fewer");
         }
         slot_of_block_[block] = slot;
         block_of_slot_.push_back(static_cast<Index>(block));

@@ -14,6 +14,7 @@
 
 #include "core/describe.h"
 #include "mesh/boundary_check.h"
+#include "mesh/lattice.h"
 #include "mesh/smoothing.h"
 #include "mesh/stuffing.h"
 #include "mesh/tet_shape.h"
@@ -32,6 +33,10 @@ constexpr double kWorstCountError = 0.1;
 constexpr int kLatticeShifts = 4;
 constexpr int kSpacingRetries = 4;
 constexpr int kSearchSteps = 16;
+
+// Vertices of a wall of fixed thickness grow with this power of 1 / spacing: between 2, of one
+// layer of cells, and 3, of a solid.
+constexpr double kWallPower = 2.4;
 
 // Where the boundary is pinched, a ball that surely holds a lattice point joins the parts.
 constexpr double kBridgeRadius = 0.7;  // in cells
@@ -58,6 +63,13 @@ void check_options(const TetrahedralizeOptions& options) {
                           "; it must be in [1, 500000000]");
   }
 }
+
+// How thick a shape is, looking inwards from its surface.
+struct Thickness {
+  double thinnest = 0;  // m, but for a twentieth of the surface: feathered edges do not count
+  double median = 0;    // m
+  double volume = 0;    // m^3, of the inside
+};
 
 struct Candidate {
   ImplicitShape shape;  // with its bridges
@@ -173,6 +185,25 @@ class Tetrahedralizer {
     return false;
   }
 
+  // Whether what was kept is a scrap of a shape that the lattice does not resolve.
+  bool is_scrap(const Candidate& candidate) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& point : candidate.mesh.points) {
+      box.extend(point);
+    }
+    if (candidate.dropped_tets <= static_cast<Index>(candidate.mesh.tets.size()) &&
+        box.diagonal().norm() > 0.5 * candidate.shape.bounds().diagonal().norm()) {
+      return false;
+    }
+    const auto thickness = measure_thickness(candidate.shape, candidate.spacing);
+    if (!thickness || thickness->median >= kThinnestWall * candidate.spacing) {
+      return false;
+    }
+    problem_ = "most of the shape is lost between lattice points";
+    ++report_.unsound_meshes;
+    return true;
+  }
+
   std::optional<Candidate> sound_mesh_at(double spacing) {
     const ImplicitShape shape = shape_at_(spacing);
     for (int shift = 0; shift < kLatticeShifts; ++shift) {
@@ -187,12 +218,105 @@ class Tetrahedralizer {
         candidate = make(with_bridges(shape, bridges, kBridgeRadius * spacing), spacing, shift);
         candidate.bridges = bridges.size();
       }
-      if (is_sound(candidate)) {
+      if (is_sound(candidate) && !is_scrap(candidate)) {
         return candidate;
       }
-      unsound_count_ = candidate.vertex_count();
+      unsound_ = Unsound{spacing, static_cast<double>(candidate.vertex_count()),
+                         measure_thickness(shape, spacing)};
     }
     return std::nullopt;
+  }
+
+  // Looks inwards from points of the surface near the lattice's; none if no value is near zero.
+  [[nodiscard]] std::optional<Thickness> measure_thickness(const ImplicitShape& shape,
+                                                           double spacing) const {
+    const Lattice lattice(shape, spacing, Vector3d::Zero(), options_.max_cells);
+    std::vector<Index> near;
+    double inside = 0;
+    for (Index site = 0; site < lattice.site_count(); ++site) {
+      if (std::abs(lattice.value(site)) < spacing) {
+        near.push_back(site);
+      }
+      inside += lattice.value(site) < 0 ? 1 : 0;
+    }
+    constexpr std::size_t kMostSamples = 2000;
+    std::vector<double> depths;
+    for (std::size_t i = 0; i < near.size(); i += near.size() / kMostSamples + 1) {
+      const Vector3d start = shape.project(lattice.position(lattice.site_at(near[i])), 2 * spacing);
+      if (std::abs(shape(start)) > 0.02 * spacing) {
+        continue;
+      }
+      Vector3d outwards;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d step = 0.05 * spacing * Vector3d::Unit(axis);
+        outwards[axis] = shape(start + step) - shape(start - step);
+      }
+      if (outwards.norm() > 0) {
+        depths.push_back(depth_below(shape, start, -outwards.normalized(), 0.02 * spacing,
+                                     2 * kThinnestWall * spacing));
+      }
+    }
+    if (depths.empty()) {
+      return std::nullopt;
+    }
+    std::sort(depths.begin(), depths.end());
+    // a cell has two lattice points
+    return Thickness{depths[depths.size() / 20], depths[depths.size() / 2],
+                     0.5 * inside * std::pow(spacing, 3)};
+  }
+
+  // How far the inside goes on from a point of the surface, at most `enough`.
+  static double depth_below(const ImplicitShape& shape, const Vector3d& start,
+                            const Vector3d& inwards, double least_step, double enough) {
+    double depth = 0, value = 0;
+    while (depth < enough) {
+      const double step = std::max(-value, least_step);
+      const double next = shape(start + (depth + step) * inwards);
+      if (next >= 0) {
+        return value < 0 ? depth + step * value / (value - next) : depth;
+      }
+      depth += step;
+      value = next;
+    }
+    return enough;
+  }
+
+  // How thick the shape is, and what would do; empty if that was not what made a mesh unsound.
+  [[nodiscard]] std::string thickness_advice() const {
+    if (!unsound_.thickness || unsound_.thickness->thinnest >= kThinnestWall * unsound_.spacing) {
+      return {};
+    }
+    const Thickness& thickness = *unsound_.thickness;
+    const double needed = thickness.thinnest / kThinnestWall;
+    const double area = 2 * thickness.volume / thickness.median;  // of both sides of a sheet
+    const double count =
+        2 * thickness.volume / std::pow(needed, 3) + 1.5 * area / (needed * needed);
+    std::string text = "; its thinnest parts are " + describe(rounded(thickness.thinnest)) +
+                       " m thick, which takes a spacing of at most " + describe(rounded(needed)) +
+                       " m";
+    if (count > 0) {
+      text += " and some " + std::to_string(std::llround(rounded(count))) + " vertices";
+    }
+    if (options_.vertex_count == 0) {
+      return text + "; for a spacing of " + describe(options_.spacing) +
+             " m they must be at least " + describe(rounded(kThinnestWall * options_.spacing)) +
+             " m thick";
+    }
+    if (count > options_.vertex_count) {
+      const double stretch = std::pow(count / options_.vertex_count, 1 / kWallPower);
+      text += "; for " + std::to_string(options_.vertex_count) + " vertices they must be about " +
+              describe(rounded(stretch * thickness.thinnest)) + " m thick";
+    }
+    return text;
+  }
+
+  // To two digits, for numbers that are no more exact.
+  static double rounded(double value) {
+    if (!(value > 0)) {
+      return value;
+    }
+    const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+    return unit * std::round(value / unit);
   }
 
   static void add_pinches(const Candidate& candidate, std::vector<Vector3d>& bridges) {
@@ -215,7 +339,7 @@ class Tetrahedralizer {
     throw InvalidMesh("no sound mesh at a spacing of " + describe(options_.spacing) +
                       " m, nor in " + std::to_string(report_.meshes_made - 1) +
                       " more attempts down to " + describe(spacing / 0.97) + " m: " + problem_ +
-                      "; the shape has parts too thin for it, choose a smaller spacing");
+                      "; the shape has parts too thin for it" + thickness_advice());
   }
 
   // Counts fall roughly with a power of the spacing between 2 (walls that follow the spacing) and 3
@@ -228,6 +352,7 @@ class Tetrahedralizer {
     double power = 2.6;
     std::optional<Candidate> best;
     double last_spacing = 0, last_count = 0;
+    double resolving_spacing = 0;  // of a shape that was too thin for a larger one
     const auto error_of = [wanted](const Candidate& candidate) {
       return std::abs(candidate.vertex_count() - wanted) / wanted;
     };
@@ -235,10 +360,16 @@ class Tetrahedralizer {
       std::optional<Candidate> candidate = sound_mesh_at(spacing);
       double next = 0.8 * spacing;
       if (!candidate) {
-        if (unsound_count_ > (1 + kWorstCountError) * wanted) {
+        const bool is_thin =
+            unsound_.thickness && unsound_.thickness->median < kThinnestWall * spacing;
+        if (unsound_.vertex_count > (1 + kWorstCountError) * wanted && !is_thin) {
           break;  // a finer, sound mesh would have even more vertices
         }
         too_coarse = std::min(too_coarse, spacing);
+        if (is_thin) {
+          resolving_spacing = unsound_.thickness->median / kThinnestWall;
+          next = std::min(next, resolving_spacing);
+        }
       } else {
         const double count = candidate->vertex_count();
         (count > wanted ? too_fine : too_coarse) = spacing;
@@ -254,6 +385,9 @@ class Tetrahedralizer {
         }
         if (error_of(*best) <= kCountTolerance) {
           break;
+        }
+        if (spacing <= resolving_spacing && count > (1 + kWorstCountError) * wanted) {
+          break;  // what is coarser does not resolve the shape
         }
       }
       if (!(next > too_fine && next < too_coarse)) {
@@ -271,7 +405,7 @@ class Tetrahedralizer {
                       describe(best->spacing) + " m"
                 : "none of " + std::to_string(report_.meshes_made) +
                       " attempts down to a spacing of " + describe(spacing) + " m is sound") +
-          (problem_.empty() ? "" : "; the last failure: " + problem_));
+          (problem_.empty() ? "" : "; the last failure: " + problem_) + thickness_advice());
     }
     return std::move(*best);
   }
@@ -338,8 +472,12 @@ class Tetrahedralizer {
   const ShapeAtSpacing& shape_at_;
   const TetrahedralizeOptions& options_;
   TetrahedralizeReport report_;
-  std::string problem_;      // of the last unsound mesh
-  Index unsound_count_ = 0;  // its vertices
+  std::string problem_;  // of the last unsound mesh
+  struct Unsound {
+    double spacing = 0;
+    double vertex_count = 0;
+    std::optional<Thickness> thickness;
+  } unsound_;
 };
 
 }  // namespace

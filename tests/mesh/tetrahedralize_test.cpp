@@ -275,7 +275,7 @@ TEST_CASE("tetrahedralize: parts too thin for the spacing are told", "[unit]") {
   CHECK_THROWS_WITH(tetrahedralize(shell_shape(ball, 0.001), options),
                     ContainsSubstring("too thin"));
   // nothing at all is hit
-  CHECK_THROWS_WITH(tetrahedralize(sphere_shape({0, 0, 0}, 1e-4), at_spacing(0.006)),
+  CHECK_THROWS_WITH(tetrahedralize(sphere_shape({0, 0, 0}, 1e-4), at_spacing(0.012)),
                     ContainsSubstring("no lattice point lies inside"));
   // a plate half a cell thick, where it comes out at all
   options.euler.reset();
@@ -290,6 +290,58 @@ TEST_CASE("tetrahedralize: parts too thin for the spacing are told", "[unit]") {
                                      return few;
                                    }()),
                     ContainsSubstring("no sound mesh with 500 vertices"));
+}
+
+// A sheet of 80 x 60 x 3 mm, turned so that it follows no plane of the lattice. Would catch a
+// refusal without numbers, numbers that do not hold, and a message that names an option of some
+// program.
+TEST_CASE("tetrahedralize: a thin sheet is filled, or told how thick it must be", "[unit]") {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  MeshData sheet{{},
+                 {},
+                 {{0, 2, 1},
+                  {1, 2, 3},
+                  {4, 5, 6},
+                  {5, 7, 6},
+                  {0, 1, 4},
+                  {1, 5, 4},
+                  {2, 6, 3},
+                  {3, 6, 7},
+                  {0, 4, 2},
+                  {2, 4, 6},
+                  {1, 3, 5},
+                  {3, 7, 5}}};
+  for (int corner = 0; corner < 8; ++corner) {
+    sheet.points.emplace_back(
+        turn * Vector3d(0.08 * (corner & 1), 0.03 * (corner & 2), 0.00075 * (corner & 4)));
+  }
+  const auto filled = tetrahedralize(sheet, at_spacing(0.0026));
+  require_sound(filled, 15);
+  CHECK(filled.report.pieces == 1);
+  CHECK(total_volume(filled.mesh) == Approx(0.08 * 0.06 * 0.003).epsilon(0.05));
+
+  // 0.003 / 1.12 = 0.0027; 1.12 * 0.012 = 0.013
+  CHECK_THROWS_WITH(
+      tetrahedralize(sheet, at_spacing(0.012)),
+      ContainsSubstring("thinnest parts are 0.003 m thick") &&
+          ContainsSubstring("takes a spacing of at most 0.0027 m") &&
+          ContainsSubstring("for a spacing of 0.012 m they must be at least 0.013 m thick") &&
+          !ContainsSubstring("choose") && !ContainsSubstring("--"));
+  std::string text;
+  try {
+    static_cast<void>(tetrahedralize(sheet, with_vertices(800)));
+  } catch (const InvalidMesh& error) {
+    text = error.what();
+  }
+  CHECK_THAT(text, ContainsSubstring("thinnest parts are 0.003 m thick") &&
+                       ContainsSubstring("for 800 vertices they must be about 0.0"));
+  // the number of vertices that it names does
+  const std::size_t some = text.find("and some ");
+  REQUIRE(some != std::string::npos);
+  const auto enough = tetrahedralize(sheet, with_vertices(std::stoi(text.substr(some + 9))));
+  require_sound(enough, 15);
+  CHECK(enough.report.spacing == Approx(0.0027).epsilon(0.05));
 }
 
 TEST_CASE("tetrahedralize: what cannot be filled is refused by name", "[unit]") {

@@ -82,7 +82,9 @@ using ShapeAtSpacing = std::function<ImplicitShape(double spacing)>;
 /// @throws InvalidArgument  if options are out of range, the shape is unbounded, not finite or far
 ///                          from distance-like, or more than max_cells are needed
 /// @throws InvalidMesh      if nothing is inside at this spacing, if no attempt is sound, or if the
-///                          wanted number of vertices cannot be met within 10 %
+///                          wanted number of vertices cannot be met within 10 %; of a shape that is
+///                          too thin, it says how thick it is, the spacing and number of vertices
+///                          that would do, and how thick it must be for what was asked
 /// @note Cost: about 0.1 s per 1000 boundary vertices of a simple shape, on one thread.
 [[nodiscard]] PBDSURG_API Tetrahedralization tetrahedralize(const ImplicitShape& shape,
                                                             const TetrahedralizeOptions& options);
