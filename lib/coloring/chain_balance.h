@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "pbdsurg/coloring/coloring.h"
+#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 
 /// Whether the root mean square of the distances of the sizes from the two whole numbers around
 /// their mean is at most 2 % of it. So it is where the relative deviation is at most 2 %.
-[[nodiscard]] bool is_even(const std::vector<Index>& sizes);
+[[nodiscard]] PBDSURG_API bool is_even(const std::vector<Index>& sizes);
 
 /// Moves constraints from colours above the mean size to those below it by Kempe chains: those of
 /// two colours that hang together exchange the two colours. In the order of the constraints, so
@@ -31,7 +32,7 @@ void balance_by_chains(Coloring& coloring, const ConstraintVertices& constraints
 /// @param swept  after them, without gaps
 /// @return swept if it is even or has fewer colours; otherwise the more even of it and of what
 ///         chains make of `given`
-[[nodiscard]] Coloring more_even_coloring(Coloring given, Coloring swept,
-                                          const ConstraintVertices& constraints);
+[[nodiscard]] PBDSURG_API Coloring more_even_coloring(Coloring given, Coloring swept,
+                                                      const ConstraintVertices& constraints);
 
 }  // namespace pbdsurg
