@@ -107,7 +107,8 @@ void run(benchmark::State& state, bool is_whole, Edit edit) {
     }
     ++frame;
     state.ResumeTiming();
-    benchmark::DoNotOptimize(block->field.solve(block->conductivities).conductance);
+    double conductance = block->field.solve(block->conductivities).conductance;
+    benchmark::DoNotOptimize(conductance);
     iterations += block->field.report().iterations;
   }
   state.counters["tets"] = block->mesh.tet_count();

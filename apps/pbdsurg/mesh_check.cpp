@@ -79,6 +79,8 @@ void print_text(const NamedMesh& mesh, const MeshReport& report) {
   if (report.findings.empty()) {
     std::cout << "  nothing to remark\n";
   }
+  print_list("  checked: ", report.checked);
+  print_list("  not checked: ", report.not_checked);
 }
 
 /// @return  the exit status: 2 if a file cannot be read, else 1 if a mesh has errors
@@ -110,8 +112,6 @@ int run(const Options& options) {
     } else {
       print_text(mesh, report);
     }
-    print_list("  checked: ", report.checked);
-    print_list("  not checked: ", report.not_checked);
   }
   if (options.json) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();

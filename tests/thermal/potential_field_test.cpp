@@ -327,7 +327,7 @@ TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
   } else {
     for (const Index t : slab.tets) {
       EditResult one;
-      one.tets = {t};
+      one.tets.push_back(t);
       bar.mesh.apply(Solver{Scene{}}, {.remove_tets = one.tets}, one);
     }
   }
