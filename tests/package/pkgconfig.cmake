@@ -7,8 +7,8 @@ find_program(PKG_CONFIG pkg-config REQUIRED)
 file(GLOB_RECURSE found "${prefix}/*/pbdsurg.pc")
 cmake_path(GET found PARENT_PATH folder)
 cmake_path(GET folder PARENT_PATH libraries)
-set(ENV{PKG_CONFIG_PATH} "${folder}")
-set(ENV{LD_LIBRARY_PATH} "${libraries}")  # of a shared library
+set(ENV{PKG_CONFIG_PATH} "${folder}:$ENV{PKG_CONFIG_PATH}")
+set(ENV{LD_LIBRARY_PATH} "${libraries}:$ENV{LD_LIBRARY_PATH}")  # of a shared library
 
 # build(program source package definitions...): compiles and links one source.
 function(build program source package)

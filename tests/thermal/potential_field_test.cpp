@@ -316,20 +316,17 @@ TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
     }
     return static_cast<int>(middle / kEdge);
   };
-  EditResult slab;
+  std::vector<std::vector<Index>> edits(1);
   for (Index t = 0; t < bar.mesh.tet_count(); ++t) {
     if (cell(t) >= 5 && cell(t) < 5 + thickness) {
-      slab.tets.push_back(t);
+      edits.back().push_back(t);
+      edits.resize(is_one_edit ? 1 : edits.size() + 1);
     }
   }
-  if (is_one_edit) {
-    bar.mesh.apply(Solver{Scene{}}, {.remove_tets = slab.tets}, slab);
-  } else {
-    for (const Index t : slab.tets) {
-      EditResult one;
-      one.tets.push_back(t);
-      bar.mesh.apply(Solver{Scene{}}, {.remove_tets = one.tets}, one);
-    }
+  for (const std::vector<Index>& tets : edits) {
+    EditResult gone;
+    gone.tets = tets;
+    bar.mesh.apply(Solver{Scene{}}, {.remove_tets = tets}, gone);
   }
   CHECK_FALSE(bar.solve().is_closed);
   CHECK(bar.field.report().conductance == 0);
