@@ -46,18 +46,16 @@ std::vector<Method> make_methods(const Cantilever& bar, float damping, int threa
   const auto solver = [&](SolverMethod method, float over_relaxation = 1) {
     SolverOptions options;
     options.method = method;
+    options.over_relaxation = over_relaxation;
     options.damping = damping;
     options.backend = BackendKind::threaded;
     options.threads = threads;
     if (method == SolverMethod::projection) {
       options.composition = PlanComposition::nested;  // with the fewest waits
     }
-    return [&bar, options,
-            over_relaxation](const Setting& setting) mutable -> std::unique_ptr<Stepper> {
+    return [&bar, options](const Setting& setting) mutable -> std::unique_ptr<Stepper> {
       options.substeps = setting.substeps;
       options.iterations = setting.iterations;
-      // the last iteration never is
-      options.over_relaxation = setting.iterations > 1 ? over_relaxation : 1;
       return std::make_unique<SolverStepper>(bar.scene, options);
     };
   };

@@ -52,7 +52,9 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
     run_team(threads, program);
   });
   close_color_gaps(coloring);
-  coloring = more_even_coloring(std::move(given), std::move(coloring), constraints);
+  if (!is_even(color_sizes(coloring))) {
+    coloring = more_even_coloring(std::move(given), coloring, constraints);
+  }
 }
 
 }  // namespace pbdsurg

@@ -160,14 +160,10 @@ void balance_by_chains(Coloring& coloring, const ConstraintVertices& constraints
 }
 
 Coloring more_even_coloring(Coloring given, Coloring swept, const ConstraintVertices& constraints) {
-  const std::vector<Index> sizes = color_sizes(swept);
-  if (is_even(sizes)) {
-    return swept;
-  }
   balance_by_chains(given, constraints);
   close_color_gaps(given);
   if (given.color_count <= swept.color_count &&
-      unevenness(color_sizes(given)) < unevenness(sizes)) {
+      unevenness(color_sizes(given)) < unevenness(color_sizes(swept))) {
     return given;
   }
   return swept;

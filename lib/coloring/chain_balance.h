@@ -27,11 +27,11 @@ namespace pbdsurg {
 /// @param coloring  valid; overflow stays where it is
 void balance_by_chains(Coloring& coloring, const ConstraintVertices& constraints);
 
-/// What balance_coloring() results in.
+/// What balance_coloring() results in where is_even() does not hold of the sweeps' sizes.
 /// @param given  before the sweeps
 /// @param swept  after them, without gaps
-/// @return swept if it is even or has fewer colours; otherwise the more even of it and of what
-///         chains make of `given`
+/// @return swept if it has fewer colours; otherwise the more even of it and of what chains make of
+///         `given`
 [[nodiscard]] PBDSURG_API Coloring more_even_coloring(Coloring given, Coloring swept,
                                                       const ConstraintVertices& constraints);
 

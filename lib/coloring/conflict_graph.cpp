@@ -48,7 +48,8 @@ void write_conflict_graph(std::ostream& out, const ConstraintVertices& constrain
   }
   std::string text = "%%MatrixMarket matrix coordinate pattern symmetric\n% ";
   for (const char character : comment) {
-    text += character;
+    // some readers end a line at other control characters, too
+    text += character == '\n' || static_cast<unsigned char>(character) >= ' ' ? character : ' ';
     text += character == '\n' ? "% " : "";
   }
   text += '\n';

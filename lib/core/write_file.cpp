@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/core/write_file.h"
 
+#include <cerrno>
+#include <cstdio>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -25,6 +27,24 @@ std::filesystem::path follow_links(const std::filesystem::path& path) {
   return place;
 }
 
+/// An empty file beside the place that was not there before: neither a user's own nor another
+/// writer's is written over.
+std::filesystem::path make_part(const std::filesystem::path& path,
+                                const std::filesystem::path& place) {
+  for (int number = 0;; ++number) {
+    std::filesystem::path part = place;
+    part += number == 0 ? ".part" : "." + std::to_string(number) + ".part";
+    if (std::FILE* const file = std::fopen(part.c_str(), "wxb")) {
+      std::fclose(file);
+      return part;
+    }
+    if (errno != EEXIST) {
+      throw FileError(path.string() + ": cannot be written: " + part.string() +
+                      " cannot be opened");
+    }
+  }
+}
+
 /// @param part  what is written, and removed if that fails: beside the path, or the path itself if
 ///              that is a device
 void write_part(const std::filesystem::path& path, const std::filesystem::path& part,
@@ -37,6 +57,7 @@ void write_part(const std::filesystem::path& path, const std::filesystem::path& 
   };
   std::ofstream stream(part, std::ios::binary | std::ios::trunc);
   if (!stream) {
+    give_up();
     throw FileError(path.string() + ": cannot be written: " + part.string() + " cannot be opened");
   }
   try {
@@ -72,9 +93,11 @@ void write_file(const std::filesystem::path& path,
     return;
   }
   const std::filesystem::path place = follow_links(path);
-  std::filesystem::path part = place;
-  part += ".part";
+  const std::filesystem::path part = make_part(path, place);
   write_part(path, part, write);
+  if (std::filesystem::exists(status)) {
+    std::filesystem::permissions(part, status.permissions(), error);
+  }
   std::filesystem::rename(part, place, error);
   if (error) {
     const std::string reason = error.message();

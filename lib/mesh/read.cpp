@@ -12,6 +12,7 @@
 #include "formats.h"
 #include "stated_unit.h"
 #include "text_reader.h"
+#include "vertex_ids.h"
 
 namespace pbdsurg {
 namespace {
@@ -111,19 +112,21 @@ double longest_side(const MeshData& mesh) {
   return (high - low).maxCoeff();
 }
 
+/// Longest sides that a file is believed to have where it states metres. A tool that scales a mesh
+/// may keep its comments.
+constexpr LengthRange kBelievable{kAnyOrgan.shortest / 10, kAnyOrgan.longest * 10};
+
 /// A mesh in the coordinates of its file, as if they were metres.
 MeshFile read_unscaled(const std::filesystem::path& path) {
   ParsedMesh parsed;
-  std::optional<LengthUnit> stated_unit;
+  bool are_metres_stated = false;
   const std::string extension = lower_extension(path);
   if (extension == ".node" || extension == ".ele") {
     parsed = parse_tetgen_pair(path);
   } else {
     const Source source = read_source(path);
     parsed = parse(source, extension);
-    if (states_metres(source.bytes)) {
-      stated_unit = LengthUnit::metre;
-    }
+    are_metres_stated = states_metres(source.bytes);
   }
   if (parsed.mesh.points.empty()) {
     throw FileError(path.string() + ": the mesh is empty: it has no points");
@@ -132,7 +135,9 @@ MeshFile read_unscaled(const std::filesystem::path& path) {
   file.mesh = std::move(parsed.mesh);
   file.format = std::move(parsed.format);
   file.longest_side = longest_side(file.mesh);
-  file.stated_unit = stated_unit;
+  if (are_metres_stated && kBelievable.contains(file.longest_side)) {
+    file.stated_unit = LengthUnit::metre;
+  }
   return file;
 }
 
@@ -140,14 +145,17 @@ void multiply(MeshFile& file, double factor) {
   if (factor == 1) {
     return;
   }
+  for (std::size_t i = 0; i < file.mesh.points.size(); ++i) {
+    const Eigen::Vector3d& p = file.mesh.points[i];
+    if (p.allFinite() && !(factor * p).allFinite()) {
+      throw InvalidArgument("the scale of a mesh is " + describe(factor) + "; point " +
+                            std::to_string(i) + " would be no longer finite");
+    }
+  }
   file.longest_side *= factor;
   file.metres_per_unit *= factor;
   for (Eigen::Vector3d& p : file.mesh.points) {
     p *= factor;
-    if (!p.allFinite()) {
-      throw InvalidArgument("the scale of a mesh is " + describe(factor) +
-                            "; its coordinates must stay finite");
-    }
   }
 }
 
@@ -184,6 +192,7 @@ MeshData read_mesh(const std::filesystem::path& path, const ReadOptions& options
 }
 
 bool orient_majority(MeshData& mesh) {
+  check_vertex_ids<Tet>(static_cast<Index>(mesh.points.size()), mesh.tets);
   std::ptrdiff_t balance = 0;
   for (const Tet& tet : mesh.tets) {
     if (!is_flat(mesh.points, tet)) {
@@ -212,7 +221,11 @@ TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path) {
                     " triangles without tetrahedra; fill it first: pbdsurg mesh make " +
                     path.string());
   }
-  orient_majority(mesh);
+  try {
+    orient_majority(mesh);
+  } catch (const InvalidArgument& error) {
+    throw InvalidMesh(path.string() + ": " + error.what());
+  }
   const auto inverted = std::count_if(mesh.tets.begin(), mesh.tets.end(), [&mesh](const Tet& tet) {
     return tet_volume(mesh.points, tet) < 0;
   });

@@ -12,7 +12,7 @@ namespace pbdsurg {
 
 /// Stands near the beginning of every file of write_mesh(), or at its end: in MSH, some readers
 /// take no section before the nodes.
-inline constexpr std::string_view kMetresMark = "mesh in metres";
+inline constexpr std::string_view kMetresMark = "pbdsurg mesh, coordinates in metres";
 
 /// Whether a file says so.
 [[nodiscard]] inline bool states_metres(std::string_view bytes) {

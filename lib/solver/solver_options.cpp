@@ -74,10 +74,9 @@ void check_ranges(const SolverOptions& options) {
 // may become any of them.
 void check_readers(const SolverOptions& options) {
   const bool moves_vertices = options.method == SolverMethod::vertex_block;
-  if (options.over_relaxation != 1 && (!moves_vertices || options.iterations == 1)) {
+  if (options.over_relaxation != 1 && !moves_vertices) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
-                  moves_vertices ? "it needs 2 iterations or more, for it leaves out the last"
-                                 : "it needs the vertex-block method");
+                  "it needs the vertex-block method");
   }
   const bool may_take_any = options.backend == BackendKind::automatic;
   if (!may_take_any && options.backend != BackendKind::threaded) {

@@ -19,8 +19,13 @@ constexpr float kLeastChange = 0.01F;
 // Vertices with more collagen than this, and with all their water, have not shrunk by a step.
 constexpr double kUnmarkedCollagen = 0.97;
 
+// HeatField::has_boiled() of a vertex that is known to be there.
+bool has_boiled(const HeatField& field, Index vertex) {
+  return field.peak_temperatures()[vertex] >= kBoilingTemperature;
+}
+
 bool is_marked(const HeatField& field, Index vertex) {
-  return field.has_boiled(vertex) || field.collagen()[vertex] < kUnmarkedCollagen;
+  return has_boiled(field, vertex) || field.collagen()[vertex] < kUnmarkedCollagen;
 }
 
 double mean_water(const HeatField& field, Index tet) {
@@ -162,7 +167,7 @@ const HeatChanges::Pending* HeatChanges::find_pending(Index tet) const {
 double HeatChanges::shrunk(const HeatField& field, Index first, Index second) const {
   const double collagen = (field.collagen()[first] + field.collagen()[second]) / 2;
   if (field.model().removal == RemovalRule::boiled_vertices) {
-    return field.has_boiled(first) && field.has_boiled(second)
+    return has_boiled(field, first) && has_boiled(field, second)
                ? 1 - boiled_shrinkage_ * (1 - collagen)
                : 1;
   }

@@ -8,6 +8,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
+#include "coloring/chain_balance.h"
 #include "coloring/sample_constraints.h"
 #include "support/catch.h"
 
@@ -91,9 +92,12 @@ TEST_CASE("balance: chains among far more vertices than constraints", "[unit]") 
   Coloring coloring = color_greedy(few);
   repair_coloring(coloring, few);
   Coloring other = coloring;
-  balance_coloring(coloring, few);
-  balance_coloring(other, many);
+  const Coloring before = coloring;
+  balance_by_chains(coloring, few);
+  balance_by_chains(other, many);
   CHECK(other == coloring);
+  CHECK(coloring.color_of != before.color_of);
+  CHECK_FALSE(find_conflict(coloring, few));
 }
 
 TEST_CASE("balance: overflow stays where it is", "[unit]") {

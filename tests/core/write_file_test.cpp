@@ -58,6 +58,20 @@ TEST_CASE("write file: a device is written to and stays one", "[unit]") {
   CHECK(fs::is_symlink(folder / "null"));
 }
 
+// Would catch a user's own file that a part takes the place of, and a file that others may read
+// once it is written anew.
+TEST_CASE("write file: what lies beside stays, and so do permissions", "[unit]") {
+  const TemporaryFolder folder;
+  folder.put("a", "old");
+  folder.put("a.part", "a user's own");
+  fs::permissions(folder / "a", fs::perms::owner_read | fs::perms::owner_write);
+  write_file(folder / "a", "new");
+  CHECK(read_bytes(folder / "a") == "new");
+  CHECK(read_bytes(folder / "a.part") == "a user's own");
+  CHECK(fs::status(folder / "a").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+  CHECK(std::distance(fs::directory_iterator(folder / ""), {}) == 2);
+}
+
 // Would catch a part that is left behind, or half a file, where what writes gives up.
 TEST_CASE("write file: what a writer throws goes through and nothing is changed", "[unit]") {
   const TemporaryFolder folder;

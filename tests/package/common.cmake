@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Shared by the scripts of this folder.
+cmake_minimum_required(VERSION 3.24)
 
 # run(command...): stops the test unless the command succeeds.
 function(run)

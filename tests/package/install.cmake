@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs the build tree, and looks for the build machine in what was installed.
+cmake_minimum_required(VERSION 3.24)
 include("${CMAKE_CURRENT_LIST_DIR}/common.cmake")
 set(prefix "${WORK_DIR}/installed")
 file(REMOVE_RECURSE "${prefix}")

@@ -42,7 +42,6 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
 
   refuse({.iterations = 4, .over_relaxation = 1.5F}, "over_relaxation is 1.5");
   refuse({.iterations = 4, .over_relaxation = 1.5F}, "needs the vertex-block method");
-  refuse({.method = vertices, .iterations = 1, .over_relaxation = 1.5F}, "2 iterations or more");
   for (const BackendKind backend : {BackendKind::serial, BackendKind::cuda}) {
     refuse({.backend = backend, .threads = 2}, "threads is 2");
     refuse({.backend = backend, .wait = ThreadWait::spin}, "wait is spin");

@@ -15,7 +15,8 @@
 namespace pbdsurg {
 
 /// Writes a file beside its place, then moves it there: no reader ever sees half of it. A symbolic
-/// link is followed: what it names is replaced. A device or a pipe is written to as it is.
+/// link is followed: what it names is replaced, and keeps its permissions, but not its owner and
+/// other names. A device or a pipe is written to as it is.
 /// @throws FileError  naming the path, if that fails; what was there before stays
 PBDSURG_API void write_file(const std::filesystem::path& path, std::string_view bytes);
 

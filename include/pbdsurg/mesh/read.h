@@ -47,7 +47,8 @@ struct MeshFile {
   double longest_side = 0.0;            ///< m, of the bounding box of the points in use
   double metres_per_unit = 1.0;         ///< what the coordinates were multiplied by, scale included
 
-  /// What the file says of itself, as those of write_mesh() do; `automatic` then guesses nothing.
+  /// What the file says of itself, as those of write_mesh() do, unless it would then be smaller
+  /// than 0.5 mm or larger than 6 m; `automatic` guesses nothing where it is there.
   std::optional<LengthUnit> stated_unit;
   /// Those of the guess; `unit` alone where nothing was guessed.
   std::vector<LengthUnit> plausible_units{LengthUnit::metre};
@@ -89,6 +90,7 @@ PBDSURG_API void set_unit(MeshFile& file, LengthUnit unit);
 
 /// Turns all tetrahedra if more than half of those that are not flat have negative volume.
 /// @return  whether they were turned
+/// @throws InvalidArgument  naming the vertex that there is not; then nothing has changed
 PBDSURG_API bool orient_majority(MeshData& mesh);
 
 }  // namespace pbdsurg

@@ -84,8 +84,9 @@ struct SpareRoom {
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
 /// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
 ///
-/// What another option leaves without a reader is refused, unless it is at its default: nothing is
-/// ignored. BackendKind::automatic takes the options of every backend.
+/// What another option leaves without a reader is refused, unless it is at its default.
+/// BackendKind::automatic takes the options of every backend; seed and threads of a colouring go
+/// with every algorithm.
 struct PBDSURG_API SolverOptions {
   SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
@@ -98,7 +99,7 @@ struct PBDSURG_API SolverOptions {
   /// Where stiff bars had four sweeps a substep, 1.6 left their ends 1.5 to 25 times closer to
   /// where endless sweeps would; with two, 1.5 to 2.5 times. Soft tissue wants 1.3. Too much for
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
-  /// none. Needs two iterations.
+  /// none. Of a single sweep nothing is left for it.
   float over_relaxation = 1;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   /// Of the scene, >= 1, stepped together: see Solver.
