@@ -182,6 +182,9 @@ void print_text(const Options& options, const Constraints& constraints,
 
 /// @return  whether the colouring is valid
 bool run(const Options& options) {
+  for (const std::string& output : {options.output, options.graph}) {
+    check_is_not_input(options.path, output);
+  }
   const TetMesh mesh = to_tet_mesh(read_with_unit(options.path, options.unit).mesh, options.path);
   const Constraints constraints = find_constraints(options.kind, mesh);
   const auto [coloring, milliseconds] = color(options, constraints.view);

@@ -25,9 +25,11 @@ std::string subcommand_problem(const CLI::App& app) {
   if (known.empty()) {
     return "";
   }
+  const std::string kind =
+      !unknown.empty() && unknown.front().starts_with('-') ? "option" : "subcommand";
   return (unknown.empty() ? "a subcommand is missing"
-                          : "there is no subcommand '" + unknown.front() + "'") +
-         "; those of " + last->get_name() + " are " + known;
+                          : "there is no " + kind + " '" + unknown.front() + "'") +
+         "; the subcommands of " + last->get_name() + " are " + known;
 }
 
 }  // namespace

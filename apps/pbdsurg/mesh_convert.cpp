@@ -26,12 +26,15 @@ struct Options {
 };
 
 void run(const Options& options) {
+  check_is_not_input(options.input, options.output);
   MeshFile file = read_with_unit(options.input, options.unit);
   if (file.mesh.tets.empty() && file.mesh.triangles.empty()) {
     throw InvalidMesh(options.input +
                       ": has points but neither tetrahedra nor triangles; nothing is written");
   }
-  if (options.orient) {
+  if (options.orient && file.mesh.tets.empty()) {
+    std::cerr << "pbdsurg: " << options.input << ": has no tets that --orient could turn\n";
+  } else if (options.orient) {
     const Index swapped = orient_tets(file.mesh.points, file.mesh.tets);
     std::cout << options.input << ": " << swapped << " of " << file.mesh.tets.size()
               << " tets were inverted and are turned\n";

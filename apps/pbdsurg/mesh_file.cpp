@@ -112,6 +112,13 @@ std::string size_remark(const MeshFile& file) {
          " is not that of an organ (" + describe_organs() + "); " + advice;
 }
 
+void check_is_not_input(const std::string& input, const std::string& output) {
+  std::error_code error;
+  if (std::filesystem::equivalent(input, output, error)) {
+    throw InvalidArgument(output + ": is the mesh that is read; name another file to write");
+  }
+}
+
 void print_losses(const std::string& path, const MeshData& mesh) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),

@@ -37,6 +37,9 @@ void settle_unit(std::span<NamedMesh> meshes, const UnitOptions& options);
 /// finding of check_mesh(): that knows no unit, and judges a mesh alike at every scale.
 [[nodiscard]] std::string size_remark(const MeshFile& file);
 
+/// @throws InvalidArgument  if a file to be written is the mesh that is read
+void check_is_not_input(const std::string& input, const std::string& output);
+
 /// Says on stderr what the format of a file that was written left out of a mesh.
 void print_losses(const std::string& path, const MeshData& mesh);
 

@@ -82,7 +82,11 @@ Made make_from_file(const Options& options) {
   TetrahedralizeOptions recipe;
   recipe.vertex_count = 10'000;
   apply_resolution(options, recipe);
-  const MeshFile file = read_with_unit(options.what, options.unit);
+  check_is_not_input(options.what, options.output);
+  MeshFile file = read_with_unit(options.what, options.unit);
+  if (!file.mesh.tets.empty()) {
+    file.mesh.triangles.clear();  // a surface beside tetrahedra is theirs
+  }
   if (const std::string remark = size_remark(file); !remark.empty()) {
     std::cerr << "pbdsurg: " << options.what << ": " << remark << '\n';
   }
@@ -91,6 +95,8 @@ Made make_from_file(const Options& options) {
     return {std::move(result.mesh), result.report, check_surface(file.mesh)};
   } catch (const InvalidMesh& error) {
     throw InvalidMesh(options.what + ": " + error.what());
+  } catch (const InvalidArgument& error) {  // of the lattice that the resolution takes
+    throw InvalidArgument(options.what + ": " + error.what());
   }
 }
 

@@ -39,8 +39,9 @@ std::filesystem::path make_part(const std::filesystem::path& path,
       return part;
     }
     if (errno != EEXIST) {
+      const std::string reason = std::generic_category().message(errno);
       throw FileError(path.string() + ": cannot be written: " + part.string() +
-                      " cannot be opened");
+                      " cannot be made: " + reason);
     }
   }
 }

@@ -70,14 +70,13 @@ bool LengthRange::contains(double length) const {
 
 LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides) {
   LengthUnitGuess guess{LengthUnit::metre, {}};
+  const bool are_metres_plausible = fits(LengthUnit::metre, sides);
   for (const LengthUnit unit :
-       {LengthUnit::millimetre, LengthUnit::metre, LengthUnit::centimetre}) {
-    if (fits(unit, sides)) {
+       {LengthUnit::millimetre, LengthUnit::metre, LengthUnit::centimetre, LengthUnit::decimetre}) {
+    const bool is_overruled = unit == LengthUnit::decimetre && are_metres_plausible;
+    if (!is_overruled && fits(unit, sides)) {
       guess.plausible.push_back(unit);
     }
-  }
-  if (guess.plausible.empty() && fits(LengthUnit::decimetre, sides)) {
-    guess.plausible.push_back(LengthUnit::decimetre);
   }
   if (!guess.plausible.empty()) {
     guess.unit = guess.plausible.front();

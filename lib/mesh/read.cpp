@@ -112,10 +112,6 @@ double longest_side(const MeshData& mesh) {
   return (high - low).maxCoeff();
 }
 
-/// Longest sides that a file is believed to have where it states metres. A tool that scales a mesh
-/// may keep its comments.
-constexpr LengthRange kBelievable{kAnyOrgan.shortest / 10, kAnyOrgan.longest * 10};
-
 /// A mesh in the coordinates of its file, as if they were metres.
 MeshFile read_unscaled(const std::filesystem::path& path) {
   ParsedMesh parsed;
@@ -135,7 +131,7 @@ MeshFile read_unscaled(const std::filesystem::path& path) {
   file.mesh = std::move(parsed.mesh);
   file.format = std::move(parsed.format);
   file.longest_side = longest_side(file.mesh);
-  if (are_metres_stated && kBelievable.contains(file.longest_side)) {
+  if (are_metres_stated) {
     file.stated_unit = LengthUnit::metre;
   }
   return file;
@@ -219,7 +215,7 @@ TetMesh to_tet_mesh(MeshData mesh, const std::filesystem::path& path) {
     }
     throw FileError(path.string() + ": is a surface of " + std::to_string(mesh.triangles.size()) +
                     " triangles without tetrahedra; fill it first: pbdsurg mesh make " +
-                    path.string());
+                    path.string() + " OUT.vtu");
   }
   try {
     orient_majority(mesh);

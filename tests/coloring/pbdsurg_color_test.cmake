@@ -153,6 +153,8 @@ run(0 "0\n.*[1-9]\n" "^$" color organ.msh --constraints volume --output /dev/std
 
 run(2 "^$" "^pbdsurg: no-folder/graph.mtx: cannot be written: [^\n]*\n$"
     color organ.msh --constraints volume --graph no-folder/graph.mtx)
+run(2 "^$" "^pbdsurg: organ.msh: is the mesh that is read; name another file to write\n$"
+    color organ.msh --constraints volume --output organ.msh)
 run(2 "^$" "^pbdsurg: --graph and --output both name one.txt\n$"
     color organ.msh --constraints volume --graph one.txt --output one.txt)
 # refuse(pattern arguments...)

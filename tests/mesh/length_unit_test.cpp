@@ -30,7 +30,8 @@ TEST_CASE("length unit: a guess is sure where one unit alone is plausible", "[un
   check_guess(0.005, kM, {kM});
   check_guess(0.49, kM, {kM});
   check_guess(0.6, kM, {kM, kCm});
-  check_guess(1.9, kCm, {kCm});
+  check_guess(1.9, kCm, {kCm, kDm});
+  check_guess(0.81, kCm, {kCm, kDm});  // a gallbladder of 81 mm in dm is 8.1 mm in cm
   check_guess(12, kMm, {kMm, kCm});
   check_guess(9, kMm, {kMm, kCm});
   check_guess(60, kMm, {kMm, kCm});

@@ -61,8 +61,9 @@ struct LengthUnitGuess {
 
 /// Guesses the unit that several files share: one that puts every longest side into its range.
 /// Where several do, millimetres are preferred, then metres: they are the most frequent.
-/// Decimetres, the least frequent, are considered only where no other unit fits. Where none fits at
-/// all, the one of millimetres, centimetres and metres that misses the ranges by the least factor.
+/// Decimetres, the least frequent, are not considered where metres fit: every file of less than
+/// 0.6 m would be in doubt. Where no unit fits at all, the one of millimetres, centimetres and
+/// metres that misses the ranges by the least factor.
 [[nodiscard]] PBDSURG_API LengthUnitGuess guess_length_unit(std::span<const MeasuredLength> sides);
 
 /// The same for one file.

@@ -47,8 +47,7 @@ struct MeshFile {
   double longest_side = 0.0;            ///< m, of the bounding box of the points in use
   double metres_per_unit = 1.0;         ///< what the coordinates were multiplied by, scale included
 
-  /// What the file says of itself, as those of write_mesh() do, unless it would then be smaller
-  /// than 0.5 mm or larger than 6 m; `automatic` guesses nothing where it is there.
+  /// What the file says of itself, as those of write_mesh() do; `automatic` then guesses nothing.
   std::optional<LengthUnit> stated_unit;
   /// Those of the guess; `unit` alone where nothing was guessed.
   std::vector<LengthUnit> plausible_units{LengthUnit::metre};
