@@ -34,9 +34,12 @@ constexpr int kLatticeShifts = 4;
 constexpr int kSpacingRetries = 4;
 constexpr int kSearchSteps = 16;
 
-// Vertices of a wall of fixed thickness grow with this power of 1 / spacing: between 2, of one
-// layer of cells, and 3, of a solid.
-constexpr double kWallPower = 2.4;
+// A search ends where the shape needs this many times the wanted vertices. A mesh with fewer may
+// be sound by luck.
+constexpr double kClearlyTooMany = 2;
+
+// Depths below the surface are measured from this on, to this.
+constexpr double kLeastDepth = 0.02;  // in cells
 
 // Where the boundary is pinched, a ball that surely holds a lattice point joins the parts.
 constexpr double kBridgeRadius = 0.7;  // in cells
@@ -66,10 +69,18 @@ void check_options(const TetrahedralizeOptions& options) {
 
 // How thick a shape is, looking inwards from its surface.
 struct Thickness {
-  double thinnest = 0;  // m, but for a twentieth of the surface: feathered edges do not count
-  double median = 0;    // m
-  double volume = 0;    // m^3, of the inside
+  double thinnest = 0;        // m, but for a twentieth of the surface: feathered edges do not count
+  double median = 0;          // m
+  double area = 0;            // m^2, of the surface: of both sides of a sheet
+  double least_area = 0;      // m^2, less two standard errors
+  double volume = 0;          // m^3, of the inside
+  Eigen::AlignedBox3d box{};  // of the surface, which may be far smaller than the shape's bounds
 };
+
+// Vertices of a mesh: two for each cell inside, and those where the surface cuts lattice edges.
+double expect_vertices(double volume, double area, double spacing) {
+  return 2 * volume / std::pow(spacing, 3) + 1.5 * area / (spacing * spacing);
+}
 
 struct Candidate {
   ImplicitShape shape;  // with its bridges
@@ -186,17 +197,22 @@ class Tetrahedralizer {
   }
 
   // Whether what was kept is a scrap of a shape that the lattice does not resolve.
-  bool is_scrap(const Candidate& candidate) {
+  bool is_scrap(const Candidate& candidate, const ImplicitShape& shape) {
     Eigen::AlignedBox3d box;
     for (const Vector3d& point : candidate.mesh.points) {
       box.extend(point);
     }
-    if (candidate.dropped_tets <= static_cast<Index>(candidate.mesh.tets.size()) &&
-        box.diagonal().norm() > 0.5 * candidate.shape.bounds().diagonal().norm()) {
+    const auto reaches_half = [&box](const Eigen::AlignedBox3d& all) {
+      return box.diagonal().norm() > 0.5 * all.diagonal().norm();
+    };
+    const bool most_dropped =
+        candidate.dropped_tets > static_cast<Index>(candidate.mesh.tets.size());
+    if (!most_dropped && reaches_half(shape.bounds())) {
       return false;
     }
-    const auto thickness = measure_thickness(candidate.shape, candidate.spacing);
-    if (!thickness || thickness->median >= kThinnestWall * candidate.spacing) {
+    const auto& thickness = thickness_at(shape, candidate.spacing);
+    if (!thickness || thickness->median >= kThinnestWall * candidate.spacing ||
+        (!most_dropped && reaches_half(thickness->box))) {
       return false;
     }
     problem_ = "most of the shape is lost between lattice points";
@@ -218,13 +234,20 @@ class Tetrahedralizer {
         candidate = make(with_bridges(shape, bridges, kBridgeRadius * spacing), spacing, shift);
         candidate.bridges = bridges.size();
       }
-      if (is_sound(candidate) && !is_scrap(candidate)) {
+      if (is_sound(candidate) && !is_scrap(candidate, shape)) {
         return candidate;
       }
-      unsound_ = Unsound{spacing, static_cast<double>(candidate.vertex_count()),
-                         measure_thickness(shape, spacing)};
+      unsound_ = Unsound{spacing, static_cast<double>(candidate.vertex_count())};
     }
     return std::nullopt;
+  }
+
+  // Measured once for each spacing.
+  const std::optional<Thickness>& thickness_at(const ImplicitShape& shape, double spacing) {
+    if (measured_.spacing != spacing) {
+      measured_ = Measured{spacing, measure_thickness(shape, spacing)};
+    }
+    return measured_.thickness;
   }
 
   // Looks inwards from points of the surface near the lattice's; none if no value is near zero.
@@ -232,37 +255,56 @@ class Tetrahedralizer {
                                                            double spacing) const {
     const Lattice lattice(shape, spacing, Vector3d::Zero(), options_.max_cells);
     std::vector<Index> near;
-    double inside = 0;
+    double inside = 0, close_by = 0, farther = 0;
     for (Index site = 0; site < lattice.site_count(); ++site) {
-      if (std::abs(lattice.value(site)) < spacing) {
+      const double value = lattice.value(site);
+      if (std::abs(value) < spacing) {
         near.push_back(site);
       }
-      inside += lattice.value(site) < 0 ? 1 : 0;
+      inside += value < 0 ? 1 : 0;
+      close_by += value >= 0 && value < 0.5 * spacing ? 1 : 0;
+      farther += value >= 0.5 * spacing && value < spacing ? 1 : 0;
     }
     constexpr std::size_t kMostSamples = 2000;
+    const double least_depth = kLeastDepth * spacing;
     std::vector<double> depths;
+    Thickness thickness;
     for (std::size_t i = 0; i < near.size(); i += near.size() / kMostSamples + 1) {
       const Vector3d start = shape.project(lattice.position(lattice.site_at(near[i])), 2 * spacing);
-      if (std::abs(shape(start)) > 0.02 * spacing) {
+      const double above = shape(start);
+      if (std::abs(above) > least_depth) {
         continue;
       }
+      thickness.box.extend(start);
       Vector3d outwards;
       for (int axis = 0; axis < 3; ++axis) {
         const Vector3d step = 0.05 * spacing * Vector3d::Unit(axis);
         outwards[axis] = shape(start + step) - shape(start - step);
       }
       if (outwards.norm() > 0) {
-        depths.push_back(depth_below(shape, start, -outwards.normalized(), 0.02 * spacing,
-                                     2 * kThinnestWall * spacing));
+        const double depth = depth_below(shape, start, -outwards.normalized(), least_depth,
+                                         2 * kThinnestWall * spacing);
+        depths.push_back(std::max(depth - above, least_depth));
       }
     }
     if (depths.empty()) {
       return std::nullopt;
     }
     std::sort(depths.begin(), depths.end());
-    // a cell has two lattice points
-    return Thickness{depths[depths.size() / 20], depths[depths.size() / 2],
-                     0.5 * inside * std::pow(spacing, 3)};
+    thickness.thinnest = depths[depths.size() / 20];
+    thickness.median = depths[depths.size() / 2];
+    // A layer of width w outside has the volume area w + c w^2, where c is of bends and edges. Half
+    // a cell is the distance of lattice planes, so that each layer holds as many of them anywhere.
+    // A cell has two lattice points.
+    const double per_site = 0.5 * spacing * spacing;
+    thickness.area = std::max(0.0, per_site * (3 * close_by - farther));
+    thickness.least_area =
+        std::max(0.0, thickness.area - 2 * per_site * std::sqrt(9 * close_by + farther));
+    // what is thinner than a cell may lie between all sites
+    thickness.volume = thickness.median < kThinnestWall * spacing
+                           ? 0.5 * thickness.area * thickness.median
+                           : 0.5 * inside * std::pow(spacing, 3);
+    return thickness;
   }
 
   // How far the inside goes on from a point of the surface, at most `enough`.
@@ -281,29 +323,42 @@ class Tetrahedralizer {
     return enough;
   }
 
+  // Whether a mesh that resolves a shape too thin for this spacing has far too many vertices.
+  bool is_hopeless(const Thickness& thickness) const {
+    const double resolving = thickness.median / kThinnestWall;
+    const double least_volume = 0.5 * thickness.least_area * thickness.median;
+    return expect_vertices(least_volume, thickness.least_area, resolving) >
+           kClearlyTooMany * options_.vertex_count;
+  }
+
   // How thick the shape is, and what would do; empty if that was not what made a mesh unsound.
-  [[nodiscard]] std::string thickness_advice() const {
-    if (!unsound_.thickness || unsound_.thickness->thinnest >= kThinnestWall * unsound_.spacing) {
+  [[nodiscard]] std::string thickness_advice() {
+    if (!(unsound_.spacing > 0)) {
       return {};
     }
-    const Thickness& thickness = *unsound_.thickness;
+    const auto& measured = thickness_at(shape_at_(unsound_.spacing), unsound_.spacing);
+    if (!measured || measured->thinnest >= kThinnestWall * unsound_.spacing) {
+      return {};
+    }
+    const Thickness& thickness = *measured;
     const double needed = thickness.thinnest / kThinnestWall;
-    const double area = 2 * thickness.volume / thickness.median;  // of both sides of a sheet
-    const double count =
-        2 * thickness.volume / std::pow(needed, 3) + 1.5 * area / (needed * needed);
+    const double count = expect_vertices(thickness.volume, thickness.area, needed);
+    const bool is_measured = thickness.thinnest > kLeastDepth * unsound_.spacing;
     std::string text = "; its thinnest parts are " + describe(rounded(thickness.thinnest)) +
-                       " m thick, which takes a spacing of at most " + describe(rounded(needed)) +
-                       " m";
-    if (count > 0) {
-      text += " and some " + std::to_string(std::llround(rounded(count))) + " vertices";
+                       " m thick" + (is_measured ? "" : " or less") +
+                       ", which takes a spacing of at most " + describe(rounded(needed)) + " m";
+    if (thickness.least_area > 0) {
+      text += (is_measured ? " and some " : " and at least ") +
+              std::to_string(std::llround(rounded(count))) + " vertices";
     }
     if (options_.vertex_count == 0) {
       return text + "; for a spacing of " + describe(options_.spacing) +
              " m they must be at least " + describe(rounded(kThinnestWall * options_.spacing)) +
              " m thick";
     }
-    if (count > options_.vertex_count) {
-      const double stretch = std::pow(count / options_.vertex_count, 1 / kWallPower);
+    if (thickness.least_area > 0 && count > options_.vertex_count) {
+      // of a sheet of one area, vertices fall with the square of its thickness
+      const double stretch = std::sqrt(count / options_.vertex_count);
       text += "; for " + std::to_string(options_.vertex_count) + " vertices they must be about " +
               describe(rounded(stretch * thickness.thinnest)) + " m thick";
     }
@@ -352,7 +407,6 @@ class Tetrahedralizer {
     double power = 2.6;
     std::optional<Candidate> best;
     double last_spacing = 0, last_count = 0;
-    double resolving_spacing = 0;  // of a shape that was too thin for a larger one
     const auto error_of = [wanted](const Candidate& candidate) {
       return std::abs(candidate.vertex_count() - wanted) / wanted;
     };
@@ -360,15 +414,13 @@ class Tetrahedralizer {
       std::optional<Candidate> candidate = sound_mesh_at(spacing);
       double next = 0.8 * spacing;
       if (!candidate) {
-        const bool is_thin =
-            unsound_.thickness && unsound_.thickness->median < kThinnestWall * spacing;
-        if (unsound_.vertex_count > (1 + kWorstCountError) * wanted && !is_thin) {
+        if (unsound_.vertex_count > (1 + kWorstCountError) * wanted) {
           break;  // a finer, sound mesh would have even more vertices
         }
         too_coarse = std::min(too_coarse, spacing);
-        if (is_thin) {
-          resolving_spacing = unsound_.thickness->median / kThinnestWall;
-          next = std::min(next, resolving_spacing);
+        const auto& thickness = thickness_at(shape_at_(spacing), spacing);
+        if (thickness && thickness->median < kThinnestWall * spacing && is_hopeless(*thickness)) {
+          break;
         }
       } else {
         const double count = candidate->vertex_count();
@@ -385,9 +437,6 @@ class Tetrahedralizer {
         }
         if (error_of(*best) <= kCountTolerance) {
           break;
-        }
-        if (spacing <= resolving_spacing && count > (1 + kWorstCountError) * wanted) {
-          break;  // what is coarser does not resolve the shape
         }
       }
       if (!(next > too_fine && next < too_coarse)) {
@@ -476,8 +525,11 @@ class Tetrahedralizer {
   struct Unsound {
     double spacing = 0;
     double vertex_count = 0;
+  } unsound_;  // the last one
+  struct Measured {
+    double spacing = 0;
     std::optional<Thickness> thickness;
-  } unsound_;
+  } measured_;
 };
 
 }  // namespace

@@ -344,6 +344,73 @@ TEST_CASE("tetrahedralize: a thin sheet is filled, or told how thick it must be"
   CHECK(enough.report.spacing == Approx(0.0027).epsilon(0.05));
 }
 
+// Bounds may be loose, of a shape that turns inside them for one. Would catch a whole sheet, one
+// cell thick, taken for a scrap since it spans little of its bounds.
+TEST_CASE("tetrahedralize: a sheet far smaller than its bounds is filled as it is", "[unit]") {
+  const ImplicitShape sheet = rounded_box_shape({0, 0, 0}, {0.02, 0.02, 0.0005}, 0);
+  const Vector3d reach = 3 * sheet.bounds().max();
+  const auto result = tetrahedralize(ImplicitShape([&sheet](const Vector3d& p) { return sheet(p); },
+                                                   Eigen::AlignedBox3d(-reach, reach)),
+                                     at_spacing(0.001));
+  CHECK(result.report.meshes_made == 1);
+  CHECK(result.report.spacing == 0.001);
+  CHECK((result.mesh.positions()[0] - result.mesh.positions()[1]).norm() < 0.0016);
+}
+
+// Sheets of 100 x 100 mm along the planes of the lattice, which may lie between all of its points.
+// Would catch a search that fills them finely to learn how many vertices they need, a lattice that
+// is too large in place of that number, and a number from a lattice too coarse to see the sheet.
+TEST_CASE("tetrahedralize: a sheet far too thin is told the vertices it needs, unmeshed",
+          "[unit]") {
+  const auto refusal = [](double thickness, const TetrahedralizeOptions& options) {
+    try {
+      static_cast<void>(
+          tetrahedralize(rounded_box_shape({0, 0, 0}, {0.05, 0.05, 0.5 * thickness}, 0), options));
+    } catch (const InvalidMesh& error) {
+      return std::string(error.what());
+    }
+    return std::string("filled");
+  };
+  const auto vertices_in = [](const std::string& text) {
+    const std::size_t some = text.find("and some ");
+    return some == std::string::npos ? 0.0 : std::stod(text.substr(some + 9));
+  };
+  const std::map<double, double> needed{// vertices at a spacing of 0.89 thicknesses
+                                        {0.001, 63'618},
+                                        {0.0005, 252'674},
+                                        {0.0002, 1'578'096}};
+  for (const auto& [thickness, count] : needed) {
+    CAPTURE(thickness);
+    const std::string by_count = refusal(thickness, with_vertices(2000));
+    CAPTURE(by_count);
+    CHECK_THAT(by_count, ContainsSubstring("none of 4 attempts") &&
+                             ContainsSubstring("for 2000 vertices they must be about 0.0058 m"));
+    CHECK(vertices_in(by_count) == Approx(count).epsilon(0.15));
+    const std::string by_spacing = refusal(thickness, at_spacing(0.005));
+    CAPTURE(by_spacing);
+    CHECK(vertices_in(by_spacing) == Approx(count).epsilon(0.15));
+  }
+  CHECK_THAT(refusal(0.00005, with_vertices(2000)), ContainsSubstring("parts are 5e-05 m thick"));
+  // thinner than what is measured at this spacing
+  CHECK_THAT(refusal(1e-6, with_vertices(100)),
+             ContainsSubstring("m thick or less") && ContainsSubstring("and at least "));
+}
+
+// A sheet of 100 x 100 x 3 mm that resolves with 7800 vertices. Would catch a search that gives
+// up, or jumps to the spacing that surely resolves, where a coarser mesh is sound.
+TEST_CASE("tetrahedralize: a search goes on where a thin shape may yet come out", "[unit]") {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  const ImplicitShape flat = rounded_box_shape({0, 0, 0}, {0.05, 0.05, 0.0015}, 0);
+  const Vector3d reach = turn.cwiseAbs() * flat.bounds().max();
+  const auto result =
+      tetrahedralize(ImplicitShape([&](const Vector3d& p) { return flat(turn.transpose() * p); },
+                                   Eigen::AlignedBox3d(-reach, reach)),
+                     with_vertices(5000));
+  CHECK(std::abs(result.mesh.vertex_count() - 5000) <= 25);
+  CHECK(result.report.thin_share > 0.5);
+}
+
 TEST_CASE("tetrahedralize: what cannot be filled is refused by name", "[unit]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const ImplicitShape ball = sphere_shape({0, 0, 0}, 0.02);
