@@ -242,16 +242,16 @@ class Examination {
 
   /// What would be another number if the repeated points were one point each.
   template <class Element>
-  void describe_welding(std::vector<Element> welded, const std::vector<Element>& stored,
+  void describe_welding(std::vector<Element> welded, std::vector<Element> stored,
                         const std::string& elements) {
-    const auto flattened = std::erase_if(welded, repeats_vertex<Element>) -
-                           std::count_if(stored.begin(), stored.end(), repeats_vertex<Element>);
-    const auto coinciding = find_repeated(welded).size() - find_repeated(stored).size();
+    // as in report_.components, those that use a vertex twice count
+    report_.welded_components =
+        find_components(point_count(), std::span<const Element>(welded)).count;
+    const auto flat_before = std::erase_if(stored, repeats_vertex<Element>);
+    const auto flat_after = std::erase_if(welded, repeats_vertex<Element>);
     const std::vector<Triangle> boundary = boundary_of(welded);
     const SurfaceDefects defects = find_surface_defects(point_count(), boundary);
     report_.welded_open_edges = static_cast<Index>(defects.open_edges.size());
-    report_.welded_components =
-        find_components(point_count(), std::span<const Element>(welded)).count;
 
     std::string effects;
     const auto add_change = [&](const std::string& what, auto before, auto after) {
@@ -268,8 +268,9 @@ class Examination {
       add_change("boundary triangles", report_.boundary_triangles,
                  static_cast<Index>(boundary.size()));
     }
-    add_change(elements + " that use a vertex twice", 0, flattened);
-    add_change(elements + " that repeat another", 0, coinciding);
+    add_change(elements + " that use a vertex twice", flat_before, flat_after);
+    add_change(elements + " that repeat another", find_repeated(stored).size(),
+               find_repeated(welded).size());
     add(Severity::note, "welding the repeated points would change " +
                             (effects.empty() ? "nothing but their number" : effects));
   }

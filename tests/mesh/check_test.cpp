@@ -218,6 +218,25 @@ TEST_CASE("check: what welding repeated points would change is told", "[unit]") 
   CHECK_FALSE(finds(check_mesh(surface), Severity::note, "welding"));
 }
 
+// Would catch what was there before taken for an effect of welding, and fewer repeated triangles
+// than before counted below zero.
+TEST_CASE("check: welding is not charged with what was there before", "[unit]") {
+  MeshData flat = box_surface(1);
+  append(flat, {{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}}, {}, {{0, 0, 1}, {0, 0, 1}, {0, 0, 2}}}, 1);
+  const MeshReport report = check_mesh(flat);
+  CHECK(report.duplicate_points == 1);
+  CHECK(report.components == 2);
+  CHECK(report.welded_components == 2);
+  CHECK(finds(report, Severity::note,
+              "welding the repeated points would change nothing but their number"));
+
+  MeshData needles = box_surface(1);
+  needles.points.emplace_back(needles.points[0]);
+  needles.triangles.insert(needles.triangles.end(), {{0, 8, 1}, {0, 8, 1}, {3, 3, 4}});
+  CHECK(finds(check_mesh(needles), Severity::note,
+              "triangles that use a vertex twice 1 -> 3, triangles that repeat another 1 -> 0"));
+}
+
 TEST_CASE("check: the report says what was looked at and what was not", "[unit]") {
   const MeshReport good = check_mesh(box_surface(2));
   CHECK(good.checked.size() == 4);
