@@ -510,6 +510,9 @@ class Examination {
     if (crossings.complete) {
       report_.checked.push_back("self-crossings of the surface's " +
                                 std::to_string(boundary.size()) + " triangles");
+    } else if (crossings.pairs.size() >= kMostCrossings) {
+      report_.not_checked.push_back("more self-crossings: the search ends with " +
+                                    std::to_string(kMostCrossings));
     } else {
       report_.not_checked.emplace_back("more self-crossings: too many triangles lie in one place");
     }

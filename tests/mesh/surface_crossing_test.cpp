@@ -244,8 +244,20 @@ TEST_CASE("surface crossing: a search that ends early says so", "[unit]") {
   };
   const MeshReport report = check_mesh(fan);
   CHECK(report.self_crossings == 1'000'000);
-  CHECK(says(report.not_checked, "more self-crossings"));
+  CHECK(says(report.not_checked, "more self-crossings: the search ends with 1000000"));
   CHECK_FALSE(says(report.checked, "self-crossings"));
+  MeshData pile;  // 5000 slanted triangles, each inside the boxes of most others, that do not meet
+  for (int i = 0; i < 5000; ++i) {
+    const double height = 1e-5 * i;
+    const auto first = static_cast<Index>(pile.points.size());
+    pile.points.insert(pile.points.end(),
+                       {Eigen::Vector3d(0, 0, height), Eigen::Vector3d(1, 0, height + 1),
+                        Eigen::Vector3d(0, 1, height + 1)});
+    pile.triangles.push_back({first, first + 1, first + 2});
+  }
+  const MeshReport crowd = check_mesh(pile);
+  CHECK(crowd.self_crossings == 0);
+  CHECK(says(crowd.not_checked, "more self-crossings: too many triangles lie in one place"));
   const MeshReport clean = check_mesh(box_surface(2));
   CHECK(says(clean.checked, "self-crossings of the surface's 48 triangles"));
   CHECK_FALSE(says(clean.not_checked, "crossings"));
