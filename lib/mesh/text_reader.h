@@ -2,9 +2,11 @@
 #pragma once
 
 /// @file
-/// Tokens of a text file: words and numbers between white space, independent of the locale.
+/// Tokens of a text file: words and numbers between white space, independent of the locale. Lines
+/// end at "\n", at "\r\n" or, on old Macs, at "\r".
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -39,10 +41,10 @@ class TextReader {
 
   /// Whether no token is left on this line; stays before its end.
   bool at_line_end() {
-    while (offset_ < end_ && is_space(here()) && here() != '\n') {
+    while (offset_ < end_ && is_space(here()) && !is_line_end(here())) {
       ++offset_;
     }
-    return offset_ == end_ || here() == '\n' || (comment_ != '\0' && here() == comment_);
+    return offset_ == end_ || is_line_end(here()) || (comment_ != '\0' && here() == comment_);
   }
 
   /// Begins a row at the next token: until end_row(), a token on another line is refused.
@@ -94,13 +96,9 @@ class TextReader {
   std::string_view rest_of_line() {
     token_ = offset_;
     const std::string_view left = std::string_view(source_->bytes).substr(0, end_);
-    const std::size_t end = left.find('\n', offset_);
-    offset_ = end == left.npos ? end_ : end + 1;
-    std::string_view line = left.substr(token_, (end == left.npos ? end_ : end) - token_);
-    if (!line.empty() && line.back() == '\r') {
-      line.remove_suffix(1);
-    }
-    return line;
+    const std::size_t end = std::min(left.find_first_of("\r\n", offset_), end_);
+    offset_ = std::min(end + (left.substr(end, 2) == "\r\n" ? 2 : 1), end_);
+    return left.substr(token_, end - token_);
   }
 
   /// The next token as a number; floating point results may be infinite or not a number if the
@@ -169,6 +167,7 @@ class TextReader {
 
  private:
   static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+  static bool is_line_end(char c) { return c == '\n' || c == '\r'; }
   [[nodiscard]] char here() const { return source_->bytes[offset_]; }
 
   void skip_space() {
@@ -176,7 +175,7 @@ class TextReader {
       if (is_space(here())) {
         ++offset_;
       } else if (comment_ != '\0' && here() == comment_) {
-        while (offset_ < end_ && here() != '\n') {
+        while (offset_ < end_ && !is_line_end(here())) {
           ++offset_;
         }
       } else {

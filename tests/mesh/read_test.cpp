@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/mesh/read.h"
 
+#include <algorithm>
 #include <cmath>
 #include <locale>
 
@@ -70,6 +71,40 @@ TEST_CASE("read: one mesh is the same from every encoding", "[unit]") {
 }
 
 // Would catch a stream that asks the locale for its decimal point or groups of digits.
+// Would catch a reader that takes a text file of old Macs, or of Windows, for one long line.
+TEST_CASE("read: text is the same with any line ends", "[unit]") {
+  const auto with_line_ends = [](std::vector<SampleFile> samples, const std::string& line_end) {
+    std::erase_if(samples, [](const SampleFile& sample) {
+      return std::any_of(sample.parts.begin(), sample.parts.end(), [](const auto& part) {
+        return std::any_of(part.bytes.begin(), part.bytes.end(),
+                           [](char c) { return c != '\n' && (c < ' ' || c > '~'); });
+      });
+    });
+    for (SampleFile& sample : samples) {
+      for (SampleFile::Part& part : sample.parts) {
+        std::string bytes;
+        for (const char c : part.bytes) {
+          bytes += c == '\n' ? line_end : std::string(1, c);
+        }
+        part.bytes = bytes;
+      }
+    }
+    return samples;
+  };
+  for (const std::string line_end : {"\r", "\r\n"}) {
+    CAPTURE(line_end.size());
+    const auto tets = with_line_ends(testing::tet_samples(box_mesh(2)), line_end);
+    CHECK(tets.size() >= 4);
+    check_samples(tets, box_mesh(2));
+    const auto triangles = with_line_ends(testing::surface_samples(box_surface(2)), line_end);
+    CHECK(triangles.size() >= 4);
+    check_samples(triangles, box_surface(2));
+  }
+  const std::string two = replaced(kMsh2, "$Elements\n1\n", "$Elements\n2\n");
+  CHECK_THAT(reading("a.msh", replaced(two, "1 1 2 3 4\n", "1 1 2 3\r4 2 4 2 0 1 1 2 3 4\r")),
+             ContainsSubstring("the line ends where a node id should be"));
+}
+
 TEST_CASE("read: numbers do not depend on the locale", "[unit]") {
   struct Comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }
