@@ -323,11 +323,15 @@ class Tetrahedralizer {
     return enough;
   }
 
-  // Whether a mesh that resolves a shape too thin for this spacing has far too many vertices.
-  bool is_hopeless(const Thickness& thickness) const {
-    const double resolving = thickness.median / kThinnestWall;
-    const double least_volume = 0.5 * thickness.least_area * thickness.median;
-    return expect_vertices(least_volume, thickness.least_area, resolving) >
+  // Whether the shape is too thin for this spacing, and a mesh that resolves it far too large.
+  bool is_hopeless(double spacing) {
+    const auto& thickness = thickness_at(shape_at_(spacing), spacing);
+    if (!thickness || thickness->median >= kThinnestWall * spacing) {
+      return false;
+    }
+    const double resolving = thickness->median / kThinnestWall;
+    const double least_volume = 0.5 * thickness->least_area * thickness->median;
+    return expect_vertices(least_volume, thickness->least_area, resolving) >
            kClearlyTooMany * options_.vertex_count;
   }
 
@@ -418,8 +422,7 @@ class Tetrahedralizer {
           break;  // a finer, sound mesh would have even more vertices
         }
         too_coarse = std::min(too_coarse, spacing);
-        const auto& thickness = thickness_at(shape_at_(spacing), spacing);
-        if (thickness && thickness->median < kThinnestWall * spacing && is_hopeless(*thickness)) {
+        if (!best && is_hopeless(spacing)) {
           break;
         }
       } else {
