@@ -85,8 +85,8 @@ using ShapeAtSpacing = std::function<ImplicitShape(double spacing)>;
 ///                          wanted number of vertices cannot be met within 10 %; of a shape that is
 ///                          too thin, it says how thick it is, the spacing and number of vertices
 ///                          that would do (within a fifth for a sheet), and how thick it must be
-///                          for what was asked; a search ends at once where twice the wanted
-///                          vertices would not do
+///                          for what was asked; a search without a sound mesh so far ends where
+///                          twice the wanted vertices would not do
 /// @note Cost: about 0.1 s per 1000 boundary vertices of a simple shape, on one thread.
 [[nodiscard]] PBDSURG_API Tetrahedralization tetrahedralize(const ImplicitShape& shape,
                                                             const TetrahedralizeOptions& options);
