@@ -78,6 +78,10 @@ configure_preset() {
   shift
   local log="$root/build/$preset-configure.log"
   mkdir -p "$root/build"
+  if command -v ccache >/dev/null; then  # what was compiled before, here or in another clone
+    export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER-ccache}"
+    export CMAKE_CUDA_COMPILER_LAUNCHER="${CMAKE_CUDA_COMPILER_LAUNCHER-ccache}"
+  fi
   (cd "$root" && cmake --preset "$preset" "$@") >"$log" 2>&1 || {
     cat "$log" >&2
     fail "configuring preset $preset failed"
