@@ -98,9 +98,21 @@ std::string note_of(const OwnOrgan& own, const Eigen::Isometry3d& motion) {
   return note.str();
 }
 
+// The box of the points that a shape does not enclose.
+Eigen::AlignedBox3d extent_outside(std::span<const Eigen::Vector3d> points,
+                                   const ImplicitShape& shape) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : points) {
+    if (shape(p) > 0) {
+      box.extend(p);
+    }
+  }
+  return box;
+}
+
 // The organ as the anatomy takes it, in its place.
 OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
-                        const OrganFiles& files) {
+                        const OrganFiles& files, std::vector<Warning>& warnings) {
   MeshData& mesh = own.file.mesh;
   check_tet_count(
       mesh.tets.empty() ? estimate_tets(own.organ, mesh) : static_cast<double>(mesh.tets.size()),
@@ -115,6 +127,18 @@ OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
       rest_on_gallbladder(mesh.points, gallbladder);
     }
   }
+  const bool is_surface = mesh.tets.empty();
+  if (is_surface) {
+    warn_of_gaps(mesh, own.name, warnings);
+  }
+  Eigen::AlignedBox3d extent;
+  for (const Eigen::Vector3d& p : mesh.points) {
+    extent.extend(p);
+  }
+  const ImplicitShape fossa = pbdsurg::offset_shape(gallbladder, kFossaGap);
+  if (own.organ == Organ::liver) {
+    extent = extent_outside(mesh.points, fossa);
+  }
   OrganSource source = [&]() -> OrganSource {
     try {
       if (!mesh.tets.empty()) {
@@ -126,11 +150,11 @@ OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
     }
   }();
   if (own.organ == Organ::liver) {
-    source = pbdsurg::smooth_difference(
-        filled(source), pbdsurg::offset_shape(gallbladder, kFossaGap), kFossaRounding);
+    source = pbdsurg::smooth_difference(filled(source), fossa, kFossaRounding);
   }
   const auto* shape = std::get_if<ImplicitShape>(&source);
-  return shape != nullptr ? fill(own.organ, *shape, files.max_tets, own.name) : source;
+  return shape != nullptr ? fill({own.organ, own.name, *shape, extent}, files.max_tets, warnings)
+                          : source;
 }
 
 }  // namespace
@@ -167,7 +191,7 @@ LoadedAnatomy load_anatomy(const OrganFiles& files) {
     for (Eigen::Vector3d& p : own.file.mesh.points) {
       p = motions[i] * p;
     }
-    options.own.emplace(own.organ, make_source(own, options, files));
+    options.own.emplace(own.organ, make_source(own, options, files, loaded.warnings));
   }
   loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy(options);
   return loaded;

@@ -45,7 +45,7 @@ OrganRecipe wall_recipe(const ImplicitShape& outer, double thickness) {
 TetMesh make_own(Organ organ, const OrganSource& source, double wall_thickness) {
   const auto* mesh = std::get_if<TetMesh>(&source);
   return mesh != nullptr ? *mesh
-                         : fill_organ(organ, std::get<ImplicitShape>(source), wall_thickness);
+                         : fill_organ(organ, std::get<ImplicitShape>(source), wall_thickness).mesh;
 }
 
 TetMesh make_built_in(Organ organ, const ImplicitShape& gallbladder, bool is_own_gallbladder,
@@ -119,13 +119,15 @@ OrganRecipe organ_recipe(Organ organ, const ImplicitShape& gallbladder, double w
   throw InvalidArgument("there is no organ " + std::to_string(static_cast<int>(organ)));
 }
 
-TetMesh fill_organ(Organ organ, const ImplicitShape& shape, double wall_thickness) {
+Tetrahedralization fill_organ(Organ organ, const ImplicitShape& shape, double wall_thickness,
+                              Index vertex_count) {
   OrganRecipe recipe = organ_recipe(organ, shape, wall_thickness);
   if (organ != Organ::gallbladder) {
     recipe.shape = [&shape](double) { return shape; };
   }
   recipe.options.euler.reset();
-  return tetrahedralize(recipe.shape, recipe.options).mesh;
+  recipe.options.vertex_count = vertex_count;
+  return tetrahedralize(recipe.shape, recipe.options);
 }
 
 CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions& options) {

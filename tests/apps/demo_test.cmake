@@ -202,6 +202,25 @@ if(NOT count EQUAL steps OR time LESS 0.005 OR EXISTS "${FOLDER}/interrupted/run
   message(FATAL_ERROR "interrupted at ${time} s: ${steps} steps, ${count} rows in cautery.csv")
 endif()
 
+# Surfaces that are not what they seem. Would catch gaps that are filled over without a word, and a
+# gallbladder of which half is dropped.
+write_box(open.obj 0 0 0 80 30 30)
+file(READ "${FOLDER}/open.obj" box)
+string(REPLACE "f 2 4 8 6\n" "" open "${box}")
+file(WRITE "${FOLDER}/open.obj" "${open}")
+run(open --no-pictures --organ "gallbladder=${FOLDER}/open.obj" --unit mm)
+read_report(open open)
+expect_warnings("${open}" gaps_filled)
+write_box(part.obj 0 0 0 40 30 30)
+write_box(other_part.obj 60 0 0 30 30 30)
+file(READ "${FOLDER}/part.obj" part)
+file(READ "${FOLDER}/other_part.obj" other_part)
+string(REGEX REPLACE "f [^v]*" "" other_part "${other_part}")
+file(WRITE "${FOLDER}/parts.obj" "${part}${other_part}f 9 11 12 10\nf 13 14 16 15\nf 9 10 14 13\n"
+  "f 11 15 16 12\nf 9 13 15 11\nf 10 12 16 14\n")
+refuse("gallbladder of .*parts.obj is lost in part.* x .* mm in the scene become .*--spacing"
+  --organ "gallbladder=${FOLDER}/parts.obj" --unit mm)
+
 # Two organs of one scan that lie a metre apart, so that neither is where it should be. Would catch
 # places that are not kept, and an operation on nothing that ends like one.
 write_box(far_gallbladder.obj 0 0 0 80 30 30)

@@ -66,12 +66,14 @@ struct OrganRecipe {
 organ_recipe(Organ organ, const ImplicitShape& gallbladder = gallbladder_outer(),
              double wall_thickness = 2.7e-3);
 
-/// Fills an organ of the user's own in the default resolution of the organ, with any topology.
+/// Fills an organ of the user's own, with any topology. The report tells what was lost.
 ///
-/// @param shape  a gallbladder's has its lumen filled; its wall is made
+/// @param shape         a gallbladder's has its lumen filled; its wall is made
+/// @param vertex_count  wanted; zero: the default resolution of the organ
 /// @throws InvalidArgument, InvalidMesh  as tetrahedralize() and organ_recipe()
-[[nodiscard]] PBDSURG_API TetMesh fill_organ(Organ organ, const ImplicitShape& shape,
-                                             double wall_thickness = 2.7e-3);
+[[nodiscard]] PBDSURG_API Tetrahedralization fill_organ(Organ organ, const ImplicitShape& shape,
+                                                        double wall_thickness = 2.7e-3,
+                                                        Index vertex_count = 0);
 
 /// An organ of the user's own, in the frame of organs.h: a shape that is filled with tetrahedra in
 /// the default resolution of the organ, or a mesh that is taken as it is. A gallbladder's shape has
