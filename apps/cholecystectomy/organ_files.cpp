@@ -95,19 +95,11 @@ std::string note_of(const OwnOrgan& own, const Eigen::Isometry3d& motion) {
        << ", turned by "
        << std::lround(Eigen::AngleAxisd(motion.linear()).angle() * 180 / std::numbers::pi)
        << " degrees";
-  return note.str();
-}
-
-// The box of the points that a shape does not enclose.
-Eigen::AlignedBox3d extent_outside(std::span<const Eigen::Vector3d> points,
-                                   const ImplicitShape& shape) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : points) {
-    if (shape(p) > 0) {
-      box.extend(p);
-    }
+  if (own.organ == Organ::liver && !own.file.mesh.tets.empty()) {
+    note << ", filled anew at the resolution of its tetrahedra, because the gallbladder's bed is "
+            "carved";
   }
-  return box;
+  return note.str();
 }
 
 // The organ as the anatomy takes it, in its place.
@@ -127,18 +119,18 @@ OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
       rest_on_gallbladder(mesh.points, gallbladder);
     }
   }
-  const bool is_surface = mesh.tets.empty();
-  if (is_surface) {
+  if (mesh.tets.empty()) {
     warn_of_gaps(mesh, own.name, warnings);
   }
+  const ImplicitShape fossa = pbdsurg::offset_shape(gallbladder, kFossaGap);
   Eigen::AlignedBox3d extent;
   for (const Eigen::Vector3d& p : mesh.points) {
-    extent.extend(p);
+    if (own.organ != Organ::liver || fossa(p) > 0) {
+      extent.extend(p);
+    }
   }
-  const ImplicitShape fossa = pbdsurg::offset_shape(gallbladder, kFossaGap);
-  if (own.organ == Organ::liver) {
-    extent = extent_outside(mesh.points, fossa);
-  }
+  const pbdsurg::Index vertex_count =
+      mesh.tets.empty() ? 0 : static_cast<pbdsurg::Index>(mesh.points.size());
   OrganSource source = [&]() -> OrganSource {
     try {
       if (!mesh.tets.empty()) {
@@ -153,8 +145,9 @@ OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
     source = pbdsurg::smooth_difference(filled(source), fossa, kFossaRounding);
   }
   const auto* shape = std::get_if<ImplicitShape>(&source);
-  return shape != nullptr ? fill({own.organ, own.name, *shape, extent}, files.max_tets, warnings)
-                          : source;
+  return shape != nullptr
+             ? fill({own.organ, own.name, *shape, extent, vertex_count}, files.max_tets, warnings)
+             : source;
 }
 
 }  // namespace

@@ -37,9 +37,10 @@ struct LoadedAnatomy {
 /// Builds the anatomy.
 ///
 /// A file with tetrahedra is taken as it is; a surface is filled, a gallbladder's with a wall of
-/// the default thickness. Each is moved, never scaled, so that its centre and its principal axes
+/// the default thickness. A liver gets a fossa, so that one with tetrahedra is filled anew, with
+/// about as many vertices. Each is moved, never scaled, so that its centre and its principal axes
 /// meet those of the organ it replaces; or all are by one motion, see fit_motion(). Liver bed and
-/// fat are made to fit the gallbladder; a liver of the user's gets a fossa.
+/// fat are made to fit the gallbladder.
 /// @throws pbdsurg::InvalidArgument  if the unit cannot be guessed, if an organ is more than four
 ///                                   times larger or smaller than the one it replaces, or has more
 ///                                   tetrahedra than allowed, which is told before it is filled

@@ -153,4 +153,14 @@ TEST_CASE("cholecystectomy anatomy: what is too thin to fill is refused by its n
                     testing::ContainsSubstring("calot_fat: no sound mesh"));
 }
 
+// Would catch a resolution that is asked for in vain.
+TEST_CASE("cholecystectomy anatomy: an organ is filled with the vertices wanted", "[unit]") {
+  const ImplicitShape block = ellipsoid_shape({0, 0, 0}, {0.06, 0.04, 0.03});
+  const Index default_count = fill_organ(Organ::liver, block).mesh.vertex_count();
+  for (const Index wanted : {default_count / 3, 2 * default_count}) {
+    CHECK(fill_organ(Organ::liver, block, 2.7e-3, wanted).mesh.vertex_count() ==
+          Approx(wanted).epsilon(0.1));
+  }
+}
+
 }  // namespace pbdsurg

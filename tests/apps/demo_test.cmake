@@ -202,6 +202,18 @@ if(NOT count EQUAL steps OR time LESS 0.005 OR EXISTS "${FOLDER}/interrupted/run
   message(FATAL_ERROR "interrupted at ${time} s: ${steps} steps, ${count} rows in cautery.csv")
 endif()
 
+# Would catch a liver that is filled at the default resolution whatever its tetrahedra.
+if(NOT IS_SANITIZED)
+  execute_process(COMMAND "${TOOL}" mesh make liver "${FOLDER}/coarse.msh" --vertices 1200
+    COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+  run(coarse --organ "liver=${FOLDER}/coarse.msh" --no-pictures)
+  read_report(coarse coarse)
+  string(JSON vertices GET "${coarse}" bodies 1 vertices)
+  if(vertices LESS 1000 OR vertices GREATER 1400)
+    message(FATAL_ERROR "a liver of 1200 vertices was filled with ${vertices}")
+  endif()
+endif()
+
 # Surfaces that are not what they seem. Would catch gaps that are filled over without a word, and a
 # gallbladder of which half is dropped.
 write_box(open.obj 0 0 0 80 30 30)
