@@ -88,11 +88,11 @@ std::vector<Eigen::Isometry3d> motions_of(const std::vector<OwnOrgan>& organs,
 std::string note_of(const OwnOrgan& own, const Eigen::Isometry3d& motion) {
   const Eigen::Vector3d centre = frame_of(own.file.mesh.points).centre;
   std::ostringstream note;
-  note << pbdsurg::name_of(own.organ) << ": " << own.file_name << ", " << own.file.format << ", in "
-       << pbdsurg::describe_unit(own.file) << (own.is_guessed ? " (a guess)" : "") << ", "
-       << own.file.mesh.tets.size() << " tetrahedra, " << own.file.mesh.triangles.size()
-       << " triangles, moved by " << pbdsurg::describe_length((motion * centre - centre).norm())
-       << ", turned by "
+  note << pbdsurg::name_of(own.organ) << ": " << own.path.filename().string() << ", "
+       << own.file.format << ", in " << pbdsurg::describe_unit(own.file)
+       << (own.is_guessed ? " (a guess)" : "") << ", " << own.file.mesh.tets.size()
+       << " tetrahedra, " << own.file.mesh.triangles.size() << " triangles, moved by "
+       << pbdsurg::describe_length((motion * centre - centre).norm()) << ", turned by "
        << std::lround(Eigen::AngleAxisd(motion.linear()).angle() * 180 / std::numbers::pi)
        << " degrees";
   if (own.organ == Organ::liver && !own.file.mesh.tets.empty()) {
@@ -132,10 +132,10 @@ OrganSource make_source(OwnOrgan& own, const CholecystectomyOptions& others,
   const pbdsurg::Index vertex_count =
       mesh.tets.empty() ? 0 : static_cast<pbdsurg::Index>(mesh.points.size());
   OrganSource source = [&]() -> OrganSource {
+    if (!mesh.tets.empty()) {
+      return pbdsurg::to_tet_mesh(std::move(mesh), own.path);
+    }
     try {
-      if (!mesh.tets.empty()) {
-        return TetMesh(std::move(mesh.points), std::move(mesh.tets));
-      }
       return pbdsurg::surface_shape(mesh.points, mesh.triangles);
     } catch (const pbdsurg::InvalidMesh& error) {
       throw pbdsurg::InvalidMesh(own.name + ": " + error.what());

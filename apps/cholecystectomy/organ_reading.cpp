@@ -2,10 +2,12 @@
 #include "organ_reading.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <span>
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/mesh/topology.h"
 
 namespace cholecystectomy {
 namespace {
@@ -74,7 +76,7 @@ std::vector<OwnOrgan> read_files(const std::map<Organ, std::filesystem::path>& p
     }
     file.longest_side = longest_side(file.mesh.points);
     organs.push_back({organ, std::string("the ") + pbdsurg::name_of(organ) + " of " + path.string(),
-                      path.filename().string(), std::move(file), unit.is_guessed()});
+                      path, std::move(file), unit.is_guessed()});
   }
   return organs;
 }
@@ -102,7 +104,7 @@ void settle_units(std::vector<OwnOrgan>& organs, std::vector<Warning>& warnings)
                                   : std::span<const LengthUnit>(guess.plausible);
       readings +=
           own.name + " would be " + pbdsurg::describe_readings(own.file.longest_side, units) + "; ";
-      names += (names.empty() ? "" : ", ") + own.file_name;
+      names += (names.empty() ? "" : ", ") + own.path.filename().string();
     }
   }
   if (guess.ambiguous()) {
@@ -123,12 +125,43 @@ void settle_units(std::vector<OwnOrgan>& organs, std::vector<Warning>& warnings)
                       pbdsurg::metres_per(guess.unit)});
 }
 
+// Tetrahedra that share no vertex are not held together.
+void check_parts(const OwnOrgan& own, std::vector<Warning>& warnings) {
+  const std::vector<pbdsurg::Tet>& tets = own.file.mesh.tets;
+  const pbdsurg::Components parts =
+      pbdsurg::find_components(static_cast<pbdsurg::Index>(own.file.mesh.points.size()),
+                               std::span<const pbdsurg::Tet>(tets));
+  if (parts.count <= 1) {
+    return;
+  }
+  std::vector<std::size_t> sizes(static_cast<std::size_t>(parts.count), 0);
+  for (const pbdsurg::Tet& tet : tets) {
+    ++sizes[static_cast<std::size_t>(parts.of_vertex[tet[0]])];
+  }
+  const std::size_t largest = *std::max_element(sizes.begin(), sizes.end());
+  const std::string text = own.name + " is in " + std::to_string(parts.count) +
+                           " parts that share no vertex; the largest has " +
+                           std::to_string(largest) + " of " + std::to_string(tets.size()) +
+                           " tetrahedra";
+  if (2 * largest < tets.size()) {
+    throw pbdsurg::InvalidMesh(text +
+                               ", less than half. Is each point there several times? `pbdsurg mesh "
+                               "check FILE` tells whether welding would join the parts");
+  }
+  warnings.push_back({"several_parts", text, parts.count});
+}
+
 }  // namespace
 
 std::vector<OwnOrgan> read_organs(const std::map<Organ, std::filesystem::path>& paths,
                                   const UnitOptions& unit, std::vector<Warning>& warnings) {
   std::vector<OwnOrgan> organs = read_files(paths, unit);
   settle_units(organs, warnings);
+  for (const OwnOrgan& own : organs) {
+    if (!own.file.mesh.tets.empty()) {
+      check_parts(own, warnings);
+    }
+  }
   return organs;
 }
 

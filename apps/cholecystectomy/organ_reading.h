@@ -21,16 +21,18 @@ namespace cholecystectomy {
 struct OwnOrgan {
   pbdsurg::Organ organ;
   std::string name;  ///< with its file, for messages
-  std::string file_name;
+  std::filesystem::path path;
   pbdsurg::MeshFile file;   ///< tetrahedra, or else triangles; all points are in use
   bool is_guessed = false;  ///< its unit
 };
 
 /// Reads files in the order of the organs. If the unit is to be guessed, a file that states its own
 /// has that; all others share one, of which every organ has a plausible size.
-/// @param warnings  gains one if a unit was guessed
+/// @param warnings  gains one if a unit was guessed, and one for tetrahedra in several parts
 /// @throws pbdsurg::InvalidArgument  naming the readings, if not exactly one unit is plausible
-/// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it
+/// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it; also if
+/// no
+///                                   connected part has half of its tetrahedra
 std::vector<OwnOrgan> read_organs(const std::map<pbdsurg::Organ, std::filesystem::path>& paths,
                                   const pbdsurg::UnitOptions& unit, std::vector<Warning>& warnings);
 

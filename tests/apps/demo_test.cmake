@@ -276,6 +276,26 @@ refuse("no one unit.*vessel.obj would be 12 mm if in mm"
 write_box(sheet.obj 0 0 0 400 300 3)
 refuse("calot_fat of .*sheet.obj cannot be filled.*--unit"
   --organ "calot_fat=${FOLDER}/sheet.obj" --scale 0.0001)
+# tetrahedra that share no point, and such that are turned one by one
+set(nodes "")
+set(loose "")
+foreach(i RANGE 3)
+  math(EXPR x "20 * ${i}")
+  math(EXPR x2 "${x} + 20")
+  math(EXPR a "4 * ${i} + 1")
+  math(EXPR b "${a} + 1")
+  math(EXPR c "${a} + 2")
+  math(EXPR d "${a} + 3")
+  string(APPEND nodes "${a} ${x} 0 0\n${b} ${x2} 0 0\n${c} ${x} 30 0\n${d} ${x} 0 30\n")
+  string(APPEND loose "${a} 4 2 1 1 ${a} ${b} ${c} ${d}\n")
+endforeach()
+set(head "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n16\n${nodes}$EndNodes\n$Elements\n")
+file(WRITE "${FOLDER}/loose.msh" "${head}4\n${loose}$EndElements\n")
+refuse("gallbladder of .*loose.msh is in 4 parts.* 1 of 4 tetrahedra.*mesh check"
+  --organ "gallbladder=${FOLDER}/loose.msh" --unit mm)
+file(WRITE "${FOLDER}/turned.msh" "${head}3\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 1 2 8 3\n3 4 2 1 1 1 3 4 8\n$EndElements\n")
+refuse("turned.msh: .*pbdsurg mesh convert .*--orient"
+  --organ "gallbladder=${FOLDER}/turned.msh" --unit mm)
 refuse("no organ 'spleen'" --organ "spleen=${FOLDER}/own.msh")
 refuse("NAME=FILE" --organ gallbladder)
 refuse("nowhere.vtk" --organ "gallbladder=${FOLDER}/nowhere.vtk")
