@@ -43,7 +43,7 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   app.add_option("--out", arguments.out,
                  "folder for pictures, report.json, force.csv, series.pvd: they are written to "
                  "run.part in it, and at the end replace the files that an earlier run's report "
-                 "lists; other files stay")
+                 "lists; other files stay, and one of a name that a run may write is refused")
       ->capture_default_str();
   app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)")
       ->allow_extra_args(false)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,7 +80,7 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
 }
 
 int run(const Arguments& arguments) {
-  std::filesystem::create_directories(arguments.out);
+  OutputFolder folder(arguments.out);
   StageTimes times;
   const auto timed = [&](const char* stage, auto&& make) {
     const StageTimer timer(times, stage);
@@ -104,7 +103,7 @@ int run(const Arguments& arguments) {
   print(notes.warnings);  // before minutes are spent
 
   note_interrupt();
-  OutputFolder folder(arguments.out);
+  folder.open();
   std::string pictures;
   const Course course =
       operate(arguments, simulation, folder, loaded.anatomy.abdominal_wall, pictures);

@@ -29,6 +29,15 @@ function(refuse message)
   endif()
 endfunction()
 
+# refuse_out(message folder): the demo must stop so for its --out, before any mesh is made.
+function(refuse_out message folder)
+  execute_process(COMMAND "${PROGRAM}" --headless --out "${folder}"
+    RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
+  if(NOT status EQUAL 2 OR NOT error MATCHES "${message}" OR error MATCHES "tetrahedra")
+    message(FATAL_ERROR "expected status 2 and '${message}', got ${status} and '${error}'")
+  endif()
+endfunction()
+
 # read_report(name variable): report.json without the times, which alone may differ.
 function(read_report name variable)
   file(READ "${FOLDER}/${name}/report.json" report)
@@ -182,6 +191,37 @@ if(NOT IS_SANITIZED)
     message(FATAL_ERROR "a second run left ${present}; its report lists ${count} files")
   endif()
 endif()
+
+# Would catch files of the user's that are deleted or replaced.
+file(WRITE "${FOLDER}/mine/run.part/thesis.txt" "mine")
+file(WRITE "${FOLDER}/mine/notes.csv" "mine")
+run(mine --no-pictures)
+file(READ "${FOLDER}/mine/run.part/thesis.txt" thesis)
+file(GLOB parts "${FOLDER}/mine/*.part")
+if(NOT thesis STREQUAL "mine" OR NOT EXISTS "${FOLDER}/mine/notes.csv"
+   OR NOT parts STREQUAL "${FOLDER}/mine/run.part")
+  message(FATAL_ERROR "a run beside the user's run.part left ${parts}")
+endif()
+foreach(name force.csv series_000003.vtu 07_burn_end.png report.json)
+  file(REMOVE_RECURSE "${FOLDER}/taken")
+  file(WRITE "${FOLDER}/taken/${name}" "mine")
+  refuse_out("${name} is no file of an earlier run.*--out" "${FOLDER}/taken")
+  file(READ "${FOLDER}/taken/${name}" content)
+  if(NOT content STREQUAL "mine")
+    message(FATAL_ERROR "the user's ${name} is gone")
+  endif()
+endforeach()
+file(RENAME "${FOLDER}/mine/report.json" "${FOLDER}/elsewhere.json")
+file(CREATE_LINK "${FOLDER}/elsewhere.json" "${FOLDER}/mine/report.json" SYMBOLIC)
+refuse_out("report.json is no file of an earlier run" "${FOLDER}/mine")
+
+# Would catch a folder that is found useless after minutes, and a message that names no option.
+file(CREATE_LINK "${FOLDER}/nowhere" "${FOLDER}/dangling" SYMBOLIC)
+refuse_out("--out '': expected" "")
+refuse_out("--out '.*own.msh': is no folder" "${FOLDER}/own.msh")
+refuse_out("--out '/dev/full': is no folder" /dev/full)
+refuse_out("--out '.*dangling': is no folder" "${FOLDER}/dangling")
+refuse_out("--out '/proc/demo': cannot be written to" /proc/demo)
 
 # A signal in the middle. Would catch a folder without a report, or a report that passes for whole.
 execute_process(
