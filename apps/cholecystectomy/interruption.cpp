@@ -1,29 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "interruption.h"
 
+#include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 #include <initializer_list>
+#include <string_view>
 
 #include <unistd.h>
 
 namespace cholecystectomy {
 namespace {
 
-volatile std::sig_atomic_t is_noted = 0;
+// A key that bounces, or a wrapper that sends on what its group got, is no second wish.
+constexpr std::int64_t kOneWish = 1'000'000'000;  // ns
 
-extern "C" void end_program(int) {
+std::atomic<std::int64_t> noted_at = 0;  // ns; 0: no signal yet
+static_assert(std::atomic<std::int64_t>::is_always_lock_free, "signal handlers use it");
+
+// What follows calls nothing but async-signal-safe functions.
+
+std::int64_t now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::int64_t{1'000'000'000} * time.tv_sec + time.tv_nsec;
+}
+
+[[noreturn]] void end_with(std::string_view message) {
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, message.data(), message.size());
   _exit(kInterruptedStatus);
 }
 
+extern "C" void end_program(int) {
+  end_with("interrupted before the operation; nothing was written\n");
+}
+
 extern "C" void note_signal(int) {
-  if (is_noted != 0) {
-    _exit(kInterruptedStatus);
+  std::int64_t first = 0;
+  const std::int64_t time = now();
+  if (!noted_at.compare_exchange_strong(first, time) && time - first >= kOneWish) {
+    end_with("\ninterrupted again: ended at once, without a report\n");
   }
-  is_noted = 1;
 }
 
 void handle(void (*handler)(int)) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     if (std::signal(signal, handler) == SIG_IGN) {
       std::signal(signal, SIG_IGN);
     }
@@ -41,7 +63,7 @@ void note_interrupt() {
 }
 
 bool is_interrupted() noexcept {
-  return is_noted != 0;
+  return noted_at != 0;
 }
 
 }  // namespace cholecystectomy

@@ -223,11 +223,12 @@ refuse_out("--out '/dev/full': is no folder" /dev/full)
 refuse_out("--out '.*dangling': is no folder" "${FOLDER}/dangling")
 refuse_out("--out '/proc/demo': cannot be written to" /proc/demo)
 
-# A signal in the middle. Would catch a folder without a report, or a report that passes for whole.
+# A signal in the middle, and another at once. Would catch a folder without a report, or a report that
+# passes for whole.
 execute_process(
   COMMAND sh -c "\"$0\" --headless --no-pictures --out \"$1\" &
     while kill -0 $! && ! [ -s \"$1/run.part/force.csv\" ]; do sleep 0.1; done
-    kill -TERM $! && wait $!" "${PROGRAM}" "${FOLDER}/interrupted"
+    kill -HUP $!; kill -TERM $!; wait $!" "${PROGRAM}" "${FOLDER}/interrupted"
   RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
 if(NOT status EQUAL 130)
   message(FATAL_ERROR "interrupted, the demo ended with ${status}, not 130")
