@@ -75,6 +75,13 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
     }
     throw pbdsurg::InvalidArgument(error.what());
   }
+  if (organs.empty()) {
+    for (const char* option : {"--unit", "--scale", "--keep-placement", "--max-tets"}) {
+      if (app.count(option) > 0) {
+        throw pbdsurg::InvalidArgument(std::string(option) + " needs --organ");
+      }
+    }
+  }
   for (const std::string& organ : organs) {
     add_organ(organ, files);
   }

@@ -119,6 +119,9 @@ int run(const Arguments& arguments) {
   }
   std::printf("wrote %s and the report %s\n", pictures.c_str(),
               (arguments.out / kReportName).c_str());
+  if (std::fflush(stdout) != 0) {
+    throw pbdsurg::FileError("the standard output cannot be written");
+  }
   const bool is_failure = std::any_of(judged.begin(), judged.end(),
                                       [](const Warning& warning) { return warning.is_failure; });
   return course.is_interrupted ? kInterruptedStatus : is_failure ? 1 : 0;

@@ -307,6 +307,8 @@ refuse("'inch' is none of auto.mm.cm.dm.m" --unit inch)
 write_box(vessel.obj 0 0 0 12 3 3)
 refuse("cystic_artery of .*vessel.obj takes about [0-9]+ tetrahedra; --max-tets allows 300000"
   --organ "cystic_artery=${FOLDER}/vessel.obj" --unit cm)
+refuse("--max-tets needs --organ" --max-tets 1000)
+refuse("--keep-placement needs --organ" --keep-placement)
 refuse("gallbladder of .*own.msh takes about [0-9]+ tetrahedra; --max-tets allows 1000"
   --organ "gallbladder=${FOLDER}/own.msh" --max-tets 1000)
 # files of two units, of which one would pass alone
