@@ -162,6 +162,8 @@ endif()
 # vertices (118 in place of 1443), and a neighbour that is out of reach without a word.
 execute_process(COMMAND "${TOOL}" mesh make gallbladder "${FOLDER}/own.msh" --spacing 7
   COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
+file(WRITE "${FOLDER}/own/run.part/thesis.txt" "mine")
+file(WRITE "${FOLDER}/own/notes.csv" "mine")
 run(own --organ "gallbladder=${FOLDER}/own.msh" --no-pictures)
 read_report(own own)
 string(JSON tets GET "${own}" bodies 0 tets)
@@ -193,13 +195,10 @@ if(NOT IS_SANITIZED)
 endif()
 
 # Would catch files of the user's that are deleted or replaced.
-file(WRITE "${FOLDER}/mine/run.part/thesis.txt" "mine")
-file(WRITE "${FOLDER}/mine/notes.csv" "mine")
-run(mine --no-pictures)
-file(READ "${FOLDER}/mine/run.part/thesis.txt" thesis)
-file(GLOB parts "${FOLDER}/mine/*.part")
-if(NOT thesis STREQUAL "mine" OR NOT EXISTS "${FOLDER}/mine/notes.csv"
-   OR NOT parts STREQUAL "${FOLDER}/mine/run.part")
+file(READ "${FOLDER}/own/run.part/thesis.txt" thesis)
+file(GLOB parts "${FOLDER}/own/*.part")
+if(NOT thesis STREQUAL "mine" OR NOT EXISTS "${FOLDER}/own/notes.csv"
+   OR NOT parts STREQUAL "${FOLDER}/own/run.part")
   message(FATAL_ERROR "a run beside the user's run.part left ${parts}")
 endif()
 foreach(name force.csv series_000003.vtu 07_burn_end.png report.json)
@@ -211,9 +210,9 @@ foreach(name force.csv series_000003.vtu 07_burn_end.png report.json)
     message(FATAL_ERROR "the user's ${name} is gone")
   endif()
 endforeach()
-file(RENAME "${FOLDER}/mine/report.json" "${FOLDER}/elsewhere.json")
-file(CREATE_LINK "${FOLDER}/elsewhere.json" "${FOLDER}/mine/report.json" SYMBOLIC)
-refuse_out("report.json is no file of an earlier run" "${FOLDER}/mine")
+file(RENAME "${FOLDER}/own/report.json" "${FOLDER}/elsewhere.json")
+file(CREATE_LINK "${FOLDER}/elsewhere.json" "${FOLDER}/own/report.json" SYMBOLIC)
+refuse_out("report.json is no file of an earlier run" "${FOLDER}/own")
 
 # Would catch a folder that is found useless after minutes, and a message that names no option.
 file(CREATE_LINK "${FOLDER}/nowhere" "${FOLDER}/dangling" SYMBOLIC)
