@@ -19,7 +19,7 @@ constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
 
 struct OrganProperties {
-  pbdsurg::TissueProperties tissue;
+  pbdsurg::ThermalProperties tissue;
   double modulus;  // Pa, at the small end of what the literature gives for living organs
   bool is_tube;    // tubes have distance constraints only
 };

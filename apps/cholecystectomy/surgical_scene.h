@@ -12,7 +12,7 @@
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/scene.h"
 #include "pbdsurg/surgery/connective_tissue.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 #include "organ_files.h"
 #include "warning.h"
@@ -35,13 +35,13 @@ struct JoinedPair {
 
 struct SurgicalScene {
   pbdsurg::Scene scene;
-  std::vector<pbdsurg::TetMesh> meshes;            ///< [body]
-  std::vector<pbdsurg::TissueProperties> tissues;  ///< [body]
-  pbdsurg::ConnectiveTissue connections;           ///< all links: strand i is link i
-  std::vector<JoinedPair> joined;                  ///< in the order of their links
-  pbdsurg::Index membrane_link_count = 0;          ///< links [0, n) join gallbladder and liver
-  pbdsurg::MeshData membrane;                      ///< triangles between them: point i is on link i
-  std::vector<Warning> warnings;                   ///< organs that hang on too little
+  std::vector<pbdsurg::TetMesh> meshes;             ///< [body]
+  std::vector<pbdsurg::ThermalProperties> tissues;  ///< [body]
+  pbdsurg::ConnectiveTissue connections;            ///< all links: strand i is link i
+  std::vector<JoinedPair> joined;                   ///< in the order of their links
+  pbdsurg::Index membrane_link_count = 0;           ///< links [0, n) join gallbladder and liver
+  pbdsurg::MeshData membrane;     ///< triangles between them: point i is on link i
+  std::vector<Warning> warnings;  ///< organs that hang on too little
 };
 
 /// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links

@@ -10,7 +10,7 @@
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/material.h"
+#include "pbdsurg/tissue/material.h"
 
 #include "solver/constraint_slots.h"
 

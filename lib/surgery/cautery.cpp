@@ -44,7 +44,7 @@ CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies
                             ", which nothing would read; it needs RemovalRule::boiled_vertices");
     }
     for (const ThermalBody& body : bodies) {
-      const TissueProperties& tissue = options.model.tissue ? *options.model.tissue : body.tissue;
+      const ThermalProperties& tissue = options.model.tissue ? *options.model.tissue : body.tissue;
       if (!(tissue.water_fraction > 0)) {
         throw InvalidArgument("the tissue of body '" + solver.body(body.body).name +
                               "' has no water; without it nothing would ever vaporise");
@@ -228,7 +228,7 @@ int Cautery::Work::substeps(const Generator& generator, const TissueLoad& load, 
     return 1;
   }
   const ThermalMesh& mesh = field.mesh();
-  const TissueProperties& tissue =
+  const ThermalProperties& tissue =
       mesh.tissues()[mesh.tissue_of_vertex(contact.nearest().triangle[0])];
   const double radius = options.contact_radius;
   const double boiling = 2 * std::numbers::pi * radius * radius * radius * tissue.density *

@@ -81,7 +81,7 @@ void Current::find_conductivity(const HeatField& field, Index tet) {
   if (mesh.tissue_of_tet(tet) == kInvalidIndex) {
     return;
   }
-  const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
   if (!field.model().has_variable_conductivity) {
     conductivities_[tet] = tissue.electrical_conductivity;
     return;
@@ -230,7 +230,7 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
   TissueLoad load;
   heat_.clear();
   for (const auto& [vertex, share] : shares_) {
-    const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_vertex(vertex)];
+    const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_vertex(vertex)];
     const double conductivity =
         field.model().has_variable_conductivity
             ? electrical_conductivity(tissue, field.temperatures()[vertex], field.water()[vertex])

@@ -39,7 +39,7 @@ double mean_water(const HeatField& field, Index tet) {
 // J to warm a tetrahedron from body temperature and boil it dry.
 double drying_energy(const HeatField& field, Index tet) {
   const ThermalMesh& mesh = field.mesh();
-  const TissueProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
+  const ThermalProperties& tissue = mesh.tissues()[mesh.tissue_of_tet(tet)];
   const double latent =
       field.model().has_latent_heat ? tissue.water_fraction * kLatentHeatOfWater : 0;
   return tissue.density * mesh.volume(tet) *

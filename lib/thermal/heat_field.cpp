@@ -62,8 +62,8 @@ void HeatField::RegionPointer::check() const {
   }
 }
 
-HeatField::HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model,
-                     const HeatOptions& options)
+HeatField::HeatField(const TetMesh& mesh, const ThermalProperties& tissue,
+                     const ThermalModel& model, const HeatOptions& options)
     : HeatField(ThermalMesh(mesh, tissue), model, options) {}
 
 HeatField::HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
@@ -122,7 +122,7 @@ std::span<const Index> HeatField::active_vertices() const {
 
 // Above body temperature, and what its steam took, J/kg.
 HeatField::Heat HeatField::heat_per_mass(Index vertex) const {
-  const TissueProperties& here = tissue(vertex);
+  const ThermalProperties& here = tissue(vertex);
   const double specific = specific_heat(here, water_[vertex]);
   return {specific * (temperatures_[vertex] - kBodyTemperature),
           (1 - water_[vertex]) * here.water_fraction * kLatentHeatOfWater +

@@ -175,7 +175,7 @@ void HeatRegion::drop_gone(const ThermalMesh& mesh, bool needs_surfaces) {
 }
 
 void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const double> temperatures) {
-  if (std::ranges::all_of(mesh.tissues(), [](const TissueProperties& tissue) {
+  if (std::ranges::all_of(mesh.tissues(), [](const ThermalProperties& tissue) {
         return tissue.conductivity_rise == 0;
       })) {
     return;

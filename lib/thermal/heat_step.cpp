@@ -79,7 +79,7 @@ void HeatField::fill_rows(double dt, std::span<const HeatSource> sources,
   for (std::size_t i = 0; i < count; ++i) {
     const Index v = vertices[i];
     const auto row = static_cast<Index>(i);
-    const TissueProperties& here = tissue(v);
+    const ThermalProperties& here = tissue(v);
     const double mass = region_->mass(row);
     row_temperatures_[i] = temperatures_[v];
     rows_[i] = {
@@ -213,7 +213,7 @@ void HeatField::advance_state(double dt, HeatReport& report) {
       continue;
     }
     const Index v = region_->vertices()[i];
-    const TissueProperties& here = tissue(v);
+    const ThermalProperties& here = tissue(v);
     temperatures_[v] += increments_[i];
     if (model_.has_latent_heat && !rows_[i].is_held) {
       const Boiled<double> boiled = boil(here, temperatures_[v], water_[v]);

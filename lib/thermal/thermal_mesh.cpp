@@ -18,14 +18,14 @@ constexpr char kWho[] = "a thermal mesh";  // in errors
 
 }  // namespace
 
-ThermalMesh::ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue)
+ThermalMesh::ThermalMesh(const TetMesh& mesh, const ThermalProperties& tissue)
     : ThermalMesh(mesh, std::span(&tissue, 1),
                   std::vector<Index>(static_cast<std::size_t>(mesh.tet_count()), 0)) {}
 
-ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const TissueProperties> tissues,
+ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> tissues,
                          std::span<const Index> tet_tissues)
     : tissues_(tissues.begin(), tissues.end()) {
-  std::for_each(tissues.begin(), tissues.end(), check_tissue);
+  std::for_each(tissues.begin(), tissues.end(), check_thermal_properties);
   if (tet_tissues.size() != mesh.tets().size()) {
     throw InvalidArgument(std::to_string(tet_tissues.size()) + " tissues are given for " +
                           std::to_string(mesh.tet_count()) + " tets; one each");
@@ -76,7 +76,7 @@ ThermalMesh::ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodi
                             std::to_string(entry.mesh->tet_count()) + " tets; the body has " +
                             std::to_string(body.tet_count));
     }
-    check_tissue(entry.tissue);
+    check_thermal_properties(entry.tissue);
     add_body(*entry.mesh, body.first_vertex, body.first_tet, static_cast<Index>(tissues_.size()));
     tissues_.push_back(entry.tissue);
   }
@@ -86,8 +86,8 @@ ThermalMesh::ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodi
   link_all();
 }
 
-void ThermalMesh::set_tissue(const TissueProperties& tissue) {
-  check_tissue(tissue);
+void ThermalMesh::set_tissue(const ThermalProperties& tissue) {
+  check_thermal_properties(tissue);
   std::fill(tissues_.begin(), tissues_.end(), tissue);
 }
 

@@ -16,7 +16,7 @@ ThermalModel paper_model(double density, double specific_heat) {
   model.has_variable_conductivity = false;
   model.removal = RemovalRule::boiled_vertices;
   model.color = ColorRule::temperature;
-  model.tissue = TissueProperties{density, specific_heat, 0.512, 0, 0.9};
+  model.tissue = ThermalProperties{density, specific_heat, 0.512, 0, 0.9};
   return model;
 }
 
@@ -49,7 +49,7 @@ void check_model(const ThermalModel& model) {
     throw InvalidArgument("removal waits for the water to go; it needs has_latent_heat");
   }
   if (model.tissue) {
-    check_tissue(*model.tissue);
+    check_thermal_properties(*model.tissue);
   }
 }
 

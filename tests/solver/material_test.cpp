@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/solver/material.h"
+#include "pbdsurg/tissue/material.h"
 
 #include <cmath>
 #include <limits>

@@ -33,6 +33,6 @@ namespace pbdsurg::testing {
 
 /// A field that has not been heated: heat must spread as in one that is made of what is left.
 [[nodiscard]] std::string difference(const LiveModel& model, const HeatField& field,
-                                     const TissueProperties& tissue);
+                                     const ThermalProperties& tissue);
 
 }  // namespace pbdsurg::testing

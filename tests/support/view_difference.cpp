@@ -141,7 +141,7 @@ std::string difference(const LiveModel& model, const ConnectiveTissue& tissue,
 }
 
 std::string difference(const LiveModel& model, const HeatField& field,
-                       const TissueProperties& tissue) {
+                       const ThermalProperties& tissue) {
   constexpr double kTimeStep = 0.02;  // s
   constexpr double kPower = 0.05;     // W
   const ThermalMesh& mesh = field.mesh();

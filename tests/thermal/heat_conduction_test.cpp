@@ -46,7 +46,7 @@ bool is_face(const Eigen::Vector3d& x) {
   return x.x() == 0;
 }
 
-double diffusivity(const TissueProperties& tissue) {
+double diffusivity(const ThermalProperties& tissue) {
   return tissue.conductivity / (tissue.density * tissue.specific_heat);
 }
 
@@ -362,7 +362,7 @@ TEST_CASE("heat conduction: two layers share a temperature span as their resista
     }
     layers.push_back(x < 4e-3 ? 0 : 1);
   }
-  const TissueProperties tissues[] = {kLiver, kFat};
+  const ThermalProperties tissues[] = {kLiver, kFat};
   HeatField field(ThermalMesh(mesh, tissues, layers), dry_model(), kExact);
   const std::vector<Index> ends =
       vertices_where(mesh, [](const Eigen::Vector3d& x) { return x.x() == 0 || x.x() > 7.999e-3; });
@@ -385,7 +385,7 @@ TEST_CASE("heat conduction: two layers share a temperature span as their resista
 TEST_CASE("heat conduction: conductivity that rises with heat bends a steady profile",
           "[validation]") {
   constexpr double kRise = 0.012, kLength = 8e-3;
-  TissueProperties tissue = kLiver;
+  ThermalProperties tissue = kLiver;
   tissue.conductivity_rise = kRise;
   const auto exact = [&](const Eigen::Vector3d& x) {
     const double hot = 63 + kRise * 63 * 63 / 2;

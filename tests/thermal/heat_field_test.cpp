@@ -465,7 +465,7 @@ TEST_CASE("heat field: tissue that goes leaves the bits of a part laid out anew"
   const std::uint64_t seed = GENERATE(range(1, 7));
   const TetMesh block = make_jittered_box({4, 4, 4}, 1e-3, 0.2);
   const Solver solver{Scene{}};  // which a field does not look at
-  TissueProperties tissue = kLiver;
+  ThermalProperties tissue = kLiver;
   tissue.conductivity_rise = seed % 2 == 0 ? 0 : 0.002;
   ThermalModel model;
   model.surface_transfer = 1e4;

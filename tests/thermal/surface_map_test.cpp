@@ -11,7 +11,7 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/thermal/surface_texture.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 #include "support/catch.h"
 #include "support/cuts.h"

@@ -52,7 +52,7 @@ TEST_CASE("thermal model: bad settings are refused by name", "[unit]") {
                     ContainsSubstring("ambient_temperature"));
   CHECK_THROWS_WITH(check_model(with(&ThermalModel::has_latent_heat, false)),
                     ContainsSubstring("has_latent_heat"));
-  CHECK_THROWS_WITH(check_model(with(&ThermalModel::tissue, TissueProperties{0, 1, 1, 0})),
+  CHECK_THROWS_WITH(check_model(with(&ThermalModel::tissue, ThermalProperties{0, 1, 1, 0})),
                     ContainsSubstring("density"));
 }
 

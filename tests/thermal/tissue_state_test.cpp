@@ -14,8 +14,8 @@ namespace {
 
 using testing::Approx;
 
-constexpr TissueProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
-                                     kDuct,  kArtery,          kBlood};
+constexpr ThermalProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
+                                      kDuct,  kArtery,          kBlood};
 constexpr DamageKinetics kSets[] = {kLiverCoagulation, kFatDamage, kCollagenDenaturation,
                                     kSkinBurn};
 
@@ -78,7 +78,7 @@ TEST_CASE("tissue state: body temperature damages nothing, however long", "[unit
 
 // Would catch heat made or lost as water goes, water below zero, and a plateau that leaks.
 TEST_CASE("tissue state: boiling keeps energy, and the plateau while water is left", "[property]") {
-  for (const TissueProperties& tissue : kAll) {
+  for (const ThermalProperties& tissue : kAll) {
     for (std::uint64_t i = 0; i < 400; ++i) {
       const double water = i % 7 == 0 ? 1e-12 : random_unit(i, 0);
       // up to well beyond what boils everything away
@@ -126,19 +126,19 @@ TEST_CASE("tissue state: the time to boil dry is that of its latent heat", "[val
 }
 
 TEST_CASE("tissue state: tissue without water does not boil", "[unit]") {
-  const TissueProperties bone{1900, 1300, 0.3, 0};
+  const ThermalProperties bone{1900, 1300, 0.3, 0};
   const auto [temperature, water, steam] = boil(bone, 150.0, 1.0);
   CHECK((temperature == 150 && water == 1 && steam == 0));
 }
 
 TEST_CASE("tissue state: specific heat goes from moist tissue to its solids", "[unit]") {
-  for (const TissueProperties& tissue : kAll) {
+  for (const ThermalProperties& tissue : kAll) {
     CHECK(specific_heat(tissue, 1.0) == Approx(tissue.specific_heat).epsilon(1e-15));
     CHECK(specific_heat(tissue, 0.0) ==
           Approx(kSpecificHeatOfSolids * (1 - tissue.water_fraction)).epsilon(1e-12));
   }
   // what is given less than solids have keeps what it is given
-  CHECK(specific_heat(TissueProperties{3000, 300, 0.5, 0}, 0.0) == 300);
+  CHECK(specific_heat(ThermalProperties{3000, 300, 0.5, 0}, 0.0) == 300);
 }
 
 TEST_CASE("tissue state: char comes above 200 degrees, in time, and stays", "[unit]") {
@@ -182,7 +182,7 @@ TEST_CASE("tissue state: blood cools with the constant of Pennes until vessels a
 
 TEST_CASE("tissue state: shrinkage is monotone, positive and within what was measured",
           "[property]") {
-  for (const TissueProperties& tissue : kAll) {
+  for (const ThermalProperties& tissue : kAll) {
     CHECK(shrunk_length(tissue, 1.0, 1.0) == 1);
     for (double water = 0; water <= 1; water += 0.05) {
       for (double collagen = 0; collagen <= 1; collagen += 0.05) {
@@ -196,7 +196,7 @@ TEST_CASE("tissue state: shrinkage is monotone, positive and within what was mea
   // Farina et al. 2014: liver lost 52 to 74 % of its volume in a microwave field, not all dry
   CHECK(std::pow(shrunk_length(kLiver, 0.0, 1.0), 3) == Approx(1 - 0.72 * 1.079));
   CHECK(shrunk_length(kMembrane, 1.0, 0.0) == Approx(0.7));
-  CHECK(shrunk_length(TissueProperties{3000, 3000, 1, 1}, 0.0, 1.0) > 0);
+  CHECK(shrunk_length(ThermalProperties{3000, 3000, 1, 1}, 0.0, 1.0) > 0);
 }
 
 // Algorithm 2 of Pan et al. 2020, and what water adds to it.

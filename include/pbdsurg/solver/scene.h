@@ -13,7 +13,7 @@
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/material.h"
+#include "pbdsurg/tissue/material.h"
 
 namespace pbdsurg {
 

@@ -13,7 +13,7 @@
 ///   membrane             1027     60e3         1.5
 ///                      kg/m^3       Pa            1
 ///
-/// - Densities: the IT'IS database as in thermal/tissue.h; artery: the review below.
+/// - Densities: the IT'IS database as in tissue/thermal_properties.h; artery: the review below.
 /// - Young's modulus of liver, gallbladder, duct and artery: 2 (1 + nu) times the shear moduli 1.8,
 ///   85, 166 and 210 kPa that Phys. Med. Biol. 64 (2019) 225001, table 1, gathers from the
 ///   literature (doi 10.1088/1361-6560/ab5010). Shear wave elastography of healthy livers finds
@@ -34,7 +34,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/material.h"
+#include "pbdsurg/tissue/material.h"
 
 namespace pbdsurg {
 

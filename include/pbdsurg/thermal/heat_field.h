@@ -18,7 +18,7 @@
 #include "pbdsurg/thermal/field_backend.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 #include "pbdsurg/thermal/thermal_model.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 namespace pbdsurg {
 
@@ -107,7 +107,7 @@ class PBDSURG_API HeatField final : public EditParticipant {
   /// One body by itself, with the ids of its mesh.
   /// @throws InvalidArgument     naming the property, setting or option that is out of range
   /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
-  HeatField(const TetMesh& mesh, const TissueProperties& tissue, const ThermalModel& model = {},
+  HeatField(const TetMesh& mesh, const ThermalProperties& tissue, const ThermalModel& model = {},
             const HeatOptions& options = {});
 
   /// Bodies of a scene.
@@ -224,7 +224,7 @@ class PBDSURG_API HeatField final : public EditParticipant {
     return peaks_[static_cast<std::size_t>(vertex)] >= kBoilingTemperature;
   }
   // of a vertex with tissue
-  [[nodiscard]] const TissueProperties& tissue(Index vertex) const {
+  [[nodiscard]] const ThermalProperties& tissue(Index vertex) const {
     return mesh_.tissues()[static_cast<std::size_t>(mesh_.tissue_of_vertex(vertex))];
   }
   [[nodiscard]] Heat heat_per_mass(Index vertex) const;

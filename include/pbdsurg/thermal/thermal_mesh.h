@@ -18,7 +18,7 @@
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 namespace pbdsurg {
 
@@ -28,7 +28,7 @@ struct Renumbering;
 struct ThermalBody {
   Index body;           ///< of the solver
   const TetMesh* mesh;  ///< its rest mesh; used during construction only
-  TissueProperties tissue;
+  ThermalProperties tissue;
 };
 
 /// The rest tetrahedra of all conducting bodies of a scene: which are alive, what linear finite
@@ -42,13 +42,13 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
  public:
   /// One body by itself, with the ids of its mesh.
   /// @throws InvalidArgument  naming the property of the tissue that is out of range
-  ThermalMesh(const TetMesh& mesh, const TissueProperties& tissue);
+  ThermalMesh(const TetMesh& mesh, const ThermalProperties& tissue);
 
   /// The same in layers. Tissue between layers has the water and the laws of state of the
   /// tetrahedron with the smallest id; mass and conductivity are those of each tetrahedron.
   /// @param tet_tissues  [tet_count] which of the tissues each tetrahedron is of
   /// @throws InvalidArgument  naming the tetrahedron whose tissue is out of range, or as above
-  ThermalMesh(const TetMesh& mesh, std::span<const TissueProperties> tissues,
+  ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> tissues,
               std::span<const Index> tet_tissues);
 
   /// Bodies of a scene. Tetrahedra that are gone already are left out. Cost: O(V + T).
@@ -69,7 +69,7 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
 
   /// Makes all of it of one tissue.
   /// @throws InvalidArgument  naming the property that is out of range
-  void set_tissue(const TissueProperties& tissue);
+  void set_tissue(const ThermalProperties& tissue);
 
   /// Whether a tetrahedron is of a conducting body and lives.
   [[nodiscard]] bool is_alive(Index tet) const {
@@ -77,7 +77,7 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
   }
 
   /// [tissue_count] in the order in which bodies or layers were given
-  [[nodiscard]] std::span<const TissueProperties> tissues() const noexcept { return tissues_; }
+  [[nodiscard]] std::span<const ThermalProperties> tissues() const noexcept { return tissues_; }
 
   /// Which of tissues() a vertex or a tetrahedron is of, removed ones included; kInvalidIndex for
   /// those of other bodies.
@@ -179,7 +179,7 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
   void touch(Index tet);
 
   FollowedVersion followed_;
-  std::vector<TissueProperties> tissues_;            // [tissue_count]
+  std::vector<ThermalProperties> tissues_;           // [tissue_count]
   std::vector<Eigen::Vector3d> points_;              // [vertex_count] m
   std::vector<Index> vertex_tissues_;                // [vertex_count]
   std::vector<Tet> tets_;                            // [tet_count]

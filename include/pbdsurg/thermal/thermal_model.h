@@ -9,7 +9,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 namespace pbdsurg {
 
@@ -37,7 +37,7 @@ struct PBDSURG_API ThermalModel {
   ColorRule color = ColorRule::state;
   /// Of the theta method, [1/2, 1]: 1 never overshoots, 1/2 is of second order.
   double theta = 1;
-  std::optional<TissueProperties> tissue;  ///< what all bodies are made of, instead of their own
+  std::optional<ThermalProperties> tissue;  ///< what all bodies are made of, instead of their own
 
   /// Sets theta by its name in Newmark's scheme, which for an equation without a second derivative
   /// is this method: gamma is theta, and beta, which weighs that derivative, does nothing.

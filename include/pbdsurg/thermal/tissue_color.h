@@ -8,7 +8,7 @@
 
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/thermal/thermal_model.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 namespace pbdsurg {
 

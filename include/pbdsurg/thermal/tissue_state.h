@@ -13,7 +13,7 @@
 
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/thermal/thermal_model.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 namespace pbdsurg {
 
@@ -21,7 +21,7 @@ namespace pbdsurg {
 /// from that of moist tissue down to that of its solids.
 /// @param water  share left
 template <class Real>
-PBDSURG_HOST_DEVICE Real specific_heat(const TissueProperties& tissue, Real water) {
+PBDSURG_HOST_DEVICE Real specific_heat(const ThermalProperties& tissue, Real water) {
   const auto moist = static_cast<Real>(tissue.specific_heat);
   const auto solids = static_cast<Real>((1 - tissue.water_fraction) * kSpecificHeatOfSolids);
   const Real dry = solids < moist ? solids : moist;
@@ -40,7 +40,7 @@ struct Boiled {
 /// of conduction. While water is left, the temperature is 100 degrees afterwards. Conserves energy:
 /// specific_heat() * (T - kBodyTemperature) before equals that after plus `steam_heat`.
 template <class Real>
-PBDSURG_HOST_DEVICE Boiled<Real> boil(const TissueProperties& tissue, Real temperature,
+PBDSURG_HOST_DEVICE Boiled<Real> boil(const ThermalProperties& tissue, Real temperature,
                                       Real water) {
   const auto boiling = static_cast<Real>(kBoilingTemperature);
   const auto latent = static_cast<Real>(tissue.water_fraction * kLatentHeatOfWater);
@@ -113,10 +113,10 @@ PBDSURG_HOST_DEVICE Real charring(Real charred, Real temperature, Real dt) {
   return 1 - (1 - charred) * exp(-rate * dt);
 }
 
-/// Conductivity of heat, W/(m K), by TissueProperties::conductivity_rise between 0 and 100 degrees,
-/// constant beyond.
+/// Conductivity of heat, W/(m K), by ThermalProperties::conductivity_rise between 0 and 100
+/// degrees, constant beyond.
 template <class Real>
-PBDSURG_HOST_DEVICE Real heat_conductivity(const TissueProperties& tissue, Real temperature) {
+PBDSURG_HOST_DEVICE Real heat_conductivity(const ThermalProperties& tissue, Real temperature) {
   const auto hottest = static_cast<Real>(kBoilingTemperature);
   const Real warm = temperature < hottest ? (temperature > 0 ? temperature : Real{0}) : hottest;
   return static_cast<Real>(tissue.conductivity) *
@@ -132,7 +132,7 @@ inline constexpr double kDryConductivity = 0.01;  ///< share of moist: two decad
 /// the water left (Archie's law for a partly filled porous medium) to kDryConductivity. Smooth in
 /// water and never zero, so that a dry shell blocks the current without a jump.
 template <class Real>
-PBDSURG_HOST_DEVICE Real electrical_conductivity(const TissueProperties& tissue, Real temperature,
+PBDSURG_HOST_DEVICE Real electrical_conductivity(const ThermalProperties& tissue, Real temperature,
                                                  Real water) {
   const auto hottest = static_cast<Real>(kBoilingTemperature);
   const Real warm = temperature < hottest ? (temperature > 0 ? temperature : Real{0}) : hottest;
@@ -146,19 +146,19 @@ PBDSURG_HOST_DEVICE Real electrical_conductivity(const TissueProperties& tissue,
 /// Heat that blood carries off, W/(m^3 K) (Pennes 1948): G in rho c dT/dt = ... - G (T - T_body).
 /// What is coagulated no longer bleeds.
 template <class Real>
-PBDSURG_HOST_DEVICE Real perfusion_cooling(const TissueProperties& tissue, Real survival) {
+PBDSURG_HOST_DEVICE Real perfusion_cooling(const ThermalProperties& tissue, Real survival) {
   return static_cast<Real>(tissue.perfusion * kBlood.density * kBlood.specific_heat) * survival;
 }
 
 /// How long what was 1 m is now. Steam and water leave the volume they took, evenly in all
 /// directions (liver dried altogether keeps 22 % of its volume; Farina et al. 2014 measured 26 to
-/// 48 % after microwaves); collagen contracts by up to TissueProperties::collagen_contraction and
+/// 48 % after microwaves); collagen contracts by up to ThermalProperties::collagen_contraction and
 /// presses out water that would boil away later, so the stronger of the two counts. Volumes go with
 /// the cube. Positive, at most 1.
 /// @param water     share left
 /// @param collagen  share of collagen that survives, with kCollagenDenaturation
 template <class Real>
-PBDSURG_HOST_DEVICE Real shrunk_length(const TissueProperties& tissue, Real water, Real collagen) {
+PBDSURG_HOST_DEVICE Real shrunk_length(const ThermalProperties& tissue, Real water, Real collagen) {
   using std::cbrt;
   constexpr double kLargestLoss = 0.9;  // of volume, for whatever density a user gives
   const double water_volume = tissue.water_fraction * tissue.density / kDensityOfWater;

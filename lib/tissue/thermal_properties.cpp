@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 #include <cmath>
 #include <sstream>
@@ -23,7 +23,7 @@ void require(bool holds, const char* what, double value, const char* rule) {
 
 }  // namespace
 
-void check_tissue(const TissueProperties& tissue) {
+void check_thermal_properties(const ThermalProperties& tissue) {
   const auto positive = [](const char* what, double value) {
     require(value > 0, what, value, "it must be positive and finite");
   };
@@ -46,7 +46,7 @@ void check_tissue(const TissueProperties& tissue) {
           "conductivity rise", tissue.conductivity_rise, "it must be in (-1/63, 1/37) per K");
 }
 
-std::vector<std::string> find_unphysical(const TissueProperties& tissue) {
+std::vector<std::string> find_unphysical(const ThermalProperties& tissue) {
   std::vector<std::string> found;
   const auto expect = [&](const char* what, double value, double low, double high,
                           const char* unit) {

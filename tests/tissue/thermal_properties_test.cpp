@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/thermal_properties.h"
 
 #include <cmath>
 #include <limits>
@@ -14,26 +14,26 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 
-constexpr TissueProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
-                                     kDuct,  kArtery,          kBlood};
+constexpr ThermalProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
+                                      kDuct,  kArtery,          kBlood};
 
 }  // namespace
 
 // Would catch a number in the wrong unit or column.
 TEST_CASE("tissue: the table is valid, physical, and gives the scales of the literature",
           "[unit]") {
-  for (const TissueProperties& tissue : kAll) {
-    CHECK_NOTHROW(check_tissue(tissue));
+  for (const ThermalProperties& tissue : kAll) {
+    CHECK_NOTHROW(check_thermal_properties(tissue));
     CHECK(find_unphysical(tissue).empty());
     // what is not water weighs something, and has a specific heat below that of water
     CHECK(kSpecificHeatOfSolids * (1 - tissue.water_fraction) < tissue.specific_heat);
     CHECK(tissue.specific_heat < kSpecificHeatOfWater);
   }
   // heating to 100 degrees and boiling dry, J/mm^3, and how much more that is than heating alone
-  const auto to_boil = [](const TissueProperties& t) {
+  const auto to_boil = [](const ThermalProperties& t) {
     return t.density * t.specific_heat * (kBoilingTemperature - kBodyTemperature) * 1e-9;
   };
-  const auto to_dry = [&](const TissueProperties& t) {
+  const auto to_dry = [&](const ThermalProperties& t) {
     return to_boil(t) + t.density * t.water_fraction * kLatentHeatOfWater * 1e-9;
   };
   CHECK(to_boil(kLiver) == Approx(0.24).epsilon(0.02));
@@ -56,44 +56,48 @@ TEST_CASE("tissue: the table is valid, physical, and gives the scales of the lit
 TEST_CASE("tissue: bad properties are refused by name and value", "[unit]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();
-  const auto with = [](double TissueProperties::*property, double value) {
-    TissueProperties tissue = kLiver;
+  const auto with = [](double ThermalProperties::*property, double value) {
+    ThermalProperties tissue = kLiver;
     tissue.*property = value;
     return tissue;
   };
-  using T = TissueProperties;
+  using T = ThermalProperties;
   for (const double bad : {0.0, -1.0, nan, infinite}) {
-    CHECK_THROWS_WITH(check_tissue(with(&T::density, bad)), ContainsSubstring("density"));
-    CHECK_THROWS_WITH(check_tissue(with(&T::specific_heat, bad)),
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::density, bad)),
+                      ContainsSubstring("density"));
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::specific_heat, bad)),
                       ContainsSubstring("specific heat"));
-    CHECK_THROWS_WITH(check_tissue(with(&T::conductivity, bad)), ContainsSubstring("conductivity"));
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::conductivity, bad)),
+                      ContainsSubstring("conductivity"));
   }
   for (const double bad : {-0.1, nan, infinite}) {
-    CHECK_THROWS_WITH(check_tissue(with(&T::water_fraction, bad)), ContainsSubstring("water"));
-    CHECK_THROWS_WITH(check_tissue(with(&T::electrical_conductivity, bad)),
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::water_fraction, bad)),
+                      ContainsSubstring("water"));
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::electrical_conductivity, bad)),
                       ContainsSubstring("electrical"));
-    CHECK_THROWS_WITH(check_tissue(with(&T::perfusion, bad)), ContainsSubstring("perfusion"));
-    CHECK_THROWS_WITH(check_tissue(with(&T::collagen_contraction, bad)),
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::perfusion, bad)),
+                      ContainsSubstring("perfusion"));
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::collagen_contraction, bad)),
                       ContainsSubstring("contraction"));
   }
-  CHECK_THROWS_WITH(check_tissue(with(&T::water_fraction, 1.5)),
+  CHECK_THROWS_WITH(check_thermal_properties(with(&T::water_fraction, 1.5)),
                     ContainsSubstring("water fraction is 1.5"));
-  CHECK_THROWS_AS(check_tissue(with(&T::collagen_contraction, 1)), InvalidArgument);
+  CHECK_THROWS_AS(check_thermal_properties(with(&T::collagen_contraction, 1)), InvalidArgument);
   for (const double bad : {-1.0 / 63, 1.0 / 37, nan}) {  // no conductivity is left at 100, or at 0
-    CHECK_THROWS_WITH(check_tissue(with(&T::conductivity_rise, bad)),
+    CHECK_THROWS_WITH(check_thermal_properties(with(&T::conductivity_rise, bad)),
                       ContainsSubstring("conductivity rise"));
   }
-  CHECK_NOTHROW(check_tissue(with(&T::conductivity_rise, -0.015)));
-  TissueProperties tissue = kLiver;
+  CHECK_NOTHROW(check_thermal_properties(with(&T::conductivity_rise, -0.015)));
+  ThermalProperties tissue = kLiver;
   tissue.damage.log_frequency = infinite;  // what A = exp(700) in a float would give
-  CHECK_THROWS_WITH(check_tissue(tissue), ContainsSubstring("damage"));
+  CHECK_THROWS_WITH(check_thermal_properties(tissue), ContainsSubstring("damage"));
   tissue.damage = {90, 0};
-  CHECK_THROWS_WITH(check_tissue(tissue), ContainsSubstring("activation energy"));
+  CHECK_THROWS_WITH(check_thermal_properties(tissue), ContainsSubstring("activation energy"));
 }
 
 // Units mistaken: g/cm^3, kcal, mS/cm and the like must not go unnoticed.
 TEST_CASE("tissue: a mistaken unit is told", "[unit]") {
-  TissueProperties tissue = kLiver;
+  ThermalProperties tissue = kLiver;
   tissue.density = 1.079;
   const auto found = find_unphysical(tissue);
   REQUIRE(found.size() == 2);

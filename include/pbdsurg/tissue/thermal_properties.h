@@ -44,7 +44,7 @@ inline constexpr DamageKinetics kCollagenDenaturation{104.090076, 3.06e5};  // A
 /// Epidermis, A = 3.1e98 (Henriques 1947, as commonly quoted).
 inline constexpr DamageKinetics kSkinBurn{226.784741, 6.28e5};
 
-struct TissueProperties {
+struct ThermalProperties {
   double density;                     ///< kg/m^3
   double specific_heat;               ///< J/(kg K), of moist tissue
   double conductivity;                ///< W/(m K), of heat
@@ -68,41 +68,41 @@ constexpr double perfusion_per_second(double ml_per_minute_and_kg, double densit
 
 /// [I]; perfusion [i]; of the electrical conductivities between Gabriel's 0.148 and the 0.33 that
 /// is usual for ablation, near that of fresh pig liver (0.22, Wang et al. 2014).
-inline constexpr TissueProperties kLiver{
+inline constexpr ThermalProperties kLiver{
     1079, 3540, 0.52, 0.72, 0.30, perfusion_per_second(860, 1079), 0, kLiverCoagulation};
 
 /// [i], [G]; damage of liver as a proxy.
-inline constexpr TissueProperties kGallbladderWall{
+inline constexpr ThermalProperties kGallbladderWall{
     1071, 3716, 0.52, 0.75, 0.90, perfusion_per_second(30, 1071), 0.3, kLiverCoagulation};
 
 /// [I], [G] average infiltrated fat; perfusion [i].
-inline constexpr TissueProperties kFat{
+inline constexpr ThermalProperties kFat{
     911, 2348, 0.21, 0.15, 0.044, perfusion_per_second(33, 911), 0, kFatDamage};
 
 /// Connective tissue [i]; electrically between aorta (0.324), tendon (0.391) and dura (0.503) of
 /// [G], as a proxy.
-inline constexpr TissueProperties kMembrane{
+inline constexpr ThermalProperties kMembrane{
     1027, 2372, 0.39, 0.62, 0.35, perfusion_per_second(37, 1027), 0.3, kCollagenDenaturation};
 
 /// Gallbladder wall as a proxy: the ducts continue its layers.
-inline constexpr TissueProperties kDuct = kGallbladderWall;
+inline constexpr ThermalProperties kDuct = kGallbladderWall;
 
 /// Vessel wall [i], aorta of [G]; damage of collagen as a proxy.
-inline constexpr TissueProperties kArtery{
+inline constexpr ThermalProperties kArtery{
     1102, 3306, 0.46, 0.67, 0.324, perfusion_per_second(150, 1102), 0.3, kCollagenDenaturation};
 
 /// [i], [G]; damage of liver as a proxy.
-inline constexpr TissueProperties kBlood{1050, 3617, 0.52, 0.79, 0.748, 0, 0, kLiverCoagulation};
+inline constexpr ThermalProperties kBlood{1050, 3617, 0.52, 0.79, 0.748, 0, 0, kLiverCoagulation};
 
 /// @throws InvalidArgument  naming the property that is out of range: density, specific heat and
 ///                          conductivity are positive, water fraction in [0, 1], electrical
 ///                          conductivity and perfusion not negative, contraction in [0, 1), damage
 ///                          kinetics finite with a positive energy; all finite
-PBDSURG_API void check_tissue(const TissueProperties& tissue);
+PBDSURG_API void check_thermal_properties(const ThermalProperties& tissue);
 
 /// What no soft tissue has, each as a sentence with property, value and usual range: mostly a unit
 /// mistaken. Empty for all tissues above. A tissue may be valid and unphysical, as those of the
 /// paper's presets are.
-PBDSURG_API std::vector<std::string> find_unphysical(const TissueProperties& tissue);
+PBDSURG_API std::vector<std::string> find_unphysical(const ThermalProperties& tissue);
 
 }  // namespace pbdsurg
