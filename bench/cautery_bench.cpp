@@ -11,6 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
 
@@ -25,7 +26,7 @@ struct Organ {
   Organ(const TetMesh& mesh, int threads) {
     Scene scene;
     const ThermalBody body{scene.add_body("liver", mesh, elastic_material(mesh, 1079, 6e3)), &mesh,
-                           kLiver};
+                           tissues::liver().heat};
     scene.set_gravity(Eigen::Vector3f::Zero());  // the hook goes along the face at rest
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
     solver = std::make_unique<Solver>(scene, SolverOptions{.damping = 20, .threads = threads});

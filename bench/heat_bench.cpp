@@ -11,6 +11,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
 
@@ -54,7 +55,7 @@ void BM_step(benchmark::State& state, const std::array<Index, 3>& cells,
   const auto sources = find_sources(mesh, cells);
   std::optional<HeatField> made;
   try {
-    made.emplace(mesh, kLiver, ThermalModel{}, options);
+    made.emplace(mesh, tissues::liver().heat, ThermalModel{}, options);
   } catch (const BackendUnavailable& error) {
     state.SkipWithError(error.what());
     return;
@@ -90,7 +91,7 @@ const HeatOptions kAllDevice{.active_rise = 0, .backend = FieldBackend::cuda};
 // A field that was heated at one place.
 HeatField make_warm(const TetMesh& mesh, const std::vector<HeatSource>& sources,
                     const HeatOptions& options) {
-  HeatField field(mesh, kLiver, {}, options);
+  HeatField field(mesh, tissues::liver().heat, {}, options);
   for (int i = 0; i < kWarmSteps; ++i) {
     field.step(kTimeStep, sources);
   }

@@ -12,6 +12,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/potential_field.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
 
@@ -24,7 +25,7 @@ struct Block {
   Block(Index cells_a_side, int threads, FieldBackend backend)
       : cells(cells_a_side),
         shape(testing::make_box({cells_a_side, cells_a_side, cells_a_side}, kEdge, 0.1)),
-        mesh(shape, kLiver),
+        mesh(shape, tissues::liver().heat),
         conductivities(shape.tets().size(), 0.3),
         field(mesh, {.threads = threads, .backend = backend}),
         side(kEdge * cells_a_side) {}

@@ -15,11 +15,14 @@
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {
+
+const ThermalProperties& kLiver = tissues::liver().heat;
 
 constexpr double kEdge = 1e-3;      // m
 constexpr double kTimeStep = 2e-3;  // s

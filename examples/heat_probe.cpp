@@ -11,6 +11,7 @@
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/tissue/library.h"
 
 int main(int argc, char** argv) try {
   const double power = argc > 1 ? std::atof(argv[1]) : 30;
@@ -25,7 +26,7 @@ int main(int argc, char** argv) try {
   pbdsurg::Scene scene;
   const pbdsurg::Index body = scene.add_body("liver", block);
   pbdsurg::Solver solver(scene);
-  const pbdsurg::ThermalBody liver{body, &block, pbdsurg::kLiver};
+  const pbdsurg::ThermalBody liver{body, &block, pbdsurg::tissues::liver().heat};
   pbdsurg::CauteryOptions options;
   options.contact_radius = std::sqrt(area / std::numbers::pi);
   pbdsurg::Cautery cautery(solver, std::span(&liver, 1), options);

@@ -38,8 +38,7 @@ const std::vector<Capsule>& grasper_capsules() {
 std::vector<ThermalBody> burnable(const SurgicalScene& scene) {
   std::vector<ThermalBody> bodies;
   for (const Organ organ : kBurnable) {
-    bodies.push_back(
-        {body_of(organ), &scene.meshes[body_of(organ)], scene.tissues[body_of(organ)]});
+    bodies.push_back({body_of(organ), &scene.meshes[body_of(organ)], tissue_of(organ).heat});
   }
   return bodies;
 }

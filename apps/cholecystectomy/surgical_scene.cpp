@@ -13,40 +13,33 @@ namespace {
 using pbdsurg::Index;
 using pbdsurg::TetMesh;
 
-// Elasticity of the membrane, Pa, at the small end of what the literature gives for living tissue.
-constexpr double kMembraneModulus = 60e3;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
 
-struct OrganProperties {
-  pbdsurg::ThermalProperties tissue;
-  double modulus;  // Pa, at the small end of what the literature gives for living organs
-  bool is_tube;    // tubes have distance constraints only
-};
-
-OrganProperties properties_of(Organ organ) {
+// Young's modulus, Pa, in place of the library's: at the small end of what the literature gives for
+// living organs, as steps of 5 ms cannot resolve stiffer springs.
+double modulus_of(Organ organ) {
   switch (organ) {
     case Organ::gallbladder:
-      return {pbdsurg::kGallbladderWall, 100e3, false};
+      return 100e3;  // of 250e3: too stiff for the steps
     case Organ::liver:
-      return {pbdsurg::kLiver, 6e3, false};
+      return 6e3;  // of 5.2e3: persons differ by more
     case Organ::cystic_duct:
     case Organ::common_bile_duct:
-      return {pbdsurg::kDuct, 150e3, true};
+      return 150e3;  // of 480e3: too stiff for the steps
     case Organ::cystic_artery:
-      return {pbdsurg::kArtery, 200e3, true};
+      return 200e3;  // of 610e3: too stiff for the steps
     case Organ::calot_fat:
-      return {pbdsurg::kFat, 2.5e3, false};
+      return 2.5e3;  // of 3.3e3: persons differ by more
   }
   throw pbdsurg::InvalidArgument("unknown organ");
 }
 
 void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh) {
-  const auto& [tissue, modulus, is_tube] = properties_of(organ);
+  const pbdsurg::Material& solid = tissue_of(organ).mechanics;
   result.meshes.push_back(mesh);
-  result.tissues.push_back(tissue);
-  pbdsurg::Material material = pbdsurg::elastic_material(mesh, tissue.density, modulus);
-  material.has_volume_constraints = !is_tube;
+  pbdsurg::Material material = pbdsurg::elastic_material(mesh, solid.density, modulus_of(organ));
+  material.has_volume_constraints = solid.has_volume_constraints;
   result.scene.add_body(pbdsurg::name_of(organ), mesh, material);
 }
 
@@ -61,6 +54,23 @@ void fix_ends(SurgicalScene& result, Organ organ, double reach, bool both) {
 }
 
 }  // namespace
+
+const pbdsurg::TissueRecord& tissue_of(Organ organ) {
+  switch (organ) {
+    case Organ::gallbladder:
+      return pbdsurg::tissues::gallbladder_wall();
+    case Organ::liver:
+      return pbdsurg::tissues::liver();
+    case Organ::cystic_duct:
+    case Organ::common_bile_duct:
+      return pbdsurg::tissues::bile_duct();
+    case Organ::cystic_artery:
+      return pbdsurg::tissues::artery();
+    case Organ::calot_fat:
+      return pbdsurg::tissues::fat();
+  }
+  throw pbdsurg::InvalidArgument("unknown organ");
+}
 
 SurgicalScene make_scene(const LoadedAnatomy& loaded) {
   const auto& organs = loaded.anatomy.organs;
@@ -77,6 +87,7 @@ SurgicalScene make_scene(const LoadedAnatomy& loaded) {
   fix_ends(result, Organ::cystic_artery, 2e-3, false);
   fix_ends(result, Organ::common_bile_duct, 3e-3, true);
 
+  const double membrane_modulus = pbdsurg::tissues::membrane().mechanics.youngs_modulus;
   for (const Joint& joint : kJoints) {
     const auto links = find_links(joint, loaded, result.warnings);
     if (result.joined.empty()) {
@@ -86,7 +97,7 @@ SurgicalScene make_scene(const LoadedAnatomy& loaded) {
     }
     result.connections.join(
         result.scene, body_of(joint.first), body_of(joint.second), links,
-        {.stiffness = kMembraneModulus * kMembraneAreaPerLink, .tear_stretch = kTearStretch});
+        {.stiffness = membrane_modulus * kMembraneAreaPerLink, .tear_stretch = kTearStretch});
     result.joined.push_back(
         {joint.first, joint.second, static_cast<Index>(links.size()), fibres_of(links)});
   }

@@ -11,6 +11,7 @@
 #include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/paper_step.h"
 #include "support/repeated_step.h"
@@ -40,7 +41,7 @@ struct Moving {
 struct Edited : Moving {
   Edited(const TetMesh& mesh, const Scene& scene, const SolverOptions& options)
       : Moving(scene, options),
-        cautery(solver, std::array{ThermalBody{0, &mesh, kGallbladderWall}}),
+        cautery(solver, std::array{ThermalBody{0, &mesh, tissues::gallbladder_wall().heat}}),
         surface(solver, 0),
         pieces(solver),
         participants{&cautery, &surface, &pieces} {}

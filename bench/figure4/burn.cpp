@@ -4,6 +4,8 @@
 #include <array>
 #include <span>
 
+#include "pbdsurg/tissue/library.h"
+
 namespace pbdsurg::bench {
 namespace {
 
@@ -30,7 +32,7 @@ Burn::Burn(const TetMesh& gallbladder, const Eigen::Vector3f& tip, const BurnMod
       generator_(model.generator),
       body_(scene_.add_body("gallbladder", gallbladder)),
       solver_(scene_),
-      thermal_body_{body_, &gallbladder, kGallbladderWall},
+      thermal_body_{body_, &gallbladder, tissues::gallbladder_wall().heat},
       cautery_(solver_, std::span(&thermal_body_, 1), model.cautery),
       surface_(solver_, body_),
       texture_(kTexels) {}

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
 #include "viewer/plot.h"
@@ -89,7 +90,7 @@ double reach_of(const std::vector<double>& values) {
 int run(double power, double seconds, double area, const char* path) {
   const TetMesh mesh = testing::make_box({kCells, kCells, kDepth}, kEdge);
   Scene scene;
-  const ThermalBody body{scene.add_body("liver", mesh), &mesh, kLiver};
+  const ThermalBody body{scene.add_body("liver", mesh), &mesh, tissues::liver().heat};
   Solver solver(scene);
   CauteryOptions options;
   options.contact_radius = std::sqrt(area / std::numbers::pi);

@@ -37,4 +37,17 @@ Material elastic_material(const TetMesh& mesh, double density, double youngs_mod
   return material;
 }
 
+Material springs(const TetMesh& mesh, const Material& solid) {
+  if (solid.model != ElasticModel::neo_hookean) {
+    throw InvalidArgument("springs are made of a Neo-Hookean material's moduli; this one has none");
+  }
+  const Material elastic =
+      elastic_material(mesh, solid.density, solid.youngs_modulus, solid.poissons_ratio);
+  Material material = solid;
+  material.model = ElasticModel::springs;
+  material.stretch.compliance = elastic.stretch.compliance;
+  material.volume.compliance = elastic.volume.compliance;
+  return material;
+}
+
 }  // namespace pbdsurg

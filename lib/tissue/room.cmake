@@ -1,3 +1,3 @@
 pbdsurg_room(tissue
-  HEADERS material.h thermal_properties.h
-  SOURCES material.cpp thermal_properties.cpp)
+  HEADERS library.h look.h material.h thermal_properties.h
+  SOURCES library.cpp material.cpp thermal_properties.cpp)

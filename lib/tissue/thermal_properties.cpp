@@ -2,22 +2,17 @@
 #include "pbdsurg/tissue/thermal_properties.h"
 
 #include <cmath>
-#include <sstream>
 
 #include "pbdsurg/core/error.h"
+
+#include "tissue/usual_ranges.h"
 
 namespace pbdsurg {
 namespace {
 
-std::string statement(const char* what, double value, const std::string& rule) {
-  std::ostringstream text;
-  text << "tissue " << what << " is " << value << "; " << rule;
-  return text.str();
-}
-
 void require(bool holds, const char* what, double value, const char* rule) {
   if (!holds || !std::isfinite(value)) {
-    throw InvalidArgument(statement(what, value, rule));
+    throw InvalidArgument(tissue_statement(what, value, rule));
   }
 }
 
@@ -48,21 +43,13 @@ void check_thermal_properties(const ThermalProperties& tissue) {
 
 std::vector<std::string> find_unphysical(const ThermalProperties& tissue) {
   std::vector<std::string> found;
-  const auto expect = [&](const char* what, double value, double low, double high,
-                          const char* unit) {
-    if (!(value >= low && value <= high)) {
-      std::ostringstream rule;
-      rule << "soft tissue has " << low << " to " << high << " " << unit;
-      found.push_back(statement(what, value, rule.str()));
-    }
-  };
-  expect("density", tissue.density, 200, 3000, "kg/m^3");
-  expect("specific heat", tissue.specific_heat, 500, 5000, "J/(kg K)");
-  expect("conductivity", tissue.conductivity, 0.05, 2, "W/(m K)");
-  expect("diffusivity", tissue.conductivity / (tissue.density * tissue.specific_heat), 5e-8, 1e-6,
-         "m^2/s");
-  expect("electrical conductivity", tissue.electrical_conductivity, 1e-4, 3, "S/m");
-  expect("perfusion", tissue.perfusion, 0, 0.2, "1/s");
+  expect_usual(found, "density", tissue.density, 200, 3000, "kg/m^3");
+  expect_usual(found, "specific heat", tissue.specific_heat, 500, 5000, "J/(kg K)");
+  expect_usual(found, "conductivity", tissue.conductivity, 0.05, 2, "W/(m K)");
+  expect_usual(found, "diffusivity", tissue.conductivity / (tissue.density * tissue.specific_heat),
+               5e-8, 1e-6, "m^2/s");
+  expect_usual(found, "electrical conductivity", tissue.electrical_conductivity, 1e-4, 3, "S/m");
+  expect_usual(found, "perfusion", tissue.perfusion, 0, 0.2, "1/s");
   return found;
 }
 

@@ -18,6 +18,7 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/thermal/disk_source.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/bad_ids.h"
 #include "support/catch.h"
@@ -48,7 +49,7 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
   strands.join(scene, 0, 1, std::span(&first, 1));
   Solver solver(scene, {.copies = 2});
   solver.add_tool({}, ToolPose::Identity());
-  const ThermalBody body{0, &mesh, kFat};
+  const ThermalBody body{0, &mesh, tissues::fat().heat};
   HeatField field(solver, std::span(&body, 1));
   Cautery cautery(solver, std::span(&body, 1));
   PotentialField potential(field);
@@ -136,7 +137,7 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
       {"ConnectiveTissue::is_whole", 1, [&](Index i) { (void)strands.is_whole(i); }},
       {"Cautery", 2,
        [&](Index i) {
-         const ThermalBody burnt{i, &mesh, kFat};
+         const ThermalBody burnt{i, &mesh, tissues::fat().heat};
          (void)Cautery(solver, std::span(&burnt, 1));
        }},
       {"Cautery::state", tets, [&](Index i) { (void)cautery.state(i); }},

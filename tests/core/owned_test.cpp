@@ -26,6 +26,7 @@
 #include "pbdsurg/thermal/disk_source.h"
 #include "pbdsurg/thermal/surface_map.h"
 #include "pbdsurg/thermal/surface_texture.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -47,7 +48,7 @@ struct World {
   TetMesh mesh = testing::make_box({3, 3, 3}, 1e-3);
   Scene scene;
   ConnectiveTissue strands;
-  std::vector<ThermalBody> bodies{{0, &mesh, kFat}};
+  std::vector<ThermalBody> bodies{{0, &mesh, tissues::fat().heat}};
 
   World() {
     scene.add_body("a", mesh);
@@ -183,7 +184,7 @@ TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
       CHECK(mesh.vertex_count() == 0);
       CHECK(mesh.tet_count() == 0);
       CHECK(mesh.tissues().empty());
-      mesh.set_tissue(kLiver);
+      mesh.set_tissue(tissues::liver().heat);
     });
   }
   SECTION("heat field") {

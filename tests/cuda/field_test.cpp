@@ -45,7 +45,7 @@ TEST_CASE("cuda fields: temperatures are what the CPU finds", "[device]") {
 TEST_CASE("cuda fields: a contact has nearly a disk's resistance", "[device]") {
   constexpr double kEdge = 1e-3;
   const TetMesh shape = testing::make_box({44, 44, 22}, kEdge);
-  const ThermalMesh mesh(shape, kLiver);
+  const ThermalMesh mesh(shape, tissues::liver().heat);
   PotentialField field(mesh, {.backend = FieldBackend::cuda});
   const Eigen::Vector3d middle(22 * kEdge, 22 * kEdge, 22 * kEdge);
   field.set_patch(testing::patch_where(mesh,

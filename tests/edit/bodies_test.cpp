@@ -9,7 +9,6 @@
 #include "pbdsurg/edit/live_pieces.h"
 #include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/solver/tissue.h"
 
 #include "solver/solver_data.h"
 #include "support/backend_threads.h"

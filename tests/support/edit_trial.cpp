@@ -8,6 +8,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "solver/solver_data.h"
 #include "support/backend_threads.h"
@@ -31,7 +32,7 @@ std::string text_of(const StepReport& report) {
 }
 
 Cautery make_cautery(const EditScene& scene, const Solver& solver) {
-  const ThermalBody body{0, &scene.first_mesh, kLiver};
+  const ThermalBody body{0, &scene.first_mesh, tissues::liver().heat};
   return {solver, {&body, 1}};
 }
 
@@ -176,7 +177,8 @@ std::string EditTrial::difference() const {
   if (wrong.empty()) {
     wrong = testing::difference(model_, strands_, solver_);
   }
-  return wrong.empty() ? testing::difference(model_, cautery_.field(), kLiver) : wrong;
+  return wrong.empty() ? testing::difference(model_, cautery_.field(), tissues::liver().heat)
+                       : wrong;
 }
 
 // Some changes, or a cut and perhaps more; with links to what stays, and without crumbs.

@@ -4,6 +4,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -46,7 +47,7 @@ TEST_CASE("cautery: what a failed substep left undelivered stays so", "[unit]") 
   Scene scene;
   scene.add_body("fat", mesh);
   Solver solver(scene);
-  const ThermalBody body{0, &mesh, kFat};
+  const ThermalBody body{0, &mesh, tissues::fat().heat};
   CauteryOptions options;
   options.heat.backend = FieldBackend::cuda;
   options.potential.backend = FieldBackend::cpu;

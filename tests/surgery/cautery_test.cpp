@@ -11,6 +11,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -20,6 +21,9 @@ namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kFat = tissues::fat().heat;
 
 constexpr double kEdge = 1e-3;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();

@@ -17,6 +17,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -52,7 +53,8 @@ struct World {
                  const CauteryOptions& burning = {.link_energy = 0.05})
       : solver(slabs.scene, options),
         cautery(solver,
-                std::array{ThermalBody{0, &slabs.lower, kFat}, ThermalBody{1, &slabs.upper, kFat}},
+                std::array{ThermalBody{0, &slabs.lower, tissues::fat().heat},
+                           ThermalBody{1, &slabs.upper, tissues::fat().heat}},
                 burning),
         strands(slabs.strands),
         surfaces{LiveSurface(solver, 0), LiveSurface(solver, 1)},

@@ -9,6 +9,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "thermal/field_backend_cases.h"
 
@@ -16,6 +17,8 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
 
 int solutions_until_failure = -1;  // none, if negative
 bool is_memory_short = false;

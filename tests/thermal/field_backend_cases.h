@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -36,7 +37,7 @@ struct Found {
 inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& options) {
   constexpr double kEdge = 1e-3;  // m
   const TetMesh shape = make_box(cells, kEdge, 0.2);
-  ThermalMesh mesh(shape, kLiver);
+  ThermalMesh mesh(shape, tissues::liver().heat);
   PotentialField field(mesh, options);
   std::vector<double> conductivities(shape.tets().size(), 0.3);
   const Eigen::Vector3d top(cells[0] / 2 * kEdge, cells[1] / 2 * kEdge, cells[2] * kEdge);
@@ -158,7 +159,7 @@ inline void check_potentials(std::array<Index, 3> cells, FieldBackend backend) {
 inline std::vector<double> heat_block(std::array<Index, 3> cells, const HeatOptions& options) {
   constexpr double kEdge = 1e-3;  // m
   const TetMesh mesh = make_box(cells, kEdge, 0.2);
-  HeatField original(mesh, kLiver, {}, options);
+  HeatField original(mesh, tissues::liver().heat, {}, options);
   original.set_temperatures(std::vector<Index>{3}, std::vector<double>{80});
   original.hold(std::vector<Index>{3});
   HeatField field = original;  // with a device system of its own, if any

@@ -9,6 +9,7 @@
 
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "thermal/heat_meshes.h"
@@ -22,6 +23,8 @@ using testing::make_box;
 using testing::make_jittered_box;
 using testing::set_profile;
 using testing::vertices_where;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
 
 constexpr double kPi = std::numbers::pi;
 constexpr HeatOptions kWhole{.active_rise = 0, .tolerance = 1e-9};

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/conduction_meshes.h"
@@ -27,6 +28,10 @@ using testing::make_jittered_box;
 using testing::mean_error;
 using testing::set_profile;
 using testing::vertices_where;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kFat = tissues::fat().heat;
+const ThermalProperties& kBlood = tissues::blood().heat;
 
 constexpr double kPi = std::numbers::pi;
 

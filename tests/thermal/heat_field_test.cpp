@@ -15,6 +15,7 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/thermal/potential_field.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/cuts.h"
@@ -29,6 +30,9 @@ using testing::ledger_error;
 using testing::make_box;
 using testing::make_jittered_box;
 using testing::set_profile;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kFat = tissues::fat().heat;
 
 // A block as the second of two bodies, so that its ids are not those of its mesh.
 struct Blocks {

@@ -37,7 +37,7 @@ namespace pbdsurg {
 TEST_CASE("potential: a contact that goes around allocates nothing the second time", "[unit]") {
   constexpr double kEdge = 1e-3;
   const TetMesh shape = testing::make_box({16, 16, 8}, kEdge);
-  const ThermalMesh mesh(shape, kLiver);
+  const ThermalMesh mesh(shape, tissues::liver().heat);
   std::vector<double> conductivities(shape.tets().size(), 0.3);
   PotentialField field(mesh, {.threads = 2});
   std::vector<std::vector<PatchVertex>> patches;

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/thermal/potential_field.h"
+#include "pbdsurg/tissue/library.h"
 
 namespace pbdsurg::testing {
 
@@ -30,7 +31,7 @@ inline std::vector<PatchVertex> patch_where(const ThermalMesh& mesh, const Where
 struct Conductor {
   Conductor(const TetMesh& of, const Where& electrode, const Where& ground, double sigma,
             const PotentialOptions& options = {.tolerance = 1e-12, .most_iterations = 5000})
-      : mesh(of, kLiver),
+      : mesh(of, tissues::liver().heat),
         conductivities(of.tets().size(), sigma),
         field(mesh, options),
         patch(patch_where(mesh, electrode)) {

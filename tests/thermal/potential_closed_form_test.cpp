@@ -194,7 +194,7 @@ TEST_CASE("potential: its heat between spheres gives the steady temperature", "[
   for (Index t = 0; t < spheres.mesh.tet_count(); ++t) {
     conductances.push_back(spheres.mesh.edge_coefficients(t));
     for (double& value : conductances.back()) {
-      value *= kLiver.conductivity;
+      value *= tissues::liver().heat.conductivity;
     }
   }
   LocalSystem system;
@@ -203,7 +203,7 @@ TEST_CASE("potential: its heat between spheres gives the steady temperature", "[
   system.set_added(added);
   CHECK(system.solve(power, rise, {.tolerance = 1e-9}).converged);
 
-  const double q = current * current / (16 * pi * pi * kSigma * kLiver.conductivity);
+  const double q = current * current / (16 * pi * pi * kSigma * tissues::liver().heat.conductivity);
   double worst = 0, highest = 0;
   for (std::size_t v = 0; v < rows; ++v) {
     const double r = spheres.mesh.rest_positions()[static_cast<Index>(v)].norm();

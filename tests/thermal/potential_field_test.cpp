@@ -11,6 +11,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -32,7 +33,7 @@ struct Block {
   explicit Block(std::array<Index, 3> cells, double jitter = 0,
                  const PotentialOptions& options = {})
       : shape(testing::make_box(cells, kEdge, jitter)),
-        mesh(shape, kLiver),
+        mesh(shape, tissues::liver().heat),
         conductivities(shape.tets().size(), kSigma),
         field(mesh, options),
         top(cells[2] * kEdge),
@@ -459,7 +460,8 @@ TEST_CASE("potential: slivers under the contact leave it finite", "[unit]") {
   const Index moved = 5 + 11 * (5 + 11 * 5);  // one cell below the middle of the upper face
   const Eigen::Vector3d start = points[moved];
   points[moved] = start + (1 - 1e-7) * kEdge * Eigen::Vector3d(0, 0, 1);
-  const ThermalMesh mesh(TetMesh(points, {regular.tets().begin(), regular.tets().end()}), kLiver);
+  const ThermalMesh mesh(TetMesh(points, {regular.tets().begin(), regular.tets().end()}),
+                         tissues::liver().heat);
   PotentialField field(mesh);
   field.set_patch(
       testing::patch_where(

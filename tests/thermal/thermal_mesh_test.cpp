@@ -8,6 +8,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -18,6 +19,9 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::make_box;
+
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kFat = tissues::fat().heat;
 
 // A third of each boundary triangle to each corner.
 std::vector<double> surface_shares(Index vertex_count, std::span<const Eigen::Vector3d> x,

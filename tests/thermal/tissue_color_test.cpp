@@ -5,6 +5,7 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 
@@ -53,9 +54,9 @@ TEST_CASE("tissue colour: marks of heat never fall, and cooling changes none", "
       const bool cools = i >= 150;
       double temperature =
           cools ? 40 - 0.02 * static_cast<double>(i) : 30 + 300 * random_unit(seed, i);
-      survival = surviving(kLiver.damage, survival, temperature, 0.01);
+      survival = surviving(tissues::liver().heat.damage, survival, temperature, 0.01);
       charred = charring(charred, temperature, 0.01);
-      const auto boiled = boil(kLiver, temperature, water);
+      const auto boiled = boil(tissues::liver().heat, temperature, water);
       water = boiled.water;
       const BurnMarks now = burn_marks(survival, water, charred);
       CHECK((now.white >= last.white && now.brown >= last.brown && now.charred >= last.charred));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 
@@ -14,8 +15,9 @@ namespace {
 
 using testing::Approx;
 
-constexpr ThermalProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
-                                      kDuct,  kArtery,          kBlood};
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kMembrane = tissues::membrane().heat;
+
 constexpr DamageKinetics kSets[] = {kLiverCoagulation, kFatDamage, kCollagenDenaturation,
                                     kSkinBurn};
 
@@ -78,7 +80,8 @@ TEST_CASE("tissue state: body temperature damages nothing, however long", "[unit
 
 // Would catch heat made or lost as water goes, water below zero, and a plateau that leaks.
 TEST_CASE("tissue state: boiling keeps energy, and the plateau while water is left", "[property]") {
-  for (const ThermalProperties& tissue : kAll) {
+  for (const TissueRecord& record : tissues::all()) {
+    const ThermalProperties& tissue = record.heat;
     for (std::uint64_t i = 0; i < 400; ++i) {
       const double water = i % 7 == 0 ? 1e-12 : random_unit(i, 0);
       // up to well beyond what boils everything away
@@ -132,7 +135,8 @@ TEST_CASE("tissue state: tissue without water does not boil", "[unit]") {
 }
 
 TEST_CASE("tissue state: specific heat goes from moist tissue to its solids", "[unit]") {
-  for (const ThermalProperties& tissue : kAll) {
+  for (const TissueRecord& record : tissues::all()) {
+    const ThermalProperties& tissue = record.heat;
     CHECK(specific_heat(tissue, 1.0) == Approx(tissue.specific_heat).epsilon(1e-15));
     CHECK(specific_heat(tissue, 0.0) ==
           Approx(kSpecificHeatOfSolids * (1 - tissue.water_fraction)).epsilon(1e-12));
@@ -182,7 +186,8 @@ TEST_CASE("tissue state: blood cools with the constant of Pennes until vessels a
 
 TEST_CASE("tissue state: shrinkage is monotone, positive and within what was measured",
           "[property]") {
-  for (const ThermalProperties& tissue : kAll) {
+  for (const TissueRecord& record : tissues::all()) {
+    const ThermalProperties& tissue = record.heat;
     CHECK(shrunk_length(tissue, 1.0, 1.0) == 1);
     for (double water = 0; water <= 1; water += 0.05) {
       for (double collagen = 0; collagen <= 1; collagen += 0.05) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 
@@ -14,15 +15,19 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 
-constexpr ThermalProperties kAll[] = {kLiver, kGallbladderWall, kFat,  kMembrane,
-                                      kDuct,  kArtery,          kBlood};
+const ThermalProperties& kLiver = tissues::liver().heat;
+const ThermalProperties& kGallbladderWall = tissues::gallbladder_wall().heat;
+const ThermalProperties& kFat = tissues::fat().heat;
+const ThermalProperties& kMembrane = tissues::membrane().heat;
+const ThermalProperties& kBlood = tissues::blood().heat;
 
 }  // namespace
 
 // Would catch a number in the wrong unit or column.
 TEST_CASE("tissue: the table is valid, physical, and gives the scales of the literature",
           "[unit]") {
-  for (const ThermalProperties& tissue : kAll) {
+  for (const TissueRecord& record : tissues::all()) {
+    const ThermalProperties& tissue = record.heat;
     CHECK_NOTHROW(check_thermal_properties(tissue));
     CHECK(find_unphysical(tissue).empty());
     // what is not water weighs something, and has a specific heat below that of water

@@ -147,7 +147,7 @@ PBDSURG_HOST_DEVICE Real electrical_conductivity(const ThermalProperties& tissue
 /// What is coagulated no longer bleeds.
 template <class Real>
 PBDSURG_HOST_DEVICE Real perfusion_cooling(const ThermalProperties& tissue, Real survival) {
-  return static_cast<Real>(tissue.perfusion * kBlood.density * kBlood.specific_heat) * survival;
+  return static_cast<Real>(tissue.perfusion * kDensityOfBlood * kSpecificHeatOfBlood) * survival;
 }
 
 /// How long what was 1 m is now. Steam and water leave the volume they took, evenly in all

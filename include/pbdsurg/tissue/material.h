@@ -66,4 +66,9 @@ struct PBDSURG_API Material {
                                                     double youngs_modulus,
                                                     double poissons_ratio = 0.45);
 
+/// The same material as springs, which work in either projection mode: compliances stand for its
+/// moduli as in elastic_material(), all else stays.
+/// @throws InvalidArgument  if it is not Neo-Hookean; as elastic_material()
+[[nodiscard]] PBDSURG_API Material springs(const TetMesh& mesh, const Material& solid);
+
 }  // namespace pbdsurg

@@ -4,16 +4,10 @@
 /// @file
 /// Thermal and electrical properties of tissue near body temperature, and how fast heat damages it.
 ///
-/// Sources, by the marks used below:
-/// [I] averages of the IT'IS database, as reprinted by COMSOL's bioheat library; [i] the same
-///     database as commonly quoted, not looked up;
-/// [G] Gabriel, Lau and Gabriel 1996, Phys. Med. Biol. 41:2271, their four-term Cole-Cole model
-///     evaluated at 500 kHz;
+/// Sources of the kinetics, by the marks used below:
 /// [C] COMSOL's bioheat library, damage of liver and of fat;
 /// [P] Pearce 2010, Crit. Rev. Biomed. Eng. 38:1, collagen, as commonly quoted.
-/// Water contents are common literature values. What is called a proxy is borrowed from another
-/// tissue. Replace by measured values where results depend on them; most of all the electrical
-/// conductivity of liver, where sources give 0.15 to 0.40 S/m.
+/// The tissues themselves are in tissue/library.h.
 
 #include <string>
 #include <vector>
@@ -28,6 +22,8 @@ inline constexpr double kBoilingTemperature = 100;     ///< degrees Celsius
 inline constexpr double kLatentHeatOfWater = 2.257e6;  ///< J/kg, at 100 degrees Celsius
 inline constexpr double kDensityOfWater = 1000;        ///< kg/m^3
 inline constexpr double kSpecificHeatOfWater = 4186;   ///< J/(kg K)
+inline constexpr double kDensityOfBlood = 1050;        ///< kg/m^3 [i] of tissue/library.h
+inline constexpr double kSpecificHeatOfBlood = 3617;   ///< J/(kg K), of the same source
 /// J/(kg K), of protein and fat alike (Choi and Okos 1986).
 inline constexpr double kSpecificHeatOfSolids = 2000;
 
@@ -66,34 +62,6 @@ constexpr double perfusion_per_second(double ml_per_minute_and_kg, double densit
   return ml_per_minute_and_kg * 1e-6 / 60 * density;
 }
 
-/// [I]; perfusion [i]; of the electrical conductivities between Gabriel's 0.148 and the 0.33 that
-/// is usual for ablation, near that of fresh pig liver (0.22, Wang et al. 2014).
-inline constexpr ThermalProperties kLiver{
-    1079, 3540, 0.52, 0.72, 0.30, perfusion_per_second(860, 1079), 0, kLiverCoagulation};
-
-/// [i], [G]; damage of liver as a proxy.
-inline constexpr ThermalProperties kGallbladderWall{
-    1071, 3716, 0.52, 0.75, 0.90, perfusion_per_second(30, 1071), 0.3, kLiverCoagulation};
-
-/// [I], [G] average infiltrated fat; perfusion [i].
-inline constexpr ThermalProperties kFat{
-    911, 2348, 0.21, 0.15, 0.044, perfusion_per_second(33, 911), 0, kFatDamage};
-
-/// Connective tissue [i]; electrically between aorta (0.324), tendon (0.391) and dura (0.503) of
-/// [G], as a proxy.
-inline constexpr ThermalProperties kMembrane{
-    1027, 2372, 0.39, 0.62, 0.35, perfusion_per_second(37, 1027), 0.3, kCollagenDenaturation};
-
-/// Gallbladder wall as a proxy: the ducts continue its layers.
-inline constexpr ThermalProperties kDuct = kGallbladderWall;
-
-/// Vessel wall [i], aorta of [G]; damage of collagen as a proxy.
-inline constexpr ThermalProperties kArtery{
-    1102, 3306, 0.46, 0.67, 0.324, perfusion_per_second(150, 1102), 0.3, kCollagenDenaturation};
-
-/// [i], [G]; damage of liver as a proxy.
-inline constexpr ThermalProperties kBlood{1050, 3617, 0.52, 0.79, 0.748, 0, 0, kLiverCoagulation};
-
 /// @throws InvalidArgument  naming the property that is out of range: density, specific heat and
 ///                          conductivity are positive, water fraction in [0, 1], electrical
 ///                          conductivity and perfusion not negative, contraction in [0, 1), damage
@@ -101,7 +69,7 @@ inline constexpr ThermalProperties kBlood{1050, 3617, 0.52, 0.79, 0.748, 0, 0, k
 PBDSURG_API void check_thermal_properties(const ThermalProperties& tissue);
 
 /// What no soft tissue has, each as a sentence with property, value and usual range: mostly a unit
-/// mistaken. Empty for all tissues above. A tissue may be valid and unphysical, as those of the
+/// mistaken. A tissue may be valid and unphysical, as those of the
 /// paper's presets are.
 PBDSURG_API std::vector<std::string> find_unphysical(const ThermalProperties& tissue);
 
