@@ -8,6 +8,7 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "viewer/instruments.h"
 #include "viewer/plot.h"
@@ -21,30 +22,13 @@ using pbdsurg::Index;
 constexpr double kSmokeEvery = 0.04;  // s
 constexpr double kSmokeLife = 0.9;    // s
 
-Tissue tissue_of(Organ organ) {
-  switch (organ) {
-    case Organ::gallbladder:
-      return Tissue::gallbladder;
-    case Organ::liver:
-      return Tissue::liver;
-    case Organ::cystic_artery:
-      return Tissue::artery;
-    case Organ::calot_fat:
-      return Tissue::fat;
-    case Organ::cystic_duct:
-    case Organ::common_bile_duct:
-      return Tissue::duct;
-  }
-  return Tissue::duct;
-}
-
 // The living surface of a body, with its burn marks.
 Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Index b) {
   const pbdsurg::Solver& solver = simulation.solver;
   const pbdsurg::Body& body = solver.bodies()[b];
   Surface surface;
   surface.name = body.name;
-  surface.appearance = appearance_of(tissue_of(static_cast<Organ>(b)));
+  surface.look = tissue_of(static_cast<Organ>(b)).look;
   surface.positions = simulation.positions_of(static_cast<Organ>(b));
   for (const Eigen::Vector3d& x : simulation.scene.meshes[b].positions()) {
     surface.rest_positions.push_back(x.cast<float>());
@@ -84,7 +68,7 @@ void add_connections(const Simulation& simulation, const BurnLayers& burns,
   const auto positions = solver.positions();
   Surface sheet;
   sheet.name = "membrane";
-  sheet.appearance = appearance_of(Tissue::membrane);
+  sheet.look = pbdsurg::tissues::membrane().look;
   for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
     const pbdsurg::Link& link = solver.links()[l];
     sheet.positions.push_back(0.5F * (positions[link.first] + positions[link.second]));
@@ -169,7 +153,7 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   }
   Surface wall;
   wall.name = "abdominal_wall";
-  wall.appearance = appearance_of(Tissue::abdominal_wall);
+  wall.look = pbdsurg::tissues::abdominal_wall().look;
   wall.triangles = backdrop_.triangles;
   for (const Eigen::Vector3d& x : backdrop_.points) {
     wall.positions.push_back(x.cast<float>());

@@ -12,6 +12,7 @@
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "burn.h"
 #include "legend.h"
@@ -20,7 +21,6 @@
 #include "viewer/montage.h"
 #include "viewer/offscreen_renderer.h"
 #include "viewer/png.h"
-#include "viewer/tissue.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -32,8 +32,7 @@ constexpr int kWidth = 480, kHeight = 360;               // pixels
 constexpr double kWall = 2.7e-3;                         // m, as in the demo
 
 Color flesh() {
-  const Eigen::Vector3f color =
-      cholecystectomy::appearance_of(cholecystectomy::Tissue::gallbladder).color;
+  const Eigen::Vector3f& color = tissues::gallbladder_wall().look.color;
   return {color.x(), color.y(), color.z(), 1};
 }
 

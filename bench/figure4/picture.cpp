@@ -139,7 +139,7 @@ RenderSnapshot draw_burn(const TetMesh& gallbladder, const Burn& burn, const Vie
     mesh.surface.colors.emplace_back(color.red, color.green, color.blue, 1);
   }
   RenderSnapshot snapshot;
-  snapshot.look = cholecystectomy::Look::figure;
+  snapshot.style = cholecystectomy::Style::figure;
   snapshot.surfaces.push_back(std::move(mesh.surface));
   snapshot.tools.push_back(cholecystectomy::draw_hook(hook_pose(view)));
   cholecystectomy::Camera& camera = snapshot.camera;

@@ -34,7 +34,7 @@ std::vector<Eigen::Vector4f> colors_of(const Coloring& coloring) {
 RenderSnapshot empty_figure(const TetMesh& mesh) {
   const Eigen::AlignedBox3f box = bounding_box(mesh).cast<float>();
   RenderSnapshot figure;
-  figure.look = cholecystectomy::Look::figure;
+  figure.style = cholecystectomy::Style::figure;
   figure.camera.target = box.center();
   figure.camera.eye = box.center() + 3.6F * box.sizes().x() * Eigen::Vector3f(0.1F, -1, 0.35F);
   figure.camera.up = {0, 0, 1};

@@ -34,7 +34,7 @@ TEST_CASE("draw list: blended triangles run from far to near, opaque ones from n
   const std::uint32_t near_vertex = first == 0.02f ? 0 : 3;
 
   CHECK(make_draw_list(snapshot).tissue[0] == near_vertex);
-  snapshot.surfaces[0].appearance.opacity = 0.5f;
+  snapshot.surfaces[0].look.opacity = 0.5f;
   const DrawList blended = make_draw_list(snapshot);
   CHECK(blended.tissue.empty());
   CHECK(blended.blended[3] == near_vertex);
@@ -65,7 +65,7 @@ TEST_CASE("draw list: a surface that contradicts itself is refused by name", "[u
   CHECK_THROWS_WITH(make_draw_list(snapshot),
                     ContainsSubstring("triangle 1") && ContainsSubstring("vertex 6"));
   surface.triangles[1][2] = 5;
-  surface.appearance.detail_size = 0;
+  surface.look.detail_size = 0;
   CHECK_THROWS_AS(make_draw_list(snapshot), pbdsurg::InvalidArgument);
 }
 

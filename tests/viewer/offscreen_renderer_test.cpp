@@ -8,11 +8,14 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 
 namespace cholecystectomy {
 namespace {
+
+namespace tissues = pbdsurg::tissues;
 
 constexpr int kWidth = 240;
 constexpr int kHeight = 180;
@@ -40,11 +43,11 @@ OffscreenRenderer* shared_renderer() {
   }
 
 /// A square sheet of tissue across the view of the default camera, facing it.
-Surface sheet(Tissue tissue, float z, float half_side) {
+Surface sheet(const pbdsurg::TissueRecord& tissue, float z, float half_side) {
   constexpr int kCells = 24;
   Surface surface;
   surface.name = "sheet";
-  surface.appearance = appearance_of(tissue);
+  surface.look = tissue.look;
   for (int y = 0; y <= kCells; ++y) {
     for (int x = 0; x <= kCells; ++x) {
       surface.positions.push_back({half_side * (2.0f * static_cast<float>(x) / kCells - 1),
@@ -74,7 +77,7 @@ Eigen::Vector3d mean(const Image& image, int center_x, int center_y, int half = 
   return sum / ((2 * half + 1) * (2 * half + 1));
 }
 
-RenderSnapshot one_sheet(Tissue tissue) {
+RenderSnapshot one_sheet(const pbdsurg::TissueRecord& tissue) {
   RenderSnapshot snapshot;
   snapshot.surfaces = {sheet(tissue, 0, 0.1f)};
   return snapshot;
@@ -85,7 +88,7 @@ RenderSnapshot one_sheet(Tissue tissue) {
 TEST_CASE("renderer: tissue fills the round picture and its corners are black", "[unit]") {
   REQUIRE_RENDERER(renderer);
 
-  const Image image = renderer->render(one_sheet(Tissue::liver));
+  const Image image = renderer->render(one_sheet(tissues::liver()));
 
   REQUIRE(image.rgb.size() == 3u * kWidth * kHeight);
   for (const auto& [x, y] : {std::pair{0, 0},
@@ -103,7 +106,7 @@ TEST_CASE("renderer: tissue fills the round picture and its corners are black", 
 TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit]") {
   REQUIRE_RENDERER(renderer);
 
-  const Image image = renderer->render(one_sheet(Tissue::liver));
+  const Image image = renderer->render(one_sheet(tissues::liver()));
 
   const auto brightest = [&](int center_x) {
     int best = 0;
@@ -120,7 +123,7 @@ TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit]
 
 TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue", "[unit]") {
   REQUIRE_RENDERER(renderer);
-  RenderSnapshot snapshot = one_sheet(Tissue::liver);
+  RenderSnapshot snapshot = one_sheet(tissues::liver());
   Surface& surface = snapshot.surfaces[0];
   for (const Eigen::Vector3f& p : surface.positions) {
     surface.burn.emplace_back(p.x() > 0.01f    ? Eigen::Vector4f(0.86f, 0.8f, 0.7f, 1)
@@ -128,7 +131,7 @@ TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue
                                                : Eigen::Vector4f::Zero());
   }
 
-  const Image healthy = renderer->render(one_sheet(Tissue::liver));
+  const Image healthy = renderer->render(one_sheet(tissues::liver()));
   const Image burnt = renderer->render(snapshot);
 
   const int left = kWidth / 2 - 50, right = kWidth / 2 + 50, row = kHeight / 2 + 30;
@@ -139,9 +142,9 @@ TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue
 TEST_CASE("renderer: what is nearer hides what is behind, in any order", "[unit]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot;
-  snapshot.surfaces = {sheet(Tissue::fat, 0, 0.1f), sheet(Tissue::liver, 0.02f, 0.012f)};
+  snapshot.surfaces = {sheet(tissues::fat(), 0, 0.1f), sheet(tissues::liver(), 0.02f, 0.012f)};
   for (Surface& surface : snapshot.surfaces) {
-    surface.appearance.gloss = 0;  // no highlight over the colours
+    surface.look.gloss = 0;  // no highlight over the colours
   }
   if (GENERATE(false, true)) {
     std::swap(snapshot.surfaces[0], snapshot.surfaces[1]);
@@ -159,10 +162,10 @@ TEST_CASE("renderer: what is nearer hides what is behind, in any order", "[unit]
 TEST_CASE("renderer: through a transparent sheet the tissue behind is seen", "[unit]") {
   REQUIRE_RENDERER(renderer);
   const auto render_with = [&](float alpha) {
-    RenderSnapshot snapshot = one_sheet(Tissue::liver);
-    Surface membrane = sheet(Tissue::membrane, 0.005f, 0.1f);
+    RenderSnapshot snapshot = one_sheet(tissues::liver());
+    Surface membrane = sheet(tissues::membrane(), 0.005f, 0.1f);
     membrane.colors.assign(membrane.positions.size(), Eigen::Vector4f(0.2f, 0.9f, 0.3f, alpha));
-    membrane.appearance.gloss = 0;
+    membrane.look.gloss = 0;
     snapshot.surfaces.push_back(membrane);
     return mean(renderer->render(snapshot), kWidth / 2 - 50, kHeight / 2 + 20);
   };
@@ -180,12 +183,12 @@ TEST_CASE("renderer: through a transparent sheet the tissue behind is seen", "[u
 
 TEST_CASE("renderer: a sheet seen from behind is lit as well", "[unit]") {
   REQUIRE_RENDERER(renderer);
-  RenderSnapshot turned = one_sheet(Tissue::fat);
+  RenderSnapshot turned = one_sheet(tissues::fat());
   for (pbdsurg::Triangle& triangle : turned.surfaces[0].triangles) {
     std::swap(triangle[0], triangle[1]);
   }
 
-  const Eigen::Vector3d front = mean(renderer->render(one_sheet(Tissue::fat)), kWidth / 2, 60);
+  const Eigen::Vector3d front = mean(renderer->render(one_sheet(tissues::fat())), kWidth / 2, 60);
   const Eigen::Vector3d back = mean(renderer->render(turned), kWidth / 2, 60);
 
   CHECK(back.sum() > 0.7 * front.sum());
@@ -193,8 +196,8 @@ TEST_CASE("renderer: a sheet seen from behind is lit as well", "[unit]") {
 
 TEST_CASE("renderer: tools, strands and smoke change the picture where they are", "[unit]") {
   REQUIRE_RENDERER(renderer);
-  const Image plain = renderer->render(one_sheet(Tissue::liver));
-  RenderSnapshot snapshot = one_sheet(Tissue::liver);
+  const Image plain = renderer->render(one_sheet(tissues::liver()));
+  RenderSnapshot snapshot = one_sheet(tissues::liver());
   snapshot.tools = {{"hook",
                      {{{{-0.04f, 0.02f, 0.02f}, {0.04f, 0.02f, 0.02f}},
                        {0.004f, 0.004f},
@@ -226,9 +229,9 @@ TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit]") {
 // Would catch one bad vertex that spoils the normals, the depth range or the whole picture.
 TEST_CASE("renderer: a figure shows colours as given, on white to its corners", "[unit]") {
   REQUIRE_RENDERER(renderer);
-  RenderSnapshot snapshot = one_sheet(Tissue::liver);
-  snapshot.look = Look::figure;
-  snapshot.surfaces[0] = sheet(Tissue::liver, 0, 0.02f);
+  RenderSnapshot snapshot = one_sheet(tissues::liver());
+  snapshot.style = Style::figure;
+  snapshot.surfaces[0] = sheet(tissues::liver(), 0, 0.02f);
   snapshot.surfaces[0].colors.assign(snapshot.surfaces[0].positions.size(), {0.2f, 0.8f, 0.4f, 1});
   const Image image = renderer->render(snapshot);
   const Eigen::Vector3d middle = mean(image, kWidth / 2, kHeight / 2);
@@ -242,7 +245,7 @@ TEST_CASE("renderer: a figure shows colours as given, on white to its corners", 
 
 TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[unit]") {
   REQUIRE_RENDERER(renderer);
-  RenderSnapshot snapshot = one_sheet(Tissue::fat);
+  RenderSnapshot snapshot = one_sheet(tissues::fat());
   const Image whole = renderer->render(snapshot);
   snapshot.surfaces[0].positions[0].x() = std::numeric_limits<float>::quiet_NaN();  // unseen corner
 
@@ -255,14 +258,14 @@ TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[un
 
 TEST_CASE("renderer: the same snapshot gives the same bytes, on a new renderer too", "[property]") {
   REQUIRE_RENDERER(renderer);
-  const Image first = renderer->render(one_sheet(Tissue::gallbladder));
+  const Image first = renderer->render(one_sheet(tissues::gallbladder_wall()));
 
   CHECK(renderer->render({}).rgb != first.rgb);
-  CHECK(renderer->render(one_sheet(Tissue::gallbladder)).rgb == first.rgb);
+  CHECK(renderer->render(one_sheet(tissues::gallbladder_wall())).rgb == first.rgb);
   OffscreenRenderer other({.width = kWidth, .height = kHeight});
   OffscreenRenderer moved = std::move(other);
-  CHECK(moved.render(one_sheet(Tissue::gallbladder)).rgb == first.rgb);
-  CHECK(renderer->render(one_sheet(Tissue::gallbladder)).rgb == first.rgb);
+  CHECK(moved.render(one_sheet(tissues::gallbladder_wall())).rgb == first.rgb);
+  CHECK(renderer->render(one_sheet(tissues::gallbladder_wall())).rgb == first.rgb);
   CHECK_FALSE(renderer->device_name().empty());
 }
 

@@ -133,7 +133,7 @@ class Builder {
     }
   }
 
-  std::int32_t add_material(const TissueAppearance& look, bool insulation = false) {
+  std::int32_t add_material(const pbdsurg::TissueLook& look, bool insulation = false) {
     DrawMaterial material;
     material.color = linear_of_srgb(look.color, look.opacity);
     material.mottle = linear_of_srgb(look.mottle, 1);
@@ -149,12 +149,12 @@ class Builder {
 
   void add(const Surface& surface) {
     check(surface);
-    if (!(surface.appearance.detail_size > 0) || !std::isfinite(surface.appearance.detail_size)) {
+    if (!(surface.look.detail_size > 0) || !std::isfinite(surface.look.detail_size)) {
       throw pbdsurg::InvalidArgument("surface '" + surface.name + "': the detail size is " +
-                                     std::to_string(surface.appearance.detail_size) +
+                                     std::to_string(surface.look.detail_size) +
                                      " m; it must be positive and finite");
     }
-    const std::int32_t material = add_material(surface.appearance);
+    const std::int32_t material = add_material(surface.look);
     const std::uint32_t first = next_vertex();
     const std::vector<Eigen::Vector3f> normals =
         surface.normals.empty() ? vertex_normals(surface.positions, surface.triangles)
@@ -208,7 +208,7 @@ class Builder {
     if (strands.empty()) {
       return;
     }
-    TissueAppearance look;
+    pbdsurg::TissueLook look;
     look.gloss = 0.8f;
     look.detail_size = 0.002f;
     look.relief = 0.2f;

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-
-#include "viewer/tissue.h"
+#include "pbdsurg/tissue/look.h"
 
 namespace cholecystectomy {
 
@@ -23,7 +22,7 @@ struct Surface {
   std::string name;
   std::vector<Eigen::Vector3f> positions;    ///< [vertex_count] m
   std::vector<pbdsurg::Triangle> triangles;  ///< [triangle_count] vertex ids
-  TissueAppearance appearance;
+  pbdsurg::TissueLook look;
   std::vector<Eigen::Vector3f> normals;  ///< optional, of any length: else those of the triangles
   std::vector<Eigen::Vector3f> rest_positions;  ///< optional m: where the tissue's texture sticks
   std::vector<Eigen::Vector4f> burn;            ///< optional rgb and cover: a dull layer over the
@@ -74,7 +73,7 @@ struct Camera {
   float brightness = 1;
 };
 
-enum class Look {
+enum class Style {
   scope,   ///< through a laparoscope
   figure,  ///< on white, without gloss, texture or shadows, so that colours are read as given
 };
@@ -85,7 +84,7 @@ struct RenderSnapshot {
   std::vector<Strand> strands;
   std::vector<SmokePuff> smoke;
   Camera camera;
-  Look look = Look::scope;  ///< a figure is meant for surfaces with colours, and strands
+  Style style = Style::scope;  ///< a figure is meant for surfaces with colours, and strands
 };
 
 }  // namespace cholecystectomy

@@ -184,8 +184,8 @@ void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
   upload(list);
   draw_shadow_map(list, view);
   draw_occlusion(list, view);
-  draw_lit(list, view, snapshot.camera.brightness, snapshot.look);
-  draw_scope(framebuffer, snapshot.look);
+  draw_lit(list, view, snapshot.camera.brightness, snapshot.style);
+  draw_scope(framebuffer, snapshot.style);
 }
 
 void SceneRenderer::upload(const DrawList& list) {
@@ -251,7 +251,7 @@ void SceneRenderer::draw_occlusion(const DrawList& list, const View& view) {
 }
 
 void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& view,
-                                    float brightness, Look look) {
+                                    float brightness, Style style) {
   program.use();
   set(program, "view_of_world", view.view_of_world);
   set(program, "clip_of_view", view.clip_of_view);
@@ -261,7 +261,7 @@ void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& vi
   set(program, "forward", Eigen::Vector3f(-view.view_of_world.block<1, 3>(2, 0).transpose()));
   set(program, "reference_distance", view.reference_distance);
   set(program, "brightness", brightness);
-  set(program, "figure", look == Look::figure ? 1.0f : 0.0f);
+  set(program, "figure", style == Style::figure ? 1.0f : 0.0f);
   set(program, "picture_size",
       Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
   bind(program, "materials", 0, GL_TEXTURE_BUFFER, material_texture_);
@@ -272,27 +272,28 @@ void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& vi
   bind(program, "shadow_map", 5, GL_TEXTURE_2D, shadow_map_);
 }
 
-void SceneRenderer::draw_lit(const DrawList& list, const View& view, float brightness, Look look) {
+void SceneRenderer::draw_lit(const DrawList& list, const View& view, float brightness,
+                             Style style) {
   glBindFramebuffer(GL_FRAMEBUFFER, multisampled_.name());
   glViewport(0, 0, width_, height_);
   glEnable(GL_DEPTH_TEST);
-  const auto& background = look == Look::figure ? kPaper : kCavity;
+  const auto& background = style == Style::figure ? kPaper : kCavity;
   glClearColor(background[0], background[1], background[2], background[3]);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glBindVertexArray(scene_array_.name());
   const std::size_t tools = list.tissue.size();
   const std::size_t blended = tools + list.tools.size();
   const std::size_t smoke = blended + list.blended.size();
-  use_lit_program(tool_program_, view, brightness, look);
+  use_lit_program(tool_program_, view, brightness, style);
   draw_indices(tools, list.tools.size());
-  use_lit_program(tissue_program_, view, brightness, look);
+  use_lit_program(tissue_program_, view, brightness, style);
   draw_indices(0, list.tissue.size());
 
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthMask(GL_FALSE);
   draw_indices(blended, list.blended.size());
-  use_lit_program(smoke_program_, view, brightness, look);
+  use_lit_program(smoke_program_, view, brightness, style);
   draw_indices(smoke, list.smoke.size());
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
@@ -302,7 +303,7 @@ void SceneRenderer::draw_lit(const DrawList& list, const View& view, float brigh
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
-void SceneRenderer::draw_scope(GLuint framebuffer, Look look) {
+void SceneRenderer::draw_scope(GLuint framebuffer, Style style) {
   glDisable(GL_DEPTH_TEST);
   glow_program_.use();
   glViewport(0, 0, glow_[0].width, glow_[0].height);
@@ -325,7 +326,7 @@ void SceneRenderer::draw_scope(GLuint framebuffer, Look look) {
   bind(scope_program_, "scene", 0, GL_TEXTURE_2D, resolved_.texture);
   bind(scope_program_, "glow", 1, GL_TEXTURE_2D, glow_[1].texture);
   set(scope_program_, "aspect", static_cast<float>(width_) / static_cast<float>(height_));
-  set(scope_program_, "figure", look == Look::figure ? 1.0f : 0.0f);
+  set(scope_program_, "figure", style == Style::figure ? 1.0f : 0.0f);
   fill_screen();
 }
 

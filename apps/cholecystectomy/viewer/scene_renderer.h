@@ -42,9 +42,10 @@ class SceneRenderer {
   void upload(const DrawList& list);
   void draw_shadow_map(const DrawList& list, const View& view);
   void draw_occlusion(const DrawList& list, const View& view);
-  void draw_lit(const DrawList& list, const View& view, float brightness, Look look);
-  void use_lit_program(const ShaderProgram& program, const View& view, float brightness, Look look);
-  void draw_scope(GLuint framebuffer, Look look);
+  void draw_lit(const DrawList& list, const View& view, float brightness, Style style);
+  void use_lit_program(const ShaderProgram& program, const View& view, float brightness,
+                       Style style);
+  void draw_scope(GLuint framebuffer, Style style);
   void fill_screen() const;
 
   int width_;
