@@ -23,6 +23,7 @@
 #include "pbdsurg/coloring/random_disc.h"
 #include "pbdsurg/coloring/repair.h"
 #include "pbdsurg/constraints/attachment.h"
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"

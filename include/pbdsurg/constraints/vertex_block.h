@@ -9,7 +9,7 @@
 ///          / | \                + sum w/2 |x_j - x|^2      distortion of Neo-Hookean tetrahedra
 ///        o---x---o              + sum k/2 (l - rest)^2     springs
 ///          \ | /                + sum s/2 (V - target)^2   volumes
-///            o
+///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
 ///
 /// A stable Neo-Hookean tetrahedron (Smith, de Goes, Kim 2018) stores, per rest volume V0,
 ///
@@ -21,6 +21,7 @@
 
 #include <cmath>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/select.h"
@@ -116,6 +117,28 @@ struct VertexEnergy {
     const Vec3<Scalar> face = cross(b - a, c - a);
     force = force + (stiffness * (dot(a - x, face) - target)) * face;
     add_square(stiffness, face);
+  }
+
+  /// The angle of a hinge. Its Hessian is not definite; in place of what bends the gradient stands
+  /// a bound, with which no step makes the hinge's energy grow.
+  /// @param stiffness    N m, >= 0
+  /// @param rest         BendingConstraint::kRest
+  /// @param x            m, in the order of BendingConstraint, the vertex first or third: turned by
+  ///                     half a turn, a hinge is the same
+  /// @param is_opposite  whether it is the third, opposite the edge
+  template <class Condition>
+  PBDSURG_HOST_DEVICE void add_hinge(Scalar stiffness, Scalar rest, const Vec3<Scalar> (&x)[4],
+                                     const Condition& is_opposite) {
+    const auto turn = BendingConstraint::turn(x, rest);
+    const Vec3<Scalar>&opposite = turn.gradient[2], &on_edge = turn.gradient[0];
+    const Vec3<Scalar> gradient{select(is_opposite, opposite.x, on_edge.x),
+                                select(is_opposite, opposite.y, on_edge.y),
+                                select(is_opposite, opposite.z, on_edge.z)};
+    const Scalar curvature = select(is_opposite, turn.curvature[2], turn.curvature[0]);
+    const Scalar moment = stiffness * turn.value;
+    force = force - moment * gradient;
+    isotropic = isotropic + select(moment < Scalar(0), -moment, moment) * curvature;
+    add_square(stiffness, gradient);
   }
 
  private:

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Keeps the angle of a hinge: of two triangles with a common edge.
+///
+///          x1          theta      from the normal of (x0, x1, x2) to that of (x1, x0, x3), about
+///         /|\                     the edge; positive where the surface is convex         rad
+///       x2 | x3        C = 4 tan((theta - rest theta) / 4)                               1
+///         \|/          gradient   (1 + C^2/16) d theta/dx                                1/m
+///          x0          compliance                                                        1/(N m)
+///                      multiplier                                                        kg m^2
+///
+/// For small turns C is the turn in radians. The tangent of a quarter needs no inverse function,
+/// has a slope between 1 and 2 up to half a turn either way, and takes any rest angle, as a curved
+/// surface has. A hinge that is more than half a turn from rest goes back the shorter way. The
+/// gradient of theta is that of Bridson, Marino and Fedkiw 2003 ("Simulation of Clothing with Folds
+/// and Wrinkles", section 4).
+///
+/// The energy of a hinge is k/2 C^2, with the weights of Grinspun et al. 2003 ("Discrete Shells"):
+///
+///   k = D |e|^2 / (A1 + A2)                                                              N m
+///
+/// where D is the flexural rigidity, e the edge and A1, A2 the areas, all at rest. With this factor
+/// a sheet bent to a cylinder stores D/2 curvature^2 per area: for any axis on equilateral
+/// triangles (Seung and Nelson 1988, "Defects in flexible membranes with crystalline order", where
+/// k = 2 D / sqrt(3)), along the grid on halved squares. Hinges alone have no second modulus:
+/// equilateral triangles bend like a plate with Poisson's ratio -1/3, and on halved squares a
+/// cylinder along the diagonals stores three times as much.
+///
+/// Quadratic bending (Bergou et al. 2006, "A Quadratic Bending Model for Inextensible Surfaces") is
+/// cheaper, but its rest shape is flat.
+
+#include <cmath>
+
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
+#include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/select.h"
+#include "pbdsurg/core/vec3.h"
+
+namespace pbdsurg {
+
+struct BendingConstraint {
+  static constexpr int kVertexCount = 4;
+  static constexpr int kMultiplierCount = 1;
+  enum Parameter {
+    kRest,       ///< 4 tan(rest theta / 4)
+    kStiffness,  ///< fraction, or compliance in 1/(N m)
+    kDamping,    ///< s
+    kParameterCount
+  };
+
+  /// C, and how it changes with each vertex.
+  template <class Scalar>
+  struct Turn {
+    Scalar value;
+    Vec3<Scalar> gradient[4];  ///< 1/m
+    Scalar curvature[4];       ///< 1/m^2, a bound of the second derivative in any direction
+  };
+
+  /// C. Zero for a triangle without area, which has no normal.
+  template <class Scalar>
+  PBDSURG_HOST_DEVICE static Scalar value(const Vec3<Scalar> (&x)[4], Scalar rest) {
+    const Hinge<Scalar> hinge(x);
+    const Scalar none = Scalar(0) * (hinge.square[0] + hinge.square[1]);  // or not a number
+    return select(hinge.has_angle(), hinge.turn(rest), none);
+  }
+
+  /// C and its derivatives; all zero for a triangle without area or a vertex that is not finite.
+  ///
+  /// @param x     m
+  /// @param rest  4 tan(rest theta / 4)
+  template <class Scalar>
+  PBDSURG_HOST_DEVICE static Turn<Scalar> turn(const Vec3<Scalar> (&x)[4], Scalar rest) {
+    using std::sqrt;
+    const Hinge<Scalar> hinge(x);
+    const auto has_angle = hinge.has_angle();
+    const Scalar value = select(has_angle, hinge.turn(rest), Scalar(0));
+
+    // opposite the edge: one over the height of the triangle, against its normal
+    const Scalar slope = Scalar(1) + Scalar(0.0625) * (value * value);
+    const Scalar rise = slope * sqrt(hinge.edge_square);
+    const Vec3<Scalar> none{};
+    const Vec3<Scalar> left = select(has_angle, (-rise / hinge.length[0]) * hinge.normal[0], none);
+    const Vec3<Scalar> right = select(has_angle, (-rise / hinge.length[1]) * hinge.normal[1], none);
+    // on the edge: what cancels force and torque
+    const Scalar inverse = select(has_angle, Scalar(1) / hinge.edge_square, Scalar(0));
+    const auto share_of = [&](const Vec3<Scalar>& opposite) {
+      return select(has_angle, inverse * dot(opposite - x[0], hinge.edge), Scalar(0));
+    };
+    const Scalar left_share = share_of(x[2]), right_share = share_of(x[3]);
+    const Vec3<Scalar> end = left_share * left + right_share * right;
+
+    // Found by trial, not a proof: a step that it damps lowers C from any shape.
+    const Scalar left_square = dot(left, left) / slope;
+    const Scalar right_square = dot(right, right) / slope;
+    const Scalar along = slope * inverse;
+    const auto bound = [&](Scalar a, Scalar b) {
+      return a * a * left_square + b * b * right_square + along;
+    };
+    return {value,
+            {end - left - right, Scalar(-1) * end, left, right},
+            {bound(Scalar(1) - left_share, Scalar(1) - right_share), bound(left_share, right_share),
+             left_square, right_square}};
+  }
+
+  /// One projection, in place.
+  ///
+  /// @param x           m
+  /// @param w           1/kg, zero for a fixed vertex
+  /// @param multiplier  kg m^2, accumulated; multiplier / dt^2 is the moment of the hinge, in N m,
+  ///                    where C is small
+  /// Triangles without area have no angle and stay as they are.
+  template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
+  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
+                                          const Scalar (&parameters)[kParameterCount],
+                                          const Substep<Scalar>& substep, Scalar (&multiplier)[1],
+                                          [[maybe_unused]] const Damping& damping = {}) {
+    const Turn<Scalar> c = turn(x, parameters[kRest]);
+    const Vec3<Scalar>(&g)[4] = c.gradient;
+    const Scalar mobility = w[0] * dot(g[0], g[0]) + w[1] * dot(g[1], g[1]) +
+                            w[2] * dot(g[2], g[2]) + w[3] * dot(g[3], g[3]);
+
+    Scalar change;
+    if constexpr (kMode == ProjectionMode::fraction) {
+      change = multiplier_change<kMode>(c.value, mobility, parameters[kStiffness], multiplier[0]);
+    } else if constexpr (kIsDamped<Damping>) {
+      const Scalar motion = dot(g[0], x[0] - damping.start[0]) +
+                            dot(g[1], x[1] - damping.start[1]) +
+                            dot(g[2], x[2] - damping.start[2]) + dot(g[3], x[3] - damping.start[3]);
+      change = damped_multiplier_change(
+          c.value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0],
+          motion, parameters[kDamping] * substep.inverse_dt);
+    } else {
+      change = multiplier_change<kMode>(
+          c.value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0]);
+    }
+    multiplier[0] = multiplier[0] + change;
+
+    const auto has_direction = is_usable(mobility);
+    x[0] = select(has_direction, x[0] + (w[0] * change) * g[0], x[0]);
+    x[1] = select(has_direction, x[1] + (w[1] * change) * g[1], x[1]);
+    x[2] = select(has_direction, x[2] + (w[2] * change) * g[2], x[2]);
+    x[3] = select(has_direction, x[3] + (w[3] * change) * g[3], x[3]);
+  }
+
+ private:
+  template <class Scalar>
+  struct Hinge {
+    Vec3<Scalar> edge;
+    Scalar edge_square;
+    Vec3<Scalar> normal[2];  // unit
+    Scalar square[2];        // of twice the areas
+    Scalar length[2];        // their roots
+
+    PBDSURG_HOST_DEVICE explicit Hinge(const Vec3<Scalar> (&x)[4]) {
+      using std::sqrt;
+      edge = x[1] - x[0];
+      edge_square = dot(edge, edge);
+      normal[0] = cross(edge, x[2] - x[0]);
+      normal[1] = cross(x[3] - x[0], edge);
+      for (int i = 0; i < 2; ++i) {
+        square[i] = dot(normal[i], normal[i]);
+        length[i] = sqrt(square[i]);
+        normal[i] = (Scalar(1) / length[i]) * normal[i];
+      }
+    }
+
+    PBDSURG_HOST_DEVICE auto has_angle() const {
+      return is_usable(square[0]) & is_usable(square[1]) & is_usable(edge_square);
+    }
+
+    // Sine and cosine of theta/2 from difference and sum of the normals: exact for all angles.
+    PBDSURG_HOST_DEVICE Scalar turn(Scalar rest) const {
+      const Scalar size = root(normal[0] - normal[1]);
+      const Scalar sine = select(dot(cross(normal[0], normal[1]), edge) < Scalar(0), -size, size);
+      const Scalar one_and_cosine = Scalar(2) + root(normal[0] + normal[1]);
+      // tan(theta/4) = sine / one_and_cosine, less the rest's: the tangent of the difference, or
+      // that of its complement beyond half a turn
+      const Scalar across = Scalar(4) * sine - rest * one_and_cosine;
+      const Scalar along = Scalar(4) * one_and_cosine + rest * sine;
+      const auto is_beyond = across * across > along * along;
+      return Scalar(4) * select(is_beyond, -along, across) / select(is_beyond, across, along);
+    }
+
+    // An estimate has no root of zero.
+    PBDSURG_HOST_DEVICE static Scalar root(const Vec3<Scalar>& v) {
+      using std::sqrt;
+      const Scalar square = dot(v, v);
+      return select(is_usable(square), sqrt(square), Scalar(0));
+    }
+  };
+};
+
+/// A hinge of a thin plate, whose energy is stiffness/2 C^2.
+struct HingeAtRest {
+  double turn;       ///< BendingConstraint::kRest
+  double stiffness;  ///< N m; its inverse is the compliance
+};
+
+/// @param x         m, in the order of the picture above
+/// @param rigidity  N m, the flexural rigidity D of the plate, positive and finite
+/// @throws InvalidArgument  naming the value and the rule, if the rigidity is out of range, a
+///                          coordinate is not finite, or the height of a triangle over the hinge's
+///                          edge, or that edge, is not more than 1e-6 of the triangle's longest
+///                          edge
+[[nodiscard]] PBDSURG_API HingeAtRest hinge_at_rest(const Vec3<double> (&x)[4], double rigidity);
+
+/// The flexural rigidity D of an isotropic thin plate, E t^3 / (12 (1 - nu^2)) (Timoshenko and
+/// Woinowsky-Krieger 1959, "Theory of Plates and Shells", eq. 3).
+///
+/// @param youngs_modulus  Pa, positive and finite
+/// @param thickness       m, positive and finite
+/// @param poissons_ratio  in (-1, 0.5]
+/// @return                N m
+/// @throws InvalidArgument  naming the value out of range
+[[nodiscard]] PBDSURG_API double flexural_rigidity(double youngs_modulus, double thickness,
+                                                   double poissons_ratio);
+
+}  // namespace pbdsurg
