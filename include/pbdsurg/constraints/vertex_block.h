@@ -119,8 +119,8 @@ struct VertexEnergy {
     add_square(stiffness, face);
   }
 
-  /// The angle of a hinge. Its Hessian is not definite; in place of what bends the gradient stands
-  /// a bound, with which no step makes the hinge's energy grow.
+  /// The angle of a hinge. Its Hessian is not definite; a bound stands for the second derivative of
+  /// the angle, so that no step makes the hinge's energy grow.
   /// @param stiffness    N m, >= 0
   /// @param rest         BendingConstraint::kRest
   /// @param x            m, in the order of BendingConstraint, the vertex first or third: turned by
