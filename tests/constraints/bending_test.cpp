@@ -380,6 +380,24 @@ TEST_CASE("bending constraint: halved squares bend unlike along their diagonals"
   CHECK(ratio(-kPi / 4) == Approx(3).epsilon(0.03));
 }
 
+// And of equilateral triangles: a plate whose Poisson's ratio is -1/3 stores
+// D/2 ((a + b)^2 - 2 (1 + 1/3) a b) per area, for principal curvatures a and b.
+TEST_CASE("bending constraint: equilateral triangles have Poisson's ratio -1/3", "[unit]") {
+  const Sheet sheet = make_sheet(true, 64, 1.0);
+  const double curvature = 1e-3;
+  const auto ratio = [&](double a, double b) {
+    std::vector<Vec3<double>> x = sheet.points;
+    for (Vec3<double>& p : x) {
+      p.z = curvature / 2 * (a * p.x * p.x + b * p.y * p.y);
+    }
+    return bending_energy(sheet, sheet.points, x) /
+           (kRigidity / 2 * curvature * curvature * sheet.area());
+  };
+  CHECK(ratio(1, 0) == Approx(1).epsilon(0.03));
+  CHECK(ratio(1, 1) == Approx(4.0 / 3).epsilon(0.03));
+  CHECK(ratio(1, -1) == Approx(8.0 / 3).epsilon(0.03));
+}
+
 // A strip clamped at one end with a force at the other, solved by XPBD with rigid edges. Would
 // catch a compliance or a multiplier in a wrong unit, which no energy shows.
 TEST_CASE("bending constraint: a cantilever sinks by F L^3 / (3 D b)", "[property]") {
