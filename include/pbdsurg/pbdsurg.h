@@ -36,6 +36,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/host_device.h"
+#include "pbdsurg/core/mailbox.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/core/select.h"
