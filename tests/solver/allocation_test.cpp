@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts and limits the allocations of the whole program; left out where a sanitizer, which has
-// allocators of its own, is on.
 #include <array>
 #include <atomic>
-#include <cstdlib>
-#include <limits>
 #include <new>
 #include <utility>
 
@@ -13,51 +9,16 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "solver/step_team.h"
+#include "support/allocation_count.h"
 #include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
-namespace {
-
-std::atomic<long> allocation_count{0};
-std::atomic<long> allocation_limit{std::numeric_limits<long>::max()};  // of the count
-
-void* allocate(std::size_t size, std::size_t alignment) {
-  if (allocation_count >= allocation_limit) {
-    throw std::bad_alloc();
-  }
-  ++allocation_count;
-  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory == nullptr) {
-    throw std::bad_alloc();
-  }
-  return memory;
-}
-
-}  // namespace
-
-// All of this program's allocations are counted.
-void* operator new(std::size_t size) {
-  return allocate(size, alignof(std::max_align_t));
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-
 namespace pbdsurg {
 namespace {
+
+using testing::allocation_count;
+using testing::allocation_limit;
 
 constexpr double kEdge = 4e-3;      // m
 constexpr float kTimeStep = 5e-3F;  // s
@@ -72,13 +33,13 @@ TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
     try {
       allocation_limit = allocation_count + spare;
       StepTeam team(4, ThreadWait::block);
-      allocation_limit = std::numeric_limits<long>::max();
+      allocation_limit = testing::kNoLimit;
       std::atomic<int> workers{0};
       team.run([&](int) { ++workers; });
       CHECK(workers == team.size());
       sizes.push_back(team.size());
     } catch (const std::bad_alloc&) {  // for the team itself
-      allocation_limit = std::numeric_limits<long>::max();
+      allocation_limit = testing::kNoLimit;
       CHECK(sizes.empty());
     }
   }

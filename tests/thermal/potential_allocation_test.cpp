@@ -1,37 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts the allocations of the whole program; left out where a sanitizer, which has allocators of
-// its own, is on.
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <vector>
 
+#include "support/allocation_count.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 #include "thermal/potential_cases.h"
 
-namespace {
-
-std::atomic<long> allocation_count{0};
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocation_count;
-  if (void* memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 namespace pbdsurg {
+
+using testing::allocation_count;
 
 // Would catch buffers that are not kept: of patches, conductivities, regions and lost contacts.
 TEST_CASE("potential: a contact that goes around allocates nothing the second time", "[unit]") {
