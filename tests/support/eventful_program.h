@@ -24,9 +24,11 @@ inline constexpr float kEventfulTimeStep = 2e-3F;  // s
 
 /// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
 /// between them and limits of stretch.
-inline Scene make_eventful_scene(ProjectionMode mode, float damping) {
+/// @param cells  of the first body; 4, 4, 3 at least
+inline Scene make_eventful_scene(ProjectionMode mode, float damping,
+                                 std::array<Index, 3> cells = {4, 4, 3}) {
   Scene scene;
-  const TetMesh block = make_box({4, 4, 3}, kEventfulEdge, 0.1);
+  const TetMesh block = make_box(cells, kEventfulEdge, 0.1);
   const TetMesh tube = make_box({6, 1, 1}, kEventfulEdge, 0.1, 2);
   Material soft = elastic_material(block, 1000, 20e3);
   soft.max_stretch = 1.05F;

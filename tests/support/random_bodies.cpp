@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/random_bodies.h"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -41,13 +43,24 @@ Material make_material(const TetMesh& mesh, ProjectionMode mode, Choices& choice
   return material;
 }
 
+// One that no body has: a compaction leaves fewer bodies than their names count.
+std::string make_name(const Solver& solver, const Scene& scene) {
+  for (std::size_t number = solver.bodies().size() + scene.bodies().size();; ++number) {
+    const std::string name = "guest " + std::to_string(number);
+    const auto has_name = [&](const Body& body) { return body.name == name; };
+    if (std::ranges::none_of(solver.bodies(), has_name) &&
+        std::ranges::none_of(scene.bodies(), has_name)) {
+      return name;
+    }
+  }
+}
+
 }  // namespace
 
 Scene make_bodies(const Solver& solver, Choices& choices) {
   Scene scene;
   for (Index count = 1 + choices.below(2); count > 0; --count) {
-    const std::string name =
-        "guest " + std::to_string(solver.bodies().size() + scene.bodies().size());
+    const std::string name = make_name(solver, scene);
     if (choices.below(4) == 0) {
       scene.add_particles(
           name, std::array<Eigen::Vector3d, 2>{{{0, 0, 2 * kEdge}, {kEdge, 0, 2 * kEdge}}}, 1e-5);

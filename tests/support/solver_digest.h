@@ -4,64 +4,32 @@
 /// @file
 /// One number for all that a solver holds, for telling whether anything differs.
 
-#include <bit>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
-
-#include "pbdsurg/core/random.h"
 
 #include "solver/solver_data.h"
+#include "support/digest.h"
 
 namespace pbdsurg::testing {
 
-/// Mixes numbers, one after another.
-class Digest {
- public:
-  template <class Number>
-  void mix(Number number) {
-    if constexpr (std::is_same_v<Number, float>) {
-      mix(std::bit_cast<std::uint32_t>(number));
-    } else if constexpr (std::is_same_v<Number, double>) {
-      mix(std::bit_cast<std::uint64_t>(number));
-    } else {
-      value_ = detail::mix_bits(value_, static_cast<std::uint64_t>(number));
+/// Groups, their order and the numbers in them.
+template <class Constraint>
+void mix_slots(Digest& digest, const ConstraintSlots<Constraint>& slots) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    digest.mix_all(slots.ids(group));
+    for (const Index id : slots.ids(group)) {
+      digest.mix_all(slots.record(id).places);
+      digest.mix_all(slots.record(id).parameters);
     }
-  }
-  template <class Range>
-  void mix_all(const Range& range) {
-    mix(std::size(range));
-    for (const auto& entry : range) {
-      if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(entry)>>) {
-        mix(entry);
-      } else {
-        mix_all(entry);
+    for (const auto& block : slots.blocks(group)) {  // idle lanes, too
+      for (const auto& corners : block.corners) {
+        digest.mix_all(corners);
       }
     }
   }
-
-  /// Groups, their order and the numbers in them.
-  template <class Constraint>
-  void mix_slots(const ConstraintSlots<Constraint>& slots) {
-    for (Index group = 0; group < slots.group_count(); ++group) {
-      mix_all(slots.ids(group));
-      for (const Index id : slots.ids(group)) {
-        mix_all(slots.record(id).places);
-        mix_all(slots.record(id).parameters);
-      }
-      for (const auto& block : slots.blocks(group)) {  // idle lanes, too
-        for (const auto& corners : block.corners) {
-          mix_all(corners);
-        }
-      }
-    }
-  }
-
-  [[nodiscard]] std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0;
-};
+}
 
 /// Topology, constraints, their order, masses, plan, and the state and tools of all copies. What is
 /// kept within a substep or by a backend alone is left out.
@@ -89,10 +57,10 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(link.first);
     digest.mix(link.second);
   }
-  digest.mix_slots(data.distances);
-  digest.mix_slots(data.volumes);
-  digest.mix_slots(data.neo_hookeans);
-  digest.mix_slots(data.strain_limits);
+  mix_slots(digest, data.distances);
+  mix_slots(digest, data.volumes);
+  mix_slots(digest, data.neo_hookeans);
+  mix_slots(digest, data.strain_limits);
   for (std::size_t edge = 0; edge < data.edges.size(); ++edge) {
     digest.mix(data.edge_owners[static_cast<Index>(edge)]);
   }

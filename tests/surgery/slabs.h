@@ -29,14 +29,14 @@ inline constexpr float kTimeStep = 5e-3F;  // s
 
 // Two slabs with strands between them.
 struct Slabs {
-  Slabs() : lower(make_box({6, 6, 2}, kEdge)) {
+  explicit Slabs(const Material& material = {}) : lower(make_box({6, 6, 2}, kEdge)) {
     std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
     for (Eigen::Vector3d& point : points) {
       point.z() += 7e-3;
     }
     upper = TetMesh(points, {lower.tets().begin(), lower.tets().end()});
-    scene.add_body("lower", lower);
-    scene.add_body("upper", upper);
+    scene.add_body("lower", lower, material);
+    scene.add_body("upper", upper, material);
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
     strands.join(scene, 0, 1, scattered_links(lower, upper, {.max_distance = 6e-3, .density = 2e6}),
                  {.segments = 3, .tear_stretch = 1.2});

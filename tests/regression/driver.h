@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The one place in which the programs of this folder call the library: a solver, all that follows
+/// its edits, and hashes of what can be read of them.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/edit/live_surface.h"
+#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/thermal/surface_map.h"
+
+#include "regression/record.h"
+#include "support/digest.h"
+
+namespace pbdsurg::testing {
+
+/// Who executes a program; in strict mode the hashes are the same for all.
+struct Executor {
+  BackendKind backend = BackendKind::serial;
+  int threads = 1;
+};
+
+/// Follows all of it through every edit.
+class Driver {
+ public:
+  /// @param options  backend, threads and rounding are the executor's
+  Driver(const Scene& scene, SolverOptions options, const Executor& executor);
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+
+  // --- followers, in any order, before the edits that they follow --------------------------------
+
+  void follow_surface(Index body);
+  void follow_pieces();
+  void follow_strands(const ConnectiveTissue& strands);
+  void follow_heat(std::span<const ThermalBody> bodies);
+  void switch_on_cautery(std::span<const ThermalBody> bodies, CauteryOptions options);
+
+  // --- what happens ------------------------------------------------------------------------------
+
+  void step(float dt);
+  void start_step(float dt);
+  void finish_step();
+  void edit(const TopologyEdit& edit);
+  /// Takes the last edit back, whoever made it.
+  void undo();
+  /// Cuts, and takes the front for the next call.
+  void cut(const CutSurface& surface, CutStyle style);
+  /// The same with a plan made elsewhere.
+  void cut(const CutPlan& plan);
+  /// Edits, without parts of fewer tetrahedra.
+  void edit_without_crumbs(TopologyEdit edit, Index smallest);
+  void tear(std::span<const BladeSweep> blades = {});
+  /// @return  whether tissue or links went
+  bool burn(const Electrode& electrode, const std::optional<GeneratorSettings>& generator,
+            double dt);
+  void heat(double dt, std::span<const HeatSource> sources);
+  void compact();
+
+  /// For tools, writes and all that needs no follower.
+  [[nodiscard]] Solver& solver() { return solver_; }
+  [[nodiscard]] const CutFront& front() const { return front_; }
+
+  /// Records all that there is to read.
+  /// @throws std::logic_error  if a vertex is not finite: such a program would test nothing
+  void look(Record& record, int checkpoint);
+
+ private:
+  [[nodiscard]] std::vector<EditParticipant*> followers();
+  [[nodiscard]] const HeatField* heat_field() const;
+  void note(const TopologyEdit& edit, const EditResult& result);
+  void note(const StepReport& report);
+  void note(const CauteryReport& report);
+  void look_at_state(Record& record, int checkpoint) const;
+  void look_at_heat(Record& record, int checkpoint);
+  [[nodiscard]] std::uint64_t topology() const;
+  [[nodiscard]] std::uint64_t rest_values() const;
+  [[nodiscard]] std::uint64_t plan() const;
+  [[nodiscard]] std::uint64_t tools(Index copy) const;
+  [[nodiscard]] std::uint64_t surfaces();
+  [[nodiscard]] std::uint64_t pieces() const;
+  [[nodiscard]] std::uint64_t strands() const;
+
+  Solver solver_;
+  Index copies_;
+  Executor executor_;
+  std::optional<HeatField> heat_;
+  std::optional<Cautery> cautery_;
+  std::optional<ConnectiveTissue> strands_;
+  std::deque<LiveSurface> surfaces_;
+  std::vector<std::uint64_t> seen_surfaces_;  // versions
+  std::deque<SurfaceMap> maps_;               // of surfaces_, where there is heat
+  std::optional<LivePieces> pieces_;
+
+  TopologyEdit last_edit_;
+  EditResult last_result_;
+  CutFront front_;
+  Digest reports_, edits_, burns_;
+};
+
+}  // namespace pbdsurg::testing
