@@ -25,7 +25,7 @@ constexpr double kLargestRadius = 0.45;
 
 }  // namespace
 
-double Contact::guess(const Eigen::Vector3d& point) const {
+double ContactPatch::guess(const Eigen::Vector3d& point) const {
   return std::max(0.0, 1 - std::atan((point - centre).norm() / radius) / std::atan(reach / radius));
 }
 
@@ -123,9 +123,9 @@ void ContactRegion::find_seeds(std::span<const double> conductivities) {
   }
 }
 
-Contact ContactRegion::measure_contact() const {
+ContactPatch ContactRegion::measure_contact() const {
   const std::span<const Eigen::Vector3d> points = mesh_.rest_positions();
-  Contact now;
+  ContactPatch now;
   double weights = 0, lengths = 0, edges = 0;
   for (const PatchVertex& seed : seeds_) {
     now.centre += seed.weight * points[seed.vertex];

@@ -19,7 +19,7 @@
 namespace pbdsurg {
 
 /// Where the electrode touches: a disk of the same size, for what is known before solving.
-struct Contact {
+struct ContactPatch {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // m
   double radius = 0;                                 // m, of the contact or what the mesh resolves
   double reach = 0;                                  // m, of the region
@@ -83,17 +83,17 @@ class ContactRegion {
 
   /// Those of the patch that conduct.
   [[nodiscard]] std::span<const PatchVertex> seeds() const noexcept { return seeds_; }
-  [[nodiscard]] const Contact& contact() const noexcept { return contact_; }
+  [[nodiscard]] const ContactPatch& contact() const noexcept { return contact_; }
 
   /// As it was when the region was searched for.
-  [[nodiscard]] const Contact& found_contact() const noexcept { return found_contact_; }
+  [[nodiscard]] const ContactPatch& found_contact() const noexcept { return found_contact_; }
 
   /// Row of a vertex in it, kInvalidIndex for others.
   [[nodiscard]] Index row_of(Index vertex) const { return search_.row_of(vertex); }
 
  private:
   void find_seeds(std::span<const double> conductivities);
-  [[nodiscard]] Contact measure_contact() const;
+  [[nodiscard]] ContactPatch measure_contact() const;
   bool serves(const PotentialRegion& region, std::span<const double> conductivities);
   bool collect_gone(const PotentialRegion& region, std::span<const double> conductivities);
   [[nodiscard]] bool is_in_middle(const PotentialRegion& region) const;
@@ -109,7 +109,7 @@ class ContactRegion {
   double area_ = 0;
   std::uint64_t patch_number_ = 0;
   std::vector<Index> ground_;  // ascending; none: the ball
-  Contact contact_;
+  ContactPatch contact_;
 
   PotentialRegion region_, next_;
   bool has_next_ = false;
@@ -121,7 +121,7 @@ class ContactRegion {
   // of the last search
   bool is_found_ = false;
   std::uint64_t found_patch_ = 0;
-  Contact found_contact_;
+  ContactPatch found_contact_;
   bool has_overridden_ground_ = false;
   std::vector<char> is_gone_;  // [tet_count] since
   std::size_t gone_count_ = 0;
