@@ -47,7 +47,7 @@ Record run(const Program& program, const Executor& executor) {
 
 // Would catch any bit that a change of structure moves: positions and velocities, ids, rest values,
 // the order of work, forces, heat, surfaces, pieces, strands; on one thread or many.
-TEST_CASE("regression: every program leaves the hashes of the files", "[regression]") {
+TEST_CASE("regression: every program leaves the hashes of the files", "[long]") {
   const auto executor =
       GENERATE(Executor{BackendKind::serial, 1}, Executor{BackendKind::threaded, 2},
                Executor{BackendKind::threaded, 3});
@@ -69,7 +69,7 @@ TEST_CASE("regression: every program leaves the hashes of the files", "[regressi
 }
 
 // Would catch hashes that no program checks any more.
-TEST_CASE("regression: the files name no program that there is not", "[regression]") {
+TEST_CASE("regression: the files name no program that there is not", "[unit]") {
   std::set<std::string> names;
   for (const Program& program : all_programs()) {
     CHECK(names.insert(program.name).second);

@@ -113,7 +113,7 @@ inline void check_views(const World& world) {
     wrong += world.pieces.body(actual) != world.solver.body_of_tet(ids[i]);
   }
   std::ranges::sort(piece_of);
-  most = static_cast<Index>(std::ranges::unique(piece_of).begin() - piece_of.begin());
+  most = static_cast<Index>(std::unique(piece_of.begin(), piece_of.end()) - piece_of.begin());
   REQUIRE(wrong == 0);
   REQUIRE(most == components.count);  // no piece has two ids, no id two pieces
 
