@@ -237,6 +237,10 @@ std::vector<Program> surgery_programs() {
   programs.push_back({"burns-wide", [way](const Executor& executor, Record& record) {
                         run_burns(way, 300, executor, record);
                       }});
+  way.burning = {.contact_radius = 0.3e-3, .link_energy = 0.05};  // finer than the mesh, and fast
+  programs.push_back({"burns-point", [way](const Executor& executor, Record& record) {
+                        run_burns(way, 60, executor, record);
+                      }});
   return programs;
 }
 
