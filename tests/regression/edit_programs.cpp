@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "regression/programs.h"
 #include "support/choices.h"
@@ -53,7 +53,7 @@ void run_edits(const EditScene& scene, const SolverOptions& options, std::uint64
                const Executor& executor, Record& record) {
   constexpr int kRounds = 36, kInterval = 18;
   Driver driver(scene.scene, options, executor);
-  const ThermalBody warm{0, &scene.first_mesh, kLiver};
+  const ThermalBody warm{0, &scene.first_mesh, tissues::liver().heat};
   driver.follow_heat({&warm, 1});
   driver.follow_strands(scene.strands);
   driver.follow_pieces();

@@ -7,7 +7,7 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/thermal/generator.h"
-#include "pbdsurg/thermal/tissue.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "regression/programs.h"
 #include "support/meshes.h"
@@ -115,7 +115,8 @@ class Lift {
 void run_cuts(const Way& way, const Executor& executor, Record& record) {
   const Slabs slabs(way.material);
   Driver driver(slabs.scene, way.options, executor);
-  const std::array bodies{ThermalBody{0, &slabs.lower, kFat}, ThermalBody{1, &slabs.upper, kLiver}};
+  const std::array bodies{ThermalBody{0, &slabs.lower, tissues::fat().heat},
+                          ThermalBody{1, &slabs.upper, tissues::liver().heat}};
   driver.follow_heat(bodies);
   follow_slabs(driver, slabs);
   Lift lift(driver);
@@ -174,7 +175,8 @@ void run_blade(const Way& way, CutStyle style, const Executor& executor, Record&
 void run_burns(const Way& way, double power, const Executor& executor, Record& record) {
   const Slabs slabs(way.material);
   Driver driver(slabs.scene, way.options, executor);
-  const std::array bodies{ThermalBody{0, &slabs.lower, kFat}, ThermalBody{1, &slabs.upper, kLiver}};
+  const std::array bodies{ThermalBody{0, &slabs.lower, tissues::fat().heat},
+                          ThermalBody{1, &slabs.upper, tissues::liver().heat}};
   driver.switch_on_cautery(bodies, way.burning);
   follow_slabs(driver, slabs);
   for (Index round = 0; round < 8; ++round) {

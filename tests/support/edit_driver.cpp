@@ -15,6 +15,7 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/library.h"
 
 namespace {
 
@@ -56,7 +57,8 @@ int main() try {
                {.segments = 2});
 
   Solver solver(scene, {.backend = BackendKind::serial});
-  const std::array bodies{ThermalBody{0, &lower, kFat}, ThermalBody{1, &upper, kLiver}};
+  const std::array bodies{ThermalBody{0, &lower, tissues::fat().heat},
+                          ThermalBody{1, &upper, tissues::liver().heat}};
   HeatField field(solver, bodies, {}, {.threads = 1});
   LiveSurface surface(solver, 1);
   LivePieces pieces(solver);
