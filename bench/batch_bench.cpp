@@ -85,7 +85,8 @@ void BM_copies(benchmark::State& state, BackendKind backend, DeviceStrategy stra
   state.counters["p99_ms"] = quantile(times, 0.99);
   state.counters["us_per_copy"] = 1e6 * seconds / copies;
   state.counters["copy_steps_per_second"] = copies / seconds;
-  state.counters["tets_per_second"] = copies * static_cast<double>(solver.tets().size()) / seconds;
+  state.counters["tets_per_second"] =
+      copies * static_cast<double>(solver.tissue().tets().size()) / seconds;
   state.counters["bytes_per_copy"] = static_cast<double>(solver.memory_bytes()) / copies;
 }
 

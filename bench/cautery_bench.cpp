@@ -25,7 +25,7 @@ constexpr int kUpdates = 250;       // 5 mm
 struct Organ {
   Organ(const TetMesh& mesh, int threads) {
     Scene scene;
-    const ThermalBody body{scene.add_body("liver", mesh, elastic_material(mesh, 1079, 6e3)), &mesh,
+    const ThermalBody body{scene.add_body("liver", mesh, elastic_material(mesh, 1079, 6e3)),
                            tissues::liver().heat};
     scene.set_gravity(Eigen::Vector3f::Zero());  // the hook goes along the face at rest
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
@@ -33,7 +33,7 @@ struct Organ {
     CauteryOptions options;
     options.heat.threads = options.potential.threads = threads;
     options.potential.region_radii = 5;  // so that the ball fits into both
-    cautery = std::make_unique<Cautery>(*solver, std::span(&body, 1), options);
+    cautery = std::make_unique<Cautery>(solver->tissue(), std::span(&body, 1), options);
   }
 
   std::unique_ptr<Solver> solver;
@@ -62,7 +62,7 @@ void BM_update(benchmark::State& state, const std::array<Index, 3>& cells, int t
     update_time += seconds;
     active += static_cast<double>(organ.cautery->field().active_vertices().size());
     iterations += report.potential_iterations;
-    removed += static_cast<double>(report.edit.tets.size());
+    removed += static_cast<double>(report.edit.removed_tets.size());
   }
   const auto mean = benchmark::Counter::kAvgIterations;
   state.counters["tets"] = mesh.tet_count();

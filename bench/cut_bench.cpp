@@ -10,9 +10,9 @@
 #include <benchmark/benchmark.h>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/edit/cut.h"
 #include "pbdsurg/mesh/quality.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/surgery/cut.h"
 
 namespace pbdsurg {
 namespace {
@@ -46,7 +46,7 @@ void plan_motion(benchmark::State& state) {
     const CutPlan plan = plan_cut(solver, surface);
     divided = plan.edit.new_tets.size();
   }
-  state.counters["tets"] = static_cast<double>(solver.tets().size());
+  state.counters["tets"] = static_cast<double>(solver.tissue().tets().size());
   state.counters["vertices"] = solver.vertex_count();
   state.counters["new_tets"] = static_cast<double>(divided);
 }
@@ -102,7 +102,8 @@ void snap(benchmark::State& state) {
   for (auto _ : state) {
     parts = {};
     for (int axis = 0; axis < 3; ++axis) {
-      parts.add(positions, solver.tets(), plan_cut(solver, plane_through(box, axis), options).edit);
+      parts.add(positions, solver.tissue().tets(),
+                plan_cut(solver, plane_through(box, axis), options).edit);
     }
   }
   state.counters["tets"] = static_cast<double>(parts.parents);

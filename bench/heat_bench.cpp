@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -14,6 +15,7 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
+#include "support/scenes.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -88,72 +90,67 @@ const HeatOptions kDevice{.backend = FieldBackend::cuda};
 const HeatOptions kAllOneThread{.active_rise = 0, .backend = FieldBackend::cpu};
 const HeatOptions kAllDevice{.active_rise = 0, .backend = FieldBackend::cuda};
 
-// A field that was heated at one place.
-HeatField make_warm(const TetMesh& mesh, const std::vector<HeatSource>& sources,
-                    const HeatOptions& options) {
-  HeatField field(mesh, tissues::liver().heat, {}, options);
-  for (int i = 0; i < kWarmSteps; ++i) {
-    field.step(kTimeStep, sources);
+// A field that was heated at one place, in tissue of its own.
+struct Warm {
+  Warm(const TetMesh& mesh, const std::vector<HeatSource>& sources, const HeatOptions& options)
+      : tissue(testing::scene_of(mesh)),
+        field(tissue, std::array{ThermalBody{0, tissues::liver().heat}}, {}, options) {
+    for (int i = 0; i < kWarmSteps; ++i) {
+      field.step(kTimeStep, sources);
+    }
   }
-  return field;
-}
 
-const Solver& no_solver() {  // which a field does not look at
-  static const Solver solver{Scene{}};
-  return solver;
-}
+  Tissue tissue;
+  HeatField field;
+};
 
-// An edit that removes 17 tetrahedra around a vertex, and its undo.
+// An edit that removes 17 tetrahedra around a vertex, and its undo, of tissue and field.
 void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
-  HeatField field = make_warm(mesh, find_sources(mesh, cells).front(), kOneThread);
+  Warm warm(mesh, find_sources(mesh, cells).front(), kOneThread);
   TopologyEdit edit;
   const Index middle =
       ((cells[2] / 2) * (cells[1] + 1) + cells[1] / 2) * (cells[0] + 1) + cells[0] / 2;
-  field.mesh().for_each_tet(middle, [&](Index t) {
+  warm.field.mesh().for_each_tet(middle, [&](Index t) {
     if (edit.remove_tets.size() < 17) {
       edit.remove_tets.push_back(t);
     }
   });
-  EditResult result;
-  result.tets = edit.remove_tets;
   for (auto _ : state) {
-    field.apply(no_solver(), edit, result);
-    field.undo(no_solver(), edit, result);
+    warm.tissue.apply(edit);
+    warm.tissue.undo();
   }
-  state.counters["active"] = static_cast<double>(field.active_vertices().size());
+  state.counters["active"] = static_cast<double>(warm.field.active_vertices().size());
 }
 
-// A step after an edit that takes a tetrahedron from what is warm.
+// An edit that takes a tetrahedron from what is warm, and the step after it.
 void BM_edit_and_step(benchmark::State& state, const std::array<Index, 3>& cells,
                       const HeatOptions& options) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const std::vector<HeatSource> sources = find_sources(mesh, cells).front();
-  std::optional<HeatField> made;
+  std::optional<Warm> warm;
   try {
-    made.emplace(make_warm(mesh, sources, options));
+    warm.emplace(mesh, sources, options);
   } catch (const BackendUnavailable& error) {
     state.SkipWithError(error.what());
     return;
   }
-  const HeatField& warm = *made;
-  const std::vector<Index> active(warm.active_vertices().begin(), warm.active_vertices().end());
-  HeatField field = warm;
+  const std::span<const Index> found = warm->field.active_vertices();
+  const std::vector<Index> active(found.begin(), found.end());
   std::size_t i = 0;
   for (auto _ : state) {
     if (++i % 50 == 0) {
       state.PauseTiming();
-      field = warm;
+      warm.emplace(mesh, sources, options);
       state.ResumeTiming();
     }
     TopologyEdit edit;
-    EditResult result;
-    field.mesh().for_each_tet(active[7 * i % active.size()], [&](Index t) { result.tets = {t}; });
-    edit.remove_tets = result.tets;
-    field.apply(no_solver(), edit, result);
-    benchmark::DoNotOptimize(field.step(kTimeStep, sources));
+    warm->field.mesh().for_each_tet(active[7 * i % active.size()],
+                                    [&](Index t) { edit.remove_tets = {t}; });
+    warm->tissue.apply(edit);
+    benchmark::DoNotOptimize(warm->field.step(kTimeStep, sources));
   }
-  state.counters["active"] = static_cast<double>(field.active_vertices().size());
+  state.counters["active"] = static_cast<double>(warm->field.active_vertices().size());
 }
 
 #define STEP(name, cells, options) \

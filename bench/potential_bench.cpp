@@ -3,6 +3,7 @@
 // it, as an electrode does; of the same with an edit a frame that takes a tetrahedron there away;
 // and of one whose region is found afresh. Ground is the lower face, so that the region is the
 // whole block, or the ball around the contact.
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -15,6 +16,7 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "support/meshes.h"
+#include "support/scenes.h"
 
 namespace pbdsurg {
 namespace {
@@ -25,7 +27,8 @@ struct Block {
   Block(Index cells_a_side, int threads, FieldBackend backend)
       : cells(cells_a_side),
         shape(testing::make_box({cells_a_side, cells_a_side, cells_a_side}, kEdge, 0.1)),
-        mesh(shape, tissues::liver().heat),
+        tissue(testing::scene_of(shape)),
+        mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}}),
         conductivities(shape.tets().size(), 0.3),
         field(mesh, {.threads = threads, .backend = backend}),
         side(kEdge * cells_a_side) {}
@@ -62,14 +65,15 @@ struct Block {
     const double turn = 2.4 * frame;
     const auto x = static_cast<Index>(cells / 2 + 4 * std::cos(turn));
     const auto y = static_cast<Index>(cells / 2 + 4 * std::sin(turn));
-    EditResult result;
+    TopologyEdit edit;
     mesh.for_each_tet(((cells + 1) * cells + y) * (cells + 1) + x,
-                      [&](Index t) { result.tets = {t}; });
-    mesh.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+                      [&](Index t) { edit.remove_tets = {t}; });
+    tissue.apply(edit);
   }
 
   Index cells;
   TetMesh shape;
+  Tissue tissue;
   ThermalMesh mesh;
   std::vector<double> conductivities;  // [tet_count] S/m
   PotentialField field;

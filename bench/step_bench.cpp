@@ -33,8 +33,8 @@ void run_steps(benchmark::State& state, const SolverOptions& options) {
   const Scene scene = make_organ_scene(mesh());
   Solver solver(scene, options);
   state.SetLabel(std::string(solver.backend_name()) + "; " + solver.plan().name);
-  state.counters["bytes_per_tet"] =
-      static_cast<double>(solver.memory_bytes()) / static_cast<double>(solver.tets().size());
+  state.counters["bytes_per_tet"] = static_cast<double>(solver.memory_bytes()) /
+                                    static_cast<double>(solver.tissue().tets().size());
   state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
   solver.write_positions(stretched_positions(scene));
   const Snapshot start = solver.snapshot();
@@ -49,7 +49,7 @@ void run_steps(benchmark::State& state, const SolverOptions& options) {
   if (solver.state_hash() != expected) {
     state.SkipWithError("the end state differs from that of the first run");
   }
-  report_work(state, solver.edges().size());
+  report_work(state, solver.tissue().edges().size());
 }
 
 void BM_serial_step(benchmark::State& state, PlanComposition composition) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds a block of tissue at both ends and draws a blade down through its middle while it sags.
-#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/surgery/cut.h"
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 
-#include "pbdsurg/edit/live_pieces.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
+#include "pbdsurg/views/live_pieces.h"
 
 namespace {
 
@@ -40,8 +39,7 @@ int main() try {
   scene.add_body("block", block, pbdsurg::elastic_material(block, kDensity, 20e3));  // Pa
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.025; });
   pbdsurg::Solver solver(scene);
-  pbdsurg::LivePieces pieces(solver);
-  const std::array<pbdsurg::EditParticipant*, 1> participants{&pieces};
+  pbdsurg::LivePieces pieces(solver.tissue());
   print_pieces(solver, pieces);
 
   pbdsurg::CutFront front;
@@ -54,11 +52,12 @@ int main() try {
     const pbdsurg::CutPlan cut = pbdsurg::plan_cut(
         solver, pbdsurg::sweep_blade({{edge_at(height), edge_at(height - 0.002F)}}),
         {.front = front});
-    const pbdsurg::EditResult result = pbdsurg::apply_edit(solver, cut.edit, participants);
+    const pbdsurg::TissueChange& change = solver.tissue().apply(cut.edit);
     front = cut.front;  // where the next motion goes on
     if (!cut.edit.new_vertices.empty()) {
       std::printf("frame %2d: %3zu tets divided into %3zu, %3zu vertices more\n", frame,
-                  result.tets.size(), cut.edit.new_tets.size(), cut.edit.new_vertices.size());
+                  change.removed_tets.size(), cut.edit.new_tets.size(),
+                  cut.edit.new_vertices.size());
     }
     if (solver.step(1.0F / 60).non_finite_vertices > 0) {
       return 1;

@@ -26,10 +26,10 @@ int main(int argc, char** argv) try {
   pbdsurg::Scene scene;
   const pbdsurg::Index body = scene.add_body("liver", block);
   pbdsurg::Solver solver(scene);
-  const pbdsurg::ThermalBody liver{body, &block, pbdsurg::tissues::liver().heat};
+  const pbdsurg::ThermalBody liver{body, pbdsurg::tissues::liver().heat};
   pbdsurg::CauteryOptions options;
   options.contact_radius = std::sqrt(area / std::numbers::pi);
-  pbdsurg::Cautery cautery(solver, std::span(&liver, 1), options);
+  pbdsurg::Cautery cautery(solver.tissue(), std::span(&liver, 1), options);
 
   const Eigen::Vector3f tip(0, 0, 0);  // on top
   std::printf("  t s   R ohm  P W  hottest  depth mm  width mm  removed mm^3\n");

@@ -12,7 +12,7 @@ using pbdsurg::Index;
 using pbdsurg::Solver;
 
 Index body_with(const Solver& solver, Index vertex) {
-  const auto bodies = solver.bodies();
+  const auto bodies = solver.tissue().bodies();
   const auto next =
       std::upper_bound(bodies.begin(), bodies.end(), vertex,
                        [](Index v, const pbdsurg::Body& body) { return v < body.first_vertex; });
@@ -22,9 +22,9 @@ Index body_with(const Solver& solver, Index vertex) {
 // Which bodies have a fixed vertex, or hang on such a body by whole strands. [body]
 std::vector<bool> find_held(const Simulation& simulation) {
   const Solver& solver = simulation.solver;
-  std::vector<bool> is_held(solver.bodies().size(), false);
+  std::vector<bool> is_held(solver.tissue().bodies().size(), false);
   for (std::size_t b = 0; b < is_held.size(); ++b) {
-    const pbdsurg::Body& body = solver.bodies()[b];
+    const pbdsurg::Body& body = solver.tissue().bodies()[b];
     for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
       is_held[b] = is_held[b] || simulation.scene.scene.is_fixed(v);
     }
@@ -33,7 +33,7 @@ std::vector<bool> find_held(const Simulation& simulation) {
   for (std::size_t round = 0; round < is_held.size(); ++round) {  // no way is longer
     for (std::size_t s = 0; s < connections.strands().size(); ++s) {
       if (connections.is_whole(static_cast<Index>(s))) {
-        const pbdsurg::Link& link = solver.links()[connections.strands()[s].first_link];
+        const pbdsurg::Link& link = solver.tissue().links()[connections.strands()[s].first_link];
         const Index first = body_with(solver, link.first), second = body_with(solver, link.second);
         is_held[first] = is_held[second] = is_held[first] || is_held[second];
       }
@@ -46,10 +46,10 @@ void judge_organs(const Simulation& simulation, std::vector<Warning>& warnings) 
   const Solver& solver = simulation.solver;
   const std::vector<bool> is_held = find_held(simulation);
   for (std::size_t b = 0; b < is_held.size(); ++b) {
-    const pbdsurg::Body& body = solver.bodies()[b];
+    const pbdsurg::Body& body = solver.tissue().bodies()[b];
     Index tets = 0;
     for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      tets += solver.is_tet_alive(t) ? 1 : 0;
+      tets += solver.tissue().is_tet_alive(t) ? 1 : 0;
     }
     if (tets == 0) {
       warnings.push_back({"organ_lost", "nothing is left of the " + body.name, 0, true});

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/tissue/library.h"
 
 #include "viewer/instruments.h"
@@ -22,36 +21,32 @@ using pbdsurg::Index;
 constexpr double kSmokeEvery = 0.04;  // s
 constexpr double kSmokeLife = 0.9;    // s
 
-// The living surface of a body, with its burn marks.
-Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Index b) {
-  const pbdsurg::Solver& solver = simulation.solver;
-  const pbdsurg::Body& body = solver.bodies()[b];
+using BurnLayers = std::vector<Eigen::Vector4f>;
+
+// The living surface of an organ, with its burn marks.
+Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Organ organ) {
+  const pbdsurg::Surface& skin = simulation.surface(organ);
   Surface surface;
-  surface.name = body.name;
-  surface.look = tissue_of(static_cast<Organ>(b)).look;
-  surface.positions = simulation.positions_of(static_cast<Organ>(b));
-  for (const Eigen::Vector3d& x : simulation.scene.meshes[b].positions()) {
-    surface.rest_positions.push_back(x.cast<float>());
-  }
-  for (pbdsurg::Triangle local : simulation.surfaces[b].triangles()) {
-    if (local == pbdsurg::LiveSurface::kEmptyTriangle) {
-      continue;
+  surface.name = pbdsurg::name_of(organ);
+  surface.look = tissue_of(organ).look;
+  surface.positions.assign(skin.positions().begin(), skin.positions().end());
+  surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
+  for (const pbdsurg::Triangle& triangle : skin.triangles()) {
+    if (triangle[0] != triangle[1]) {  // else an empty slot
+      surface.triangles.push_back(triangle);
     }
-    for (Index& v : local) {
-      v -= body.first_vertex;
-    }
-    surface.triangles.push_back(local);
   }
-  const auto layers = burns.of(body);
-  surface.burn.assign(layers.begin(), layers.end());
+  for (const Index v : skin.vertices()) {
+    surface.burn.push_back(burns[v]);
+  }
   return surface;
 }
 
 // Between the two ends of a link, in whose middle a membrane has its vertex: connective tissue is
 // not heated by itself. The colour counts by its cover.
 Eigen::Vector4f burn_between(const BurnLayers& burns, const pbdsurg::Link& link) {
-  const Eigen::Vector4f& a = burns.at(link.first);
-  const Eigen::Vector4f& b = burns.at(link.second);
+  const Eigen::Vector4f& a = burns[link.first];
+  const Eigen::Vector4f& b = burns[link.second];
   const float cover = a.w() + b.w();
   Eigen::Vector4f layer = Eigen::Vector4f::Zero();
   if (cover > 0) {
@@ -70,20 +65,20 @@ void add_connections(const Simulation& simulation, const BurnLayers& burns,
   sheet.name = "membrane";
   sheet.look = pbdsurg::tissues::membrane().look;
   for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
-    const pbdsurg::Link& link = solver.links()[l];
+    const pbdsurg::Link& link = solver.tissue().links()[l];
     sheet.positions.push_back(0.5F * (positions[link.first] + positions[link.second]));
     sheet.burn.push_back(burn_between(burns, link));
   }
   for (const pbdsurg::Triangle& triangle : simulation.scene.membrane.triangles) {
     if (std::all_of(triangle.begin(), triangle.end(),
-                    [&](Index l) { return solver.is_link_alive(l); })) {
+                    [&](Index l) { return solver.tissue().is_link_alive(l); })) {
       sheet.triangles.push_back(triangle);
     }
   }
   snapshot.surfaces.push_back(std::move(sheet));
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    if (solver.is_link_alive(l)) {
-      const pbdsurg::Link& link = solver.links()[l];
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    if (solver.tissue().is_link_alive(l)) {
+      const pbdsurg::Link& link = solver.tissue().links()[l];
       const Eigen::Vector4f burn = burn_between(burns, link);
       Eigen::Vector4f color(0.93F, 0.86F, 0.78F, 0.6F);
       color.head<3>() += burn.w() * (burn.head<3>() - color.head<3>());
@@ -120,10 +115,6 @@ PictureRecorder::PictureRecorder(const std::filesystem::path& directory,
 
 // Smoke rises from the hook while it heats; each puff lives for kSmokeLife.
 void PictureRecorder::step(const Simulation& simulation, double) {
-  {
-    const StageTimer timer(simulation.times, "colors");
-    burns_.update(simulation);
-  }
   constexpr float kStep = static_cast<float>(Simulation::kTimeStep);
   for (std::size_t i = 0; i < smoke_.size(); ++i) {
     smoke_[i].center += kStep * smoke_velocities_[i];
@@ -148,8 +139,9 @@ void PictureRecorder::step(const Simulation& simulation, double) {
 void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {
   const StageTimer timer(simulation.times, "pictures");
   RenderSnapshot snapshot;
-  for (std::size_t b = 0; b < simulation.solver.bodies().size(); ++b) {
-    snapshot.surfaces.push_back(make_surface(simulation, burns_, static_cast<Index>(b)));
+  const BurnLayers burns = burn_layers(simulation);
+  for (const Organ organ : pbdsurg::kOrgans) {
+    snapshot.surfaces.push_back(make_surface(simulation, burns, organ));
   }
   Surface wall;
   wall.name = "abdominal_wall";
@@ -161,7 +153,7 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   snapshot.surfaces.push_back(std::move(wall));
   snapshot.tools = {draw_grasper(simulation.grasper.pose(), simulation.grasper.holds),
                     draw_hook(simulation.hook.pose())};
-  add_connections(simulation, burns_, snapshot);
+  add_connections(simulation, burns, snapshot);
   snapshot.smoke = smoke_;
   snapshot.camera = camera_for(name);
 

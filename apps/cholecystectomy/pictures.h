@@ -32,7 +32,6 @@ class PictureRecorder final : public Observer {
   std::filesystem::path directory_;
   pbdsurg::MeshData backdrop_;
   OffscreenRenderer renderer_;
-  BurnLayers burns_;
   std::vector<SmokePuff> smoke_;
   std::vector<Eigen::Vector3f> smoke_velocities_;
 };

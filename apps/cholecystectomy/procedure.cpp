@@ -122,10 +122,10 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
   Eigen::Vector3f front = point;
   float least = std::numeric_limits<float>::max();
   for (Index l = 0; l < simulation.scene.membrane_link_count; ++l) {
-    if (!simulation.solver.is_link_alive(l)) {
+    if (!simulation.solver.tissue().is_link_alive(l)) {
       continue;
     }
-    const pbdsurg::Link& link = simulation.solver.links()[l];
+    const pbdsurg::Link& link = simulation.solver.tissue().links()[l];
     const Eigen::Vector3f middle = 0.5F * (positions[link.first] + positions[link.second]);
     const float cost = middle.x() + 0.3F * (middle - point).norm();
     if (cost < least) {

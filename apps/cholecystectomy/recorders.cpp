@@ -88,11 +88,11 @@ void SeriesRecorder::moment(const Simulation& simulation, const std::string&) {
     temperature.values.push_back(static_cast<float>(heat.temperatures()[v]));
     water.values.push_back(static_cast<float>(heat.water()[v]));
   }
-  for (std::size_t b = 0; b < solver.bodies().size(); ++b) {
-    const pbdsurg::Body& body = solver.bodies()[b];
+  for (std::size_t b = 0; b < solver.tissue().bodies().size(); ++b) {
+    const pbdsurg::Body& body = solver.tissue().bodies()[b];
     for (pbdsurg::Index t = 0; t < body.tet_count; ++t) {
-      if (solver.is_tet_alive(body.first_tet + t)) {
-        mesh.tets.push_back(solver.tets()[body.first_tet + t]);
+      if (solver.tissue().is_tet_alive(body.first_tet + t)) {
+        mesh.tets.push_back(solver.tissue().tets()[body.first_tet + t]);
         body_of_tet.values.push_back(static_cast<float>(b));
         state.values.push_back(static_cast<float>(simulation.cautery.state(body.first_tet + t)));
       }

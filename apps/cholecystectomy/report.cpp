@@ -17,11 +17,12 @@ using Json = nlohmann::ordered_json;
 
 Json bodies_of(const pbdsurg::Solver& solver) {
   Json bodies = Json::array();
-  for (const pbdsurg::Body& body : solver.bodies()) {
-    const auto edges =
-        std::count_if(solver.edges().begin(), solver.edges().end(), [&](const pbdsurg::Edge& edge) {
-          return edge[0] >= body.first_vertex && edge[0] < body.first_vertex + body.vertex_count;
-        });
+  for (const pbdsurg::Body& body : solver.tissue().bodies()) {
+    const auto edges = std::count_if(solver.tissue().edges().begin(), solver.tissue().edges().end(),
+                                     [&](const pbdsurg::Edge& edge) {
+                                       return edge[0] >= body.first_vertex &&
+                                              edge[0] < body.first_vertex + body.vertex_count;
+                                     });
     bodies.push_back({{"name", body.name},
                       {"vertices", body.vertex_count},
                       {"edges", edges},
@@ -151,7 +152,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["bodies"] = bodies_of(solver);
   report["organ_files"] = notes.organs;
   report["joints"] = joints_of(simulation.scene);
-  report["links"] = solver.links().size();
+  report["links"] = solver.tissue().links().size();
   report["membrane_links"] = simulation.scene.membrane_link_count;
   report["plan"] = solver.plan().name;
   report["projection"] =

@@ -15,7 +15,6 @@ namespace cholecystectomy {
 namespace {
 
 using pbdsurg::Capsule;
-using pbdsurg::ThermalBody;
 
 std::int64_t now() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -35,19 +34,6 @@ const std::vector<Capsule>& grasper_capsules() {
   return capsules;
 }
 
-std::vector<ThermalBody> burnable(const SurgicalScene& scene) {
-  std::vector<ThermalBody> bodies;
-  for (const Organ organ : kBurnable) {
-    bodies.push_back({body_of(organ), &scene.meshes[body_of(organ)], tissue_of(organ).heat});
-  }
-  return bodies;
-}
-
-// The hook burns with the end of its bare edge.
-pbdsurg::Electrode electrode_of(const Instrument& hook) {
-  return {hook.tip, hook.tip};
-}
-
 pbdsurg::CauteryOptions hook_options() {
   pbdsurg::CauteryOptions options;
   options.contact_radius = 1.5e-3;
@@ -58,7 +44,7 @@ pbdsurg::CauteryOptions hook_options() {
 }
 
 // A hand's tremor: 0.1 mm at about 9 Hz (physiological tremor is 8 to 12 Hz), from the seed alone.
-Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::Index tool, double time) {
+Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::ToolId tool, double time) {
   Eigen::Vector3f offset;
   for (int axis = 0; axis < 3; ++axis) {
     const double phase = 2 * std::numbers::pi * pbdsurg::random_unit(seed, tool, 2 * axis);
@@ -72,6 +58,14 @@ Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::Index tool, double time) {
 void aim(Instrument& instrument) {
   instrument.orientation = Eigen::Quaternionf::FromTwoVectors(Eigen::Vector3f::UnitZ(),
                                                               instrument.port - instrument.tip);
+}
+
+Instrument make_instrument(pbdsurg::World& world, const std::vector<Capsule>& capsules,
+                           const Eigen::Vector3f& port, const Eigen::Vector3f& tip) {
+  Instrument instrument{.port = port, .tip = tip};
+  aim(instrument);
+  instrument.tool = world.add_tool(capsules, instrument.pose());
+  return instrument;
 }
 
 }  // namespace
@@ -100,29 +94,20 @@ pbdsurg::ToolPose Instrument::pose() const {
 Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::SolverOptions& options,
                        std::uint64_t seed, StageTimes& stage_times)
     : scene(surgical_scene),
-      solver(surgical_scene.scene, options),
-      cautery(solver, burnable(surgical_scene), hook_options()),
-      connections(surgical_scene.connections),
+      world(scene.scene, scene.tissues, scene.connections, options),
+      solver(world.solver()),
+      connections(world.strands()),
+      grasper(make_instrument(world, grasper_capsules(), {-0.05F, 0.05F, -0.16F},
+                              {-0.04F, 0.03F, -0.06F})),
+      hook(
+          make_instrument(world, hook_capsules(), {0.12F, -0.08F, -0.16F}, {0.1F, -0.04F, -0.06F})),
+      burner(world.add_cautery(hook.tool, kBurnable, hook_options())),
+      cautery(world.cautery(burner)),
       times(stage_times),
       seed_(seed) {
-  for (pbdsurg::Index body = 0; body < static_cast<pbdsurg::Index>(solver.bodies().size());
-       ++body) {
-    surfaces.emplace_back(solver, body);
+  for (const Organ organ : pbdsurg::kOrgans) {
+    surfaces_.push_back(&world.surface(body_of(organ)));
   }
-  for (pbdsurg::LiveSurface& surface : surfaces) {
-    beside_cautery_.push_back(&surface);
-    beside_connections_.push_back(&surface);
-  }
-  beside_cautery_.push_back(&connections);
-  beside_connections_.push_back(&cautery);
-  grasper.port = {-0.05F, 0.05F, -0.16F};
-  grasper.tip = {-0.04F, 0.03F, -0.06F};
-  hook.port = {0.12F, -0.08F, -0.16F};
-  hook.tip = {0.1F, -0.04F, -0.06F};
-  aim(grasper);
-  aim(hook);
-  grasper.tool = solver.add_tool(grasper_capsules(), grasper.pose());
-  hook.tool = solver.add_tool(hook_capsules(), hook.pose());
 }
 
 void Simulation::place(Instrument& instrument) {
@@ -131,7 +116,7 @@ void Simulation::place(Instrument& instrument) {
   }
   pbdsurg::ToolPose pose = instrument.pose();
   pose.translation() += tremor(seed_, instrument.tool, time());
-  solver.move_tool(instrument.tool, pose);
+  world.move(instrument.tool, pose);
 }
 
 void Simulation::advance(double power) {
@@ -139,26 +124,19 @@ void Simulation::advance(double power) {
     place(*instrument);
   }
   hook_power = power;
-  {
-    const StageTimer timer(times, "cautery");
-    const std::optional<pbdsurg::GeneratorSettings> generator =
-        power > 0 ? std::optional(pbdsurg::cut_settings(power)) : std::nullopt;
-    pbdsurg::CauteryReport report =
-        cautery.update(solver, electrode_of(hook), generator, kTimeStep, beside_cautery_);
-    totals.tets_deleted += static_cast<std::int64_t>(report.edit.tets.size());
-    totals.links_cut += static_cast<std::int64_t>(report.edit.links.size());
-    count(report);
-  }
-  {
-    const StageTimer timer(times, "tearing");
-    const pbdsurg::EditResult torn = connections.separate(solver, {}, beside_connections_);
-    totals.links_cut += static_cast<std::int64_t>(torn.links.size());
-  }
-  const StageTimer timer(times, "solve");
-  const pbdsurg::StepReport report = solver.step(static_cast<float>(kTimeStep));
+  world.energise(burner, power > 0 ? std::optional(pbdsurg::cut_settings(power)) : std::nullopt);
+  const pbdsurg::Frame frame = world.step(kTimeStep);
+  times["cautery"] += 1e3 * frame.times.heat;
+  times["tearing"] += 1e3 * frame.times.edit;
+  times["solve"] += 1e3 * frame.times.step;
+  times["readback"] += 1e3 * frame.times.readback;
+  totals.tets_deleted += frame.removed_tets;
+  totals.links_cut += frame.removed_links;
+  count(frame.cauteries.front());
   ++totals.steps;
-  totals.grasper_touches += solver.tool_force(grasper.tool).isZero(0) ? 0 : 1;
-  totals.hook_touches += solver.tool_force(hook.tool).isZero(0) ? 0 : 1;
+  totals.grasper_touches += world.force(grasper.tool).isZero(0) ? 0 : 1;
+  totals.hook_touches += world.force(hook.tool).isZero(0) ? 0 : 1;
+  const pbdsurg::StepReport& report = frame.report;
   totals.residual_last = std::max(report.distance_residual, report.volume_residual);
   totals.residual_max = std::max(totals.residual_max, totals.residual_last);
   totals.inverted_tets_max = std::max(totals.inverted_tets_max, report.inverted_tets);
@@ -192,13 +170,13 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
   if (vertices.empty()) {
     throw CannotGoOn(std::string("the grasper finds no ") + pbdsurg::name_of(organ) + " to hold");
   }
-  solver.grasp(grasper.tool, vertices);
+  world.grasp(grasper.tool, vertices);
   grasper.holds = true;
   return vertices;
 }
 
 void Simulation::release() {
-  solver.release(grasper.tool);
+  world.release(grasper.tool);
   grasper.holds = false;
 }
 
@@ -208,24 +186,11 @@ void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, 
   instrument.tip += way.norm() <= reach ? way : Eigen::Vector3f(reach / way.norm() * way);
 }
 
-std::vector<Eigen::Vector3f> Simulation::positions_of(Organ organ) const {
-  const pbdsurg::Body& body = solver.bodies()[body_of(organ)];
-  std::vector<pbdsurg::Index> ids(static_cast<std::size_t>(body.vertex_count));
-  for (pbdsurg::Index v = 0; v < body.vertex_count; ++v) {
-    ids[v] = body.first_vertex + v;
-  }
-  std::vector<Eigen::Vector3f> positions(ids.size());
-  solver.read_positions(ids, positions);
-  return positions;
-}
-
 std::vector<Eigen::Vector3f> Simulation::tissue_of(Organ organ) const {
-  std::vector<Eigen::Vector3f> positions = positions_of(organ);
-  pbdsurg::Index vertex = solver.bodies()[body_of(organ)].first_vertex;
   std::vector<Eigen::Vector3f> tissue;
-  for (const Eigen::Vector3f& x : positions) {
-    if (solver.has_tissue(vertex++)) {
-      tissue.push_back(x);
+  for (std::size_t v = 0; v < surface(organ).vertices().size(); ++v) {
+    if (solver.tissue().has_tissue(surface(organ).vertices()[v])) {
+      tissue.push_back(surface(organ).positions()[v]);
     }
   }
   return tissue;

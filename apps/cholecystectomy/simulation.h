@@ -13,10 +13,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/solver/solver.h"
-#include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/world/world.h"
 
 #include "surgical_scene.h"
 
@@ -75,7 +72,7 @@ struct Totals {
 
 /// An instrument: its tip, and the port in the abdominal wall that its shaft passes through.
 struct Instrument {
-  pbdsurg::Index tool;
+  pbdsurg::ToolId tool{};
   Eigen::Vector3f port;  ///< m
   Eigen::Vector3f tip;   ///< m, where it is wanted
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
@@ -85,7 +82,8 @@ struct Instrument {
 };
 
 /// What the hook heats.
-inline constexpr std::array<Organ, 3> kBurnable{Organ::gallbladder, Organ::liver, Organ::calot_fat};
+inline constexpr std::array<pbdsurg::BodyId, 3> kBurnable{
+    body_of(Organ::gallbladder), body_of(Organ::liver), body_of(Organ::calot_fat)};
 
 class Simulation {
  public:
@@ -93,10 +91,6 @@ class Simulation {
   /// @param seed   of the instruments' tremor
   Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options, std::uint64_t seed,
              StageTimes& times);
-  // participants of edits are known by where they are
-  Simulation(const Simulation&) = delete;
-  Simulation& operator=(const Simulation&) = delete;
-
   static constexpr double kTimeStep = 5e-3;  ///< s
 
   /// One step with power at the hook, W.
@@ -120,19 +114,21 @@ class Simulation {
   [[nodiscard]] double time() const noexcept {
     return kTimeStep * static_cast<double>(totals.steps);
   }
-  /// Of every vertex of an organ, m.
-  [[nodiscard]] std::vector<Eigen::Vector3f> positions_of(Organ organ) const;
+  [[nodiscard]] const pbdsurg::Surface& surface(Organ organ) const {
+    return *surfaces_[static_cast<std::size_t>(body_of(organ))];
+  }
 
   /// Of those that have tissue left, m.
   [[nodiscard]] std::vector<Eigen::Vector3f> tissue_of(Organ organ) const;
 
   const SurgicalScene& scene;
-  pbdsurg::Solver solver;
-  pbdsurg::Cautery cautery;
-  std::vector<pbdsurg::LiveSurface> surfaces;  ///< one an organ
-  pbdsurg::ConnectiveTissue connections;
+  pbdsurg::World world;
+  pbdsurg::Solver& solver;                       ///< of the world
+  const pbdsurg::ConnectiveTissue& connections;  ///< of the world
   Instrument grasper;
   Instrument hook;
+  pbdsurg::CauteryId burner;         ///< at the hook
+  const pbdsurg::Cautery& cautery;   ///< that it is
   double hook_power = 0;             ///< W, as set in the last step
   pbdsurg::CauteryReport last_burn;  ///< of the last step
   Totals totals;
@@ -142,8 +138,7 @@ class Simulation {
   void place(Instrument& instrument);
   void count(const pbdsurg::CauteryReport& report);
 
-  // who else follows edits that these two make
-  std::vector<pbdsurg::EditParticipant*> beside_cautery_, beside_connections_;
+  std::vector<const pbdsurg::Surface*> surfaces_;  // [organ]
   std::uint64_t seed_;
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "surgical_scene.h"
 
+#include <limits>
+
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
@@ -16,36 +18,23 @@ using pbdsurg::TetMesh;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
 
-// Young's modulus, Pa, in place of the library's: at the small end of what the literature gives for
-// living organs, as steps of 5 ms cannot resolve stiffer springs.
-double modulus_of(Organ organ) {
-  switch (organ) {
-    case Organ::gallbladder:
-      return 100e3;  // of 250e3: too stiff for the steps
-    case Organ::liver:
-      return 6e3;  // of 5.2e3: persons differ by more
-    case Organ::cystic_duct:
-    case Organ::common_bile_duct:
-      return 150e3;  // of 480e3: too stiff for the steps
-    case Organ::cystic_artery:
-      return 200e3;  // of 610e3: too stiff for the steps
-    case Organ::calot_fat:
-      return 2.5e3;  // of 3.3e3: persons differ by more
-  }
-  throw pbdsurg::InvalidArgument("unknown organ");
-}
-
 void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh) {
-  const pbdsurg::Material& solid = tissue_of(organ).mechanics;
-  result.meshes.push_back(mesh);
-  pbdsurg::Material material = pbdsurg::elastic_material(mesh, solid.density, modulus_of(organ));
-  material.has_volume_constraints = solid.has_volume_constraints;
+  result.tissues.push_back(tissue_of(organ));
+  pbdsurg::Material material = pbdsurg::springs(mesh, tissue_of(organ).mechanics);
+  // Substeps of 0.5 ms: friction of 1 ms would make the organs softer at rest, and limits of
+  // stretch would fight the strands, which tear at twice their length.
+  material.damping = 0;
+  material.max_stretch = std::numeric_limits<float>::infinity();
   result.scene.add_body(pbdsurg::name_of(organ), mesh, material);
 }
 
 // Fixes the two ends of a tube along its longest side, or only the one with the larger coordinate.
 void fix_ends(SurgicalScene& result, Organ organ, double reach, bool both) {
-  const Eigen::AlignedBox3d box = pbdsurg::bounding_box(result.meshes[body_of(organ)]);
+  const pbdsurg::Body& body = result.scene.body(body_of(organ));
+  Eigen::AlignedBox3d box;
+  for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+    box.extend(result.scene.positions()[v]);
+  }
   Eigen::Index axis = 0;
   box.sizes().maxCoeff(&axis);
   result.scene.fix_where(body_of(organ), [&](const Eigen::Vector3d& p) {

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/ids.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "organ_files.h"
 #include "warning.h"
@@ -23,8 +24,8 @@ namespace cholecystectomy {
 using pbdsurg::Organ;
 
 /// Bodies are added in the order of pbdsurg::kOrgans, which is that of the enumerators.
-constexpr pbdsurg::Index body_of(Organ organ) {
-  return static_cast<pbdsurg::Index>(organ);
+constexpr pbdsurg::BodyId body_of(Organ organ) {
+  return pbdsurg::BodyId(static_cast<pbdsurg::Index>(organ));
 }
 
 /// What an organ is made of.
@@ -40,12 +41,12 @@ struct JoinedPair {
 
 struct SurgicalScene {
   pbdsurg::Scene scene;
-  std::vector<pbdsurg::TetMesh> meshes;    ///< [body]
-  pbdsurg::ConnectiveTissue connections;   ///< all links: strand i is link i
-  std::vector<JoinedPair> joined;          ///< in the order of their links
-  pbdsurg::Index membrane_link_count = 0;  ///< links [0, n) join gallbladder and liver
-  pbdsurg::MeshData membrane;              ///< triangles between them: point i is on link i
-  std::vector<Warning> warnings;           ///< organs that hang on too little
+  std::vector<pbdsurg::TissueRecord> tissues;  ///< [body]
+  pbdsurg::ConnectiveTissue connections;       ///< all links: strand i is link i
+  std::vector<JoinedPair> joined;              ///< in the order of their links
+  pbdsurg::Index membrane_link_count = 0;      ///< links [0, n) join gallbladder and liver
+  pbdsurg::MeshData membrane;                  ///< triangles between them: point i is on link i
+  std::vector<Warning> warnings;               ///< organs that hang on too little
 };
 
 /// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links

@@ -13,7 +13,7 @@
 #include <array>
 #include <vector>
 
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 namespace pbdsurg::bench {
 

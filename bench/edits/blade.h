@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/edit/cut.h"
 #include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/surgery/cut.h"
 
 namespace pbdsurg::bench {
 

@@ -20,7 +20,7 @@ CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
   const Scene scene = make_organ_scene(mesh);
   Moving plain(scene, options);
   options.spare = kSpare;
-  Edited edited(mesh, scene, options);
+  Edited edited(scene, options);
   Blade blade(mesh, stretched_positions(scene));
   CutFront front;
   CutTimes times{};
@@ -46,7 +46,7 @@ CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
     per_added.push_back(1e3 * edits.back() / count);
     added.push_back(edits.back() + steps.back() - plain_ms);
     times.added += count;
-    times.divided += static_cast<Index>(edited.result.tets.size());
+    times.divided += static_cast<Index>(edited.solver.tissue().last_change().removed_tets.size());
   }
   times.frames = static_cast<int>(edits.size());
   times.plain_step_ms = median(plain_steps);

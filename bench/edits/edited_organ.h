@@ -5,13 +5,13 @@
 /// What is measured: an organ in motion, and one that is edited.
 
 #include <array>
-#include <vector>
+#include <memory>
 
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/paper_step.h"
 #include "support/repeated_step.h"
@@ -37,25 +37,22 @@ struct Moving {
   Solver solver;
 };
 
-/// One that is edited, and all that follows its topology.
+/// One that is edited, and all that follows its tissue.
 struct Edited : Moving {
-  Edited(const TetMesh& mesh, const Scene& scene, const SolverOptions& options)
+  Edited(const Scene& scene, const SolverOptions& options)
       : Moving(scene, options),
-        cautery(solver, std::array{ThermalBody{0, &mesh, tissues::gallbladder_wall().heat}}),
-        surface(solver, 0),
-        pieces(solver),
-        participants{&cautery, &surface, &pieces} {}
+        cautery(solver.tissue(), std::array{ThermalBody{0, tissues::gallbladder_wall().heat}}),
+        surface(shared_surface(solver.tissue(), 0)),
+        pieces(solver.tissue()) {}
 
   /// @return  ms
   double apply(const TopologyEdit& edit) {
-    return time_of([&] { apply_edit(solver, edit, result, participants); });
+    return time_of([&] { solver.tissue().apply(edit); });
   }
 
   Cautery cautery;
-  LiveSurface surface;
+  std::shared_ptr<const LiveSurface> surface;
   LivePieces pieces;
-  std::vector<EditParticipant*> participants;
-  EditResult result;
 };
 
 }  // namespace pbdsurg::bench

@@ -71,7 +71,7 @@ EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options, const E
   EditRun run{plain.solver.plan().name, plain.solver.backend_name(), false, {}, {}};
   run.overlaps = run.backend.starts_with("cuda");
   for (const Pattern pattern : {Pattern::regional, Pattern::scattered}) {
-    Edited edited(mesh, scene, options);
+    Edited edited(scene, options);
     Deletions deletions(mesh, pattern);
     for (const int rate : effort.rates) {
       const double most = effort.most_deleted * mesh.tet_count() * kFramesPerSecond;

@@ -2,7 +2,6 @@
 #include "burn.h"
 
 #include <array>
-#include <span>
 
 #include "pbdsurg/tissue/library.h"
 
@@ -13,6 +12,12 @@ constexpr double kStep = 10e-3;    // s
 constexpr Index kTexels = 7;       // along an edge of a triangle
 constexpr double kPower = 30;      // W
 constexpr double kCurrent = 0.15;  // A; the paper does not print its own
+
+Scene scene_of(const TetMesh& gallbladder) {
+  Scene scene;
+  scene.add_body("gallbladder", gallbladder);
+  return scene;
+}
 
 }  // namespace
 
@@ -30,23 +35,21 @@ BurnModel paper_burn() {
 Burn::Burn(const TetMesh& gallbladder, const Eigen::Vector3f& tip, const BurnModel& model)
     : electrode_{tip, tip},
       generator_(model.generator),
-      body_(scene_.add_body("gallbladder", gallbladder)),
-      solver_(scene_),
-      thermal_body_{body_, &gallbladder, tissues::gallbladder_wall().heat},
-      cautery_(solver_, std::span(&thermal_body_, 1), model.cautery),
-      surface_(solver_, body_),
+      solver_(scene_of(gallbladder)),
+      cautery_(solver_.tissue(), std::array{ThermalBody{0, tissues::gallbladder_wall().heat}},
+               model.cautery),
+      surface_(shared_surface(solver_.tissue(), 0)),
       texture_(kTexels) {}
 
 void Burn::run_to(double time) {
-  const std::array<EditParticipant*, 1> others{&surface_};
   for (; (steps_ + 0.5) * kStep < time; ++steps_) {
-    report_ = cautery_.update(solver_, electrode_, generator_, kStep, others);
+    report_ = cautery_.update(solver_, electrode_, generator_, kStep);
     removed_volume_ += report_.removed_volume;
   }
   // temperatures as they are now, as the paper's figure has them
-  map_.update(surface_,
+  map_.update(*surface_,
               {field().temperatures(), field().survival(), field().water(), field().charred()});
-  texture_.update(surface_, map_);
+  texture_.update(*surface_, map_);
 }
 
 }  // namespace pbdsurg::bench

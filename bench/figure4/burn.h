@@ -4,14 +4,15 @@
 /// @file
 /// A hook that rests on a gallbladder and heats it.
 
+#include <memory>
 #include <string>
 
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/thermal/surface_map.h"
 #include "pbdsurg/thermal/surface_texture.h"
+#include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg::bench {
 
@@ -31,17 +32,13 @@ BurnModel paper_burn();
 /// The organ does not move, so that pictures differ by heat alone.
 class Burn {
  public:
-  /// @param gallbladder  kept by reference
-  /// @param tip          m, of the hook
+  /// @param tip  m, of the hook
   Burn(const TetMesh& gallbladder, const Eigen::Vector3f& tip, const BurnModel& model);
-  // participants of edits are known by where they are
-  Burn(const Burn&) = delete;
-  Burn& operator=(const Burn&) = delete;
 
   /// Heats until a time, s, and takes over what that did to the surface.
   void run_to(double time);
 
-  [[nodiscard]] const LiveSurface& surface() const { return surface_; }
+  [[nodiscard]] const LiveSurface& surface() const { return *surface_; }
   [[nodiscard]] const SurfaceTexture& texture() const { return texture_; }
   [[nodiscard]] const HeatField& field() const { return cautery_.field(); }
 
@@ -54,12 +51,9 @@ class Burn {
  private:
   Electrode electrode_;
   GeneratorSettings generator_;
-  Scene scene_;
-  Index body_;
   Solver solver_;
-  ThermalBody thermal_body_;
   Cautery cautery_;
-  LiveSurface surface_;
+  std::shared_ptr<const LiveSurface> surface_;
   SurfaceMap map_;
   SurfaceTexture texture_;
   CauteryReport report_;

@@ -66,10 +66,10 @@ cholecystectomy::PlotSeries contour(const std::string& label, double level, Valu
 // Share of the tetrahedra at each vertex that have gone. [vertex_count]
 std::vector<double> removed_shares(const Solver& solver) {
   std::vector<double> all(static_cast<std::size_t>(solver.vertex_count())), gone(all.size());
-  for (std::size_t t = 0; t < solver.tets().size(); ++t) {
-    for (const Index v : solver.tets()[t]) {
+  for (std::size_t t = 0; t < solver.tissue().tets().size(); ++t) {
+    for (const Index v : solver.tissue().tets()[t]) {
       all[v] += 1;
-      gone[v] += solver.is_tet_alive(static_cast<Index>(t)) ? 0 : 1;
+      gone[v] += solver.tissue().is_tet_alive(static_cast<Index>(t)) ? 0 : 1;
     }
   }
   for (std::size_t v = 0; v < all.size(); ++v) {
@@ -90,11 +90,11 @@ double reach_of(const std::vector<double>& values) {
 int run(double power, double seconds, double area, const char* path) {
   const TetMesh mesh = testing::make_box({kCells, kCells, kDepth}, kEdge);
   Scene scene;
-  const ThermalBody body{scene.add_body("liver", mesh), &mesh, tissues::liver().heat};
+  const ThermalBody body{scene.add_body("liver", mesh), tissues::liver().heat};
   Solver solver(scene);
   CauteryOptions options;
   options.contact_radius = std::sqrt(area / std::numbers::pi);
-  Cautery cautery(solver, std::span(&body, 1), options);
+  Cautery cautery(solver.tissue(), std::span(&body, 1), options);
   const Eigen::Vector3f tip = Eigen::Vector3d(kMiddle, kMiddle, kTop).cast<float>();
   constexpr double kStep = 10e-3;  // s
   for (int i = 0; i < std::lround(seconds / kStep); ++i) {

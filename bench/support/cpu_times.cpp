@@ -89,7 +89,7 @@ CpuTimes measure_on_cpu(const Scene& scene, const SolverOptions& plan, int threa
   const Solver& solver = all_threads.solver();
   return {solver.plan().name,
           solver.backend_name(),
-          static_cast<Index>(solver.edges().size() + solver.links().size()),
+          static_cast<Index>(solver.tissue().edges().size() + solver.tissue().links().size()),
           static_cast<Index>(solver.plan().phases.size()),
           static_cast<int>(plain_loop_times.size()),
           threads,

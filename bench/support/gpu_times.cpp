@@ -109,13 +109,13 @@ SolverOptions find_fastest(const Scene& scene, const StepConditions& conditions,
 
 double mean_edge_length(const Scene& scene, const Solver& solver) {
   double sum = 0;
-  for (const auto& [a, b] : solver.edges()) {
+  for (const auto& [a, b] : solver.tissue().edges()) {
     sum += (scene.positions()[a] - scene.positions()[b]).norm();
   }
-  for (const Link& link : solver.links()) {
+  for (const Link& link : solver.tissue().links()) {
     sum += link.rest_length;
   }
-  return sum / static_cast<double>(solver.edges().size() + solver.links().size());
+  return sum / static_cast<double>(solver.tissue().edges().size() + solver.tissue().links().size());
 }
 
 // Strict steps must end as on the serial backend, bit by bit; returns how far fast ones end from
@@ -210,9 +210,9 @@ std::optional<std::string> why_no_gpu() {
 }
 
 double swept_bytes(const Solver& solver) {
-  const auto edges = static_cast<double>(solver.edges().size());
-  const auto links = static_cast<double>(solver.links().size());
-  const auto tets = static_cast<double>(solver.tets().size());
+  const auto edges = static_cast<double>(solver.tissue().edges().size());
+  const auto links = static_cast<double>(solver.tissue().links().size());
+  const auto tets = static_cast<double>(solver.tissue().tets().size());
   const bool is_joint = solver.options().composition == PlanComposition::joint;
   const double sweep = is_joint ? links * kBytesOfDistance + tets * kBytesOfJoint
                                 : (edges + links) * kBytesOfDistance + tets * kBytesOfVolume;

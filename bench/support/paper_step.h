@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 namespace pbdsurg::bench {
 

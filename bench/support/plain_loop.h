@@ -14,7 +14,7 @@
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "support/paper_step.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 namespace pbdsurg::bench {
 

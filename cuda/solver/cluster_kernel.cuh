@@ -8,6 +8,8 @@
 /// In a block, one warp fetches the words of rounds to come; the others project, one constraint a
 /// thread, and meet after each round.
 
+#include <iterator>
+
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -15,6 +17,7 @@
 
 #include "solver/cluster_layout.h"
 #include "solver/cluster_memory.cuh"
+#include "solver/cluster_shapes.h"
 #include "solver/kernel_support.cuh"
 #include "solver/tool_kernels.cuh"
 #include "solver/vertex_kernels.cuh"
@@ -26,6 +29,8 @@ namespace {
 
 constexpr int kRoundBarrier = 1;    // of all threads
 constexpr int kProjectBarrier = 2;  // of those that project
+
+static_assert(std::size(kClusterShapes) == 4, "each kind has a case in sweep_by_cluster()");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
@@ -381,7 +386,12 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
               project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
             }
             break;
-          default:
+          case PhaseKind::strain_limit:
+          case PhaseKind::joint:  // no cluster projects this and those that follow
+          case PhaseKind::vertex:
+          case PhaseKind::attachment:
+          case PhaseKind::contact:
+          default:  // without it, each round would be tested for being none of all these
             project_round<StrainLimitConstraint, ProjectionMode::fraction, false>(
                 memory, work, substep, load_next);
             break;

@@ -32,10 +32,10 @@ Index count_phases(std::span<const Stage> stages) {
 // The vertices that the solver began with are ordered, and those of each body that came later;
 // those of cuts are not.
 std::vector<PlaceRun> find_ordered_places(const SolverData& data) {
-  const auto first =
-      static_cast<Index>(data.place_of_vertex.size() - data.later_vertex_bodies.size());
+  const std::span<const Body> bodies = data.tissue->bodies();
+  const Index first = bodies.empty() ? 0 : data.tissue->first_later_vertex(0);
   std::vector<PlaceRun> ordered{{0, first}};
-  for (const Body& body : data.bodies) {
+  for (const Body& body : bodies) {
     if (body.first_vertex >= first) {
       ordered.push_back({body.first_vertex, body.vertex_count});
     }
@@ -64,8 +64,8 @@ class ClusterSweeps final : public Sweeps {
  public:
   explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
     kind_.mode = data.options.mode;
-    kind_.is_damped = data.has_damping && kind_.mode == ProjectionMode::compliance;
-    kind_.has_solids = data.neo_hookeans.group_count() > 0;
+    kind_.is_damped = data.sets.has_damping && kind_.mode == ProjectionMode::compliance;
+    kind_.has_solids = data.sets.of<NeoHookeanConstraint>().group_count() > 0;
     sweep_count_ = data.options.iterations;
   }
 

@@ -94,14 +94,14 @@ class CudaBackend final : public Backend {
     }
   }
 
-  StepReport finish_step(SolverData& data) override {
+  StepReport finish_step(SolverState& state) override {
     const CurrentDevice current(device_);
     stream_.wait();
     StepReport report;
     const Vec3<float>* force = forces_.get();
     const Vec3<float>* watched = watched_.get();
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      CopyState& copy = data.copy(i);
+    for (Index i = 0; i < state.copy_count(); ++i) {
+      CopyState& copy = state.copy(i);
       end_tools(copy);
       for (ToolState& tool : copy.tools) {
         tool.force = {force->x, force->y, force->z};
@@ -116,12 +116,12 @@ class CudaBackend final : public Backend {
     return report;
   }
 
-  void fetch_state(SolverData& data, Index copy) override {
+  void fetch_state(SolverState& state, Index copy) override {
     const CurrentDevice current(device_);
-    state_.fetch(data, copy, stream_.get());
+    state_.fetch(state, copy, stream_.get());
   }
 
-  void read_positions(const SolverData& /*data*/, Index copy, std::span<const Index> places,
+  void read_positions(const SolverState& /*state*/, Index copy, std::span<const Index> places,
                       std::span<Eigen::Vector3f> out) override {
     const CurrentDevice current(device_);
     state_.read(copy, places, out, stream_.get());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/sweeps.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -7,7 +8,9 @@ namespace {
 class LaunchedSweeps final : public Sweeps {
  public:
   explicit LaunchedSweeps(const SolverData& data)
-      : kernels_(kernels_of(data.options)), is_damped_(data.has_damping), options_(data.options) {}
+      : kernels_(kernels_of(data.options)),
+        is_damped_(data.sets.has_damping),
+        options_(data.options) {}
 
   bool take_over(const SolverData& /*data*/, std::span<const Stage> /*stages*/,
                  const StageRecords& /*records*/, cudaStream_t /*stream*/) override {

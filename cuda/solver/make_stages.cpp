@@ -22,37 +22,32 @@ constexpr Index kSerialOrdinal = std::numeric_limits<Index>::max();
 // Records of a stage, where edits are expected at all.
 constexpr Index kFewestSpare = 32;
 
-Index last_level(const SolverData& data) {
-  return static_cast<Index>(data.domain_counts.size()) - 1;
-}
-
 // Those that there are, and those that edits would open next, behind all others of their kind.
 GroupsOfStages find_groups(const SolverData& data) {
   GroupsOfStages groups;
   std::map<PhaseKind, Index> next_ordinal;  // of the last level
   Index ordinal = 0;
   const Phase* before = nullptr;
-  for (const Phase& phase : data.constraint_phases) {
+  for (const Phase& phase : data.sets.phases) {
     if (before == nullptr || std::tie(phase.level, phase.domain, phase.kind) !=
                                  std::tie(before->level, before->domain, before->kind)) {
       ordinal = 0;
     }
     groups[{phase.level, phase.kind, phase.serial ? kSerialOrdinal : ordinal++}].push_back(
         phase.color);
-    if (phase.level == last_level(data)) {
+    if (phase.level == data.sets.last_level()) {
       next_ordinal[phase.kind] = ordinal;
     }
     before = &phase;
   }
   const auto add_next = [&](PhaseKind kind, Index group_count) {
     for (Index i = 0; i < kWaitingGroups; ++i) {
-      groups[{last_level(data), kind, next_ordinal[kind] + i}].push_back(group_count + i);
+      groups[{data.sets.last_level(), kind, next_ordinal[kind] + i}].push_back(group_count + i);
     }
   };
-  add_next(PhaseKind::distance, data.distances.group_count());
-  add_next(PhaseKind::volume, data.volumes.group_count());
-  add_next(PhaseKind::neo_hookean, data.neo_hookeans.group_count());
-  add_next(PhaseKind::strain_limit, data.strain_limits.group_count());
+  data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+    add_next(KindOf<Constraint>::kPhase, slots.group_count());
+  });
   return groups;
 }
 
@@ -90,8 +85,8 @@ class StagePlan::Builder {
 
   void add_tubes() {
     plan_.tube_pool_ = plan_.table_.add_pool(DeviceArray::tubes);
-    for_each_tube_tet(data_, [&](Index t) {
-      if (data_.tet_alive[t]) {
+    for_each_tube_tet(*data_.tissue, [&](Index t) {
+      if (data_.tissue->is_tet_alive(t)) {
         const auto record = static_cast<Index>(records_.tubes.size());
         plan_.table_.add(plan_.tube_pool_, Holder::tube, t, record);
         records_.tubes.push_back(to_tube_record(data_, t));
@@ -114,15 +109,15 @@ class StagePlan::Builder {
   void visit_kind(PhaseKind kind, Visit visit) {
     switch (kind) {
       case PhaseKind::distance:
-        return visit(data_.distances, records_.distances);
+        return visit(data_.sets.of<DistanceConstraint>(), records_.distances);
       case PhaseKind::volume:
-        return visit(data_.volumes, records_.volumes);
+        return visit(data_.sets.of<VolumeConstraint>(), records_.volumes);
       case PhaseKind::joint:
-        return visit(data_.volumes, records_.joints);
+        return visit(data_.sets.of<VolumeConstraint>(), records_.joints);
       case PhaseKind::neo_hookean:
-        return visit(data_.neo_hookeans, records_.neo_hookeans);
+        return visit(data_.sets.of<NeoHookeanConstraint>(), records_.neo_hookeans);
       case PhaseKind::strain_limit:
-        return visit(data_.strain_limits, records_.strain_limits);
+        return visit(data_.sets.of<StrainLimitConstraint>(), records_.strain_limits);
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
@@ -136,7 +131,7 @@ class StagePlan::Builder {
 
   // Whether new constraints may join.
   [[nodiscard]] bool is_joinable(Index level, Index ordinal) const {
-    return level == last_level(data_) && ordinal != kSerialOrdinal;
+    return level == data_.sets.last_level() && ordinal != kSerialOrdinal;
   }
 
   void make_pools(PhaseKind kind) {
@@ -256,7 +251,7 @@ class StagePlan::Builder {
     for (Index place = 0; place < 6; ++place) {
       std::vector<Index> edge_groups;
       for (const Index group : groups) {
-        edge_groups.push_back(data_.joint_group(group, place));
+        edge_groups.push_back(data_.sets.joint_group(group, place));
       }
       add_serial(PhaseKind::distance, edge_groups);
     }
@@ -293,29 +288,40 @@ class StagePlan::Builder {
   void add_record(PhaseKind kind, Index id) {
     switch (kind) {
       case PhaseKind::distance: {
-        const auto distance = data_.distances.record(id);
+        const auto distance = data_.sets.of<DistanceConstraint>().record(id);
         records_.distances.push_back(to_record(distance));
         records_.distance_damping.push_back(distance.parameters[DistanceConstraint::kDamping]);
         break;
       }
+      case PhaseKind::volume:
+        records_.volumes.push_back(to_record(data_.sets.of<VolumeConstraint>().record(id)));
+        break;
       case PhaseKind::neo_hookean:
-        records_.neo_hookeans.push_back(to_record(data_.neo_hookeans.record(id)));
+        records_.neo_hookeans.push_back(
+            to_record(data_.sets.of<NeoHookeanConstraint>().record(id)));
         break;
       case PhaseKind::strain_limit:
-        records_.strain_limits.push_back(to_record(data_.strain_limits.record(id)));
+        records_.strain_limits.push_back(
+            to_record(data_.sets.of<StrainLimitConstraint>().record(id)));
         break;
       case PhaseKind::joint:
         records_.joints.push_back(to_joint_record(data_, id));
-        for (const Index edge : data_.tet_edges[id]) {
-          const Index distance = data_.distance_ids.of_edge(edge);
-          if (data_.distances.is_alive(distance) && data_.edge_owners[edge] == id) {
-            plan_.owners_[distance] = id;
-          }
-        }
+        note_owned(id);
         break;
-      default:
-        records_.volumes.push_back(to_record(data_.volumes.record(id)));
-        break;
+      case PhaseKind::vertex:
+      case PhaseKind::attachment:
+      case PhaseKind::contact:
+        break;  // not among a solver's constraints
+    }
+  }
+
+  void note_owned(Index tet) {
+    for (const Index edge : data_.tissue->tet_edges()[tet]) {
+      const Index distance = data_.sets.distance_ids.of_edge(edge);
+      if (data_.sets.of<DistanceConstraint>().is_alive(distance) &&
+          data_.sets.edge_owners[edge] == tet) {
+        plan_.owners_[distance] = tet;
+      }
     }
   }
 
@@ -328,8 +334,8 @@ class StagePlan::Builder {
 };
 
 StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_grown)
-    : is_damped_(data.has_damping),
-      owners_(static_cast<std::size_t>(data.distance_ids.count()), kInvalidIndex) {
+    : is_damped_(data.sets.has_damping),
+      owners_(static_cast<std::size_t>(data.sets.distance_ids.count()), kInvalidIndex) {
   Builder builder(data, has_grown, *this, records);
   builder.add_stages();
   builder.add_tubes();

@@ -31,9 +31,14 @@ inline constexpr int kHolderCount = 5;
       return Holder::neo_hookean;
     case PhaseKind::strain_limit:
       return Holder::strain_limit;
-    default:
-      return Holder::volume;
+    case PhaseKind::volume:
+    case PhaseKind::joint:
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;  // the last three have no records
   }
+  return Holder::volume;
 }
 
 /// The array of the records that stages of a kind project.
@@ -47,9 +52,13 @@ inline constexpr int kHolderCount = 5;
       return DeviceArray::strain_limits;
     case PhaseKind::joint:
       return DeviceArray::joints;
-    default:
-      return DeviceArray::volumes;
+    case PhaseKind::volume:
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;  // the last three have no records
   }
+  return DeviceArray::volumes;
 }
 
 // In place of a pool:

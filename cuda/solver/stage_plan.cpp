@@ -44,9 +44,24 @@ void write_edge(Index joint, std::size_t place, const OwnedEdge& edge,
   write(offsetof(JointRecord, edge_stiffness), edge.stiffness);
 }
 
+// Ids beyond are gone for good.
 template <class Constraint>
-Index pool_in(const ConstraintSlots<Constraint>& slots, const std::vector<Index>& pools, Index id) {
-  if (id >= slots.id_count()) {
+Index id_count(const SolverData& data) {
+  constexpr Element kElement = KindOf<Constraint>::kElement;
+  if constexpr (kElement == Element::edge_or_link) {
+    return data.sets.distance_ids.count();
+  } else if constexpr (kElement == Element::edge) {
+    return static_cast<Index>(data.tissue->edges().size());
+  } else {
+    static_assert(kElement == Element::tet);
+    return static_cast<Index>(data.tissue->tets().size());
+  }
+}
+
+template <class Constraint>
+Index pool_in(const SolverData& data, const ConstraintSlots<Constraint>& slots,
+              const std::vector<Index>& pools, Index id) {
+  if (id >= id_count<Constraint>(data)) {
     return kGone;
   }
   if (!slots.is_alive(id)) {
@@ -60,18 +75,12 @@ Index pool_in(const ConstraintSlots<Constraint>& slots, const std::vector<Index>
 
 Index StagePlan::pool_of(const SolverData& data, const Changes::Constraint& change) const {
   const std::vector<Index>& pools = pools_[static_cast<std::size_t>(holder_of(change.kind))];
-  switch (change.kind) {
-    case PhaseKind::distance: {
-      const Index pool = pool_in(data.distances, pools, change.id);
-      return pool == kNoPool && data.is_owned(change.id) ? kGone : pool;
-    }
-    case PhaseKind::neo_hookean:
-      return pool_in(data.neo_hookeans, pools, change.id);
-    case PhaseKind::strain_limit:
-      return pool_in(data.strain_limits, pools, change.id);
-    default:
-      return pool_in(data.volumes, pools, change.id);
-  }
+  Index pool = kGone;
+  data.sets.visit_set(change.kind,
+                      [&](const auto& slots) { pool = pool_in(data, slots, pools, change.id); });
+  const bool is_owned =
+      pool == kNoPool && change.kind == PhaseKind::distance && data.sets.is_owned(change.id);
+  return is_owned ? kGone : pool;
 }
 
 void StagePlan::list_open_stages() {
@@ -91,13 +100,12 @@ void StagePlan::note_owner(const SolverData& data, Index distance) {
     owners_.resize(static_cast<std::size_t>(distance) + 1, kInvalidIndex);
   }
   Index owner = kInvalidIndex;
-  if (distance < data.distances.id_count() && data.distances.is_alive(distance) &&
-      data.is_owned(distance)) {
-    owner = data.edge_owners[data.distance_ids.edge_of(distance)];
+  if (data.sets.of<DistanceConstraint>().is_alive(distance) && data.sets.is_owned(distance)) {
+    owner = data.sets.edge_owners[data.sets.distance_ids.edge_of(distance)];
   }
   for (const Index tet : {owners_[distance], owner}) {
     if (tet != kInvalidIndex) {
-      touched_edges_.push_back({tet, data.distance_ids.edge_of(distance)});
+      touched_edges_.push_back({tet, data.sets.distance_ids.edge_of(distance)});
     }
   }
   owners_[distance] = owner;
@@ -105,6 +113,8 @@ void StagePlan::note_owner(const SolverData& data, Index distance) {
 
 // Of each record touched, what its holder is after all changes: so words listed twice are alike.
 void StagePlan::write_records(const SolverData& data, std::vector<WordChange>& words) const {
+  const auto& distances = data.sets.of<DistanceConstraint>();
+  const auto& volumes = data.sets.of<VolumeConstraint>();
   for (const RecordTable::Record& record : table_.touched()) {
     const auto& [array, index] = record;
     const Index id = table_.holder_of(record);
@@ -118,45 +128,58 @@ void StagePlan::write_records(const SolverData& data, std::vector<WordChange>& w
     };
     switch (array) {
       case DeviceArray::distances:
-        write(data.distances);
-        if (id != kInvalidIndex && data.distances.is_alive(id)) {
-          const auto& parameters = data.distances.record(id).parameters;
+        write(distances);
+        if (id != kInvalidIndex && distances.is_alive(id)) {
+          const auto parameters = distances.record(id).parameters;
           words.push_back({DeviceArray::distance_damping, static_cast<std::uint32_t>(index),
                            std::bit_cast<std::uint32_t>(parameters[DistanceConstraint::kDamping])});
         }
         break;
       case DeviceArray::volumes:
-        write(data.volumes);
+        write(volumes);
         break;
       case DeviceArray::neo_hookeans:
-        write(data.neo_hookeans);
+        write(data.sets.of<NeoHookeanConstraint>());
         break;
       case DeviceArray::strain_limits:
-        write(data.strain_limits);
+        write(data.sets.of<StrainLimitConstraint>());
         break;
       case DeviceArray::joints:
-        if (id != kInvalidIndex && data.volumes.is_alive(id)) {
+        if (id != kInvalidIndex && volumes.is_alive(id)) {
           write_record(array, index, to_joint_record(data, id), words);
         } else {
           write_nothing<JointRecord>(array, index, words);
         }
         break;
-      default:
+      case DeviceArray::tubes:
         if (id != kInvalidIndex && is_tube(data, id)) {
           write_record(array, index, to_tube_record(data, id), words);
         } else {
           write_nothing<TubeRecord>(array, index, words);
         }
         break;
+      case DeviceArray::distance_damping:
+      case DeviceArray::particles:
+      case DeviceArray::velocities:
+      case DeviceArray::cluster:
+      case DeviceArray::vertex_blocks:
+      case DeviceArray::pull_rows:
+      case DeviceArray::spring_rows:
+      case DeviceArray::volume_rows:
+      case DeviceArray::damped_spring_rows:
+      case DeviceArray::damped_volume_rows:
+        break;  // no pool has records of these
     }
   }
 }
 
 void StagePlan::write_edges(const SolverData& data, std::vector<WordChange>& words) const {
+  const auto tet_edges = data.tissue->tet_edges();
+  const auto& volumes = data.sets.of<VolumeConstraint>();
   for (const auto& [tet, edge] : touched_edges_) {
-    const auto& edges = data.tet_edges[tet];
+    const auto& edges = tet_edges[tet];
     const auto place = std::ranges::find(edges, edge) - edges.begin();
-    if (place < 6 && data.volumes.is_alive(tet)) {  // else its record is written as a whole
+    if (place < 6 && volumes.is_alive(tet)) {  // else its record is written as a whole
       write_edge(table_.record_of(Holder::volume, tet), static_cast<std::size_t>(place),
                  owned_edge(data, tet, edge), words);
     }
@@ -166,16 +189,17 @@ void StagePlan::write_edges(const SolverData& data, std::vector<WordChange>& wor
 bool StagePlan::follow(const SolverData& data, const Changes& changes,
                        std::vector<WordChange>& words) {
   const bool by_vertices = data.options.method == SolverMethod::vertex_block;
-  if (data.has_damping != is_damped_ || (by_vertices && changes.grown)) {
+  if (data.sets.has_damping != is_damped_ || (by_vertices && changes.grown)) {
     return false;
   }
   table_.forget_touched();
   touched_edges_.clear();
+  const auto tet_count = static_cast<Index>(data.tissue->tets().size());
   const auto tube_pool = [&](Index tet) {
     if (is_tube(data, tet)) {
       return tube_pool_;
     }
-    return tet < static_cast<Index>(data.tets.size()) ? kRemoved : kGone;
+    return tet < tet_count ? kRemoved : kGone;
   };
   for (const Changes::Constraint& change : changes.constraints) {
     if (change.kind == PhaseKind::vertex) {

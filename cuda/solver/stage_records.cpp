@@ -2,6 +2,7 @@
 #include "solver/stage_records.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace pbdsurg::cuda {
@@ -31,16 +32,17 @@ StrainLimitRecord to_record(const ConstraintRecord<StrainLimitConstraint>& from)
 }
 
 OwnedEdge owned_edge(const SolverData& data, Index tet, Index edge) {
-  const Index distance = data.distance_ids.of_edge(edge);
-  if (!data.distances.is_alive(distance) || data.edge_owners[edge] != tet) {
+  const Index distance = data.sets.distance_ids.of_edge(edge);
+  const auto& distances = data.sets.of<DistanceConstraint>();
+  if (!distances.is_alive(distance) || data.sets.edge_owners[edge] != tet) {
     return {};
   }
-  const DistanceRecord owned = to_record(data.distances.record(distance));
+  const DistanceRecord owned = to_record(distances.record(distance));
   return {owned.rest, owned.stiffness};
 }
 
 JointRecord to_joint_record(const SolverData& data, Index tet) {
-  const VolumeRecord volume = to_record(data.volumes.record(tet));
+  const VolumeRecord volume = to_record(data.sets.of<VolumeConstraint>().record(tet));
   JointRecord record{{volume.places[0], volume.places[1], volume.places[2], volume.places[3]},
                      volume.rest,
                      volume.stiffness,
@@ -48,8 +50,9 @@ JointRecord to_joint_record(const SolverData& data, Index tet) {
                      0,
                      {},
                      {}};
-  for (std::size_t place = 0; place < 6; ++place) {
-    const OwnedEdge edge = owned_edge(data, tet, data.tet_edges[tet][place]);
+  const std::array<Index, 6>& edges = data.tissue->tet_edges()[tet];
+  for (std::size_t place = 0; place < edges.size(); ++place) {
+    const OwnedEdge edge = owned_edge(data, tet, edges[place]);
     record.edge_rest[place] = edge.rest;
     record.edge_stiffness[place] = edge.stiffness;
   }
@@ -57,13 +60,14 @@ JointRecord to_joint_record(const SolverData& data, Index tet) {
 }
 
 TubeRecord to_tube_record(const SolverData& data, Index tet) {
-  const Tet places = data.places_of(data.tets[tet]);
+  const Tet places = data.places_of(data.tissue->tets()[tet]);
   return {{places[0], places[1], places[2], places[3]}};
 }
 
 bool is_tube(const SolverData& data, Index tet) noexcept {
-  return tet < static_cast<Index>(data.tets.size()) && data.tet_alive[tet] &&
-         !data.volumes.is_alive(tet) && !data.neo_hookeans.is_alive(tet);
+  return tet < static_cast<Index>(data.tissue->tets().size()) && data.tissue->is_tet_alive(tet) &&
+         !data.sets.of<VolumeConstraint>().is_alive(tet) &&
+         !data.sets.of<NeoHookeanConstraint>().is_alive(tet);
 }
 
 }  // namespace pbdsurg::cuda

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kLeastMotionRoom = 1024;
 
-bool has_falling(const SolverData& data) {  // also while there is no vertex
-  return data.options.method == SolverMethod::vertex_block;
+bool has_falling(const SolverState& solver) {  // also while there is no vertex
+  return solver.options.method == SolverMethod::vertex_block;
 }
 
 }  // namespace
@@ -28,19 +28,19 @@ DeviceState StateBuffers::Arrays::reserve(Index copy_count, std::size_t capacity
           static_cast<Index>(capacity)};
 }
 
-StateBuffers::StateBuffers(const SolverData& data) : copy_count_(data.copy_count()) {
-  const auto spare = static_cast<std::size_t>(data.options.spare.vertices);
-  arrays_ = buffers_.reserve(copy_count_, data.particles.size() + spare, has_falling(data));
+StateBuffers::StateBuffers(const SolverState& solver) : copy_count_(solver.copy_count()) {
+  const auto spare = static_cast<std::size_t>(solver.options.spare.vertices);
+  arrays_ = buffers_.reserve(copy_count_, solver.particles.size() + spare, has_falling(solver));
   reserve_motion(kLeastMotionRoom);
 }
 
-void StateBuffers::make_room(const SolverData& data, cudaStream_t stream) {
-  if (data.particles.size() <= static_cast<std::size_t>(arrays_.capacity)) {
+void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
+  if (solver.particles.size() <= static_cast<std::size_t>(arrays_.capacity)) {
     return;
   }
   Arrays larger;
   const DeviceState now =
-      larger.reserve(copy_count_, room_to_grow(data.particles.size()), has_falling(data));
+      larger.reserve(copy_count_, room_to_grow(solver.particles.size()), has_falling(solver));
   const auto keep = [&](auto* to, const auto* from, Index copies) {  // scratch starts anew
     if (from != nullptr && count_ > 0) {
       const auto pitch = [](const DeviceState& state) {
@@ -60,22 +60,22 @@ void StateBuffers::make_room(const SolverData& data, cudaStream_t stream) {
   arrays_ = now;
 }
 
-void StateBuffers::take_over(const SolverData& data, cudaStream_t stream) {
+void StateBuffers::take_over(const SolverState& solver, cudaStream_t stream) {
   if (count_ == 0) {
-    std::vector<Index> vertex_of_place(data.particles.size());
+    std::vector<Index> vertex_of_place(solver.particles.size());
     for (std::size_t v = 0; v < vertex_of_place.size(); ++v) {
-      vertex_of_place[data.place_of_vertex[v]] = static_cast<Index>(v);
+      vertex_of_place[solver.place_of_vertex[v]] = static_cast<Index>(v);
     }
     buffers_.vertex_of_place.upload(vertex_of_place, stream);
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the list goes
   }
-  count_ = data.particles.size();
+  count_ = solver.particles.size();
   for (Index copy = 0; copy < copy_count_; ++copy) {
-    if (data.changes.state[copy]) {
-      upload(data.copy(copy), copy, stream);
+    if (solver.changes.state[copy]) {
+      upload(solver.copy(copy), copy, stream);
     }
   }
-  upload_moved(data, stream);
+  upload_moved(solver, stream);
 }
 
 void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t stream) {
@@ -94,17 +94,17 @@ void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t strea
 }
 
 // The device reads them from the host's memory.
-void StateBuffers::upload_moved(const SolverData& data, cudaStream_t stream) {
-  const std::vector<Index>& vertices = data.changes.moved;
+void StateBuffers::upload_moved(const SolverState& solver, cudaStream_t stream) {
+  const std::vector<Index>& vertices = solver.changes.moved;
   if (vertices.empty()) {
     return;
   }
   const std::size_t size = static_cast<std::size_t>(copy_count_) * vertices.size();
   MovedVertex* moved = moved_.reserve(std::bit_ceil(size));  // edits differ in size
   for (Index copy = 0; copy < copy_count_; ++copy) {
-    const CopyState& state = data.copy(copy);
+    const CopyState& state = solver.copy(copy);
     for (const Index v : vertices) {
-      const Index place = data.place_of_vertex[v];
+      const Index place = solver.place_of_vertex[v];
       *moved++ = {state.particles[place], state.velocities[place],
                   state.falling.empty() ? 0.0F : state.falling[place], place, v};
     }
@@ -112,8 +112,8 @@ void StateBuffers::upload_moved(const SolverData& data, cudaStream_t stream) {
   write_vertices(arrays_, copy_count_, moved_.get(), static_cast<Index>(vertices.size()), stream);
 }
 
-void StateBuffers::fetch(SolverData& data, Index copy, cudaStream_t stream) {
-  CopyState& state = data.copy(copy);
+void StateBuffers::fetch(SolverState& solver, Index copy, cudaStream_t stream) {
+  CopyState& state = solver.copy(copy);
   const std::size_t count = std::min(count_, state.particles.size());
   if (count == 0) {
     return;

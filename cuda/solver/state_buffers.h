@@ -10,7 +10,7 @@
 
 #include "buffer.cuh"
 #include "solver/device_arrays.h"
-#include "solver/solver_data.h"
+#include "solver/solver_state.h"
 #include "solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
@@ -18,22 +18,22 @@ namespace pbdsurg::cuda {
 class StateBuffers {
  public:
   /// With the room that options ask for; nothing is there yet.
-  explicit StateBuffers(const SolverData& data);
+  explicit StateBuffers(const SolverState& solver);
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
   /// Makes room for all vertices that there are now. Where there is too little, all arrays are
   /// others then, with what was there; waits.
-  void make_room(const SolverData& data, cudaStream_t stream);
+  void make_room(const SolverState& solver, cudaStream_t stream);
 
   /// Enqueues what Changes says of the state: of copies that were rewritten, and of vertices that
   /// moved. There must be room, and inverse masses that changed must be there. No such work may be
   /// under way. Cost: of copies O(vertex_count) each, else proportional to those moved.
-  void take_over(const SolverData& data, cudaStream_t stream);
+  void take_over(const SolverState& solver, cudaStream_t stream);
 
   /// Copies positions, velocities and `falling` of a copy to the host, whose inverse masses stay:
   /// of places taken over that are still there. Waits.
-  void fetch(SolverData& data, Index copy, cudaStream_t stream);
+  void fetch(SolverState& solver, Index copy, cudaStream_t stream);
 
   /// Reads positions of a copy at some places. Waits.
   /// @param out  [places.size()] m
@@ -63,7 +63,7 @@ class StateBuffers {
   };
 
   void upload(const CopyState& state, Index copy, cudaStream_t stream);
-  void upload_moved(const SolverData& data, cudaStream_t stream);
+  void upload_moved(const SolverState& solver, cudaStream_t stream);
   void reserve_motion(std::size_t size);
 
   /// Where a copy's part of an array starts.

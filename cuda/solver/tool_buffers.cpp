@@ -13,6 +13,7 @@
 
 #include "solver/contact_stage.h"
 #include "solver/load_store.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg::cuda {
 

@@ -55,25 +55,29 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(damped_springs_.get());
     case DeviceArray::damped_volume_rows:
       return words(damped_volumes_.get());
-    default:
-      return nullptr;
+    case DeviceArray::distances:
+    case DeviceArray::distance_damping:
+    case DeviceArray::volumes:
+    case DeviceArray::joints:
+    case DeviceArray::neo_hookeans:
+    case DeviceArray::strain_limits:
+    case DeviceArray::tubes:
+    case DeviceArray::particles:
+    case DeviceArray::velocities:
+    case DeviceArray::cluster:
+      break;
   }
+  return nullptr;
 }
 
 std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
-  if (!arrays_.is_damped) {
-    return 0;
+  std::size_t bytes = 0;  // of a copy's own rows
+  if (arrays_.is_damped && array == DeviceArray::spring_rows) {
+    bytes = static_cast<std::size_t>(arrays_.spring_count) * sizeof(SpringRow);
+  } else if (arrays_.is_damped && array == DeviceArray::volume_rows) {
+    bytes = static_cast<std::size_t>(arrays_.volume_count) * sizeof(VolumeRow);
   }
-  switch (array) {
-    case DeviceArray::spring_rows:
-      return static_cast<std::size_t>(arrays_.spring_count) * sizeof(SpringRow) /
-             sizeof(std::uint32_t);
-    case DeviceArray::volume_rows:
-      return static_cast<std::size_t>(arrays_.volume_count) * sizeof(VolumeRow) /
-             sizeof(std::uint32_t);
-    default:
-      return 0;
-  }
+  return bytes / sizeof(std::uint32_t);
 }
 
 std::size_t VertexBuffers::memory_bytes() const noexcept {

@@ -14,7 +14,7 @@
 #include "pbdsurg/core/types.h"
 
 #include "coloring/color_masks.h"
-#include "coloring/list_pool.h"
+#include "core/list_pool.h"
 
 namespace pbdsurg {
 

@@ -19,7 +19,7 @@
 namespace pbdsurg {
 
 class SolverData;
-struct SolverOptions;
+struct SolverState;
 
 /// One coarse call a step: nothing virtual happens per constraint.
 ///
@@ -52,7 +52,7 @@ class PBDSURG_API Backend {
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
   /// after each start_step(). One that keeps the state also writes `watched_positions` and
   /// `last_report` of all copies.
-  virtual StepReport finish_step(SolverData& data) = 0;
+  virtual StepReport finish_step(SolverState& state) = 0;
 
   /// Called after each edit: a chance to prepare, while a step runs, what start_step() would do for
   /// it later. May empty the lists of constraints and tetrahedra in SolverData::changes.
@@ -64,14 +64,15 @@ class PBDSURG_API Backend {
   /// Brings positions, velocities and `falling` of a copy as the last step left them into
   /// SolverData: at all places that there were in it and still are. Inverse masses there stay: an
   /// edit may have changed them since.
-  virtual void fetch_state(SolverData& data, Index copy);
+  virtual void fetch_state(SolverState& /*state*/, Index /*copy*/) {}
 
   /// Reads some positions of a copy as the last step left them; called only while those of
   /// SolverData are out of date.
   /// @param places  [n] see SolverData; of vertices that were in that step
   /// @param out     [n] m
-  virtual void read_positions(const SolverData& data, Index copy, std::span<const Index> places,
-                              std::span<Eigen::Vector3f> out);
+  virtual void read_positions(const SolverState& /*state*/, Index /*copy*/,
+                              std::span<const Index> /*places*/,
+                              std::span<Eigen::Vector3f> /*out*/) {}
 
   /// Begins to read how some vertices of all copies move, as the last step begun leaves them; may
   /// return before that step is done. One such read is kept, the last.
@@ -86,22 +87,10 @@ class PBDSURG_API Backend {
   using Maker = std::function<std::unique_ptr<Backend>(const SolverData& data)>;
 
   /// Makes backends like this one, on its device, in any thread, and also once this one is gone.
-  [[nodiscard]] virtual Maker maker() const;
+  [[nodiscard]] virtual Maker maker() const = 0;
 
   /// Bytes that it holds on a device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
 };
-
-/// Steps all copies one after another, with a backend that works on the arrays of SolverData.
-/// @return  see Solver::step()
-StepReport step_copies(SolverData& data, Backend& backend, float dt);
-
-/// One thread, every operation in IEEE single precision and in the order of the plan: the
-/// definition of correct.
-std::unique_ptr<Backend> make_serial_backend();
-
-/// A team of threads, each with vector registers, over the same plan; see MathMode for its bits.
-/// Null on a processor for whose vector registers nothing was compiled.
-std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options);
 
 }  // namespace pbdsurg

@@ -53,8 +53,8 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
           group_count + (color == kOverflowColor ? coloring.color_count : color);
     }
     for (Index color = 0; color <= coloring.color_count; ++color) {
-      data.constraint_phases.push_back({kind, group_count + color, color == coloring.color_count,
-                                        all_domains[d].level, all_domains[d].index});
+      data.sets.phases.push_back({kind, group_count + color, color == coloring.color_count,
+                                  all_domains[d].level, all_domains[d].index});
     }
     group_count += coloring.color_count + 1;
   }
@@ -68,14 +68,15 @@ template <class Constraint, class Element, class NumbersOf>
 ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Element>& elements,
                                         const NestedDomains& domains, SolverData& data,
                                         NumbersOf numbers_of) {
+  const Tissue& tissue = *data.tissue;
   std::vector<ConstraintRecord<Constraint>> records(elements.size());
   std::vector<Index> ids;
   for (std::size_t i = 0; i < elements.size(); ++i) {
     if (const auto numbers = numbers_of(elements[i])) {
       if constexpr (Constraint::kVertexCount == 2) {
-        records[i] = {data.places_of(data.edges[i]), *numbers};
+        records[i] = {data.places_of(tissue.edges()[i]), *numbers};
       } else {
-        records[i] = {data.places_of(data.tets[i]), *numbers};
+        records[i] = {data.places_of(tissue.tets()[i]), *numbers};
       }
       ids.push_back(static_cast<Index>(i));
     }
@@ -89,71 +90,77 @@ ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Elemen
 void build_volumes(const ConstraintNumbers& numbers, const NestedDomains& domains,
                    SolverData& data) {
   const bool is_joint = data.options.composition == PlanComposition::joint;
-  data.volumes = build_slots<VolumeConstraint>(is_joint ? PhaseKind::joint : PhaseKind::volume,
-                                               numbers.tets, domains, data,
-                                               [](const TetNumbers& tet) { return tet.volume; });
+  data.sets.of<VolumeConstraint>() = build_slots<VolumeConstraint>(
+      is_joint ? PhaseKind::joint : PhaseKind::volume, numbers.tets, domains, data,
+      [](const TetNumbers& tet) { return tet.volume; });
 }
 
 void build_distances(const ConstraintNumbers& numbers, const NestedDomains& domains,
                      SolverData& data) {
+  const Tissue& tissue = *data.tissue;
   std::vector<ConstraintRecord<DistanceConstraint>> records;
-  records.reserve(data.edges.size() + data.links.size());
+  records.reserve(tissue.edges().size() + tissue.links().size());
   std::vector<Index> ids;
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+  for (std::size_t e = 0; e < tissue.edges().size(); ++e) {
     const auto& distance = numbers.edges[e].distance;
     if (distance) {
       ids.push_back(static_cast<Index>(e));
     }
     records.push_back(
-        {data.places_of(data.edges[e]), distance.value_or(Numbers<DistanceConstraint>{})});
+        {data.places_of(tissue.edges()[e]), distance.value_or(Numbers<DistanceConstraint>{})});
   }
-  for (const Link& link : data.links) {
-    ids.push_back(static_cast<Index>(records.size()));
+  for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
+    const Link& link = tissue.links()[l];
+    if (tissue.is_link_alive(l)) {
+      ids.push_back(static_cast<Index>(records.size()));
+    }
     records.push_back(
         {data.places_of(Edge{link.first, link.second}), link_numbers(link, data.options.mode)});
   }
   if (data.options.composition == PlanComposition::joint) {
-    data.edge_owners =
-        EdgeOwners(data.bodies, static_cast<Index>(data.edges.size()), data.tet_edges);
+    data.sets.edge_owners =
+        EdgeOwners(tissue.bodies(), static_cast<Index>(tissue.edges().size()), tissue.tet_edges());
   }
   std::vector<Index> alone, owned;
   for (const Index id : ids) {
-    (data.is_owned(id) ? owned : alone).push_back(id);
+    (data.sets.is_owned(id) ? owned : alone).push_back(id);
   }
   const std::span<const ConstraintRecord<DistanceConstraint>> view(records);
   std::vector<Index> group_of(records.size(), kInvalidIndex);
-  data.first_joint_group =
+  data.sets.first_joint_group =
       group_by_color(PhaseKind::distance, view, alone, domains, data, group_of);
   for (const Index edge : owned) {
-    group_of[edge] = data.joint_group_of(edge);
+    group_of[edge] = data.sets.joint_group_of(edge, tissue.tet_edges());
   }
   const bool is_joint = data.options.composition == PlanComposition::joint;
-  data.distances = ConstraintSlots<DistanceConstraint>(
-      view, group_of, data.joint_group(is_joint ? data.volumes.group_count() : 0, 0));
+  data.sets.of<DistanceConstraint>() = ConstraintSlots<DistanceConstraint>(
+      view, group_of,
+      data.sets.joint_group(is_joint ? data.sets.of<VolumeConstraint>().group_count() : 0, 0));
 }
 
 }  // namespace
 
 void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
+  data.sets.distance_ids = DistanceIds(static_cast<Index>(data.tissue->edges().size()),
+                                       static_cast<Index>(data.tissue->links().size()));
   const NestedDomains domains = data.options.composition == PlanComposition::nested
                                     ? NestedDomains(static_cast<Index>(data.particles.size()))
                                     : NestedDomains();
   for (Index level = 0; level < domains.level_count(); ++level) {
-    data.domain_counts.push_back(domains.domain_count(level));
+    data.sets.domain_counts.push_back(domains.domain_count(level));
   }
   build_volumes(numbers, domains, data);
   build_distances(numbers, domains, data);
-  data.neo_hookeans =
+  data.sets.of<NeoHookeanConstraint>() =
       build_slots<NeoHookeanConstraint>(PhaseKind::neo_hookean, numbers.tets, domains, data,
                                         [](const TetNumbers& tet) { return tet.neo_hookean; });
-  data.strain_limits =
+  data.sets.of<StrainLimitConstraint>() =
       build_slots<StrainLimitConstraint>(PhaseKind::strain_limit, numbers.edges, domains, data,
                                          [](const EdgeNumbers& edge) { return edge.limit; });
-  std::stable_sort(data.constraint_phases.begin(), data.constraint_phases.end(),
-                   [](const Phase& a, const Phase& b) {
-                     return std::tie(a.level, a.domain, a.kind) <
-                            std::tie(b.level, b.domain, b.kind);
-                   });
+  std::stable_sort(
+      data.sets.phases.begin(), data.sets.phases.end(), [](const Phase& a, const Phase& b) {
+        return std::tie(a.level, a.domain, a.kind) < std::tie(b.level, b.domain, b.kind);
+      });
 }
 
 }  // namespace pbdsurg

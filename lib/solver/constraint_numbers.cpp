@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pbdsurg/core/error.h"
+
 #include "solver/edge_owners.h"
 #include "solver/neo_hookean_record.h"
 
@@ -63,15 +65,35 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
   return numbers;
 }
 
-std::vector<double> tet_masses_of(const Scene& scene) {
-  std::vector<double> masses;
-  masses.reserve(scene.tets().size());
-  for (const Body& body : scene.bodies()) {
-    for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
-      masses.push_back(body.material.density * tet_volume(scene.positions(), tet));
+ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
+  const std::span<const Eigen::Vector3d> positions = tissue.rest_positions();
+  ConstraintNumbers numbers;
+  numbers.edges.resize(tissue.edges().size());
+  for (std::size_t e = 0; e < numbers.edges.size(); ++e) {
+    const auto [a, b] = tissue.edges()[e];
+    if (tissue.edge_tets()[e] > 0) {
+      numbers.edges[e] = edge_numbers((positions[a] - positions[b]).norm(),
+                                      tissue.bodies()[tissue.body_of_vertex(a)].material, mode);
     }
   }
-  return masses;
+  numbers.tets.resize(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(numbers.tets.size()); ++t) {
+    if (tissue.is_tet_alive(t)) {
+      numbers.tets[t] =
+          tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)], mode);
+    }
+  }
+  return numbers;
+}
+
+void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
+  for (const Body& body : bodies) {
+    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+      throw InvalidArgument("body '" + body.name +
+                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
+                            "the compliance mode");
+    }
+  }
 }
 
 bool has_damping(std::span<const Body> bodies) noexcept {

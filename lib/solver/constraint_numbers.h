@@ -15,7 +15,7 @@
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
@@ -45,8 +45,11 @@ struct ConstraintNumbers {
 [[nodiscard]] ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edges,
                                                 ProjectionMode mode);
 
-/// [tet_count] kg, of a scene.
-[[nodiscard]] std::vector<double> tet_masses_of(const Scene& scene);
+/// The same of a tissue, where what is dead has no constraints.
+[[nodiscard]] ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode);
+
+/// @throws InvalidArgument  naming the Neo-Hookean body in fraction mode
+void check_materials(std::span<const Body> bodies, ProjectionMode mode);
 
 /// Whether any material has damping.
 [[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;

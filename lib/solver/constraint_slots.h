@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/core/undo_array.h"
 
 #include "solver/constraint_block.h"
-#include "solver/room_to_grow.h"
 
 namespace pbdsurg {
 
@@ -41,7 +41,7 @@ class ConstraintSlots {
   /// @param group_of  [id_count] kInvalidIndex where an id stands for no constraint
   ConstraintSlots(std::span<const Record> records, std::span<const Index> group_of,
                   Index group_count)
-      : groups_(static_cast<std::size_t>(group_count)), locations_(records.size()) {
+      : groups_(static_cast<std::size_t>(group_count)) {
     // near constraints near each other, so that parts of a group touch different vertices
     std::vector<Index> order;
     for (std::size_t id = 0; id < records.size(); ++id) {
@@ -50,6 +50,7 @@ class ConstraintSlots {
       }
     }
     const auto first_place = [&](Index id) { return std::ranges::min(records[id].places); };
+    locations_.resize(order.empty() ? 0 : static_cast<std::size_t>(order.back()) + 1);
     std::ranges::stable_sort(order, {}, first_place);
     for (const Index id : order) {
       append(id, group_of[id], records[id]);
@@ -80,7 +81,9 @@ class ConstraintSlots {
   }
 
   /// Of a constraint: kInvalidIndex if there is none of that id, or none any more.
-  [[nodiscard]] Index group_of(Index id) const noexcept { return locations_[id].group; }
+  [[nodiscard]] Index group_of(Index id) const noexcept {
+    return id < static_cast<Index>(locations_.size()) ? locations_[id].group : kInvalidIndex;
+  }
   [[nodiscard]] bool is_alive(Index id) const noexcept { return group_of(id) != kInvalidIndex; }
 
   /// Of a live constraint.
@@ -107,7 +110,9 @@ class ConstraintSlots {
   }
 
   /// Prefetches where a constraint is; once that is near, what remove() needs.
-  void prefetch_location(Index id) const noexcept { __builtin_prefetch(&locations_[id]); }
+  void prefetch_location(Index id) const noexcept {
+    __builtin_prefetch(locations_.data() + id);  // which may be none, and is not read
+  }
   void prefetch_removal(Index id) const noexcept {
     if (!is_alive(id)) {
       return;
@@ -135,10 +140,6 @@ class ConstraintSlots {
     remember(id);
     append(id, group, record);
   }
-
-  /// Sets the number of ids; new ones stand for no constraint, and those that go must, too.
-  void set_id_count(std::size_t count) { locations_.resize(count); }
-  [[nodiscard]] Index id_count() const noexcept { return static_cast<Index>(locations_.size()); }
 
   /// Opens a group that follows the others, and is empty; or closes the last, which must be.
   void open_group() { groups_.emplace_back(); }
@@ -326,12 +327,15 @@ class ConstraintSlots {
     }
     group.ids.push_back(id);
     groups_changed_ = groups_changed_ || slot == 0;
+    if (id >= static_cast<Index>(locations_.size())) {
+      locations_.resize(static_cast<std::size_t>(id) + 1);
+    }
     locations_[id] = {group_index, slot};
     fill_idle_lanes(group);
   }
 
   std::vector<Group> groups_;
-  std::vector<Location> locations_;  // [id]
+  std::vector<Location> locations_;  // [id] up to the last that ever had a constraint
   std::vector<Before> journal_;
   bool groups_changed_ = false;
 };

@@ -4,15 +4,18 @@
 /// @file
 /// Which tetrahedron projects an edge, in a joint plan.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/core/undo_array.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "solver/constraint_slots.h"
 
@@ -37,38 +40,49 @@ class EdgeOwners {
 
   /// Tetrahedron, or kInvalidIndex.
   [[nodiscard]] Index operator[](Index edge) const noexcept {
-    return edge < static_cast<Index>(owners_.size()) ? owners_[edge] : kInvalidIndex;
+    return edge < owners_.size() ? owners_[edge] : kInvalidIndex;
   }
 
   /// Gives a live edge to the live tetrahedron around it that owns fewest edges, because a phase
   /// lasts as long as its busiest tetrahedron; to none if there is none of the scene any more.
   /// Cost: proportional to the tetrahedra around it.
-  /// @param volumes  those of live tetrahedra
-  void hand_over(Index edge, std::span<const std::array<Index, 6>> tet_edges,
+  /// @param edges_of  std::span<const Index, 6>(Index tet)
+  /// @param volumes   those of live tetrahedra
+  template <class EdgesOf>
+  void hand_over(Index edge, const EdgesOf& edges_of,
                  const ConstraintSlots<VolumeConstraint>& volumes);
 
   /// Forgets what was handed over so far.
-  void begin_edit() noexcept { journal_.clear(); }
+  void begin_edit() noexcept { owners_.begin_edit(); }
 
   /// Takes back all that was handed over since begin_edit().
-  void undo() noexcept;
+  void undo() { owners_.undo(); }
 
   /// Bytes in use.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return (owners_.capacity() + tets_around_.offsets.capacity() +
-            tets_around_.entries.capacity()) *
-               sizeof(Index) +
-           journal_.capacity() * sizeof(Before);
+    return owners_.memory_bytes() +
+           (tets_around_.offsets.capacity() + tets_around_.entries.capacity()) * sizeof(Index);
   }
 
  private:
-  struct Before {
-    Index edge, owner;
-  };
-
-  std::vector<Index> owners_;  // [edge_count]
-  IndexLists tets_around_;     // [edge_count] all that there ever were
-  std::vector<Before> journal_;
+  UndoArray<Index> owners_;  // [edge_count]
+  IndexLists tets_around_;   // [edge_count] all that there ever were
 };
+
+template <class EdgesOf>
+void EdgeOwners::hand_over(Index edge, const EdgesOf& edges_of,
+                           const ConstraintSlots<VolumeConstraint>& volumes) {
+  owners_.set(edge, kInvalidIndex);
+  auto fewest = std::numeric_limits<std::ptrdiff_t>::max();
+  for (const Index tet : tets_around_[edge]) {
+    const std::span<const Index, 6> edges = edges_of(tet);
+    const auto owned = std::ranges::count_if(edges, [&](Index e) { return (*this)[e] == tet; });
+    const bool has_edge = std::ranges::find(edges, edge) != edges.end();  // it may have moved away
+    if (volumes.is_alive(tet) && has_edge && owned < fewest) {
+      fewest = owned;
+      owners_.set(edge, tet);
+    }
+  }
+}
 
 }  // namespace pbdsurg

@@ -15,9 +15,6 @@ namespace pbdsurg {
 /// for; and stages of a device for them. Vertices at a cut come to have that many more edges.
 inline constexpr Index kWaitingGroups = 24;
 
-/// Entries of an edit's journals for which there is room from the start.
-inline constexpr std::size_t kEntriesOfEdit = 4096;
-
 /// The room that backends which keep the state elsewhere make for what has outgrown its own: a
 /// sixteenth more than there is, so that edits that bring ever more rarely come to this.
 [[nodiscard]] constexpr std::size_t room_to_grow(std::size_t count) noexcept {

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <memory>
 
-#include "solver/backend.h"
 #include "solver/contact_stage.h"
+#include "solver/host_backends.h"
 #include "solver/load_store.h"
 #include "solver/serial_phases.h"
 #include "solver/solver_data.h"
 #include "solver/state_report.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg {
 namespace {
@@ -48,7 +49,11 @@ class SerialBackend final : public Backend {
   [[nodiscard]] const char* name() const noexcept override { return "serial"; }
 
   void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
-  StepReport finish_step(SolverData& /*data*/) override { return report_; }
+  StepReport finish_step(SolverState& /*state*/) override { return report_; }
+
+  [[nodiscard]] Maker maker() const override {
+    return [](const SolverData&) { return make_serial_backend(); };
+  }
 
  private:
   static StepReport step(SolverData& data, float dt) {
@@ -62,9 +67,9 @@ class SerialBackend final : public Backend {
       begin_vertices(data, lengths);
       if (data.options.mode == ProjectionMode::compliance &&
           data.options.method == SolverMethod::projection) {
-        reset_multipliers(data.distances);
-        reset_multipliers(data.volumes);
-        reset_multipliers(data.neo_hookeans);
+        reset_multipliers(data.sets.of<DistanceConstraint>());
+        reset_multipliers(data.sets.of<VolumeConstraint>());
+        reset_multipliers(data.sets.of<NeoHookeanConstraint>());
       }
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);

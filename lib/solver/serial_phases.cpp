@@ -67,7 +67,7 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
 template <class Constraint>
 void project_compliant_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
                              const Substep<float>& substep) {
-  if (data.has_damping) {
+  if (data.sets.has_damping) {
     project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
   } else {
     project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
@@ -116,24 +116,25 @@ void project_contacts(SolverData& data, Index tool) {
 void project_serially(SolverData& data, const Phase& phase, const Substep<float>& substep) {
   switch (phase.kind) {
     case PhaseKind::distance:
-      project_group(data, data.distances, phase.color, substep);
+      project_group(data, data.sets.of<DistanceConstraint>(), phase.color, substep);
       break;
     case PhaseKind::volume:
-      project_group(data, data.volumes, phase.color, substep);
+      project_group(data, data.sets.of<VolumeConstraint>(), phase.color, substep);
       break;
     case PhaseKind::joint:
       // Tetrahedra of one colour share no vertex: all edges at one place, then those at the next,
       // give the bits of one tetrahedron after the other, and the processor something to overlap.
       for (Index place = 0; place < 6; ++place) {
-        project_group(data, data.distances, data.joint_group(phase.color, place), substep);
+        project_group(data, data.sets.of<DistanceConstraint>(),
+                      data.sets.joint_group(phase.color, place), substep);
       }
-      project_group(data, data.volumes, phase.color, substep);
+      project_group(data, data.sets.of<VolumeConstraint>(), phase.color, substep);
       break;
     case PhaseKind::neo_hookean:
-      project_compliant_group(data, data.neo_hookeans, phase.color, substep);
+      project_compliant_group(data, data.sets.of<NeoHookeanConstraint>(), phase.color, substep);
       break;
     case PhaseKind::strain_limit:
-      project_group(data, data.strain_limits, phase.color, substep);
+      project_group(data, data.sets.of<StrainLimitConstraint>(), phase.color, substep);
       break;
     case PhaseKind::vertex:
       break;  // see solve_vertices()

@@ -14,9 +14,8 @@
 #include "core/check.h"
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
-#include "solver/growth.h"
+#include "solver/host_backends.h"
 #include "solver/neo_hookean_record.h"
-#include "solver/scene_checks.h"
 #include "solver/solver_data.h"
 #include "solver/solver_input.h"
 #include "solver/solver_options.h"
@@ -27,33 +26,34 @@ namespace {
 
 // Where a cluster of blocks holds a scene, many short phases are the faster plan; beyond, few
 // launches. The vertex-block method knows no joint plan.
-PlanComposition device_composition(const Scene& scene, const SolverOptions& options) {
+PlanComposition device_composition(const Tissue& tissue, const SolverOptions& options) {
   constexpr std::size_t kLarge = 320'000;  // tetrahedra; measured on an H200
-  const bool is_joint = options.method == SolverMethod::projection && scene.tets().size() > kLarge;
+  const bool is_joint = options.method == SolverMethod::projection && tissue.version() == 0 &&
+                        tissue.tets().size() > kLarge;
   return is_joint ? PlanComposition::joint : PlanComposition::separate;
 }
 
 // All but a backend.
 // @param automatic  what an automatic composition is
-std::unique_ptr<SolverData> make_data(const Scene& scene, SolverOptions options,
+std::unique_ptr<SolverData> make_data(const Tissue& tissue, SolverOptions options,
                                       PlanComposition automatic) {
   if (options.composition == PlanComposition::automatic) {
     options.composition = automatic;
   }
-  return build_solver_data(input_of(scene, options));
+  return build_solver_data(tissue, input_at_rest(tissue, options));
 }
 
 // Null if any will do and there is none.
 // @param data  made on the way
-std::unique_ptr<Backend> make_cuda_backend(const Scene& scene, const SolverOptions& options,
+std::unique_ptr<Backend> make_cuda_backend(const Tissue& tissue, const SolverOptions& options,
                                            std::unique_ptr<SolverData>& data) {
   const CudaHook* const hook = cuda_hook();
   std::string why_not = "this program is not linked with pbdsurg::cuda";
   if (hook != nullptr && hook->available(why_not)) {
-    data = make_data(scene, options, device_composition(scene, options));
+    data = make_data(tissue, options, device_composition(tissue, options));
     try {
       return hook->make(*data);
-    } catch (const BackendUnavailable&) {  // for this scene
+    } catch (const BackendUnavailable&) {  // for this tissue
       if (options.backend == BackendKind::cuda) {
         throw;
       }
@@ -128,28 +128,41 @@ const SolverData& solver_data(const Solver& solver) {
   return *solver.data_;
 }
 
-Solver::Solver(const Scene& scene, const SolverOptions& options) {
+Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) {
   check_options(options);
-  check_materials(scene.bodies(), options.mode);
-  check_vertex_method(scene, options);
-  if (scene.vertex_count() > kMostParticles) {
-    throw InvalidArgument("the scene has " + std::to_string(scene.vertex_count()) +
+  check_materials(tissue.bodies(), options.mode);
+  check_vertex_method(tissue.bodies(), tissue.links(), options);
+  if (tissue.vertex_count() > kMostParticles) {
+    throw InvalidArgument("the scene has " + std::to_string(tissue.vertex_count()) +
                           " vertices; a solver takes " + std::to_string(kMostParticles) +
                           " at most");
+  }
+  if (options.composition == PlanComposition::joint && tissue.version() != 0) {
+    throw InvalidArgument("a joint plan is of tissue as a scene has it; this was edited");
   }
   std::unique_ptr<SolverData> data;
   std::unique_ptr<Backend> backend;
   if (options.backend == BackendKind::cuda || options.backend == BackendKind::automatic) {
-    backend = make_cuda_backend(scene, options, data);
+    backend = make_cuda_backend(tissue, options, data);
   }
   if (backend == nullptr) {
     backend = make_host_backend(options);
     if (data == nullptr || options.composition == PlanComposition::automatic) {
-      data = make_data(scene, options, PlanComposition::nested);
+      data = make_data(tissue, options, PlanComposition::nested);
     }
   }
   data->backend = std::move(backend);
+  reserve_spare_room(tissue, options.spare);
+  data->follow_tissue();
   data_ = std::move(data);
+}
+
+Solver::Solver(const Scene& scene, const SolverOptions& options)
+    : Solver(std::make_unique<Tissue>(scene), options) {}
+
+Solver::Solver(std::unique_ptr<Tissue> tissue, const SolverOptions& options)
+    : Solver(*tissue, options) {
+  data_->own_tissue = std::move(tissue);
 }
 
 Solver::~Solver() = default;
@@ -161,7 +174,7 @@ StepReport Solver::step(float dt) {
   return finish_step();
 }
 
-void Solver::start_step(float dt) {
+void Solver::check_step(float dt) const {
   if (data_->step_in_flight != SolverData::Step::none) {
     throw InvalidArgument("a step was started and not finished: finish_step() comes first");
   }
@@ -172,6 +185,10 @@ void Solver::start_step(float dt) {
          << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }
+}
+
+void Solver::start_step(float dt) {
+  check_step(dt);
   data_->start_step(dt);
 }
 
@@ -201,32 +218,7 @@ const char* Solver::backend_name() const {
 }
 
 std::size_t Solver::memory_bytes() const {
-  const SolverData& data = *data_;
-  const auto bytes_of = [](const auto&... arrays) {
-    return (... + (arrays.capacity() * sizeof(arrays[0])));
-  };
-  std::size_t state_bytes = 0;
-  for (Index i = 0; i < data.copy_count(); ++i) {
-    const CopyState& copy = data.copy(i);
-    state_bytes += bytes_of(copy.particles, copy.velocities, copy.falling, copy.watched_positions);
-    for (const ToolState& tool : copy.tools) {
-      state_bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
-    }
-  }
-  return state_bytes +
-         bytes_of(data.place_of_vertex, data.previous, data.tets, data.edges, data.links,
-                  data.tet_edges, data.edge_tets, data.tet_masses, data.vertex_masses,
-                  data.constraint_phases, data.plan.phases, data.later_vertex_bodies,
-                  data.later_tet_bodies, data.tissue_counts, data.watched_places, data.read_places,
-                  data.edit_buffer, data.changes.moved, data.changes.vertices,
-                  data.changes.constraints, data.changes.tets) +
-         data.vertex_tets.memory_bytes() + data.vertex_links.memory_bytes() +
-         data.distance_ids.memory_bytes() + data.edge_owners.memory_bytes() +
-         (data.tet_alive.capacity() + data.group_buffer.capacity()) / 8 +
-         data.distances.memory_bytes() + data.volumes.memory_bytes() +
-         data.neo_hookeans.memory_bytes() + data.strain_limits.memory_bytes() +
-         data.vertex_method.memory_bytes() + data.journal.memory_bytes() +
-         data.backend->memory_bytes();
+  return data_->memory_bytes();
 }
 
 Index Solver::vertex_count() const {
@@ -333,7 +325,8 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index
 Snapshot Solver::snapshot(Index copy) const {
   const CopyState& state = checked_copy(*data_, copy);
   data_->fetch_state(copy);
-  Snapshot snapshot{positions(copy), velocities(copy), {}, data_->topology_version, state.falling};
+  Snapshot snapshot{
+      positions(copy), velocities(copy), {}, tissue().identified_version(), state.falling};
   for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
   }
@@ -346,10 +339,14 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_size("the snapshot's velocities", snapshot.velocities.size(), state.particles.size());
   check_size("the snapshot's tool poses", snapshot.tool_poses.size(), state.tools.size());
   check_size("the snapshot's shares of gravity", snapshot.falling.size(), state.falling.size());
-  if (snapshot.topology_version != data_->topology_version) {
+  const TissueVersion now = tissue().identified_version();
+  if (snapshot.tissue.tissue != now.tissue) {
+    throw InvalidArgument("the snapshot is of another tissue");
+  }
+  if (snapshot.tissue.number != now.number) {
     throw InvalidArgument("the snapshot is of topology version " +
-                          std::to_string(snapshot.topology_version) + ", the solver is at " +
-                          std::to_string(data_->topology_version));
+                          std::to_string(snapshot.tissue.number) + ", the solver is at " +
+                          std::to_string(now.number));
   }
   check_finite("position", snapshot.positions);
   check_finite("velocity", snapshot.velocities);
@@ -412,7 +409,7 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   data_->finish_running_step();
   std::vector<ToolState> added(static_cast<std::size_t>(data_->copy_count()), tool);
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {
-    reserve_tool(*data_, added[copy]);
+    data_->reserve_tool(added[copy]);
     data_->copy(copy).tools.reserve(data_->copy(copy).tools.size() + 1);
   }
   for (Index copy = 0; copy < data_->copy_count(); ++copy) {  // nothing fails from here on
@@ -443,7 +440,7 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
   }
   for (const Index v : vertices) {
     check_id("vertex", v, data_->particles.size());
-    if (!has_tissue(v)) {
+    if (!tissue().has_tissue(v)) {
       throw InvalidArgument("vertex " + std::to_string(v) + " has no tissue left to hold");
     }
     if (held[v]) {
@@ -482,93 +479,40 @@ Eigen::Vector3f Solver::tool_force(Index tool, Index copy) const {
   return state.force;
 }
 
-std::span<const Body> Solver::bodies() const {
-  return data_->bodies;
+Tissue& Solver::tissue() {
+  static_cast<void>(*data_);  // throws if it was moved from
+  return *tissue_;
 }
-const Body& Solver::body(Index index) const {
-  if (index < 0 || index >= static_cast<Index>(data_->bodies.size())) {
-    throw InvalidArgument("there is no body " + std::to_string(index) + "; the solver has " +
-                          std::to_string(data_->bodies.size()));
-  }
-  return data_->bodies[index];
-}
-
-bool Solver::is_body_alive(Index index) const {
-  static_cast<void>(body(index));  // throws if there is none
-  return data_->tissue_counts[index] > 0;
-}
-
-Index Solver::body_of_vertex(Index vertex) const {
-  check_id("vertex", vertex, data_->particles.size());
-  return data_->body_of_vertex(vertex);
-}
-
-Index Solver::body_of_tet(Index tet) const {
-  check_id("tet", tet, data_->tets.size());
-  return data_->body_of_tet(tet);
-}
-
-std::span<const Tet> Solver::tets() const {
-  return data_->tets;
-}
-std::span<const Edge> Solver::edges() const {
-  return data_->edges;
-}
-std::span<const Link> Solver::links() const {
-  return data_->links;
-}
-
-std::span<const Index, 6> Solver::tet_edges(Index tet) const {
-  check_id("tet", tet, data_->tets.size());
-  return data_->tet_edges[tet];
-}
-
-bool Solver::is_tet_alive(Index tet) const {
-  check_id("tet", tet, data_->tets.size());
-  return data_->tet_alive[tet];
-}
-
-bool Solver::is_edge_alive(Index edge) const {
-  check_id("edge", edge, data_->edges.size());
-  return data_->edge_tets[edge] > 0;
-}
-
-bool Solver::is_link_alive(Index link) const {
-  check_id("link", link, data_->links.size());
-  return data_->is_link_alive(link);
-}
-
-bool Solver::has_tissue(Index vertex) const {
-  check_id("vertex", vertex, data_->particles.size());
-  return data_->vertex_masses[vertex] > 0;
+const Tissue& Solver::tissue() const {
+  static_cast<void>(*data_);
+  return *tissue_;
 }
 
 float Solver::rest_length(Index edge) const {
-  if (!is_edge_alive(edge)) {
+  if (!tissue().is_edge_alive(edge)) {
     throw InvalidArgument("edge " + std::to_string(edge) + " was removed");
   }
-  const Index distance = data_->distance_ids.of_edge(edge);
-  if (!data_->distances.is_alive(distance)) {
+  const auto& distances = data_->sets.of<DistanceConstraint>();
+  const Index distance = data_->sets.distance_ids.of_edge(edge);
+  if (!distances.is_alive(distance)) {
     throw InvalidArgument("edge " + std::to_string(edge) +
                           " belongs to a Neo-Hookean body, whose edges have no rest length");
   }
-  return data_->distances.record(distance).parameters[DistanceConstraint::kRest];
+  return distances.record(distance).parameters[DistanceConstraint::kRest];
 }
 
 float Solver::rest_volume(Index tet) const {
-  check_id("tet", tet, data_->tets.size());
-  if (data_->neo_hookeans.is_alive(tet)) {
-    return pbdsurg::rest_volume(data_->neo_hookeans.record(tet));
+  check_id("tet", tet, tissue().tets().size());
+  const auto& solids = data_->sets.of<NeoHookeanConstraint>();
+  if (solids.is_alive(tet)) {
+    return pbdsurg::rest_volume(solids.record(tet));
   }
-  if (!data_->volumes.is_alive(tet)) {
+  const auto& volumes = data_->sets.of<VolumeConstraint>();
+  if (!volumes.is_alive(tet)) {
     throw InvalidArgument("tet " + std::to_string(tet) +
                           " was removed or belongs to a body without volume constraints");
   }
-  return data_->volumes.record(tet).parameters[VolumeConstraint::kRest];
-}
-
-std::uint64_t Solver::topology_version() const {
-  return data_->topology_version;
+  return volumes.record(tet).parameters[VolumeConstraint::kRest];
 }
 
 }  // namespace pbdsurg

@@ -29,7 +29,7 @@ void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& s
 // Shares of volume beyond that at rest.
 template <class Visit>
 void for_each_swelling(const SolverData& data, Visit visit) {
-  const auto& slots = data.neo_hookeans;
+  const auto& slots = data.sets.of<NeoHookeanConstraint>();
   for (Index group = 0; group < slots.group_count(); ++group) {
     for (Index slot = 0; slot < slots.size(group); ++slot) {
       const auto& block = slots.blocks(group)[slot / kBlockLanes];
@@ -67,12 +67,12 @@ void report_vertices(const SolverData& data, StepReport& report) {
 }
 
 void report_constraints(const SolverData& data, StepReport& report) {
-  for_each_value(data, data.distances, [&](float value, float rest) {
+  for_each_value(data, data.sets.of<DistanceConstraint>(), [&](float value, float rest) {
     if (rest > 0) {
       raise(report.distance_residual, std::abs(value) / rest);
     }
   });
-  for_each_value(data, data.volumes, [&](float value, float rest) {
+  for_each_value(data, data.sets.of<VolumeConstraint>(), [&](float value, float rest) {
     raise(report.volume_residual, std::abs(value) / rest);
     report.inverted_tets += value + rest < 0;
   });
@@ -83,12 +83,13 @@ void report_constraints(const SolverData& data, StepReport& report) {
 }
 
 void report_tubes(const SolverData& data, StepReport& report) {
-  for_each_tube_tet(data, [&](Index t) {
+  for_each_tube_tet(*data.tissue, [&](Index t) {
     Vec3<float> points[4];
     for (int k = 0; k < 4; ++k) {
-      points[k] = load(data.particle(data.tets[t][k]));
+      points[k] = load(data.particle(data.tissue->tets()[t][k]));
     }
-    report.inverted_tets += data.tet_alive[t] && VolumeConstraint::value(points, 0.0F) < 0;
+    report.inverted_tets +=
+        data.tissue->is_tet_alive(t) && VolumeConstraint::value(points, 0.0F) < 0;
   });
 }
 

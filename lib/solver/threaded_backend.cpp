@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "coloring/thread_team.h"
-#include "solver/backend.h"
 #include "solver/contact_stage.h"
+#include "solver/host_backends.h"
 #include "solver/lane_kernels.h"
 #include "solver/load_store.h"
 #include "solver/serial_phases.h"
 #include "solver/solver_data.h"
 #include "solver/state_report.h"
 #include "solver/step_team.h"
+#include "solver/vertex_method.h"
 
 namespace pbdsurg {
 namespace {
@@ -51,7 +52,11 @@ class ThreadedBackend final : public Backend {
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
 
   void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
-  StepReport finish_step(SolverData& /*data*/) override { return report_; }
+  StepReport finish_step(SolverState& /*state*/) override { return report_; }
+
+  [[nodiscard]] Maker maker() const override {
+    return [](const SolverData& data) { return make_threaded_backend(data.options); };
+  }
 
  private:
   struct alignas(128) ThreadResidual {
@@ -93,9 +98,9 @@ class ThreadedBackend final : public Backend {
         kernels_.begin_vertices(falling, way_of_fall(data, state.substep));
       }
       if (data.options.mode == ProjectionMode::compliance && !moves_vertices) {
-        reset_multipliers(data.distances, thread);
-        reset_multipliers(data.volumes, thread);
-        reset_multipliers(data.neo_hookeans, thread);
+        reset_multipliers(data.sets.of<DistanceConstraint>(), thread);
+        reset_multipliers(data.sets.of<VolumeConstraint>(), thread);
+        reset_multipliers(data.sets.of<NeoHookeanConstraint>(), thread);
       }
       team_.barrier(thread);
       if (thread == 0) {
@@ -123,9 +128,9 @@ class ThreadedBackend final : public Backend {
     if (thread == 0) {
       end_tools(data);
     }
-    residuals_[thread] = {measure(data, data.distances, thread),
-                          measure(data, data.volumes, thread),
-                          measure(data, data.neo_hookeans, thread)};
+    residuals_[thread] = {measure(data, data.sets.of<DistanceConstraint>(), thread),
+                          measure(data, data.sets.of<VolumeConstraint>(), thread),
+                          measure(data, data.sets.of<NeoHookeanConstraint>(), thread)};
   }
 
   void sweep(SolverData& data, const ProjectionState& state, const VertexState& vertex_state,
@@ -154,16 +159,19 @@ class ThreadedBackend final : public Backend {
     }
     switch (stage.phase.kind) {
       case PhaseKind::distance:
-        project_group(data, data.distances, stage.group, state, thread, threads);
+        project_group(data, data.sets.of<DistanceConstraint>(), stage.group, state, thread,
+                      threads);
         break;
       case PhaseKind::volume:
-        project_group(data, data.volumes, stage.group, state, thread, threads);
+        project_group(data, data.sets.of<VolumeConstraint>(), stage.group, state, thread, threads);
         break;
       case PhaseKind::neo_hookean:
-        project_group(data, data.neo_hookeans, stage.group, state, thread, threads);
+        project_group(data, data.sets.of<NeoHookeanConstraint>(), stage.group, state, thread,
+                      threads);
         break;
       case PhaseKind::strain_limit:
-        project_group(data, data.strain_limits, stage.group, state, thread, threads);
+        project_group(data, data.sets.of<StrainLimitConstraint>(), stage.group, state, thread,
+                      threads);
         break;
       default:
         project_serially(data, stage.phase, state.substep);
@@ -191,7 +199,7 @@ class ThreadedBackend final : public Backend {
     const ConstraintKernels<Constraint>& kernels = kernels_;
     if (data.options.mode == ProjectionMode::fraction) {
       kernels.project_fraction(range, state);
-    } else if (data.has_damping) {
+    } else if (data.sets.has_damping) {
       kernels.project_damped(range, state);
     } else {
       kernels.project_compliance(range, state);
@@ -248,16 +256,16 @@ class ThreadedBackend final : public Backend {
     for (const Phase& phase : data.plan.phases) {
       switch (phase.kind) {
         case PhaseKind::distance:
-          add_stage(data, phase, data.distances, phase.color);
+          add_stage(data, phase, data.sets.of<DistanceConstraint>(), phase.color);
           break;
         case PhaseKind::volume:
-          add_stage(data, phase, data.volumes, phase.color);
+          add_stage(data, phase, data.sets.of<VolumeConstraint>(), phase.color);
           break;
         case PhaseKind::neo_hookean:
-          add_stage(data, phase, data.neo_hookeans, phase.color);
+          add_stage(data, phase, data.sets.of<NeoHookeanConstraint>(), phase.color);
           break;
         case PhaseKind::strain_limit:
-          add_stage(data, phase, data.strain_limits, phase.color);
+          add_stage(data, phase, data.sets.of<StrainLimitConstraint>(), phase.color);
           break;
         case PhaseKind::joint:
           if (phase.serial) {
@@ -265,10 +273,11 @@ class ThreadedBackend final : public Backend {
             break;
           }
           for (Index place = 0; place < 6; ++place) {
-            add_stage(data, {PhaseKind::distance, phase.color}, data.distances,
-                      data.joint_group(phase.color, place));
+            add_stage(data, {PhaseKind::distance, phase.color}, data.sets.of<DistanceConstraint>(),
+                      data.sets.joint_group(phase.color, place));
           }
-          add_stage(data, {PhaseKind::volume, phase.color}, data.volumes, phase.color);
+          add_stage(data, {PhaseKind::volume, phase.color}, data.sets.of<VolumeConstraint>(),
+                    phase.color);
           break;
         case PhaseKind::vertex:  // a block takes several times as long as a meeting
           add_stage(phase, phase.color,
@@ -284,7 +293,7 @@ class ThreadedBackend final : public Backend {
   template <class Constraint>
   void add_stage(const SolverData& data, const Phase& phase,
                  const ConstraintSlots<Constraint>& slots, Index group) {
-    const Index domains = data.domain_counts[phase.level];
+    const Index domains = data.sets.domain_counts[phase.level];
     if (domains > 1) {
       const auto owner =
           static_cast<int>(std::min<Index>(domains, team_.size()) * phase.domain / domains);

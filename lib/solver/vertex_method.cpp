@@ -141,7 +141,8 @@ class HeldVertex {
 
 }  // namespace
 
-void check_vertex_method(const Scene& scene, const SolverOptions& options) {
+void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
+                         const SolverOptions& options) {
   if (options.method != SolverMethod::vertex_block) {
     return;
   }
@@ -156,7 +157,7 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
     throw InvalidArgument(
         "a joint composition is of constraints; the vertex-block method has none");
   }
-  for (const Body& body : scene.bodies()) {
+  for (const Body& body : bodies) {
     const Material& material = body.material;
     if (body.tet_count > 0 && material.model == ElasticModel::springs) {
       check_compliance("body '" + body.name + "': stretch", material.stretch.compliance);
@@ -165,8 +166,8 @@ void check_vertex_method(const Scene& scene, const SolverOptions& options) {
       }
     }
   }
-  for (std::size_t l = 0; l < scene.links().size(); ++l) {
-    check_vertex_link(options, "link " + std::to_string(l), scene.links()[l]);
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    check_vertex_link(options, "link " + std::to_string(l), links[l]);
   }
 }
 
@@ -184,24 +185,25 @@ ColoringOptions vertex_coloring(const SolverOptions& options) {
   return coloring;
 }
 
-std::vector<VertexTet> vertex_tets_at_rest(const Scene& scene) {
-  std::vector<VertexTet> tets(scene.tets().size());
-  for (const Body& body : scene.bodies()) {
-    const Material& material = body.material;
-    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
-      VertexTet& tet = tets[t];
-      if (material.model == ElasticModel::neo_hookean) {
-        std::array<Vec3<double>, 4> rest;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const Eigen::Vector3d& x = scene.positions()[scene.tets()[t][k]];
-          rest[k] = {x.x(), x.y(), x.z()};
-        }
-        tet = make_neo_hookean(rest, material);
-      } else if (material.has_volume_constraints) {
-        tet.stiffness = 1 / material.volume.compliance;
-        tet.target = static_cast<float>(tet_volume(scene.positions(), scene.tets()[t]));
-        tet.volume_damping = material.damping * tet.stiffness;
+std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue) {
+  const std::span<const Eigen::Vector3d> positions = tissue.rest_positions();
+  std::vector<VertexTet> tets(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
+    if (!tissue.is_tet_alive(t)) {
+      continue;
+    }
+    const Material& material = tissue.bodies()[tissue.body_of_tet(t)].material;
+    if (material.model == ElasticModel::neo_hookean) {
+      std::array<Vec3<double>, 4> rest;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Vector3d& x = positions[tissue.tets()[t][k]];
+        rest[k] = {x.x(), x.y(), x.z()};
       }
+      tets[t] = make_neo_hookean(rest, material);
+    } else if (material.has_volume_constraints) {
+      tets[t].stiffness = 1 / material.volume.compliance;
+      tets[t].target = static_cast<float>(tet_volume(positions, tissue.tets()[t]));
+      tets[t].volume_damping = material.damping * tets[t].stiffness;
     }
   }
   return tets;
@@ -213,25 +215,26 @@ VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> t
     return method;
   }
   for (std::size_t t = 0; t < tets.size(); ++t) {
-    tets[t].vertices = data.places_of(data.tets[t]);
+    tets[t].vertices = data.places_of(data.tissue->tets()[t]);
   }
-  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.distance_ids.count()));
+  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.sets.distance_ids.count()));
   const auto set_spring = [&](Index distance, const Edge& ends) {
     VertexSpring& spring = springs[distance];
     spring.vertices = data.places_of(ends);
-    if (data.distances.is_alive(distance)) {
-      const auto& numbers = data.distances.record(distance).parameters;
+    if (data.sets.of<DistanceConstraint>().is_alive(distance)) {
+      const auto& numbers = data.sets.of<DistanceConstraint>().record(distance).parameters;
       spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
       spring.rest = numbers[DistanceConstraint::kRest];
       spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
     }
   };
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
-    set_spring(data.distance_ids.of_edge(static_cast<Index>(e)), data.edges[e]);
+  const std::span<const Edge> edges = data.tissue->edges();
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    set_spring(data.sets.distance_ids.of_edge(static_cast<Index>(e)), edges[e]);
   }
-  for (std::size_t l = 0; l < data.links.size(); ++l) {
-    const Link& link = data.links[l];
-    set_spring(data.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
+  for (std::size_t l = 0; l < data.tissue->links().size(); ++l) {
+    const Link& link = data.tissue->links()[l];
+    set_spring(data.sets.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
   }
   std::vector<bool> moves;
   for (const Particle& p : data.particles) {
@@ -374,25 +377,60 @@ void end_vertices(SolverData& data, const Substep<float>& substep) {
   }
 }
 
-void set_vertex_rest_length(SolverData& data, Index distance, float length) {
-  if (is_used(data)) {
-    data.vertex_method.blocks.set_spring_rest(distance, length);
+void VertexFollower::validate(const Tissue& tissue, const TopologyEdit& edit) const {
+  check_vertex_method(edit.new_bodies.bodies(), edit.new_bodies.links(), data_.options);
+  for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
+    check_vertex_link(data_.options, "link " + std::to_string(tissue.links().size() + i),
+                      edit.new_links[i]);
   }
 }
 
-void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
-  if (!is_used(data)) {
+void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) noexcept {
+  if (!is_used(data_)) {
     return;
   }
-  const Material& material = data.bodies[data.body_of_tet(tet)].material;
-  VertexTet terms = data.vertex_method.blocks.tet(tet);
+  VertexBlocks& blocks = data_.vertex_method.blocks;
+  blocks.begin_edit();
+  before_growth_.reset();
+  for (const RestLengthChange& rest : change.edit.rest_lengths) {
+    blocks.set_spring_rest(data_.sets.distance_ids.of_edge(rest.edge), rest.rest_length);
+  }
+  for (const RestVolumeChange& rest : change.edit.rest_volumes) {
+    set_rest_volume(tissue, rest);
+  }
+  remove(change);
+  if (change.adds()) {
+    regrow(tissue, change);
+  } else {
+    refresh();
+  }
+}
+
+void VertexFollower::remove(const TissueChange& change) {
+  VertexBlocks& blocks = data_.vertex_method.blocks;
+  for (const Index tet : change.removed_tets) {
+    if (tet < change.first_new_tet) {
+      blocks.remove_tet(tet);
+    }
+  }
+  for (const Index edge : change.removed_edges) {
+    blocks.remove_spring(data_.sets.distance_ids.of_edge(edge));
+  }
+  for (const Index link : change.removed_links) {
+    blocks.remove_spring(data_.sets.distance_ids.of_link(link));
+  }
+}
+
+void VertexFollower::set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest) {
+  const Material& material = tissue.bodies()[tissue.body_of_tet(rest.tet)].material;
+  VertexTet terms = data_.vertex_method.blocks.tet(rest.tet);
   if (material.model == ElasticModel::neo_hookean) {
     const auto [mu, lambda] = moduli_of(material);
     NeoHookeanTerms<double> before{};
     std::copy(terms.weights.begin(), terms.weights.end(), before.weights);
     before.stiffness = terms.stiffness;
     before.target = terms.target;
-    const double ratio = volume * (1 + mu / lambda) / before.target;
+    const double ratio = rest.rest_volume * (1 + mu / lambda) / before.target;
     const NeoHookeanTerms<double> after = before.resized(ratio);
     std::copy(std::begin(after.weights), std::end(after.weights), terms.weights.begin());
     terms.stiffness = static_cast<float>(after.stiffness);
@@ -402,65 +440,48 @@ void set_vertex_rest_volume(SolverData& data, Index tet, float volume) {
       damping *= static_cast<float>(std::cbrt(ratio));
     }
   } else {
-    terms.target = volume;
+    terms.target = rest.rest_volume;
   }
-  data.vertex_method.blocks.set_tet(tet, terms);
+  data_.vertex_method.blocks.set_tet(rest.tet, terms);
 }
 
-void remove_vertex_tet(SolverData& data, Index tet) {
-  if (is_used(data)) {
-    data.vertex_method.blocks.remove_tet(tet);
-  }
-}
-
-void remove_vertex_spring(SolverData& data, Index distance) {
-  if (is_used(data)) {
-    data.vertex_method.blocks.remove_spring(distance);
-  }
-}
-
-void regrow_vertices(SolverData& data) {
-  if (!is_used(data)) {
-    return;
-  }
-  VertexMethod& method = data.vertex_method;
-  std::vector<VertexTet> tets(data.tets.size());
-  for (std::size_t t = 0; t < tets.size(); ++t) {
-    const auto id = static_cast<Index>(t);
-    if (data.tet_alive[t] && t < data.journal.tet_count) {
-      tets[t] = method.blocks.tet(id);
-    } else if (data.volumes.is_alive(id)) {
-      tets[t] = make_volume(data.volumes.record(id));
-    } else if (data.neo_hookeans.is_alive(id)) {
-      tets[t] = make_neo_hookean(data.neo_hookeans.record(id),
-                                 data.bodies[data.body_of_tet(id)].material);
+void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
+  VertexMethod& method = data_.vertex_method;
+  const auto& volumes = data_.sets.of<VolumeConstraint>();
+  const auto& solids = data_.sets.of<NeoHookeanConstraint>();
+  std::vector<VertexTet> tets(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
+    if (tissue.is_tet_alive(t) && t < change.first_new_tet) {
+      tets[t] = method.blocks.tet(t);
+    } else if (volumes.is_alive(t)) {
+      tets[t] = make_volume(volumes.record(t));
+    } else if (solids.is_alive(t)) {
+      tets[t] = make_neo_hookean(solids.record(t), tissue.bodies()[tissue.body_of_tet(t)].material);
     }
   }
-  VertexMethod grown = make_vertex_method(data, std::move(tets));
-  data.journal.before_growth = std::move(method);
+  VertexMethod grown = make_vertex_method(data_, std::move(tets));
+  before_growth_ = std::move(method);
   method = std::move(grown);
 }
 
-void undo_vertices(SolverData& data) {
-  if (!is_used(data)) {
+void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
+  if (!is_used(data_)) {
     return;
   }
-  if (data.journal.before_growth) {
-    data.vertex_method = std::move(*data.journal.before_growth);
-    data.journal.before_growth.reset();
+  if (before_growth_) {
+    data_.vertex_method = std::move(*before_growth_);
+    before_growth_.reset();
   }
-  data.vertex_method.blocks.undo();
-  refresh_vertices(data);
+  data_.vertex_method.blocks.undo();
+  refresh();
 }
 
-void refresh_vertices(SolverData& data) {
-  if (is_used(data)) {
-    VertexBlocks& blocks = data.vertex_method.blocks;
-    for (const Index place : blocks.touched()) {
-      data.log_constraint(PhaseKind::vertex, place);
-    }
-    blocks.refresh();
+void VertexFollower::refresh() {
+  VertexBlocks& blocks = data_.vertex_method.blocks;
+  for (const Index place : blocks.touched()) {
+    data_.log_constraint(PhaseKind::vertex, place);
   }
+  blocks.refresh();
 }
 
 }  // namespace pbdsurg

@@ -4,50 +4,26 @@
 /// @file
 /// The vertex-block method within a step. Nothing here does anything for other methods.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/export.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
-#include "solver/particle.h"
-#include "solver/vertex_blocks.h"
+#include "solver/vertex_method_state.h"
 
 namespace pbdsurg {
 
 class SolverData;
 
-/// A tool's contact or grasp at a vertex.
-struct VertexHold {
-  Index place;  ///< of the vertex, see SolverData
-  Index next;   ///< at the same vertex, or kInvalidIndex
-  Index tool;
-  Index entry;  ///< of its attachments or contacts
-  bool is_contact;
-};
-
-/// What the method keeps between phases, for the copy at work; empty for other methods.
-struct VertexMethod {
-  VertexBlocks blocks;
-  std::vector<Particle> flights;   ///< [vertex_count] m, where a vertex would be without its rows
-  std::vector<Index> first_holds;  ///< [vertex_count] or kInvalidIndex
-  std::vector<VertexHold> holds;   ///< of the current substep
-  std::vector<LaneBits> held;      ///< [block_count] lanes of vertices with holds
-
-  /// Bytes in use.
-  [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return blocks.memory_bytes() + flights.capacity() * sizeof(Particle) +
-           first_holds.capacity() * sizeof(Index) + holds.capacity() * sizeof(VertexHold) +
-           held.capacity() * sizeof(LaneBits);
-  }
-};
-
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
 ///                          the option, the body or the link
-void check_vertex_method(const Scene& scene, const SolverOptions& options);
+void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
+                         const SolverOptions& options);
 
 /// @param what  the link's name
 /// @throws InvalidArgument  as check_vertex_method()
@@ -57,8 +33,8 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 /// would be kept for want of a reason and takes up to twice the colours.
 [[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
 
-/// What a scene's tetrahedra add to the energy; their vertices are left out. [tet_count]
-[[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Scene& scene);
+/// What live tetrahedra add to the energy; their vertices are left out. [tet_count]
+[[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue);
 
 /// Colours vertices and lays out their rows.
 /// @param data  with all else that a solver has
@@ -104,18 +80,29 @@ void solve_vertices(SolverData& data, const VertexState& state, Index color);
 /// After the sweeps.
 void end_vertices(SolverData& data, const Substep<float>& substep);
 
-// What edits change; refresh_vertices() then makes it felt.
-void set_vertex_rest_length(SolverData& data, Index distance, float length);
-void set_vertex_rest_volume(SolverData& data, Index tet, float volume);
-void remove_vertex_tet(SolverData& data, Index tet);
-void remove_vertex_spring(SolverData& data, Index distance);
-void refresh_vertices(SolverData& data);
+/// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
+/// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.
+class VertexFollower final : public Follower {
+ public:
+  explicit VertexFollower(SolverData& data) : data_(data) {}
 
-/// After an edit that added constraints: lays all rows out anew and colours vertices again; those
-/// from before go to the journal. Cost: O(vertex_count log vertex_count).
-void regrow_vertices(SolverData& data);
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return before_growth_ ? before_growth_->memory_bytes() : 0;
+  }
 
-/// Takes back the last edit, once all else is as it was before.
-void undo_vertices(SolverData& data);
+  void validate(const Tissue& tissue, const TopologyEdit& edit) const override;
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+
+ private:
+  void set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest);
+  void remove(const TissueChange& change);
+  void regrow(const Tissue& tissue, const TissueChange& change);
+  void refresh();
+
+  SolverData& data_;
+  std::optional<VertexMethod> before_growth_;  // of the last edit
+};
 
 }  // namespace pbdsurg

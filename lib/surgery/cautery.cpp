@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/tissue/renumbering.h"
 
 #include "core/check.h"
-#include "edit/renumbering.h"
 #include "surgery/current.h"
 #include "surgery/electrode_contact.h"
 #include "surgery/heat_changes.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -27,7 +27,7 @@ constexpr double kBoilingShare = 0.2;     // of the time to boil
 constexpr int kMostSubsteps = 32;
 constexpr double kElectrodeRecovery = 20;  // s: steel of 1 cm, by conduction into the shaft
 
-CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies,
+CauteryOptions checked(const Tissue& tissue, std::span<const ThermalBody> bodies,
                        const CauteryOptions& options) {
   check_positive("contact_radius", options.contact_radius, " m");
   check_not_negative("body_resistance", options.body_resistance);
@@ -44,9 +44,10 @@ CauteryOptions checked(const Solver& solver, std::span<const ThermalBody> bodies
                             ", which nothing would read; it needs RemovalRule::boiled_vertices");
     }
     for (const ThermalBody& body : bodies) {
-      const ThermalProperties& tissue = options.model.tissue ? *options.model.tissue : body.tissue;
-      if (!(tissue.water_fraction > 0)) {
-        throw InvalidArgument("the tissue of body '" + solver.body(body.body).name +
+      const ThermalProperties& properties =
+          options.model.tissue ? *options.model.tissue : body.properties;
+      if (!(properties.water_fraction > 0)) {
+        throw InvalidArgument("the tissue of body '" + tissue.body(body.body).name +
                               "' has no water; without it nothing would ever vaporise");
       }
     }
@@ -61,17 +62,23 @@ bool is_empty(const TopologyEdit& edit) {
 
 }  // namespace
 
-struct Cautery::Work {
+struct Cautery::Work final : Follower {
   static constexpr const char* kWho = "a cautery";
 
-  Work(const Solver& solver, std::span<const ThermalBody> bodies, const CauteryOptions& wanted)
-      : field(solver, bodies, wanted.model, wanted.heat),
-        options(checked(solver, bodies, wanted)),
-        contact(solver, bodies, options.contact_radius),
-        positions(solver),
+  Work(const Tissue& tissue, std::span<const ThermalBody> bodies, const CauteryOptions& wanted)
+      : field(tissue, bodies, wanted.model, wanted.heat),
+        options(checked(tissue, bodies, wanted)),
+        contact(tissue, bodies, options.contact_radius),
+        positions(tissue),
         current(field, options, positions),
         changes(field, options),
-        link_doses(solver.links().size()) {}
+        link_doses(tissue.links().size()) {
+    tissue.add_follower(*this, FollowerRank::surgery);
+  }
+
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
   void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
   void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
@@ -84,7 +91,7 @@ struct Cautery::Work {
                CauteryReport& report);
   void step(double dt, CauteryReport& report);
   void collect_links(const Solver& solver, TopologyEdit& edit);
-  void undo_links(const EditResult& result);
+  void undo_links(const TissueChange& change);
 
   HeatField field;
   CauteryOptions options;
@@ -103,9 +110,9 @@ struct Cautery::Work {
   std::vector<HeatSource> sources;
 };
 
-Cautery::Cautery(const Solver& solver, std::span<const ThermalBody> bodies,
+Cautery::Cautery(const Tissue& tissue, std::span<const ThermalBody> bodies,
                  const CauteryOptions& options)
-    : work_(std::make_unique<Work>(solver, bodies, options)) {}
+    : work_(std::make_unique<Work>(tissue, bodies, options)) {}
 
 Cautery::~Cautery() = default;
 Cautery::Cautery(Cautery&&) noexcept = default;
@@ -137,8 +144,26 @@ HeatState Cautery::state(Index tet) const {
 }
 
 CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,
-                              const std::optional<GeneratorSettings>& generator, double dt,
-                              std::span<EditParticipant* const> participants) {
+                              const std::optional<GeneratorSettings>& generator, double dt) {
+  TopologyEdit edit;
+  CauteryReport report = heat(solver, electrode, generator, dt, edit);
+  if (!is_empty(edit)) {
+    report.edit = solver.tissue().apply(edit);
+    commit(report);
+  }
+  return report;
+}
+
+void Cautery::commit(CauteryReport& report) {
+  HeatChanges& changes = work_->changes;
+  changes.commit();
+  report.removed_volume = changes.removed_volume();
+  report.torn = changes.torn_count();
+}
+
+CauteryReport Cautery::heat(const Solver& solver, const Electrode& electrode,
+                            const std::optional<GeneratorSettings>& generator, double dt,
+                            TopologyEdit& edit) {
   Work& work = *work_;
   if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
     throw InvalidArgument("the electrode's ends must be finite");
@@ -148,7 +173,8 @@ CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,
   if (generator) {
     driven.emplace(*generator);
   }
-  work.field.validate(solver, {});
+  solver.tissue().check_follower(work, "a cautery");
+  work.positions.follow(solver);
 
   CauteryReport report;
   report.resistance = std::numeric_limits<double>::infinity();
@@ -165,21 +191,9 @@ CauteryReport Cautery::update(Solver& solver, const Electrode& electrode,
   report.energy = work.field.ledger().in - in_before + work.link_energy - links_before;
   report.power = report.energy / dt;
 
-  TopologyEdit edit;
   work.changes.collect(solver, work.field, dt, work.field.ledger().in, edit);
   work.collect_links(solver, edit);
   report.deferred = work.changes.deferred_count();
-  if (!is_empty(edit)) {
-    std::vector<EditParticipant*> all(participants.begin(), participants.end());
-    if (std::find(all.begin(), all.end(), this) == all.end()) {
-      all.push_back(this);
-    }
-    report.edit = apply_edit(solver, edit, all);
-    work.changes.commit();
-    report.removed_volume = work.changes.removed_volume();
-    report.torn = work.changes.torn_count();
-    report.request = std::move(edit);
-  }
   return report;
 }
 
@@ -318,60 +332,44 @@ void Cautery::Work::step(double dt, CauteryReport& report) {
 }
 
 void Cautery::Work::collect_links(const Solver& solver, TopologyEdit& edit) {
-  std::erase_if(parting_links, [&](Index l) { return !solver.is_link_alive(l); });
+  std::erase_if(parting_links, [&](Index l) { return !solver.tissue().is_link_alive(l); });
   std::sort(parting_links.begin(), parting_links.end());
   parting_links.erase(std::unique(parting_links.begin(), parting_links.end()), parting_links.end());
-  edit.remove_links = parting_links;
+  edit.remove_links.insert(edit.remove_links.end(), parting_links.begin(), parting_links.end());
 }
 
 // Those that are back part again.
-void Cautery::Work::undo_links(const EditResult& result) {
+void Cautery::Work::undo_links(const TissueChange& change) {
   const auto is_gone = [&](Index l) { return l >= static_cast<Index>(link_doses.size()); };
   std::erase_if(parting_links, is_gone);
-  std::copy_if(result.links.begin(), result.links.end(), std::back_inserter(parting_links),
-               [&](Index l) { return !is_gone(l) && is_full(l); });
+  std::ranges::copy_if(change.removed_links, std::back_inserter(parting_links),
+                       [&](Index l) { return !is_gone(l) && is_full(l); });
 }
 
-void Cautery::renumber(const Solver& solver, const Renumbering& ids) {
-  Work& work = *work_;
-  ElectrodeContact contact = work.contact;
-  contact.renumber(solver, ids);
-  check_map_size("a cautery", "links", ids.links, work.link_doses.size());
-  work.field.renumber(solver, ids);
-  // what is left follows the two
-  work.contact = std::move(contact);
-  work.current.renumber(work.field, ids);
-  work.changes.renumber(work.field, ids);
-  work.positions.renumber(solver, ids);
-  renumber_values(work.link_doses, ids.links, solver.links().size());
-  renumber_list(work.parting_links, ids.links);
-  work.cooling.assign(static_cast<std::size_t>(solver.vertex_count()), 0.0);
+void Cautery::Work::renumber(const Tissue& tissue, const Renumbering& ids) noexcept {
+  contact.renumber(tissue, ids);
+  current.renumber(field, ids);
+  changes.renumber(field, ids);
+  positions.renumber(tissue, ids);
+  renumber_values(link_doses, ids.links, tissue.links().size());
+  renumber_list(parting_links, ids.links);
+  cooling.assign(static_cast<std::size_t>(tissue.vertex_count()), 0.0);
 }
 
-void Cautery::validate(const Solver& solver, const TopologyEdit& edit) const {
-  work_->field.validate(solver, edit);
-  work_->contact.validate(solver, edit);
+void Cautery::Work::follow(const Tissue& tissue, const TissueChange&) noexcept {
+  current.follow(field);
+  changes.follow(field);
+  positions.resize(tissue);
+  link_doses.resize(tissue.links().size());
 }
 
-void Cautery::apply(const Solver& solver, const TopologyEdit& edit,
-                    const EditResult& result) noexcept {
-  work_->field.apply(solver, edit, result);
-  work_->contact.apply(solver, edit, result);
-  work_->current.apply(work_->field);
-  work_->changes.apply(work_->field);
-  work_->positions.follow(solver);
-  work_->link_doses.resize(solver.links().size());
-}
-
-void Cautery::undo(const Solver& solver, const TopologyEdit& edit,
-                   const EditResult& result) noexcept {
-  work_->field.undo(solver, edit, result);
-  work_->contact.undo(solver, edit, result);
-  work_->current.undo(work_->field);
-  work_->changes.undo(work_->field);
-  work_->positions.follow(solver);
-  work_->link_doses.resize(solver.links().size());
-  work_->undo_links(result);
+void Cautery::Work::undo(const Tissue& tissue, const TissueChange& change) noexcept {
+  contact.forget_links();
+  current.undo(field);
+  changes.undo(field);
+  positions.resize(tissue);
+  link_doses.resize(tissue.links().size());
+  undo_links(change);
 }
 
 }  // namespace pbdsurg

@@ -10,6 +10,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/tissue/renumbering.h"
 
 #include "core/check.h"
 #include "core/describe.h"
@@ -139,7 +140,6 @@ Index find_strand(std::span<const Strand> strands, Index link) {
 
 Index ConnectiveTissue::join(Scene& scene, Index first, Index second,
                              std::span<const MembraneLink> links, const StrandOptions& options) {
-  followed_.check_not_moved_from(kWho);
   check(options);
   const Body from = scene.body(first), to = scene.body(second);
   if (first == second) {
@@ -241,13 +241,8 @@ double ConnectiveTissue::share_lost(StrandLoss cause) const noexcept {
 }
 
 void ConnectiveTissue::read_ends(const Solver& solver) {
-  if (!strands_.empty() && strands_.back().first_link + strands_.back().link_count >
-                               static_cast<Index>(solver.links().size())) {
-    throw InvalidArgument("strand " + std::to_string(strands_.size() - 1) +
-                          " has links that the solver lacks; join organs before making a solver");
-  }
-  followed_.check(solver, kWho);
-  events_.reserve(strands_.size());  // apply() allocates nothing
+  solver.tissue().check_follower(*this, kWho);
+  events_.reserve(strands_.size());  // follow() allocates nothing
   positions_.resize(ends_.size());
   solver.read_positions(ends_, positions_);
 }
@@ -285,41 +280,36 @@ void ConnectiveTissue::find_cut(const Solver& solver, std::span<const BladeSweep
   });
 }
 
-EditResult ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep> blades,
-                                      std::span<EditParticipant* const> participants) {
+void ConnectiveTissue::find_parting(const Solver& solver, std::span<const BladeSweep> blades,
+                                    TopologyEdit& edit) {
   check(blades);
   read_ends(solver);
-  edit_.remove_links.clear();
   causes_.clear();
+  named_.clear();
+  for (const Index link : edit.remove_links) {
+    named_.push_back(find_strand(strands_, link));
+  }
+  std::ranges::sort(named_);
   visit_whole([&](const Strand& strand, std::span<const Vector3f> ends) {
+    if (std::ranges::binary_search(named_, static_cast<Index>(&strand - strands_.data()))) {
+      return;
+    }
     const Index cut = find_cut_link(strand, ends, blades);
     const Index link = cut != kInvalidIndex ? cut : find_torn_link(strand, ends);
     if (link != kInvalidIndex) {
-      edit_.remove_links.push_back(link);
-      causes_.push_back(link == cut ? StrandLoss::blade : StrandLoss::torn);
+      edit.remove_links.push_back(link);
+      causes_.emplace_back(link, link == cut ? StrandLoss::blade : StrandLoss::torn);
     }
   });
-  if (edit_.remove_links.empty()) {
-    EditResult nothing;
-    nothing.topology_version = solver.topology_version();
-    return nothing;
-  }
-  all_participants_.assign(participants.begin(), participants.end());
-  if (std::ranges::find(all_participants_, this) == all_participants_.end()) {
-    all_participants_.push_back(this);
-  }
-  return apply_edit(solver, edit_, all_participants_);
 }
 
-void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
-  const Index last_link =
-      strands_.empty() ? 0 : strands_.back().first_link + strands_.back().link_count;
-  if (last_link > static_cast<Index>(ids.links.size())) {
-    throw InvalidArgument("strands have " + std::to_string(last_link) +
-                          " links, the compaction was of a solver with " +
-                          std::to_string(ids.links.size()));
-  }
-  followed_.renumber(solver, ids, kWho);
+const TissueChange* ConnectiveTissue::separate(Solver& solver, std::span<const BladeSweep> blades) {
+  edit_.remove_links.clear();
+  find_parting(solver, blades, edit_);
+  return edit_.remove_links.empty() ? nullptr : &solver.tissue().apply(edit_);
+}
+
+void ConnectiveTissue::renumber(const Tissue& tissue, const Renumbering& ids) noexcept {
   const auto count_left = [&](Index first, Index end) {
     return static_cast<Index>(std::count_if(ids.links.begin() + first, ids.links.begin() + end,
                                             [](Index id) { return id != kInvalidIndex; }));
@@ -336,44 +326,41 @@ void ConnectiveTissue::renumber(const Solver& solver, const Renumbering& ids) {
   for (StrandEvent& event : events_) {
     event.link = kInvalidIndex;
   }
-  collect_whole(solver.links());
+  collect_whole(tissue.links());
 }
 
-void ConnectiveTissue::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, kWho);
-}
-
-void ConnectiveTissue::apply(const Solver& solver, const TopologyEdit& edit,
-                             const EditResult& result) noexcept {
-  followed_.apply(result);
+void ConnectiveTissue::follow(const Tissue& tissue, const TissueChange& change) noexcept {
   undone_events_ = events_.size();
-  for (std::size_t i = 0; i < result.links.size(); ++i) {
-    const Index strand = find_strand(strands_, result.links[i]);
+  for (std::size_t i = 0; i < change.removed_links.size(); ++i) {
+    const Index strand = find_strand(strands_, change.removed_links[i]);
     if (strand == kInvalidIndex || !is_whole_[strand]) {
       continue;
     }
     StrandLoss cause = StrandLoss::without_tissue;
-    if (i < edit.remove_links.size()) {  // as asked; consequences follow
-      cause = &edit == &edit_ ? causes_[i] : StrandLoss::removed;
+    if (i < change.edit.remove_links.size()) {  // as asked; consequences follow
+      const auto known = std::ranges::lower_bound(causes_, change.removed_links[i], {},
+                                                  &std::pair<Index, StrandLoss>::first);
+      cause = known != causes_.end() && known->first == change.removed_links[i]
+                  ? known->second
+                  : StrandLoss::removed;
     }
     is_whole_[strand] = false;
-    events_.push_back({strand, result.links[i], cause, result.topology_version});
+    events_.push_back({strand, change.removed_links[i], cause, change.version});
   }
-  if (events_.size() > undone_events_ || !edit.link_moves.empty()) {
-    collect_whole(solver.links());
+  causes_.clear();
+  if (events_.size() > undone_events_ || !change.edit.link_moves.empty()) {
+    collect_whole(tissue.links());
   }
 }
 
-void ConnectiveTissue::undo(const Solver& solver, const TopologyEdit& edit,
-                            const EditResult&) noexcept {
-  followed_.undo();
+void ConnectiveTissue::undo(const Tissue& tissue, const TissueChange& change) noexcept {
   for (std::size_t i = undone_events_; i < events_.size(); ++i) {
     is_whole_[events_[i].strand] = true;
   }
-  const bool has_changed = events_.size() > undone_events_ || !edit.link_moves.empty();
+  const bool has_changed = events_.size() > undone_events_ || !change.edit.link_moves.empty();
   events_.erase(events_.begin() + static_cast<std::ptrdiff_t>(undone_events_), events_.end());
   if (has_changed) {
-    collect_whole(solver.links());
+    collect_whole(tissue.links());
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "pbdsurg/thermal/tissue_state.h"
 
-#include "edit/renumbering.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -39,10 +39,10 @@ double mean_temperature(const HeatField& field, Index tet) {
 
 Current::Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions)
     : radius_(options.contact_radius), potential_(field, options.potential), positions_(positions) {
-  apply(field);
+  follow(field);
 }
 
-void Current::apply(const HeatField& field) noexcept {
+void Current::follow(const HeatField& field) noexcept {
   const auto count = static_cast<std::size_t>(field.mesh().tet_count());
   for (std::size_t t = conductivities_.size(); t < count; ++t) {
     conductivities_.push_back(0);
@@ -54,7 +54,6 @@ void Current::apply(const HeatField& field) noexcept {
 }
 
 void Current::renumber(const HeatField& field, const Renumbering& ids) {
-  potential_.renumber(ids);
   const auto count = static_cast<std::size_t>(field.mesh().tet_count());
   renumber_values(conductivities_, ids.tets, count);
   renumber_list(warm_tets_, ids.tets);

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/thermal/disk_source.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/potential_field.h"
+#include "pbdsurg/tissue/renumbering.h"
 
 #include "surgery/electrode_contact.h"
 
@@ -70,7 +70,7 @@ class Current {
   /// Goes along with a compaction, after the field has. What was touched has to be told again.
   void renumber(const HeatField& field, const Renumbering& ids);
 
-  void apply(const HeatField& field) noexcept;
+  void follow(const HeatField& field) noexcept;
   void undo(const HeatField& field) noexcept;
 
  private:

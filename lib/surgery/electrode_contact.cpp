@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "edit/renumbering.h"
 #include "mesh/closest_on_triangle.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -21,8 +21,6 @@ constexpr double kMargin = 4;
 constexpr double kDeepest = 4;
 
 constexpr double kTie = 1e-9;  // relative
-
-constexpr auto kUnseen = static_cast<std::size_t>(-1);  // a number of links that there never is
 
 // Of the cosine to the normal under the electrode: beyond is the far side of a thin wall.
 constexpr double kLeastCosine = -0.5;
@@ -73,22 +71,28 @@ void ScenePositions::read(const Solver& solver, std::span<const Index> vertices)
 
 void ScenePositions::follow(const Solver& solver) {
   added_.clear();
-  for (auto v = static_cast<Index>(values_.size()); v < solver.vertex_count(); ++v) {
-    added_.push_back(v);
+  for (; unread_ < static_cast<Index>(values_.size()); ++unread_) {
+    added_.push_back(unread_);
   }
-  values_.resize(static_cast<std::size_t>(solver.vertex_count()), Eigen::Vector3f::Zero());
   read(solver, added_);
 }
 
-void ScenePositions::renumber(const Solver& solver, const Renumbering& ids) {
-  renumber_values(values_, ids.vertices, static_cast<std::size_t>(solver.vertex_count()));
+void ScenePositions::resize(const Tissue& tissue) {
+  values_.resize(static_cast<std::size_t>(tissue.vertex_count()), Eigen::Vector3f::Zero());
+  unread_ = std::min(unread_, tissue.vertex_count());
 }
 
-ElectrodeContact::ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies,
+void ScenePositions::renumber(const Tissue& tissue, const Renumbering& ids) {
+  const bool has_read_all = unread_ == static_cast<Index>(values_.size());
+  renumber_values(values_, ids.vertices, static_cast<std::size_t>(tissue.vertex_count()));
+  unread_ = has_read_all ? tissue.vertex_count() : 0;
+}
+
+ElectrodeContact::ElectrodeContact(const Tissue& tissue, std::span<const ThermalBody> bodies,
                                    double radius)
     : radius_(radius) {
   for (const ThermalBody& body : bodies) {
-    bodies_.push_back({LiveSurface(solver, body.body), 0, {}, {}});
+    bodies_.push_back({shared_surface(tissue, body.body), 0, {}, {}});
   }
 }
 
@@ -102,7 +106,7 @@ void ElectrodeContact::find(const Solver& solver, const Electrode& electrode, do
   slack_ -= kFastestTissue * dt;
   const double moved =
       std::max((electrode.tip - scanned_.tip).norm(), (electrode.heel - scanned_.heel).norm());
-  if (!(moved < slack_) || seen_links_ != solver.links().size()) {
+  if (!(moved < slack_) || seen_links_ != solver.tissue().links().size()) {
     scan(solver, electrode, positions);
   } else {
     for (Body& body : bodies_) {
@@ -124,15 +128,15 @@ void ElectrodeContact::find(const Solver& solver, const Electrode& electrode, do
 void ElectrodeContact::scan(const Solver& solver, const Electrode& electrode,
                             ScenePositions& positions) {
   for (Body& body : bodies_) {
-    body.candidates.resize(static_cast<std::size_t>(body.surface.slot_count()));
-    for (Index slot = 0; slot < body.surface.slot_count(); ++slot) {
+    body.candidates.resize(static_cast<std::size_t>(body.surface->slot_count()));
+    for (Index slot = 0; slot < body.surface->slot_count(); ++slot) {
       body.candidates[slot] = slot;
     }
-    body.seen_version = body.surface.version();
+    body.seen_version = body.surface->version();
   }
   candidate_links_.clear();
-  for (Index link = 0; link < static_cast<Index>(solver.links().size()); ++link) {
-    if (solver.is_link_alive(link)) {
+  for (Index link = 0; link < static_cast<Index>(solver.tissue().links().size()); ++link) {
+    if (solver.tissue().is_link_alive(link)) {
       candidate_links_.push_back(link);
     }
   }
@@ -144,9 +148,9 @@ void ElectrodeContact::scan(const Solver& solver, const Electrode& electrode,
   const std::span<const Eigen::Vector3f> x = positions.values();
   // a point of a triangle or a link lies within its longest edge of a corner
   for (Body& body : bodies_) {
-    body.is_candidate.assign(static_cast<std::size_t>(body.surface.slot_count()), 0);
+    body.is_candidate.assign(static_cast<std::size_t>(body.surface->slot_count()), 0);
     std::erase_if(body.candidates, [&](Index slot) {
-      const auto [a, b, c] = body.surface.triangles()[slot];
+      const auto [a, b, c] = body.surface->triangles()[slot];
       const double size = std::max((x[a] - x[b]).norm(), (x[a] - x[c]).norm());
       const bool is_near = a != b && distance_to(electrode, x[a]) < far + size;
       body.is_candidate[slot] = is_near ? 1 : 0;
@@ -154,21 +158,21 @@ void ElectrodeContact::scan(const Solver& solver, const Electrode& electrode,
     });
   }
   std::erase_if(candidate_links_, [&](Index l) {
-    const Link& link = solver.links()[l];
+    const Link& link = solver.tissue().links()[l];
     return !(distance_to(electrode, x[link.first]) < far + (x[link.first] - x[link.second]).norm());
   });
   scanned_ = electrode;
-  seen_links_ = solver.links().size();
+  seen_links_ = solver.tissue().links().size();
 }
 
 void ElectrodeContact::add_changed_slots(Body& body) {
-  if (body.seen_version == body.surface.version()) {
+  if (body.seen_version == body.surface->version()) {
     return;
   }
-  body.surface.collect_changes(body.seen_version, ranges_);
-  body.seen_version = body.surface.version();
-  body.is_candidate.resize(static_cast<std::size_t>(body.surface.slot_count()));
-  std::erase_if(body.candidates, [&](Index slot) { return slot >= body.surface.slot_count(); });
+  body.surface->collect_changes(body.seen_version, ranges_);
+  body.seen_version = body.surface->version();
+  body.is_candidate.resize(static_cast<std::size_t>(body.surface->slot_count()));
+  std::erase_if(body.candidates, [&](Index slot) { return slot >= body.surface->slot_count(); });
   for (const SlotRange& range : ranges_) {
     for (Index slot = range.first; slot < range.end; ++slot) {
       if (body.is_candidate[slot] == 0) {
@@ -193,15 +197,15 @@ void ElectrodeContact::collect_vertices(const Solver& solver) {
   };
   for (const Body& body : bodies_) {
     for (const Index slot : body.candidates) {
-      const Triangle& triangle = body.surface.triangles()[slot];
+      const Triangle& triangle = body.surface->triangles()[slot];
       if (triangle != LiveSurface::kEmptyTriangle) {
         std::for_each(triangle.begin(), triangle.end(), add);
       }
     }
   }
   for (const Index l : candidate_links_) {
-    add(solver.links()[l].first);
-    add(solver.links()[l].second);
+    add(solver.tissue().links()[l].first);
+    add(solver.tissue().links()[l].second);
   }
 }
 
@@ -215,7 +219,7 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
   const double far = std::max(reach, kDeepest * radius_);
   close_.clear();
   for (const Index slot : body.candidates) {
-    const Triangle& triangle = body.surface.triangles()[slot];
+    const Triangle& triangle = body.surface->triangles()[slot];
     if (triangle == LiveSurface::kEmptyTriangle) {
       continue;
     }
@@ -235,7 +239,7 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
     const Eigen::Vector3d sample = point_at(electrode, sample_share(i, samples));
     NearestPoint here;
     for (const Index slot : close_) {
-      const Triangle& triangle = body.surface.triangles()[slot];
+      const Triangle& triangle = body.surface->triangles()[slot];
       const auto [a, b, c] = corners(triangle);
       const Eigen::Vector3d point = closest_on_triangle(a, b, c, sample).point;
       const double distance = (point - sample).norm();
@@ -266,7 +270,7 @@ void ElectrodeContact::find_on(const Body& body, const Electrode& electrode, dou
   const std::size_t first = near_.size();
   ++round_;
   for (const Index slot : close_) {
-    const Triangle& triangle = body.surface.triangles()[slot];
+    const Triangle& triangle = body.surface->triangles()[slot];
     const auto [a, b, c] = corners(triangle);
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     if (!(normal.dot(nearest.outward) > kLeastCosine * normal.norm())) {
@@ -299,11 +303,11 @@ void ElectrodeContact::find_links(const Solver& solver, const Electrode& electro
   links_.clear();
   const int samples = sample_count(electrode, radius_);
   for (const Index l : candidate_links_) {
-    if (!solver.is_link_alive(l)) {
+    if (!solver.tissue().is_link_alive(l)) {
       continue;
     }
-    const Eigen::Vector3d first = positions[solver.links()[l].first].cast<double>();
-    const Eigen::Vector3d second = positions[solver.links()[l].second].cast<double>();
+    const Eigen::Vector3d first = positions[solver.tissue().links()[l].first].cast<double>();
+    const Eigen::Vector3d second = positions[solver.tissue().links()[l].second].cast<double>();
     double distance = std::numeric_limits<double>::infinity();
     for (int i = 0; i < samples; ++i) {
       distance = std::min(
@@ -316,40 +320,14 @@ void ElectrodeContact::find_links(const Solver& solver, const Electrode& electro
   }
 }
 
-void ElectrodeContact::renumber(const Solver& solver, const Renumbering& ids) {
-  for (Body& body : bodies_) {
-    add_changed_slots(body);
-    body.surface.renumber(solver, ids);
-    body.seen_version = body.surface.version();  // slots hold what they held
-  }
+void ElectrodeContact::renumber(const Tissue& tissue, const Renumbering& ids) {
   const bool has_seen_links = seen_links_ == ids.links.size();
   renumber_list(candidate_links_, ids.links);
-  seen_links_ = has_seen_links ? solver.links().size() : kUnseen;
+  seen_links_ = has_seen_links ? tissue.links().size() : kUnseen;
   nearest_ = {};
   area_ = 0;
   near_.clear();
   links_.clear();
-}
-
-void ElectrodeContact::validate(const Solver& solver, const TopologyEdit& edit) const {
-  for (const Body& body : bodies_) {
-    body.surface.validate(solver, edit);
-  }
-}
-
-void ElectrodeContact::apply(const Solver& solver, const TopologyEdit& edit,
-                             const EditResult& result) noexcept {
-  for (Body& body : bodies_) {
-    body.surface.apply(solver, edit, result);
-  }
-}
-
-void ElectrodeContact::undo(const Solver& solver, const TopologyEdit& edit,
-                            const EditResult& result) noexcept {
-  for (Body& body : bodies_) {
-    body.surface.undo(solver, edit, result);
-  }
-  seen_links_ = kUnseen;  // what was a new link may be another soon
 }
 
 }  // namespace pbdsurg

@@ -7,16 +7,17 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
+#include "pbdsurg/tissue/renumbering.h"
+#include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {
 
@@ -24,15 +25,18 @@ namespace pbdsurg {
 /// stays where it was.
 class ScenePositions {
  public:
-  explicit ScenePositions(const Solver& solver) : values_(solver.positions()) {}
+  explicit ScenePositions(const Tissue& tissue)
+      : values_(static_cast<std::size_t>(tissue.vertex_count()), Eigen::Vector3f::Zero()) {}
 
   void read(const Solver& solver, std::span<const Index> vertices);
 
-  /// Keeps the size of the scene's; what is new is read at once.
+  /// Reads what is new since the last call.
   void follow(const Solver& solver);
 
-  /// Goes along with a compaction.
-  void renumber(const Solver& solver, const Renumbering& ids);
+  /// Keeps the size of the tissue.
+  void resize(const Tissue& tissue);
+
+  void renumber(const Tissue& tissue, const Renumbering& ids);
 
   /// [vertex_count] m
   [[nodiscard]] std::span<const Eigen::Vector3f> values() const noexcept { return values_; }
@@ -40,6 +44,7 @@ class ScenePositions {
  private:
   std::vector<Eigen::Vector3f> values_, some_;
   std::vector<Index> added_;
+  Index unread_ = 0;  // vertices from here on are new
 };
 
 /// A vertex of the surface near an electrode.
@@ -68,12 +73,12 @@ struct NearestPoint {
 /// Finds what an electrode touches of some bodies' surfaces and of links, in current positions.
 ///
 /// Looks at what lay about the electrode when it last looked at everything, which is often enough
-/// for tissue that moves slower than kFastestTissue. Follows edits as its owner passes them on.
+/// for tissue that moves slower than kFastestTissue.
 class ElectrodeContact {
  public:
   static constexpr double kFastestTissue = 0.25;  // m/s
 
-  ElectrodeContact(const Solver& solver, std::span<const ThermalBody> bodies, double radius);
+  ElectrodeContact(const Tissue& tissue, std::span<const ThermalBody> bodies, double radius);
 
   /// @param reach  m, >= radius: how far to look beyond the contact, for sparks
   /// @param dt     s since the last call
@@ -103,19 +108,17 @@ class ElectrodeContact {
 
   [[nodiscard]] std::span<const TouchedLink> links() const noexcept { return links_; }
 
-  /// Goes along with a compaction. What was touched has to be found again.
-  /// @throws InvalidArgument  as LiveSurface::renumber(), after which this is of no more use
-  void renumber(const Solver& solver, const Renumbering& ids);
+  /// What was touched has to be found again.
+  void renumber(const Tissue& tissue, const Renumbering& ids);
 
-  void validate(const Solver& solver, const TopologyEdit& edit) const;
-  void apply(const Solver& solver, const TopologyEdit& edit, const EditResult& result) noexcept;
-  void undo(const Solver& solver, const TopologyEdit& edit, const EditResult& result) noexcept;
+  /// After an undo: what was a new link may be another soon.
+  void forget_links() noexcept { seen_links_ = kUnseen; }
 
  private:
   static constexpr double kLeastShare = 1e-3;
 
   struct Body {
-    LiveSurface surface;
+    std::shared_ptr<const LiveSurface> surface;
     std::uint64_t seen_version = 0;
     std::vector<std::uint8_t> is_candidate;  // [slot_count]
     std::vector<Index> candidates;           // slots
@@ -133,6 +136,7 @@ class ElectrodeContact {
   double radius_;
   std::vector<Body> bodies_;
   std::vector<Index> candidate_links_;
+  static constexpr std::size_t kUnseen = ~std::size_t{0};
   std::size_t seen_links_ = 0;
   Electrode scanned_{};  // where it was then
   double slack_ = -1;    // m that electrode and tissue may still move

@@ -8,7 +8,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
-#include "edit/renumbering.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -57,7 +57,7 @@ HeatChanges::HeatChanges(const HeatField& field, const CauteryOptions& options)
     : tearing_rate_(options.tearing_rate),
       tearing_loss_(options.tearing_loss),
       boiled_shrinkage_(options.boiled_shrinkage) {
-  apply(field);
+  follow(field);
 }
 
 void HeatChanges::collect(const Solver& solver, const HeatField& field, double dt, double energy,
@@ -183,7 +183,7 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
     if (seen_[t] != round_) {
       continue;
     }
-    const Material& material = solver.body(solver.body_of_tet(t)).material;
+    const Material& material = solver.tissue().body(solver.tissue().body_of_tet(t)).material;
     const bool is_neo_hookean = material.model == ElasticModel::neo_hookean;
     std::array<double, 6> lengths;  // relative
     double factor = 0;
@@ -200,14 +200,14 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
     }
     for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
       if (lengths[e] < 1) {
-        edges_.push_back(solver.tet_edges(t)[e]);
+        edges_.push_back(solver.tissue().tet_edges(t)[e]);
       }
     }
   }
   std::sort(edges_.begin(), edges_.end());
   edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   for (const Index e : edges_) {
-    const auto [a, b] = solver.edges()[e];
+    const auto [a, b] = solver.tissue().edges()[e];
     const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
     const auto length = static_cast<float>(rest_length * shrunk(field, a, b));
     if (length < (1 - kLeastChange) * solver.rest_length(e)) {
@@ -216,7 +216,7 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
   }
 }
 
-void HeatChanges::apply(const HeatField& field) noexcept {
+void HeatChanges::follow(const HeatField& field) noexcept {
   spent_before_ = spent_;
   const auto vertices = static_cast<std::size_t>(field.mesh().vertex_count());
   for (std::size_t v = seen_water_.size(); v < vertices; ++v) {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/renumbering.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
@@ -48,7 +48,7 @@ class HeatChanges {
   /// Goes along with a compaction, after the field has.
   void renumber(const HeatField& field, const Renumbering& ids);
 
-  void apply(const HeatField& field) noexcept;
+  void follow(const HeatField& field) noexcept;
   void undo(const HeatField& field) noexcept;
 
  private:

@@ -9,7 +9,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "edit/renumbering.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -61,25 +61,15 @@ void ContactRegion::set_ground(std::span<const Index> vertices) {
 }
 
 void ContactRegion::renumber(const std::vector<Index>& vertices) {
-  std::vector<PatchVertex> patch = patch_;
-  std::vector<Index> ground = ground_;
-  const auto renumber_vertex = [&](const char* what, Index& v) {
+  for (PatchVertex& touched : patch_) {
+    touched.vertex = new_id(touched.vertex, vertices);
+  }
+  for (Index& v : ground_) {  // what is gone stays in it, or the ball might take its place
     v = new_id(v, vertices);
-    if (v != kInvalidIndex) {
-      check_vertex(what, v, mesh_.vertex_count());
-    }
-  };
-  for (PatchVertex& touched : patch) {
-    renumber_vertex("after the compaction, the electrode patch", touched.vertex);
   }
-  for (Index& v : ground) {  // what is gone stays in it, or the ball might take its place
-    renumber_vertex("after the compaction, ground", v);
-  }
-  std::erase_if(patch, [](const PatchVertex& p) { return p.vertex == kInvalidIndex; });
-  std::ranges::sort(patch, {}, &PatchVertex::vertex);
-  std::ranges::sort(ground);
-  patch_ = std::move(patch);
-  ground_ = std::move(ground);
+  std::erase_if(patch_, [](const PatchVertex& p) { return p.vertex == kInvalidIndex; });
+  std::ranges::sort(patch_, {}, &PatchVertex::vertex);
+  std::ranges::sort(ground_);
   ++patch_number_;
   leave();
 }

@@ -11,12 +11,12 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/owned.h"
-#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/renumbering.h"
 
 #include "core/check.h"
-#include "edit/renumbering.h"
 #include "thermal/heat_region.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
@@ -66,13 +66,16 @@ HeatField::HeatField(const TetMesh& mesh, const ThermalProperties& tissue,
                      const ThermalModel& model, const HeatOptions& options)
     : HeatField(ThermalMesh(mesh, tissue), model, options) {}
 
-HeatField::HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
+HeatField::HeatField(const Tissue& tissue, std::span<const ThermalBody> bodies,
                      const ThermalModel& model, const HeatOptions& options)
-    : HeatField(ThermalMesh(solver, bodies), model, options) {}
+    : HeatField(ThermalMesh(tissue, bodies), model, options) {}
 
 HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOptions& options)
     : mesh_(std::move(mesh)), model_(model), options_(checked(options)), region_(options_) {
   check_model(model);
+  mesh_.check_current("a thermal mesh");
+  seen_growth_ = mesh_.growth();
+  seen_version_ = mesh_.version();
   if (model.tissue) {
     mesh_.set_tissue(*model.tissue);
   }
@@ -81,6 +84,8 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
     pending_.resize(temperatures_.size());
     std::iota(pending_.begin(), pending_.end(), 0);
   }
+  mesh_.tissue().add_follower(mesh_, FollowerRank::heat);  // which may be a copy
+  mesh_.tissue().add_follower(*this, FollowerRank::heat);
 }
 
 const std::shared_ptr<StepTeam>& HeatField::team() const {
@@ -153,6 +158,7 @@ HeatField::Heat HeatField::heat_of(std::span<const Index> vertices) const {
 
 void HeatField::set_temperatures(std::span<const Index> vertices,
                                  std::span<const double> temperatures) {
+  mesh_.check_current("a heat field");
   if (vertices.size() != temperatures.size()) {
     throw InvalidArgument("there are " + std::to_string(vertices.size()) + " vertices and " +
                           std::to_string(temperatures.size()) + " temperatures; one each");
@@ -190,6 +196,7 @@ void HeatField::hold(std::span<const Index> vertices) {
 void HeatField::check(double dt, std::span<const HeatSource> sources,
                       std::span<const TetHeatSource> tet_sources) const {
   region_.check();
+  mesh_.check_current("a heat field");
   if (!(dt > 0) || !std::isfinite(dt)) {
     throw InvalidArgument("dt is " + std::to_string(dt) + " s; it must be positive and finite");
   }
@@ -220,8 +227,7 @@ void HeatField::add_vertex(Index vertex, const NewVertex& added) {
                                     second_share / (first_share + second_share));
 }
 
-void HeatField::renumber(const Solver& solver, const Renumbering& ids) {
-  mesh_.renumber(solver, ids);
+void HeatField::renumber(const Tissue&, const Renumbering& ids) noexcept {
   const auto count = static_cast<std::size_t>(mesh_.vertex_count());
   for (std::vector<double>* values :
        {&temperatures_, &peaks_, &water_, &survival_, &collagen_, &charred_}) {
@@ -230,58 +236,59 @@ void HeatField::renumber(const Solver& solver, const Renumbering& ids) {
   renumber_list(held_, ids.vertices);
   renumber_list(pending_, ids.vertices);
   region_->renumber(ids.vertices, mesh_.vertex_count());
+  seen_growth_ = mesh_.growth();
+  seen_version_ = mesh_.version();
 }
 
-void HeatField::validate(const Solver& solver, const TopologyEdit& edit) const {
-  mesh_.validate(solver, edit);
+// A copy that was registered by hand has a mesh that was not.
+void HeatField::validate(const Tissue& tissue, const TopologyEdit&) const {
+  tissue.check_follower(mesh_, "the mesh of a heat field");
 }
 
-void HeatField::apply(const Solver& solver, const TopologyEdit& edit,
-                      const EditResult& result) noexcept {
+void HeatField::follow(const Tissue&, const TissueChange& change) noexcept {
   vertices_before_ = temperatures_.size();
   ledger_before_ = ledger_;
   pending_before_ = pending_.size();
   has_stepped_ = false;
-  // the heat of parents, which follow what was asked for, stays with their children
-  for (std::size_t i = 0; i < result.tets.size(); ++i) {
-    const bool is_asked_for =
-        i < edit.remove_tets.size() || std::ranges::any_of(edit.remove_bodies, [&](Index body) {
-          return solver.body_of_tet(result.tets[i]) == body;
-        });
-    if (is_asked_for && mesh_.is_alive(result.tets[i])) {
-      const Heat gone = heat_of(result.tets[i]);
+  // the heat of parents stays with their children
+  const auto asked = static_cast<std::size_t>(change.first_removed_parent);
+  for (const Index tet : std::span(change.removed_tets).first(asked)) {
+    if (mesh_.tissue_of_tet(tet) != kInvalidIndex) {
+      const Heat gone = heat_of(tet);
       ledger_.sensible -= gone.sensible;
       ledger_.latent -= gone.latent;
       ledger_.removed += gone.sensible + gone.latent;
     }
   }
-  const std::uint64_t growth = mesh_.growth();
-  mesh_.apply(solver, edit, result);
   resize(static_cast<std::size_t>(mesh_.vertex_count()));
-  for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
-    const Index v = result.first_new_vertex + static_cast<Index>(i);
+  for (std::size_t i = 0; i < change.edit.new_vertices.size(); ++i) {
+    const Index v = change.first_new_vertex + static_cast<Index>(i);
     if (mesh_.tissue_of_vertex(v) != kInvalidIndex) {
-      add_vertex(v, edit.new_vertices[i]);
+      add_vertex(v, change.edit.new_vertices[i]);
     }
   }
   pending_.insert(pending_.end(), mesh_.touched().begin(), mesh_.touched().end());
-  if (mesh_.growth() != growth) {
+  if (mesh_.growth() != seen_growth_) {
     region_->mark_changed();
   } else {
     region_->mark_gone(mesh_.touched());
   }
+  seen_growth_ = mesh_.growth();
+  seen_version_ = mesh_.version();
 }
 
-void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
-                     const EditResult& result) noexcept {
-  const std::uint64_t version = mesh_.version();
-  const Heat before = has_stepped_ ? heat_of(mesh_.touched()) : Heat{};
-  mesh_.undo(solver, edit, result);
+void HeatField::validate_undo(const Tissue&, const TissueChange&) const {
+  touched_heat_ = has_stepped_ ? heat_of(mesh_.touched()) : Heat{};
+}
+
+void HeatField::undo(const Tissue&, const TissueChange&) noexcept {
   if (has_stepped_) {
     const Heat after = heat_of(mesh_.touched());
-    ledger_.sensible += after.sensible - before.sensible;
-    ledger_.latent += after.latent - before.latent;
-    ledger_.removed -= after.sensible - before.sensible + after.latent - before.latent;
+    const double sensible = after.sensible - touched_heat_.sensible;
+    const double latent = after.latent - touched_heat_.latent;
+    ledger_.sensible += sensible;
+    ledger_.latent += latent;
+    ledger_.removed -= sensible + after.latent - touched_heat_.latent;
   } else {
     ledger_ = ledger_before_;
   }
@@ -295,9 +302,11 @@ void HeatField::undo(const Solver& solver, const TopologyEdit& edit,
     pending_.resize(pending_before_);
   }
   std::erase_if(held_, [&](Index v) { return v >= mesh_.vertex_count(); });
-  if (mesh_.version() != version) {
+  if (mesh_.version() != seen_version_) {
     region_->mark_changed();
   }
+  seen_growth_ = mesh_.growth();
+  seen_version_ = mesh_.version();
 }
 
 }  // namespace pbdsurg

@@ -7,7 +7,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/thermal/tissue_state.h"
 
-#include "edit/renumbering.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/compaction.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/tissue/renumbering.h"
 
 #include "coloring/thread_team.h"
 #include "core/check.h"
@@ -69,16 +69,27 @@ double film(const PatchVertex& touched, double coupling_sum) {
 
 }  // namespace
 
-struct PotentialField::Work {
+struct PotentialField::Work final : Follower {
   // @param shared  null: a team of its own
   Work(const ThermalMesh& of, const PotentialOptions& wanted, std::shared_ptr<StepTeam> shared)
       : mesh(of),
         options(wanted),
         team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
         device(wanted.backend),
-        around(of, wanted.region_radii) {}
+        around(of, wanted.region_radii) {
+    of.tissue().add_follower(*this, FollowerRank::heat);
+  }
 
-  void check_numbering() const;
+  // Topology is looked at by solve(); ids are the mesh's.
+  void follow(const Tissue&, const TissueChange&) noexcept override {}
+  void undo(const Tissue&, const TissueChange&) noexcept override {}
+  void renumber(const Tissue&, const Renumbering& ids) noexcept override {
+    around.renumber(ids.vertices);
+    is_patch_new = true;
+    leave_region();
+    report = {};
+  }
+
   [[nodiscard]] const PotentialRegion& region() const { return around.region(); }
   void check_positions(std::span<const Eigen::Vector3f> positions) const;
   void enter_region();
@@ -90,7 +101,6 @@ struct PotentialField::Work {
   void sum_heat();
 
   const ThermalMesh& mesh;
-  int renumberings = mesh.renumberings();  // that this has gone along with
   PotentialOptions options;
   std::shared_ptr<StepTeam> team;
   LocalSystem system{team.get()};
@@ -142,7 +152,6 @@ std::span<const double> PotentialField::tet_heat() const noexcept {
 
 void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) {
   Work& work = *work_;
-  work.check_numbering();
   if (!patch.empty()) {
     check(area > 0 && std::isfinite(area), "contact area", area, "positive and finite");
   }
@@ -165,7 +174,6 @@ void PotentialField::set_patch(std::span<const PatchVertex> patch, double area) 
 }
 
 void PotentialField::set_ground(std::span<const Index> vertices) {
-  work_->check_numbering();
   for (const Index v : vertices) {
     check_vertex("ground", v, work_->mesh.vertex_count());
   }
@@ -173,7 +181,7 @@ void PotentialField::set_ground(std::span<const Index> vertices) {
 }
 
 std::span<const Index> PotentialField::find_region(std::span<const double> conductivities) {
-  work_->check_numbering();
+  work_->mesh.check_current("the mesh of a potential");
   check_size("conductivities", conductivities, work_->mesh.tet_count());
   return work_->around.find(conductivities) ? work_->around.found_vertices()
                                             : std::span<const Index>();
@@ -182,7 +190,7 @@ std::span<const Index> PotentialField::find_region(std::span<const double> condu
 const PotentialReport& PotentialField::solve(std::span<const double> conductivities,
                                              std::span<const Eigen::Vector3f> positions) {
   Work& work = *work_;
-  work.check_numbering();
+  work.mesh.check_current("the mesh of a potential");
   check_size("conductivities", conductivities, work.mesh.tet_count());
   if (!positions.empty()) {
     check_size("positions", positions, work.mesh.vertex_count());
@@ -208,27 +216,6 @@ const PotentialReport& PotentialField::solve(std::span<const double> conductivit
     throw;
   }
   return work.report;
-}
-
-void PotentialField::renumber(const Renumbering& ids) {
-  Work& work = *work_;
-  if (work.mesh.renumberings() != work.renumberings + 1) {
-    throw InvalidArgument(
-        "a potential field goes along with a compaction once, after its mesh has");
-  }
-  work.around.renumber(ids.vertices);
-  work.is_patch_new = true;
-  work.leave_region();
-  work.report = {};
-  ++work.renumberings;
-}
-
-void PotentialField::Work::check_numbering() const {
-  if (renumberings != mesh.renumberings()) {
-    throw InvalidArgument(
-        "the mesh of a potential field has gone along with a compaction; the "
-        "field must, too");
-  }
 }
 
 void PotentialField::Work::check_positions(std::span<const Eigen::Vector3f> positions) const {

@@ -6,84 +6,100 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/core/owned.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/renumbering.h"
 
-#include "edit/renumbering.h"
+#include "tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {
 
-constexpr char kWho[] = "a thermal mesh";  // in errors
+// Tissue that is there for its topology alone.
+std::shared_ptr<const Tissue> tissue_of(const TetMesh& mesh) {
+  Scene scene;
+  scene.add_body("body", mesh);
+  return std::make_shared<const Tissue>(scene);
+}
+
+Tet moved(Tet vertices, const CornerMove& move) {
+  std::ranges::replace(vertices, move.from, move.to);
+  return vertices;
+}
 
 }  // namespace
 
-ThermalMesh::ThermalMesh(const TetMesh& mesh, const ThermalProperties& tissue)
-    : ThermalMesh(mesh, std::span(&tissue, 1),
+ThermalMesh::ThermalMesh(const TetMesh& mesh, const ThermalProperties& properties)
+    : ThermalMesh(mesh, std::span(&properties, 1),
                   std::vector<Index>(static_cast<std::size_t>(mesh.tet_count()), 0)) {}
 
-ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> tissues,
-                         std::span<const Index> tet_tissues)
-    : tissues_(tissues.begin(), tissues.end()) {
-  std::for_each(tissues.begin(), tissues.end(), check_thermal_properties);
-  if (tet_tissues.size() != mesh.tets().size()) {
-    throw InvalidArgument(std::to_string(tet_tissues.size()) + " tissues are given for " +
+ThermalMesh::ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> layers,
+                         std::span<const Index> tet_layers)
+    : tissue_(tissue_of(mesh)), tissues_(layers.begin(), layers.end()) {
+  std::for_each(layers.begin(), layers.end(), check_thermal_properties);
+  if (tet_layers.size() != mesh.tets().size()) {
+    throw InvalidArgument(std::to_string(tet_layers.size()) + " tissues are given for " +
                           std::to_string(mesh.tet_count()) + " tets; one each");
   }
-  for (std::size_t t = 0; t < tet_tissues.size(); ++t) {
-    if (tet_tissues[t] < 0 || tet_tissues[t] >= static_cast<Index>(tissues.size())) {
+  for (std::size_t t = 0; t < tet_layers.size(); ++t) {
+    if (tet_layers[t] < 0 || tet_layers[t] >= static_cast<Index>(layers.size())) {
       throw InvalidArgument("tet " + std::to_string(t) + " is of tissue " +
-                            std::to_string(tet_tissues[t]) + "; there are " +
-                            std::to_string(tissues.size()));
+                            std::to_string(tet_layers[t]) + "; there are " +
+                            std::to_string(layers.size()));
     }
   }
-  resize(mesh.positions().size(), mesh.tets().size());
-  add_body(mesh, 0, 0, 0);
-  std::copy(tet_tissues.begin(), tet_tissues.end(), tet_tissues_.begin());
+  resize();
+  std::vector<Index> vertex_layers(mesh.positions().size(), 0);
   for (Index t = mesh.tet_count() - 1; t >= 0; --t) {
-    for (const Index v : tets_[t]) {
-      vertex_tissues_[v] = tet_tissues_[t];
+    tet_tissues_.set(t, tet_layers[t]);
+    measure(t);
+    for (const Index v : mesh.tets()[t]) {
+      vertex_layers[v] = tet_layers[t];
     }
   }
-  link_all();
+  vertex_tissues_ = UndoArray(std::move(vertex_layers));
 }
 
-ThermalMesh::ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodies)
-    : followed_(solver) {
-  Index body_vertices = 0, body_tets = 0;  // that came with bodies
-  for (const Body& body : solver.bodies()) {
-    body_vertices += body.vertex_count;
-    body_tets += body.tet_count;
-  }
-  if (solver.vertex_count() > body_vertices ||
-      static_cast<Index>(solver.tets().size()) > body_tets) {
-    throw InvalidArgument("edits have split tissue; a thermal mesh must be made before");
-  }
-  resize(static_cast<std::size_t>(solver.vertex_count()), solver.tets().size());
+ThermalMesh::ThermalMesh(const Tissue& tissue, std::span<const ThermalBody> bodies)
+    : tissue_(std::shared_ptr<const Tissue>(), &tissue), seen_version_(tissue.version()) {
+  resize();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const ThermalBody& entry = bodies[i];
-    const Body& body = solver.body(entry.body);
+    const Body& body = tissue.body(entry.body);
     if (std::any_of(bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(i),
                     [&](const ThermalBody& other) { return other.body == entry.body; })) {
       throw InvalidArgument("body '" + body.name + "' is given twice");
     }
-    if (entry.mesh == nullptr) {
-      throw InvalidArgument("no mesh is given for body '" + body.name + "'");
+    check_thermal_properties(entry.properties);
+    for (const Index v : tissue.vertices_of(entry.body)) {
+      vertex_tissues_.set(v, static_cast<Index>(i));
     }
-    if (entry.mesh->vertex_count() != body.vertex_count ||
-        entry.mesh->tet_count() != body.tet_count) {
-      throw InvalidArgument("the mesh given for body '" + body.name + "' has " +
-                            std::to_string(entry.mesh->tet_count()) + " tets; the body has " +
-                            std::to_string(body.tet_count));
+    for (const Index t : tissue.tets_of(entry.body)) {
+      tet_tissues_.set(t, static_cast<Index>(i));
+      measure(t);
     }
-    check_thermal_properties(entry.tissue);
-    add_body(*entry.mesh, body.first_vertex, body.first_tet, static_cast<Index>(tissues_.size()));
-    tissues_.push_back(entry.tissue);
+    tissues_.push_back(entry.properties);
   }
-  for (Index t = 0; t < tet_count(); ++t) {
-    alive_[t] = alive_[t] != 0 && solver.is_tet_alive(t) ? 1 : 0;
+  tissue.add_follower(*this, FollowerRank::heat);
+}
+
+const Tissue& ThermalMesh::tissue() const {
+  if (tissue_ == nullptr) {
+    throw_moved_from("a thermal mesh");
   }
-  link_all();
+  return *tissue_;
+}
+
+void ThermalMesh::check_current(const char* who) const {
+  if (tissue_ == nullptr) {
+    throw_moved_from(who);
+  }
+  if (volumes_.size() != static_cast<Index>(tissue_->tets().size()) ||
+      tissue_->version() != seen_version_) {
+    throw InvalidArgument(std::string(who) + " is at topology version " +
+                          std::to_string(seen_version_) + ", its tissue at " +
+                          std::to_string(tissue_->version()) + ": copies do not follow edits");
+  }
 }
 
 void ThermalMesh::set_tissue(const ThermalProperties& tissue) {
@@ -91,39 +107,22 @@ void ThermalMesh::set_tissue(const ThermalProperties& tissue) {
   std::fill(tissues_.begin(), tissues_.end(), tissue);
 }
 
-void ThermalMesh::add_body(const TetMesh& mesh, Index first_vertex, Index first_tet, Index tissue) {
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    points_[first_vertex + v] = mesh.positions()[v];
-    vertex_tissues_[first_vertex + v] = tissue;
-  }
-  for (Index t = 0; t < mesh.tet_count(); ++t) {
-    Tet& tet = tets_[first_tet + t] = mesh.tets()[t];
-    for (Index& v : tet) {
-      v += first_vertex;
-    }
-    tet_tissues_[first_tet + t] = tissue;
-    alive_[first_tet + t] = 1;
-    measure(first_tet + t);
-  }
-}
-
-void ThermalMesh::resize(std::size_t vertex_count, std::size_t tet_count) {
-  points_.resize(vertex_count, Eigen::Vector3d::Zero());
-  vertex_tissues_.resize(vertex_count, kInvalidIndex);
-  first_corners_.resize(vertex_count, kInvalidIndex);
-  touched_at_.resize(vertex_count);
-  tets_.resize(tet_count);
-  alive_.resize(tet_count);
-  tet_tissues_.resize(tet_count, kInvalidIndex);
-  volumes_.resize(tet_count);
-  coefficients_.resize(tet_count);
-  next_corners_.resize(tet_count);
+void ThermalMesh::resize() {
+  const auto vertices = static_cast<std::size_t>(tissue_->vertex_count());
+  const std::size_t tets = tissue_->tets().size();
+  vertex_tissues_.resize(vertices, kInvalidIndex);
+  touched_at_.resize(vertices);
+  tet_tissues_.resize(tets, kInvalidIndex);
+  volumes_.resize(tets, 0.0);
+  coefficients_.resize(tets, {});
 }
 
 double ThermalMesh::longest_edge(Index tet) const noexcept {
+  const std::span<const Eigen::Vector3d> points = rest_positions();
+  const Tet& corners = tets()[tet];
   double longest = 0;
   for (const auto& [a, b] : kTetEdges) {
-    longest = std::max(longest, (points_[tets_[tet][a]] - points_[tets_[tet][b]]).norm());
+    longest = std::max(longest, (points[corners[a]] - points[corners[b]]).norm());
   }
   return longest;
 }
@@ -137,69 +136,33 @@ bool ThermalMesh::is_sliver(Index tet) const noexcept {
 // Gradients are inward area vectors of the faces over three volumes. Scaled areas and lengths keep
 // the arithmetic away from underflow for the smallest of slivers.
 void ThermalMesh::measure(Index tet) noexcept {
-  const Tet& v = tets_[tet];
+  const std::span<const Eigen::Vector3d> points = rest_positions();
+  const Tet& v = tets()[tet];
   const double longest = longest_edge(tet);
-  volumes_[tet] = std::max(tet_volume(points_, v), 0.0);
-  coefficients_[tet] = {};
+  volumes_.set(tet, std::max(tet_volume(points, v), 0.0));
+  std::array<double, 6> coefficients{};
   sliver_count_ += is_sliver(tet) ? 1 : 0;
   if (!(longest > 0)) {
+    coefficients_.set(tet, coefficients);
     return;
   }
   std::array<Eigen::Vector3d, 4> areas;  // doubled, over longest^2
   for (int i = 0; i < 4; ++i) {
     const auto& [a, b, c] = kTetTriangles[i];
-    areas[i] = ((points_[v[c]] - points_[v[a]]) / longest)
-                   .cross((points_[v[b]] - points_[v[a]]) / longest);
+    areas[i] =
+        ((points[v[c]] - points[v[a]]) / longest).cross((points[v[b]] - points[v[a]]) / longest);
   }
   const double volume = volumes_[tet] / (longest * longest * longest);
   for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
     const auto& [i, j] = kTetEdges[e];
-    coefficients_[tet][e] =
-        -longest * areas[i].dot(areas[j]) / (36 * std::max(volume, kLeastVolume));
+    coefficients[e] = -longest * areas[i].dot(areas[j]) / (36 * std::max(volume, kLeastVolume));
   }
+  coefficients_.set(tet, coefficients);
 }
 
-// Backwards: each tetrahedron goes to the fronts of lists that then ascend.
-void ThermalMesh::link_all() {
-  for (Index t = tet_count() - 1; t >= 0; --t) {
-    for (Index k = 0; k < 4 && tet_tissues_[t] != kInvalidIndex; ++k) {
-      next_corners_[t][k] = first_corners_[tets_[t][k]];
-      first_corners_[tets_[t][k]] = 4 * t + k;
-    }
-  }
-}
-
-void ThermalMesh::link(Index corner) noexcept {
-  Index* place = &first_corners_[tets_[corner / 4][corner % 4]];
-  while (*place != kInvalidIndex && *place < corner) {
-    place = &next_corners_[*place / 4][*place % 4];
-  }
-  next_corners_[corner / 4][corner % 4] = *place;
-  *place = corner;
-}
-
-void ThermalMesh::unlink(Index corner) noexcept {
-  Index* place = &first_corners_[tets_[corner / 4][corner % 4]];
-  while (*place != corner) {
-    place = &next_corners_[*place / 4][*place % 4];
-  }
-  *place = next_corners_[corner / 4][corner % 4];
-}
-
-void ThermalMesh::move_corner(Index tet, Index from, Index to) noexcept {
-  for (Index k = 0; k < 4; ++k) {
-    if (tets_[tet][k] == from) {
-      unlink(4 * tet + k);
-      tets_[tet][k] = to;
-      link(4 * tet + k);
-      return;
-    }
-  }
-}
-
-void ThermalMesh::touch(Index tet) {
-  for (const Index v : tets_[tet]) {
-    if (touched_at_[v] != change_) {
+void ThermalMesh::touch(const Tet& vertices) {
+  for (const Index v : vertices) {
+    if (v < vertex_count() && touched_at_[v] != change_) {
       touched_at_[v] = change_;
       touched_.push_back(v);
     }
@@ -220,11 +183,7 @@ double ThermalMesh::mass(Index vertex) const noexcept {
 }
 
 bool ThermalMesh::has_tissue(Index vertex) const noexcept {
-  Index corner = first_corners_[vertex];
-  while (corner != kInvalidIndex && !is_alive(corner / 4)) {
-    corner = next_corners_[corner / 4][corner % 4];
-  }
-  return corner != kInvalidIndex;
+  return vertex_tissues_[vertex] != kInvalidIndex && !tissue_->tets_at(vertex).empty();
 }
 
 double ThermalMesh::surface_share(Index vertex) const noexcept {
@@ -232,11 +191,12 @@ double ThermalMesh::surface_share(Index vertex) const noexcept {
   const auto sharing = [&](Index a, Index b) {
     int count = 0;
     for_each_tet(vertex, [&](Index t) {
-      const Tet& tet = tets_[t];
+      const Tet& tet = tets()[t];
       count += std::count(tet.begin(), tet.end(), a) + std::count(tet.begin(), tet.end(), b) == 2;
     });
     return count;
   };
+  const std::span<const Eigen::Vector3d> points = rest_positions();
   double area = 0;
   for_each_corner(vertex, [&](Index t, int k) {
     for (int opposite = 0; opposite < 4; ++opposite) {
@@ -247,133 +207,80 @@ double ThermalMesh::surface_share(Index vertex) const noexcept {
       int count = 0;
       for (const int corner : kTetTriangles[opposite]) {
         if (corner != k) {
-          others[count++] = tets_[t][corner];
+          others[count++] = tets()[t][corner];
         }
       }
       if (sharing(others[0], others[1]) == 1) {
-        area += (points_[others[0]] - points_[vertex])
-                    .cross(points_[others[1]] - points_[vertex])
-                    .norm() /
-                6;
+        area +=
+            (points[others[0]] - points[vertex]).cross(points[others[1]] - points[vertex]).norm() /
+            6;
       }
     }
   });
   return area;
 }
 
-void ThermalMesh::validate(const Solver& solver, const TopologyEdit&) const {
-  followed_.check(solver, kWho);
+void ThermalMesh::begin_change() {
+  ++change_;
+  touched_.clear();
+  seen_version_ = tissue_->version();
 }
 
-// Of tetrahedra that conduct, against those of the solver that they become.
-void ThermalMesh::check_corners(const Solver& solver, const Renumbering& ids) const {
-  for (Index t = 0; t < tet_count(); ++t) {
-    const Index id = ids.tets[t];
-    if (!is_alive(t)) {
-      continue;
-    }
-    if (id == kInvalidIndex) {
-      throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho +
-                            " lives, and does not after the compaction, which is of another "
-                            "solver");
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (solver.tets()[id][k] != ids.vertices[tets_[t][k]]) {
-        throw InvalidArgument("tet " + std::to_string(t) + " of " + kWho + " has corner " +
-                              std::to_string(tets_[t][k]) +
-                              ", and another after the compaction, which is of another solver");
-      }
-    }
-  }
-}
-
-void ThermalMesh::renumber(const Solver& solver, const Renumbering& ids) {
-  FollowedVersion followed = followed_;
-  followed.renumber(solver, ids, kWho);
-  check_map_size(kWho, "vertices", ids.vertices, points_.size());
-  check_map_size(kWho, "tets", ids.tets, tets_.size());
-  check_corners(solver, ids);
-  followed_ = followed;
-
-  const auto vertices = static_cast<std::size_t>(solver.vertex_count());
-  const std::size_t tets = solver.tets().size();
-  renumber_values(points_, ids.vertices, vertices);
-  renumber_values(vertex_tissues_, ids.vertices, vertices);
-  tets_ = moved<Tet>(ids.tets, tets,
-                     [&](Index t) { return is_alive(t) ? solver.tets()[ids.tets[t]] : Tet{}; });
-  renumber_values(alive_, ids.tets, tets);
-  renumber_values(tet_tissues_, ids.tets, tets);
-  renumber_values(volumes_, ids.tets, tets);
-  renumber_values(coefficients_, ids.tets, tets);
-  first_corners_.assign(vertices, kInvalidIndex);
-  next_corners_.resize(tets);
-  link_all();
+void ThermalMesh::renumber(const Tissue& tissue, const Renumbering& ids) noexcept {
+  const auto move = [&](auto& array, const std::vector<Index>& map, std::size_t count) {
+    using Value = std::decay_t<decltype(array[0])>;
+    array = UndoArray(moved<Value>(map, count, [&](Index i) { return array[i]; }));
+  };
+  const auto vertices = static_cast<std::size_t>(tissue.vertex_count());
+  move(vertex_tissues_, ids.vertices, vertices);
+  move(tet_tissues_, ids.tets, tissue.tets().size());
+  move(volumes_, ids.tets, tissue.tets().size());
+  move(coefficients_, ids.tets, tissue.tets().size());
   sliver_count_ = 0;
   for (Index t = 0; t < tet_count(); ++t) {
     sliver_count_ += is_alive(t) && is_sliver(t) ? 1 : 0;
   }
-  touched_.clear();
   touched_at_.assign(vertices, 0);
-  ++change_;
+  begin_change();
   version_ = ++newest_version_;
   ++growth_;
-  ++renumberings_;
 }
 
-void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
-                        const EditResult& result) noexcept {
-  followed_.apply(result);
-  ++change_;
+void ThermalMesh::follow(const Tissue&, const TissueChange& change) noexcept {
+  begin_change();
   version_before_ = version_;
-  touched_.clear();
-  vertices_before_ = points_.size();
-  tets_before_ = tets_.size();
   slivers_before_ = sliver_count_;
-  const Scene& bodies = edit.new_bodies;  // which have no tissue here
-  if (!edit.new_vertices.empty() || !edit.new_tets.empty() || !bodies.bodies().empty()) {
-    resize(static_cast<std::size_t>(result.first_new_vertex) + edit.new_vertices.size() +
-               static_cast<std::size_t>(bodies.vertex_count()),
-           static_cast<std::size_t>(result.first_new_tet) + edit.new_tets.size() +
-               bodies.tets().size());
-  }
+  vertex_tissues_.begin_edit();
+  tet_tissues_.begin_edit();
+  volumes_.begin_edit();
+  coefficients_.begin_edit();
+  resize();  // new bodies do not conduct
+  const TopologyEdit& edit = change.edit;
   for (std::size_t i = 0; i < edit.new_vertices.size(); ++i) {
-    const NewVertex& added = edit.new_vertices[i];
-    const std::size_t v = static_cast<std::size_t>(result.first_new_vertex) + i;
-    vertex_tissues_[v] = vertex_tissues_[added.first];
-    points_[v] =
-        added.first == added.second
-            ? points_[added.first]
-            : Eigen::Vector3d((1 - static_cast<double>(added.share)) * points_[added.first] +
-                              added.share * points_[added.second]);
+    vertex_tissues_.set(change.first_new_vertex + static_cast<Index>(i),
+                        vertex_tissues_[edit.new_vertices[i].first]);
   }
-  for (const Index t : result.tets) {
-    if (is_alive(t)) {
-      touch(t);
-      alive_[t] = 0;
+  for (const Index t : change.removed_tets) {
+    if (tet_tissues_[t] != kInvalidIndex) {
+      touch(tets()[t]);
     }
   }
   bool grows = false;
-  for (const CornerMove& move : edit.corner_moves) {
-    if (is_alive(move.tet)) {
+  for (std::size_t i = 0; i < edit.corner_moves.size(); ++i) {
+    const CornerMove& move = edit.corner_moves[i];
+    if (tet_tissues_[move.tet] != kInvalidIndex) {
       grows = true;
-      touch(move.tet);
-      move_corner(move.tet, move.from, move.to);
-      touch(move.tet);
+      touch(change.reshaped_tets[i].vertices);
+      touch(moved(change.reshaped_tets[i].vertices, move));
     }
   }
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
-    const NewTet& added = edit.new_tets[i];
-    const Index t = result.first_new_tet + static_cast<Index>(i);
-    tets_[t] = added.vertices;
-    tet_tissues_[t] = tet_tissues_[added.parent];
+    const Index t = change.first_new_tet + static_cast<Index>(i);
+    tet_tissues_.set(t, tet_tissues_[edit.new_tets[i].parent]);
     if (tet_tissues_[t] != kInvalidIndex) {
       grows = true;
-      alive_[t] = 1;
       measure(t);
-      for (Index k = 0; k < 4; ++k) {
-        link(4 * t + k);
-      }
-      touch(t);
+      touch(tets()[t]);
     }
   }
   if (!touched_.empty()) {
@@ -382,37 +289,34 @@ void ThermalMesh::apply(const Solver&, const TopologyEdit& edit,
   growth_ += grows ? 1 : 0;
 }
 
-void ThermalMesh::undo(const Solver&, const TopologyEdit& edit, const EditResult& result) noexcept {
-  followed_.undo();
-  ++change_;
+void ThermalMesh::undo(const Tissue&, const TissueChange& change) noexcept {
+  begin_change();
+  const TopologyEdit& edit = change.edit;
   version_ = version_before_;
-  touched_.clear();
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
-    const Index t = result.first_new_tet + static_cast<Index>(i);
-    if (is_alive(t)) {
-      touch(t);
-      for (Index k = 0; k < 4; ++k) {
-        unlink(4 * t + k);
-      }
+    if (tet_tissues_[change.first_new_tet + static_cast<Index>(i)] != kInvalidIndex) {
+      touch(edit.new_tets[i].vertices);
     }
   }
-  for (auto move = edit.corner_moves.rbegin(); move != edit.corner_moves.rend(); ++move) {
-    if (is_alive(move->tet)) {
-      touch(move->tet);
-      move_corner(move->tet, move->to, move->from);
-      touch(move->tet);
+  for (std::size_t i = edit.corner_moves.size(); i-- > 0;) {
+    const CornerMove& move = edit.corner_moves[i];
+    if (tet_tissues_[move.tet] != kInvalidIndex) {
+      touch(moved(change.reshaped_tets[i].vertices, move));
+      touch(change.reshaped_tets[i].vertices);
     }
   }
-  for (const Index t : result.tets) {
+  for (const Index t : change.removed_tets) {
     if (tet_tissues_[t] != kInvalidIndex) {
-      alive_[t] = 1;
-      touch(t);
+      touch(tets()[t]);
     }
   }
   growth_ += touched_.empty() ? 0 : 1;
-  resize(vertices_before_, tets_before_);
+  vertex_tissues_.undo();
+  tet_tissues_.undo();
+  volumes_.undo();
+  coefficients_.undo();
+  touched_at_.resize(static_cast<std::size_t>(vertex_count()));
   sliver_count_ = slivers_before_;
-  std::erase_if(touched_, [&](Index v) { return v >= vertex_count(); });
 }
 
 }  // namespace pbdsurg

@@ -2,7 +2,7 @@
 #include "pbdsurg/contact/proximity.h"
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -20,7 +20,7 @@ TEST_CASE("proximity: finds the vertices of one body that have tissue", "[unit]"
   CHECK(find_vertices_near(solver, 0, {0, 0, 0}, 1.1e-2F).size() == 4);
   CHECK(find_vertices_near(solver, 0, {1, 1, 1}, 1e-3F).empty());
 
-  apply_edit(solver, {.remove_tets = {0, 1, 2, 3, 4, 5}});
+  solver.tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
   CHECK(find_vertices_near(solver, 0, {0, 0, 0}, 1.0F).empty());
   CHECK_THROWS_AS(find_vertices_near(solver, 2, {0, 0, 0}, 1.0F), InvalidArgument);
   CHECK_THROWS_AS(find_vertices_near(solver, 0, {0, 0, 0}, 0.0F), InvalidArgument);

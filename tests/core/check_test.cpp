@@ -8,17 +8,17 @@
 #include <vector>
 
 #include "pbdsurg/contact/proximity.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/mesh/partition.h"
 #include "pbdsurg/mesh/quality.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/thermal/disk_source.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/views/live_boundary.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/bad_ids.h"
 #include "support/catch.h"
@@ -48,13 +48,14 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
   const MembraneLink first{0, 1, kEdge};
   strands.join(scene, 0, 1, std::span(&first, 1));
   Solver solver(scene, {.copies = 2});
+  const Tissue& tissue = solver.tissue();
   solver.add_tool({}, ToolPose::Identity());
-  const ThermalBody body{0, &mesh, tissues::fat().heat};
-  HeatField field(solver, std::span(&body, 1));
-  Cautery cautery(solver, std::span(&body, 1));
+  const ThermalBody body{0, tissues::fat().heat};
+  HeatField field(tissue, std::span(&body, 1));
+  Cautery cautery(tissue, std::span(&body, 1));
   PotentialField potential(field);
-  const LivePieces pieces(solver);
-  const LiveSurface surface(solver, 0);
+  const LivePieces pieces(tissue);
+  const LiveSurface surface(tissue, 0);
   DiskSource disk;
   std::vector<VertexShare> shares;
   std::vector<Eigen::Vector3f> positions = solver.positions();
@@ -65,8 +66,8 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
   std::vector<Eigen::Vector3d> points(mesh.positions().begin(), mesh.positions().end());
 
   const Index vertices = solver.vertex_count(), own_vertices = mesh.vertex_count();
-  const auto tets = static_cast<Index>(solver.tets().size());
-  const auto edges = static_cast<Index>(solver.edges().size());
+  const auto tets = static_cast<Index>(tissue.tets().size());
+  const auto edges = static_cast<Index>(tissue.edges().size());
   const std::vector<Call> calls{
       {"Scene::body", 2, [&](Index i) { (void)scene.body(i); }},
       {"Scene::is_fixed", vertices, [&](Index i) { (void)scene.is_fixed(i); }},
@@ -108,25 +109,34 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
       {"Solver::release, copy", 2, [&](Index i) { solver.release(0, i); }},
       {"Solver::tool_force", 1, [&](Index i) { (void)solver.tool_force(i); }},
       {"Solver::tool_force, copy", 2, [&](Index i) { (void)solver.tool_force(0, i); }},
-      {"Solver::body", 2, [&](Index i) { (void)solver.body(i); }},
-      {"Solver::is_body_alive", 2, [&](Index i) { (void)solver.is_body_alive(i); }},
-      {"Solver::body_of_vertex", vertices, [&](Index i) { (void)solver.body_of_vertex(i); }},
-      {"Solver::body_of_tet", tets, [&](Index i) { (void)solver.body_of_tet(i); }},
-      {"Solver::tet_edges", tets, [&](Index i) { (void)solver.tet_edges(i); }},
-      {"Solver::is_tet_alive", tets, [&](Index i) { (void)solver.is_tet_alive(i); }},
-      {"Solver::is_edge_alive", edges, [&](Index i) { (void)solver.is_edge_alive(i); }},
-      {"Solver::is_link_alive", 1, [&](Index i) { (void)solver.is_link_alive(i); }},
-      {"Solver::has_tissue", vertices, [&](Index i) { (void)solver.has_tissue(i); }},
+      {"Tissue::body", 2, [&](Index i) { (void)tissue.body(i); }},
+      {"Tissue::is_body_alive", 2, [&](Index i) { (void)tissue.is_body_alive(i); }},
+      {"Tissue::body_of_vertex", vertices, [&](Index i) { (void)tissue.body_of_vertex(i); }},
+      {"Tissue::body_of_tet", tets, [&](Index i) { (void)tissue.body_of_tet(i); }},
+      {"Tissue::first_later_vertex", 2, [&](Index i) { (void)tissue.first_later_vertex(i); }},
+      {"Tissue::first_later_tet", 2, [&](Index i) { (void)tissue.first_later_tet(i); }},
+      {"Tissue::vertices_of", 2, [&](Index i) { (void)tissue.vertices_of(i); }},
+      {"Tissue::tets_of", 2, [&](Index i) { (void)tissue.tets_of(i); }},
+      {"Tissue::is_fixed", vertices, [&](Index i) { (void)tissue.is_fixed(i); }},
+      {"Tissue::tets_at", vertices, [&](Index i) { (void)tissue.tets_at(i); }},
+      {"Tissue::links_at", vertices, [&](Index i) { (void)tissue.links_at(i); }},
+      {"Tissue::tet_mass", tets, [&](Index i) { (void)tissue.tet_mass(i); }},
+      {"Tissue::tet_edges", tets, [&](Index i) { (void)tissue.tet_edges(i); }},
+      {"Tissue::is_tet_alive", tets, [&](Index i) { (void)tissue.is_tet_alive(i); }},
+      {"Tissue::is_edge_alive", edges, [&](Index i) { (void)tissue.is_edge_alive(i); }},
+      {"Tissue::is_link_alive", 1, [&](Index i) { (void)tissue.is_link_alive(i); }},
+      {"Tissue::has_tissue", vertices, [&](Index i) { (void)tissue.has_tissue(i); }},
       {"Solver::rest_length", edges, [&](Index i) { (void)solver.rest_length(i); }},
       {"Solver::rest_volume", tets, [&](Index i) { (void)solver.rest_volume(i); }},
 
-      {"find_live_boundary", 2, [&](Index i) { (void)find_live_boundary(solver, i); }},
+      {"find_live_boundary", 2, [&](Index i) { (void)find_live_boundary(tissue, i); }},
       {"find_vertices_near", 2,
        [&](Index i) {
          (void)find_vertices_near(solver, i, {0, 0, 0}, 1e-3F);
        }},
       {"plan_cut", 2, [&](Index i) { (void)plan_cut(solver, {}, {}, i); }},
-      {"LiveSurface", 2, [&](Index i) { (void)LiveSurface(solver, i); }},
+      {"LiveSurface", 2, [&](Index i) { (void)LiveSurface(tissue, i); }},
+      {"shared_surface", 2, [&](Index i) { (void)shared_surface(tissue, i); }},
       {"LiveSurface::is_on_surface", vertices, [&](Index i) { (void)surface.is_on_surface(i); }},
       {"LivePieces::piece_of", tets, [&](Index i) { (void)pieces.piece_of(i); }},
       {"LivePieces::body", pieces.count(), [&](Index i) { (void)pieces.body(i); }},
@@ -135,10 +145,15 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
       {"LivePieces::is_anchored", pieces.count(), [&](Index i) { (void)pieces.is_anchored(i); }},
 
       {"ConnectiveTissue::is_whole", 1, [&](Index i) { (void)strands.is_whole(i); }},
+      {"ThermalMesh", 2,
+       [&](Index i) {
+         const ThermalBody conducting{i, tissues::fat().heat};
+         (void)ThermalMesh(tissue, std::span(&conducting, 1));
+       }},
       {"Cautery", 2,
        [&](Index i) {
-         const ThermalBody burnt{i, &mesh, tissues::fat().heat};
-         (void)Cautery(solver, std::span(&burnt, 1));
+         const ThermalBody burnt{i, tissues::fat().heat};
+         (void)Cautery(tissue, std::span(&burnt, 1));
        }},
       {"Cautery::state", tets, [&](Index i) { (void)cautery.state(i); }},
       {"HeatField::step, vertex", vertices,
@@ -166,7 +181,7 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
        [&](Index i) { potential.set_ground(std::vector<Index>{i}); }},
       {"DiskSource::distribute", tets,
        [&](Index i) {
-         disk.distribute({{0, 0, 0}, {0, 0, 1}, kEdge}, positions, solver.tets(),
+         disk.distribute({{0, 0, 0}, {0, 0, 1}, kEdge}, positions, tissue.tets(),
                          std::vector<Index>{i}, shares);
        }},
 

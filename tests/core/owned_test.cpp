@@ -8,25 +8,26 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "pbdsurg/coloring/dynamic_coloring.h"
 #include "pbdsurg/contact/proximity.h"
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/mesh/series.h"
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/thermal/disk_source.h"
 #include "pbdsurg/thermal/surface_map.h"
 #include "pbdsurg/thermal/surface_texture.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/views/live_boundary.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -48,7 +49,7 @@ struct World {
   TetMesh mesh = testing::make_box({3, 3, 3}, 1e-3);
   Scene scene;
   ConnectiveTissue strands;
-  std::vector<ThermalBody> bodies{{0, &mesh, tissues::fat().heat}};
+  std::vector<ThermalBody> bodies{{0, tissues::fat().heat}};
 
   World() {
     scene.add_body("a", mesh);
@@ -59,7 +60,7 @@ struct World {
 };
 
 const Electrode kAway{{1, 1, 1}, {1, 1, 1}};
-const TopologyEdit kRemoval{.remove_tets = {0}};
+const TopologyEdit kRemoval{.remove_tets = {0}, .remove_links = {0}};
 
 // Leaves `object` as one that was moved from, and gives where it went.
 template <class T>
@@ -72,6 +73,7 @@ T moved_out(T& object) {
 TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   const World world;
   Solver solver(world.scene);
+  Tissue& tissue = solver.tissue();  // which stays where it is
   Solver there = moved_out(solver);
   Snapshot snapshot = there.snapshot();
   std::vector<Eigen::Vector3f> positions = there.positions();
@@ -103,63 +105,65 @@ TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   check_refused([&] { solver.grasp(0, ids); });
   check_refused([&] { solver.release(0); });
   check_refused([&] { (void)solver.tool_force(0); });
-  check_refused([&] { (void)solver.bodies(); });
-  check_refused([&] { (void)solver.body(0); });
-  check_refused([&] { (void)solver.is_body_alive(0); });
-  check_refused([&] { (void)solver.body_of_vertex(0); });
-  check_refused([&] { (void)solver.body_of_tet(0); });
-  check_refused([&] { (void)solver.tets(); });
-  check_refused([&] { (void)solver.edges(); });
-  check_refused([&] { (void)solver.links(); });
-  check_refused([&] { (void)solver.tet_edges(0); });
-  check_refused([&] { (void)solver.is_tet_alive(0); });
-  check_refused([&] { (void)solver.is_edge_alive(0); });
-  check_refused([&] { (void)solver.is_link_alive(0); });
-  check_refused([&] { (void)solver.has_tissue(0); });
+  check_refused([&] { (void)solver.tissue(); });
+  check_refused([&] { (void)std::as_const(solver).tissue(); });
   check_refused([&] { (void)solver.rest_length(0); });
   check_refused([&] { (void)solver.rest_volume(0); });
-  check_refused([&] { (void)solver.topology_version(); });
   // and so does all that is given one
-  check_refused([&] { apply_edit(solver, kRemoval); });
-  check_refused([&] { undo_edit(solver, kRemoval, {}); });
+  ConnectiveTissue strands = world.strands;
+  tissue.add_follower(strands, FollowerRank::surgery);
+  Cautery cautery(tissue, world.bodies);
+  std::vector<Index> links;
   check_refused([&] { (void)plan_cut(solver, {}); });
-  check_refused([&] { (void)find_live_boundary(solver, 0); });
   check_refused([&] { (void)find_vertices_near(solver, 0, {0, 0, 0}, 1); });
-  check_refused([&] { LivePieces pieces(solver); });
-  check_refused([&] { LiveSurface surface(solver, 0); });
-  check_refused([&] { HeatField field(solver, world.bodies); });
-  check_refused([&] { Cautery cautery(solver, world.bodies); });
+  check_refused([&] { cautery.update(solver, kAway, {}, 1e-3); });
+  check_refused([&] { strands.find_torn(solver, links); });
+  check_refused([&] { strands.find_cut(solver, {}, links); });
+  check_refused([&] { strands.separate(solver); });
   check_refused([&] { Compaction compaction(solver); });
 
+  CHECK(&there.tissue() == &tissue);
   solver = std::move(there);
   CHECK(solver.positions() == positions);
+  tissue.apply(kRemoval);
   solver.step(1e-3F);
 }
 
-// Would catch one that is undone in place of the one that the edit had, which has moved on.
-TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
+// Would catch an edit that is followed, or undone, where the follower was, and not where it went.
+TEST_CASE("moved from: followers follow edits where they went", "[unit]") {
   World world;
   Solver solver(world.scene);
-  const auto try_out = [&](auto participant, auto&&... calls) {
-    EditParticipant* const participants[] = {&participant};
-    const EditResult result = apply_edit(solver, kRemoval, participants);
-    auto there = moved_out(participant);
-    check_refused([&] { participant.validate(solver, {}); });
-    check_refused([&] { apply_edit(solver, {.remove_tets = {1}}, participants); });
-    check_refused([&] { undo_edit(solver, kRemoval, result, participants); });
-    check_refused([&] { participant.renumber(solver, {}); });
-    CHECK_FALSE(solver.is_tet_alive(0));
-    CHECK(solver.is_tet_alive(1));
-    (calls(participant), ...);
+  Tissue& tissue = solver.tissue();
+  // `see` gives something that the edit changes
+  const auto try_out = [&](auto follower, auto see, auto&&... calls) {
+    const auto before = see(follower);
+    tissue.apply(kRemoval);
+    const auto after = see(follower);
+    CHECK(after != before);
+    auto there = moved_out(follower);
+    if constexpr (std::is_base_of_v<Follower, decltype(follower)>) {
+      check_refused([&] { tissue.check_follower(follower, "it"); });
+      CHECK_NOTHROW(tissue.check_follower(there, "it"));
+    }
+    tissue.undo();
+    CHECK(see(there) == before);
+    tissue.apply(kRemoval);
+    CHECK(see(there) == after);
+    (calls(follower), ...);
 
-    participant = std::move(there);
-    undo_edit(solver, kRemoval, result, participants);
-    CHECK(solver.is_tet_alive(0));
-    const EditResult again = apply_edit(solver, kRemoval, participants);
-    undo_edit(solver, kRemoval, again, participants);
+    follower = std::move(there);
+    CHECK(see(follower) == after);
+    tissue.undo();
+    CHECK(see(follower) == before);
+    tissue.apply(kRemoval);
+    CHECK(see(follower) == after);
+    tissue.undo();
   };
   SECTION("live surface") {
-    try_out(LiveSurface(solver, 0), [](LiveSurface& surface) {
+    const auto see = [](const LiveSurface& surface) {
+      return std::vector(surface.triangles().begin(), surface.triangles().end());
+    };
+    try_out(LiveSurface(tissue, 0), see, [](LiveSurface& surface) {
       CHECK(surface.slot_count() == 0);
       CHECK(surface.triangle_count() == 0);
       CHECK(surface.triangles().empty());
@@ -167,28 +171,37 @@ TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
       std::vector<SlotRange> ranges;
       surface.collect_changes(0, ranges);
       surface.collect_changes(surface.version(), ranges);
-      check_refused([&] { (void)surface.is_on_surface(0); });
+      CHECK_THROWS_AS(surface.is_on_surface(0), InvalidArgument);
     });
   }
   SECTION("live pieces") {
-    try_out(LivePieces(solver), [&](LivePieces& pieces) {
+    const auto see = [](const LivePieces& pieces) { return pieces.tet_count(0); };
+    try_out(LivePieces(tissue), see, [&](LivePieces& pieces) {
       CHECK(pieces.count() == 0);
       CHECK_THROWS_AS(pieces.piece_of(0), InvalidArgument);
       CHECK_THROWS_AS(pieces.tets(0), InvalidArgument);
       TopologyEdit edit;
-      check_refused([&] { pieces.add_crumbs(solver, edit, 3); });
+      check_refused([&] { pieces.add_crumbs(tissue, edit, 3); });
     });
   }
   SECTION("thermal mesh") {
-    try_out(ThermalMesh(solver, world.bodies), [](ThermalMesh& mesh) {
+    const auto see = [](const ThermalMesh& mesh) { return mesh.version() > 0; };
+    try_out(ThermalMesh(tissue, world.bodies), see, [](ThermalMesh& mesh) {
       CHECK(mesh.vertex_count() == 0);
       CHECK(mesh.tet_count() == 0);
       CHECK(mesh.tissues().empty());
+      CHECK(mesh.tets().empty());
+      CHECK(mesh.rest_positions().empty());
+      check_refused([&] { (void)mesh.tissue(); });
+      check_refused([&] { mesh.check_current("it"); });
       mesh.set_tissue(tissues::liver().heat);
     });
   }
   SECTION("heat field") {
-    try_out(HeatField(solver, world.bodies), [](HeatField& field) {
+    const auto see = [](const HeatField& field) { return field.ledger().removed; };
+    HeatField warm(tissue, world.bodies);
+    warm.set_temperatures(std::vector<Index>{world.mesh.tets()[0][0]}, std::vector<double>{60});
+    try_out(std::move(warm), see, [](HeatField& field) {
       const HeatSource source{0, 1};
       check_refused([&] { field.step(1e-3, {}); });
       check_refused([&] { field.step(1e-3, std::span(&source, 1)); });
@@ -206,7 +219,8 @@ TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
     });
   }
   SECTION("cautery") {
-    try_out(Cautery(solver, world.bodies), [&](Cautery& cautery) {
+    const auto see = [](const Cautery& cautery) { return cautery.state(0); };
+    try_out(Cautery(tissue, world.bodies), see, [&](Cautery& cautery) {
       check_refused([&] { cautery.update(solver, kAway, {}, 1e-3); });
       check_refused([&] { (void)cautery.field(); });
       check_refused([&] { (void)cautery.potential(); });
@@ -217,13 +231,16 @@ TEST_CASE("moved from: participants refuse edits, and their undo", "[unit]") {
     });
   }
   SECTION("connective tissue") {
-    try_out(world.strands, [&](ConnectiveTissue& strands) {
+    ConnectiveTissue registered = world.strands;
+    tissue.add_follower(registered, FollowerRank::surgery);
+    const auto see = [](const ConnectiveTissue& strands) { return strands.whole_count(); };
+    try_out(std::move(registered), see, [&](ConnectiveTissue& strands) {
       std::vector<Index> links;
       Scene scene = world.scene;
       check_refused([&] { strands.find_torn(solver, links); });
       check_refused([&] { strands.find_cut(solver, {}, links); });
       check_refused([&] { strands.separate(solver); });
-      check_refused([&] { strands.join(scene, 0, 1, {}); });
+      CHECK(strands.join(scene, 0, 1, {}) == 0);
       CHECK(strands.strands().empty());
       CHECK(strands.whole_count() == 0);
       CHECK(strands.events().empty());
@@ -312,7 +329,7 @@ TEST_CASE("moved from: shapes and distances stay what they are", "[unit]") {
 TEST_CASE("moved from: maps and textures begin anew", "[unit]") {
   const World world;
   const Solver solver(world.scene);
-  const LiveSurface surface(solver, 0);
+  const LiveSurface surface(solver.tissue(), 0);
   const std::vector<double> warm(static_cast<std::size_t>(solver.vertex_count()), 60.0);
   const std::vector<double> ones(warm.size(), 1.0), none(warm.size(), 0.0);
   const SurfaceFields fields{warm, ones, ones, none};

@@ -13,14 +13,15 @@
 
 #include "cluster_machine.h"
 #include "random_plan.h"
-#include "solver/solver_data.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "toy_sweep.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
+using pbdsurg::testing::inspect;
 using testing::ClusterMachine;
 using testing::ToyValue;
 
@@ -73,7 +74,7 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
   options.composition = PlanComposition::separate;
   Solver solver(scene, options);
   StageRecords records;
-  const StagePlan plan(solver_data(solver), records);
+  const StagePlan plan(inspect(solver), records);
   auto program = ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
                                       std::vector<PlaceRun>{{0, scene.vertex_count()}}, block_count,
                                       is_damped, GrowthRoom::none);
@@ -141,7 +142,7 @@ TEST_CASE("cluster program: serial and joint stages have none") {
   options.coloring.max_colors = is_joint ? 0 : 5;
   Solver solver(scene, options);
   StageRecords records;
-  const StagePlan plan(solver_data(solver), records);
+  const StagePlan plan(inspect(solver), records);
   CHECK(!ClusterProgram::make(plan.stages(), records, scene.vertex_count(),
                               std::vector<PlaceRun>{{0, scene.vertex_count()}}, 4, false,
                               GrowthRoom::ample));

@@ -7,12 +7,15 @@
 
 #include <algorithm>
 #include <cstring>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
+#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "solver/load_store.h"
@@ -25,7 +28,7 @@ namespace pbdsurg::cuda::testing {
 /// Constraints as a device holds them, with what they remember.
 struct HostStages {
   explicit HostStages(const SolverData& data, bool has_grown = false)
-      : mode(data.options.mode), is_damped(data.has_damping), plan(data, records, has_grown) {
+      : mode(data.options.mode), is_damped(data.sets.has_damping), plan(data, records, has_grown) {
     forget();
   }
 
@@ -53,9 +56,20 @@ struct HostStages {
           return records.neo_hookeans.data();
         case DeviceArray::strain_limits:
           return records.strain_limits.data();
-        default:
+        case DeviceArray::tubes:
           return records.tubes.data();
+        case DeviceArray::particles:
+        case DeviceArray::velocities:
+        case DeviceArray::cluster:
+        case DeviceArray::vertex_blocks:
+        case DeviceArray::pull_rows:
+        case DeviceArray::spring_rows:
+        case DeviceArray::volume_rows:
+        case DeviceArray::damped_spring_rows:
+        case DeviceArray::damped_volume_rows:
+          break;
       }
+      throw Error("a plan of stages writes array " + std::to_string(static_cast<int>(array)));
     };
     for (const WordChange& change : words) {
       std::memcpy(static_cast<char*>(start(change.array)) + sizeof change.value * change.word,
@@ -153,8 +167,10 @@ struct HostStages {
                                        substep);
         break;
       }
-      default:
-        break;
+      case PhaseKind::vertex:
+      case PhaseKind::attachment:
+      case PhaseKind::contact:
+        break;  // others project these
     }
   }
 
@@ -205,9 +221,7 @@ inline bool same_bits(const std::vector<Particle>& a, const std::vector<Particle
 /// something, if any tetrahedron lives.
 inline bool have_serial_bits(HostStages& stages, SolverData& data) {
   constexpr Substep<float> kSubstep{1e3F, 1e6F};
-  forget_multipliers(data.distances);
-  forget_multipliers(data.volumes);
-  forget_multipliers(data.neo_hookeans);
+  data.sets.for_each_set([](auto& slots) { forget_multipliers(slots); });
   stages.forget();
   const std::vector<Particle> start = data.particles;
   data.previous = start;
@@ -222,7 +236,8 @@ inline bool have_serial_bits(HostStages& stages, SolverData& data) {
       stages.project(stage, particles, start, kSubstep);
     }
   }
-  const bool has_tissue = std::ranges::find(data.tet_alive, true) != data.tet_alive.end();
+  const std::span<const Index> edge_tets = data.tissue->edge_tets();
+  const bool has_tissue = std::ranges::any_of(edge_tets, [](Index count) { return count > 0; });
   const bool have =
       same_bits(particles, data.particles) && (!has_tissue || !same_bits(particles, start));
   data.particles = start;

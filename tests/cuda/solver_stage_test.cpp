@@ -18,13 +18,16 @@
 #include "solver/sweeps.h"
 #include "solver/tool_buffers.h"
 #include "solver/vertex_buffers.h"
+#include "solver/vertex_method.h"
 #include "stream.cuh"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
+using pbdsurg::testing::inspect;
 using pbdsurg::testing::Variant;
 using testing::HostStages;
 
@@ -138,7 +141,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   }
   solver.write_velocities(moving);
   add_tools(solver);
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   HostStages stages(data);
   Device device(data, stages.records);
   const StepKernels& kernels = strict_kernels;
@@ -190,7 +193,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
 
   // sweeps
   for (int iteration = 0; iteration < 2; ++iteration) {
-    const Projection projection{variant.mode, data.has_damping, iteration > 0, iteration == 0};
+    const Projection projection{variant.mode, data.sets.has_damping, iteration > 0, iteration == 0};
     for (const Stage& stage : stages.plan.stages()) {
       INFO("sweep " << iteration << ", " << name_of(stage));
       stages.project(stage, data.particles, data.previous, substep);
@@ -312,7 +315,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   if (has_tools) {
     add_tools(solver);
   }
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   for (std::size_t place = 0; place < data.falling.size(); ++place) {
     data.falling[place] = 0.125F * static_cast<float>(place % 9);
   }
@@ -397,7 +400,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
                                  input, launch);
         } else {
           stages.project(stage, data.particles, data.previous, lengths);
-          kernels.project(stage, {options.mode, data.has_damping, false, false}, state,
+          kernels.project(stage, {options.mode, data.sets.has_damping, false, false}, state,
                           device.constraints.arrays(), input, launch);
         }
         REQUIRE(difference(device.particles(), data.particles).empty());

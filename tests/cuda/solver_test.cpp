@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
 #include "support/edits_within_steps.h"
@@ -253,8 +253,8 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
       }
       edit.remove_links = {3, 7};
       edit.rest_lengths = {{20000, 5e-3F}};
-      apply_edit(serial, edit);
-      apply_edit(device, edit);
+      serial.tissue().apply(edit);
+      device.tissue().apply(edit);
     }
     REQUIRE(equal(device.step(5e-3F), serial.step(5e-3F)));
     REQUIRE(device.state_hash() == serial.state_hash());
@@ -434,7 +434,7 @@ TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", 
   solver.step(kTimeStep);
   const std::size_t before = solver.memory_bytes();
   for (Index t = 0; t < 20; ++t) {
-    apply_edit(solver, {.remove_tets = {1000 * t}});
+    solver.tissue().apply({.remove_tets = {1000 * t}});
     solver.step(kTimeStep);
   }
   CHECK(solver.memory_bytes() - before < 100'000);

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "host_stages.h"
 #include "solver/cluster_program.h"
@@ -21,6 +21,7 @@
 #include "support/cuts.h"
 #include "support/edit_maker.h"
 #include "support/edit_scenes.h"
+#include "support/inspect.h"
 #include "support/meshes.h"
 
 namespace pbdsurg::cuda {
@@ -29,6 +30,7 @@ namespace {
 using pbdsurg::testing::Choices;
 using pbdsurg::testing::EditMaker;
 using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::inspect;
 using pbdsurg::testing::kFakeDeviceHook;
 using testing::have_serial_bits;
 using testing::HostStages;
@@ -84,9 +86,13 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::neo_hookean:
         add_contents(records.neo_hookeans, stage, contents);
         break;
-      default:
+      case PhaseKind::strain_limit:
         add_contents(records.strain_limits, stage, contents);
         break;
+      case PhaseKind::vertex:
+      case PhaseKind::attachment:
+      case PhaseKind::contact:
+        break;  // have no records
     }
     end(contents);
   }
@@ -109,7 +115,7 @@ bool are_alike_where_repeated(const std::vector<WordChange>& words) {
 /// Stages that follow a solver, made anew when they say so.
 class Follower {
  public:
-  explicit Follower(Solver& solver) : data_(solver_data(solver)), stages_(data_) {
+  explicit Follower(Solver& solver) : data_(inspect(solver)), stages_(data_) {
     data_.changes.clear();
   }
 
@@ -150,7 +156,7 @@ class Follower {
 
 // A body with damping where the scene may have none, and a particle that hangs from it.
 Scene make_guest(const Solver& solver, Choices& choices) {
-  const std::string number = std::to_string(solver.bodies().size());
+  const std::string number = std::to_string(solver.tissue().bodies().size());
   const TetMesh mesh = pbdsurg::testing::make_box({2, 1, 1}, 4e-3, 0.1, 9);
   Material material = elastic_material(mesh, 900, 20e3);
   material.max_stretch = 1.1F;
@@ -209,12 +215,12 @@ TEST_CASE("cuda growth: stages that follow any edits and their undo are as if ma
     Follower follower(solver);
     while (!choices.is_spent()) {
       const TopologyEdit edit = make_edit(solver, choices);
-      const EditResult result = apply_edit(solver, edit);
+      const TissueChange result = solver.tissue().apply(edit);
       if (choices.below(3) > 0) {
         REQUIRE(follower.follow());
       }
       if (choices.below(3) == 0) {
-        undo_edit(solver, edit, result);
+        solver.tissue().undo();
         if (choices.below(2) == 0) {
           REQUIRE(follower.follow());
         }
@@ -246,7 +252,7 @@ Solver make_plate(PlanComposition composition, const SpareRoom& spare) {
 TopologyEdit small_cut(const Solver& solver, std::uint64_t round) {
   const auto vertex = static_cast<Index>(random_bits(3, round) % 300);
   auto edge = static_cast<Index>(random_bits(4, round) % 1000);
-  while (!solver.is_edge_alive(edge)) {
+  while (!solver.tissue().is_edge_alive(edge)) {
     ++edge;
   }
   return round % 2 == 0 ? pbdsurg::testing::split_edge(solver, edge, 0.4F)
@@ -265,7 +271,7 @@ TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equ
   Follower follower(solver);
   for (std::uint64_t round = 0; round < 120; ++round) {
     INFO("round " << round);
-    apply_edit(solver, small_cut(solver, round));
+    solver.tissue().apply(small_cut(solver, round));
     REQUIRE(follower.follow());
   }
   CHECK(follower.made_anew >= (spare == 0 ? 1 : 0));
@@ -286,9 +292,9 @@ TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
     const TopologyEdit edit = small_cut(solver, round);
     INFO("round " << round);
     for (int again = 0; again < 400; ++again) {
-      const EditResult result = apply_edit(solver, edit);
+      const TissueChange result = solver.tissue().apply(edit);
       follower.take_over();
-      undo_edit(solver, edit, result);
+      solver.tissue().undo();
       follower.take_over();
     }
     REQUIRE(follower.follow());
@@ -303,14 +309,14 @@ TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and
   const auto room = GENERATE(GrowthRoom::some, GrowthRoom::ample);
   const float height = GENERATE(0.005F, 0.021F);
   Solver solver = make_plate(PlanComposition::separate, {2000, 4000, 8000, 0});
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   const auto edge_at = [&](float at) { return BladeEdge{{at, height, -1}, {at, height, 1}}; };
   const TopologyEdit edit = plan_cut(solver, sweep_blade(std::array{edge_at(-1), edge_at(1)})).edit;
   REQUIRE(edit.new_tets.size() > 300);
   HostStages stages(data);
   auto program = ClusterProgram::make(stages.plan.stages(), stages.records, solver.vertex_count(),
                                       std::vector<PlaceRun>{{0, solver.vertex_count()}}, 16,
-                                      data.has_damping, room);
+                                      data.sets.has_damping, room);
   REQUIRE(program);
   const auto follow = [&] {
     std::vector<WordChange> words;
@@ -321,9 +327,9 @@ TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and
   data.changes.clear();
   for (int again = 0; again < 100; ++again) {
     INFO("time " << again);
-    const EditResult result = apply_edit(solver, edit);
+    const TissueChange result = solver.tissue().apply(edit);
     follow();
-    undo_edit(solver, edit, result);
+    solver.tissue().undo();
     follow();
   }
 }
@@ -334,7 +340,7 @@ TEST_CASE("cuda growth: stages have the spare records that were asked for, and n
   const HookGuard guard(&kFakeDeviceHook);
   const Index spare = GENERATE(0, 500);
   const Solver solver = make_plate(PlanComposition::separate, {spare, spare, spare, 0});
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const HostStages stages(data);
   const auto check = [&](const auto& records, std::size_t count) {
     const auto works = [](const auto& record) { return record.places[0] >= 0; };
@@ -342,9 +348,9 @@ TEST_CASE("cuda growth: stages have the spare records that were asked for, and n
     CHECK((records.size() > count) == (spare > 0));
     CHECK(records.size() >= count + static_cast<std::size_t>(spare));
   };
-  check(stages.records.distances, data.edges.size());
-  check(stages.records.volumes, data.tets.size());
-  check(stages.records.strain_limits, data.edges.size());
+  check(stages.records.distances, solver.tissue().edges().size());
+  check(stages.records.volumes, solver.tissue().tets().size());
+  check(stages.records.strain_limits, solver.tissue().edges().size());
   CHECK(stages.records.distance_damping.size() == stages.records.distances.size());
   const auto count_empty = [&](std::span<const Stage> all) {
     return std::ranges::count_if(all, [&](const Stage& stage) {
@@ -361,16 +367,16 @@ TEST_CASE("cuda growth: stages that were empty open for what an undo brings back
           "[equivalence]") {
   const HookGuard guard(&kFakeDeviceHook);
   Solver solver = make_plate(PlanComposition::separate, {100, 100, 100, 0});
-  const auto& volumes = solver_data(solver).volumes;
+  const auto& volumes = inspect(solver).sets.of<VolumeConstraint>();
   Index group = 0;  // a small one, for which there is room
   while (volumes.size(group) == 0 || volumes.size(group) > 20) {
     REQUIRE(++group < volumes.group_count());
   }
   const std::span<const Index> ids = volumes.ids(group);
   const TopologyEdit edit{.remove_tets = std::vector<Index>(ids.begin(), ids.end())};
-  const EditResult result = apply_edit(solver, edit);
+  const TissueChange result = solver.tissue().apply(edit);
   Follower follower(solver);  // made now
-  undo_edit(solver, edit, result);
+  solver.tissue().undo();
   REQUIRE(follower.follow());
   CHECK(follower.made_anew == 0);
   CHECK(follower.has_opened);
@@ -387,15 +393,15 @@ TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {
   options.spare = {100, 1000, 2000, 100};
   Solver solver(scene, options);
   stretch(solver);
-  REQUIRE(solver_data(solver).domain_counts.size() == 3);
+  REQUIRE(inspect(solver).sets.domain_counts.size() == 3);
   Follower follower(solver);
   for (std::uint64_t round = 0; round < 6; ++round) {
     INFO("round " << round);
     const TopologyEdit edit = small_cut(solver, round);
-    const EditResult result = apply_edit(solver, edit);
+    const TissueChange result = solver.tissue().apply(edit);
     REQUIRE(follower.follow());
     if (round % 3 == 2) {
-      undo_edit(solver, edit, result);
+      solver.tissue().undo();
       REQUIRE(follower.follow());
     }
   }

@@ -6,17 +6,19 @@
 #include <map>
 #include <vector>
 
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "host_stages.h"
 #include "solver/fake_device.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
 using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::inspect;
 using pbdsurg::testing::kFakeDeviceHook;
 using pbdsurg::testing::Variant;
 using testing::have_serial_bits;
@@ -46,7 +48,7 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
   SolverOptions options = pbdsurg::testing::options_of(variant);
   options.backend = BackendKind::cuda;
   Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   stretch(solver);
   HostStages stages(data);
   REQUIRE(have_serial_bits(stages, data));
@@ -68,10 +70,10 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
   for (Index round = 0; round < 30; ++round) {
     INFO("round " << round);
     const TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
-    const EditResult result = apply_edit(solver, edit);
+    const TissueChange result = solver.tissue().apply(edit);
     follow();
     if (round % 3 == 1) {
-      undo_edit(solver, edit, result);
+      solver.tissue().undo();
       follow();
     }
   }
@@ -80,12 +82,12 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
   // more links at a vertex than colours: some are new
   TopologyEdit growth;
   for (Index v = 0; v < solver.vertex_count() && growth.new_links.size() < 40; ++v) {
-    if (v != 1 && solver.has_tissue(1) && solver.has_tissue(v)) {
+    if (v != 1 && solver.tissue().has_tissue(1) && solver.tissue().has_tissue(v)) {
       growth.new_links.push_back({1, v, 3e-3F, {.fraction = 0.3F, .compliance = 1e-6F}});
     }
   }
   REQUIRE(growth.new_links.size() == 40);
-  apply_edit(solver, growth);
+  solver.tissue().apply(growth);
   stages = HostStages(data);
   CHECK(have_serial_bits(stages, data));
   Index alive = 0;
@@ -93,8 +95,8 @@ TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, 
     alive += tube.places[0] >= 0;
   }
   Index expected = 0;
-  for (Index t = solver.body(1).first_tet; t < solver.body(2).first_tet; ++t) {
-    expected += solver.is_tet_alive(t);
+  for (Index t = solver.tissue().body(1).first_tet; t < solver.tissue().body(2).first_tet; ++t) {
+    expected += solver.tissue().is_tet_alive(t);
   }
   CHECK(alive == expected);
 }
@@ -109,7 +111,7 @@ TEST_CASE("cuda stages: domains of one level are one stage, a serial phase is cu
   options.coloring.max_colors = GENERATE(0, 12);
   options.coloring.repair = options.coloring.max_colors == 0;
   Solver solver(scene, options);
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   stretch(solver);
   HostStages stages(data);
   std::map<std::pair<Index, PhaseKind>, Index> most;  // phases of a level and kind in a domain

@@ -48,9 +48,14 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
       return visit(records.volumes);
     case PhaseKind::neo_hookean:
       return visit(records.neo_hookeans);
-    default:
-      return visit(records.strain_limits);
+    case PhaseKind::strain_limit:
+    case PhaseKind::joint:  // no cluster projects this and those that follow
+    case PhaseKind::vertex:
+    case PhaseKind::attachment:
+    case PhaseKind::contact:
+      break;
   }
+  return visit(records.strain_limits);
 }
 
 inline std::span<Index> places_of(StageRecords& records, PhaseKind kind, Index i) {

@@ -8,20 +8,23 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "solver/fake_device.h"
 #include "solver/lane_access.h"
 #include "solver/stage_plan.h"
 #include "solver/vertex_kernel.h"
+#include "solver/vertex_method.h"
 #include "solver/vertex_moves.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
 using pbdsurg::testing::HookGuard;
+using pbdsurg::testing::inspect;
 using pbdsurg::testing::kFakeDeviceHook;
 
 constexpr Substep<float> kSubstep{1e3F, 1e6F};
@@ -102,9 +105,19 @@ struct HostRows {
         return bytes(damped_springs);
       case DeviceArray::damped_volume_rows:
         return bytes(damped_volumes);
-      default:
-        return {};
+      case DeviceArray::distances:
+      case DeviceArray::distance_damping:
+      case DeviceArray::volumes:
+      case DeviceArray::joints:
+      case DeviceArray::neo_hookeans:
+      case DeviceArray::strain_limits:
+      case DeviceArray::tubes:
+      case DeviceArray::particles:
+      case DeviceArray::velocities:
+      case DeviceArray::cluster:
+        break;
     }
+    return {};
   }
 };
 
@@ -155,7 +168,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
                 {.method = SolverMethod::vertex_block,
                  .backend = BackendKind::cuda,
                  .composition = composition});
-  SolverData& data = solver_data(solver);
+  SolverData& data = inspect(solver);
   StageRecords records;
   StagePlan plan(data, records);
   REQUIRE(plan.stages().front().kind == PhaseKind::vertex);
@@ -180,14 +193,14 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
     TopologyEdit edit = pbdsurg::testing::eventful_edit(solver, round);
     if (round < 12) {
       edit.remove_links.push_back(2 * round);
-      if (!solver.is_link_alive(2 * round)) {
+      if (!solver.tissue().is_link_alive(2 * round)) {
         edit.remove_links.clear();
       }
     }
-    const EditResult result = apply_edit(solver, edit);
+    const TissueChange result = solver.tissue().apply(edit);
     follow();
     if (round % 3 == 1) {
-      undo_edit(solver, edit, result);
+      solver.tissue().undo();
       follow();
     }
   }
@@ -203,11 +216,11 @@ TEST_CASE("cuda vertex blocks: what is written for an edit does not grow with th
                    springs ? elastic_material(mesh, 1000, 20e3)
                            : Material{.model = ElasticModel::neo_hookean});
     Solver solver(scene, {.method = SolverMethod::vertex_block, .backend = BackendKind::cuda});
-    SolverData& data = solver_data(solver);
+    SolverData& data = inspect(solver);
     StageRecords records;
     StagePlan plan(data, records);
     data.changes.clear();
-    apply_edit(solver, {.remove_tets = {mesh.tet_count() / 2}});
+    solver.tissue().apply({.remove_tets = {mesh.tet_count() / 2}});
     std::vector<WordChange> words;
     REQUIRE(plan.follow(data, data.changes, words));
     return words.size();

@@ -5,16 +5,16 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_boundary.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
-#include "solver/solver_data.h"
 #include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/plan_checks.h"
 #include "support/solver_digest.h"
 
@@ -23,6 +23,7 @@ namespace {
 
 using testing::ContainsSubstring;
 using testing::digest_of;
+using testing::inspect;
 using testing::is_plan_valid;
 using testing::serial_options;
 using testing::Variant;
@@ -104,23 +105,25 @@ std::vector<Variant> variants() {
 
 // Would catch a guest that weighs, resists or is held otherwise than a body of the scene.
 void check_same_tissue(const Solver& late, const Solver& early) {
-  REQUIRE(late.bodies().size() == early.bodies().size());
+  REQUIRE(late.tissue().bodies().size() == early.tissue().bodies().size());
   REQUIRE(late.vertex_count() == early.vertex_count());
-  REQUIRE(std::ranges::equal(late.tets(), early.tets()));
-  REQUIRE(std::ranges::equal(late.edges(), early.edges()));
-  const SolverData& a = solver_data(late);
-  const SolverData& b = solver_data(early);
-  CHECK(a.vertex_masses == b.vertex_masses);
-  CHECK(a.tet_masses == b.tet_masses);
-  CHECK(a.tissue_counts == b.tissue_counts);
-  CHECK(a.has_damping == b.has_damping);
-  for (std::size_t i = 0; i < late.bodies().size(); ++i) {
-    CHECK(late.bodies()[i].name == early.bodies()[i].name);
-    CHECK(late.bodies()[i].first_vertex == early.bodies()[i].first_vertex);
-    CHECK(late.bodies()[i].first_tet == early.bodies()[i].first_tet);
+  REQUIRE(std::ranges::equal(late.tissue().tets(), early.tissue().tets()));
+  REQUIRE(std::ranges::equal(late.tissue().edges(), early.tissue().edges()));
+  const SolverData& a = inspect(late);
+  const SolverData& b = inspect(early);
+  const TissueData& c = inspect(late.tissue());
+  const TissueData& d = inspect(early.tissue());
+  CHECK(std::ranges::equal(c.masses.values(), d.masses.values()));
+  CHECK(std::ranges::equal(c.tet_masses.values(), d.tet_masses.values()));
+  CHECK(std::ranges::equal(c.tissue_counts.values(), d.tissue_counts.values()));
+  CHECK(a.sets.has_damping == b.sets.has_damping);
+  for (std::size_t i = 0; i < late.tissue().bodies().size(); ++i) {
+    CHECK(late.tissue().bodies()[i].name == early.tissue().bodies()[i].name);
+    CHECK(late.tissue().bodies()[i].first_vertex == early.tissue().bodies()[i].first_vertex);
+    CHECK(late.tissue().bodies()[i].first_tet == early.tissue().bodies()[i].first_tet);
   }
   for (Index v = 0; v < late.vertex_count(); ++v) {
-    REQUIRE(late.body_of_vertex(v) == early.body_of_vertex(v));
+    REQUIRE(late.tissue().body_of_vertex(v) == early.tissue().body_of_vertex(v));
     REQUIRE(a.particle(v).w == b.particle(v).w);
   }
   const auto equal_slots = [](const auto& slots, const auto& others, Index count) {
@@ -132,27 +135,31 @@ void check_same_tissue(const Solver& late, const Solver& early) {
     }
     return true;
   };
-  const auto tet_count = static_cast<Index>(late.tets().size());
-  CHECK(equal_slots(a.volumes, b.volumes, tet_count));
-  CHECK(equal_slots(a.neo_hookeans, b.neo_hookeans, tet_count));
+  const auto tet_count = static_cast<Index>(late.tissue().tets().size());
+  CHECK(equal_slots(a.sets.of<VolumeConstraint>(), b.sets.of<VolumeConstraint>(), tet_count));
+  CHECK(
+      equal_slots(a.sets.of<NeoHookeanConstraint>(), b.sets.of<NeoHookeanConstraint>(), tet_count));
   for (Index t = 0; t < tet_count; ++t) {
-    REQUIRE(late.body_of_tet(t) == early.body_of_tet(t));
-    REQUIRE(std::ranges::equal(late.tet_edges(t), early.tet_edges(t)));
+    REQUIRE(late.tissue().body_of_tet(t) == early.tissue().body_of_tet(t));
+    REQUIRE(std::ranges::equal(late.tissue().tet_edges(t), early.tissue().tet_edges(t)));
   }
-  const auto edge_count = static_cast<Index>(late.edges().size());
-  CHECK(equal_slots(a.strain_limits, b.strain_limits, edge_count));
+  const auto edge_count = static_cast<Index>(late.tissue().edges().size());
+  CHECK(equal_slots(a.sets.of<StrainLimitConstraint>(), b.sets.of<StrainLimitConstraint>(),
+                    edge_count));
   for (Index e = 0; e < edge_count; ++e) {
-    const Index i = a.distance_ids.of_edge(e), j = b.distance_ids.of_edge(e);
-    REQUIRE(a.distances.is_alive(i) == b.distances.is_alive(j));
-    REQUIRE((!a.distances.is_alive(i) ||
-             a.distances.record(i).parameters == b.distances.record(j).parameters));
+    const Index i = a.sets.distance_ids.of_edge(e), j = b.sets.distance_ids.of_edge(e);
+    REQUIRE(a.sets.of<DistanceConstraint>().is_alive(i) ==
+            b.sets.of<DistanceConstraint>().is_alive(j));
+    REQUIRE((!a.sets.of<DistanceConstraint>().is_alive(i) ||
+             a.sets.of<DistanceConstraint>().record(i).parameters ==
+                 b.sets.of<DistanceConstraint>().record(j).parameters));
   }
-  for (Index l = 0; l < static_cast<Index>(late.links().size()); ++l) {
-    const auto record = a.distances.record(a.distance_ids.of_link(l));
-    const auto other = b.distances.record(b.distance_ids.of_link(l));
+  for (Index l = 0; l < static_cast<Index>(late.tissue().links().size()); ++l) {
+    const auto record = a.sets.of<DistanceConstraint>().record(a.sets.distance_ids.of_link(l));
+    const auto other = b.sets.of<DistanceConstraint>().record(b.sets.distance_ids.of_link(l));
     REQUIRE(record.parameters == other.parameters);
-    REQUIRE(late.links()[l].first == early.links()[l].first);
-    REQUIRE(late.links()[l].second == early.links()[l].second);
+    REQUIRE(late.tissue().links()[l].first == early.tissue().links()[l].first);
+    REQUIRE(late.tissue().links()[l].second == early.tissue().links()[l].second);
   }
 }
 
@@ -172,10 +179,10 @@ TEST_CASE("bodies: one that comes in is what it would be in the scene", "[equiva
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   Solver late(scene, serial_options(variant, 2));
   const Solver early(with_guests(scene, variant.mode), serial_options(variant, 2));
-  const EditResult result = apply_edit(late, {.new_bodies = make_guests(variant.mode)});
+  const TissueChange result = late.tissue().apply({.new_bodies = make_guests(variant.mode)});
   CHECK(result.first_new_body == 3);
   CHECK(result.first_new_vertex == scene.vertex_count());
-  CHECK(is_plan_valid(solver_data(late)));
+  CHECK(is_plan_valid(inspect(late)));
   check_same_tissue(late, early);
   CHECK(farthest_apart(late, early, 0) == 0);
   CHECK(farthest_apart(late, early, 1) == 0);
@@ -196,14 +203,14 @@ TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence
   options.substeps = 10;
   options.iterations = 10;  // sweeps in another order come to the same
   Solver late(scene, options), early(with_guests(scene, variant.mode), options);
-  apply_edit(late, {.new_bodies = make_guests(variant.mode)});
+  late.tissue().apply({.new_bodies = make_guests(variant.mode)});
   const auto start = late.positions();
   for (int i = 0; i < 10; ++i) {
     CHECK(late.step(kTimeStep).non_finite_vertices == 0);
     early.step(kTimeStep);
   }
   CHECK(farthest_apart(late, early) < 0.02 * testing::kEventfulEdge);
-  const Index thread = late.body(2).first_vertex;
+  const Index thread = late.tissue().body(2).first_vertex;
   CHECK((late.positions()[thread] - start[thread]).norm() > 2e-4F);
 }
 
@@ -216,8 +223,8 @@ TEST_CASE("bodies: the first ones can come into an empty solver", "[equivalence]
   const Scene guests = make_guests(variant.mode);
   Solver late(Scene{}, options), early(guests, options);
   late.step(kTimeStep);
-  apply_edit(late, {.new_bodies = guests});
-  CHECK(is_plan_valid(solver_data(late)));
+  late.tissue().apply({.new_bodies = guests});
+  CHECK(is_plan_valid(inspect(late)));
   check_same_tissue(late, early);
   for (int i = 0; i < 10; ++i) {
     CHECK(late.step(kTimeStep).non_finite_vertices == 0);
@@ -226,7 +233,7 @@ TEST_CASE("bodies: the first ones can come into an empty solver", "[equivalence]
   CHECK(farthest_apart(late, early, 1) < 0.02 * testing::kEventfulEdge);
 }
 
-// Would catch undo that leaves a body, its colours or a damped plan behind, and participants or
+// Would catch undo that leaves a body, its colours or a damped plan behind, and followers or
 // ids of later edits that a body confuses.
 TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[property]") {
   const Variant variant = GENERATE(from_range(variants()));
@@ -242,18 +249,19 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
     const std::string suffix = std::to_string(round);
     for (Solver* each : {&solver, &unedited}) {
       if (round % 2 == 1) {  // stays
-        apply_edit(*each, {.new_bodies = make_guests(variant.mode, suffix + " stays")});
-        const Index last = static_cast<Index>(each->bodies().size()) - 1;
-        apply_edit(*each, testing::part_vertex(*each, each->body(last).first_vertex + 21, round));
-        apply_edit(*each, testing::split_edge(*each, each->tet_edges(round)[0], 0.5F));
-        REQUIRE(each->body_of_vertex(each->vertex_count() - 1) == 0);
+        each->tissue().apply({.new_bodies = make_guests(variant.mode, suffix + " stays")});
+        const Index last = static_cast<Index>(each->tissue().bodies().size()) - 1;
+        each->tissue().apply(
+            testing::part_vertex(*each, each->tissue().body(last).first_vertex + 21, round));
+        each->tissue().apply(testing::split_edge(*each, each->tissue().tet_edges(round)[0], 0.5F));
+        REQUIRE(each->tissue().body_of_vertex(each->vertex_count() - 1) == 0);
         each->release(0);
-        each->grasp(0, std::array{Index{7}, each->body(last - 1).first_vertex}, 1e-4F);
+        each->grasp(0, std::array{Index{7}, each->tissue().body(last - 1).first_vertex}, 1e-4F);
       }
       each->step(kTimeStep);
     }
-    const std::uint64_t before = digest_of(solver_data(solver));
-    REQUIRE(before == digest_of(solver_data(unedited)));
+    const std::uint64_t before = digest_of(inspect(solver));
+    REQUIRE(before == digest_of(inspect(unedited)));
     TopologyEdit edit{.new_bodies = make_guests(variant.mode, suffix)};
     const Index first = solver.vertex_count();
     edit.new_links.push_back(
@@ -262,14 +270,14 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
       edit.remove_bodies = {0, 3, 4};
       edit.new_links.clear();
     }
-    const EditResult result = apply_edit(solver, edit);
-    REQUIRE(digest_of(solver_data(solver)) != before);
-    REQUIRE(is_plan_valid(solver_data(solver)));
+    solver.tissue().apply(edit);
+    REQUIRE(digest_of(inspect(solver)) != before);
+    REQUIRE(is_plan_valid(inspect(solver)));
     if (round % 4 == 2) {
       solver.grasp(0, std::array{solver.vertex_count() - 1});
     }
-    undo_edit(solver, edit, result);
-    REQUIRE(digest_of(solver_data(solver)) == before);
+    solver.tissue().undo();
+    REQUIRE(digest_of(inspect(solver)) == before);
     solver.step(kTimeStep);
     unedited.step(kTimeStep);
     for (Index copy = 0; copy < copies; ++copy) {
@@ -284,34 +292,36 @@ TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]")
   const Scene scene =
       with_guests(testing::make_eventful_scene(variant.mode, variant.damping), variant.mode);
   Solver solver(scene, serial_options(variant));
-  apply_edit(solver, testing::part_vertex(solver, scene.body(5).first_vertex + 21, 3));
-  apply_edit(solver, testing::split_edge(solver, solver.tet_edges(0)[0], 0.5F));
+  solver.tissue().apply(testing::part_vertex(solver, scene.body(5).first_vertex + 21, 3));
+  solver.tissue().apply(testing::split_edge(solver, solver.tissue().tet_edges(0)[0], 0.5F));
   solver.add_tool({}, ToolPose::Identity());
   solver.grasp(0, std::array{scene.body(4).first_vertex, Index{5}, Index{60}});
-  const EditResult result = apply_edit(solver, {.remove_bodies = {4, 0, 5}});
+  const TissueChange result = solver.tissue().apply({.remove_bodies = {4, 0, 5}});
   for (Index b = 0; b < 6; ++b) {
-    CHECK(solver.is_body_alive(b) == (b == 1 || b == 2 || b == 3));
-    CHECK(solver.body(b).name == scene.body(b).name);
+    CHECK(solver.tissue().is_body_alive(b) == (b == 1 || b == 2 || b == 3));
+    CHECK(solver.tissue().body(b).name == scene.body(b).name);
   }
   Index gone = 0;
   for (Index v = 0; v < solver.vertex_count(); ++v) {
-    const bool lives = solver.is_body_alive(solver.body_of_vertex(v));
-    REQUIRE(solver.has_tissue(v) == lives);
+    const bool lives = solver.tissue().is_body_alive(solver.tissue().body_of_vertex(v));
+    REQUIRE(solver.tissue().has_tissue(v) == lives);
     gone += lives ? 0 : 1;
   }
-  CHECK(static_cast<Index>(result.vertices.size()) == gone);
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    REQUIRE((!solver.is_tet_alive(t) || solver.is_body_alive(solver.body_of_tet(t))));
+  CHECK(static_cast<Index>(result.emptied_vertices.size()) == gone);
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    REQUIRE((!solver.tissue().is_tet_alive(t) ||
+             solver.tissue().is_body_alive(solver.tissue().body_of_tet(t))));
   }
-  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-    REQUIRE((!solver.is_edge_alive(e) || solver.has_tissue(solver.edges()[e][0])));
+  for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
+    REQUIRE((!solver.tissue().is_edge_alive(e) ||
+             solver.tissue().has_tissue(solver.tissue().edges()[e][0])));
   }
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    CHECK(!solver.is_link_alive(l));  // each joined one of them
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    CHECK(!solver.tissue().is_link_alive(l));  // each joined one of them
   }
-  CHECK(solver_data(solver).tools[0].attachments.empty());
+  CHECK(inspect(solver).tools[0].attachments.empty());
   CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
-  apply_edit(solver, {.remove_bodies = {1, 2, 3}});
+  solver.tissue().apply({.remove_bodies = {1, 2, 3}});
   CHECK((solver.plan().phases.empty() || variant.method == SolverMethod::vertex_block));
   CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
 }
@@ -321,13 +331,13 @@ TEST_CASE("bodies: one is alive while any of it is", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({1, 1, 1}, 4e-3));
   Solver solver(scene);
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    CHECK(solver.is_body_alive(0));
-    apply_edit(solver, {.remove_tets = {t}});
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    CHECK(solver.tissue().is_body_alive(0));
+    solver.tissue().apply({.remove_tets = {t}});
   }
-  CHECK(!solver.is_body_alive(0));
-  CHECK_THROWS_AS(static_cast<void>(solver.is_body_alive(1)), InvalidArgument);
-  CHECK_THROWS_WITH(apply_edit(solver, {.remove_bodies = {0}}),
+  CHECK(!solver.tissue().is_body_alive(0));
+  CHECK_THROWS_AS(static_cast<void>(solver.tissue().is_body_alive(1)), InvalidArgument);
+  CHECK_THROWS_WITH(solver.tissue().apply({.remove_bodies = {0}}),
                     ContainsSubstring("body 0 was removed before"));
 }
 
@@ -336,18 +346,10 @@ TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[propert
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
   Solver solver(scene, {.backend = BackendKind::serial});
   std::vector<LiveSurface> surfaces;
-  surfaces.reserve(16);
   for (Index b = 0; b < 3; ++b) {
-    surfaces.emplace_back(solver, b);
+    surfaces.emplace_back(solver.tissue(), b);
   }
-  LivePieces pieces(solver);
-  const auto participants = [&] {
-    std::vector<EditParticipant*> all{&pieces};
-    for (LiveSurface& surface : surfaces) {
-      all.push_back(&surface);
-    }
-    return all;
-  };
+  LivePieces pieces(solver.tissue());
   const auto check_views = [&] {
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
       const Index body = s < 3 ? static_cast<Index>(s) : static_cast<Index>(2 * s - 3);
@@ -357,7 +359,7 @@ TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[propert
           shown.push_back(triangle);
         }
       }
-      for (const BoundaryTriangle& triangle : find_live_boundary(solver, body)) {
+      for (const BoundaryTriangle& triangle : find_live_boundary(solver.tissue(), body)) {
         expected.push_back(triangle.vertices);
       }
       for (std::vector<Triangle>* triangles : {&shown, &expected}) {
@@ -368,7 +370,7 @@ TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[propert
       }
       REQUIRE(shown == expected);
     }
-    const LivePieces fresh(solver);
+    const LivePieces fresh(solver.tissue());
     std::vector<std::array<Index, 3>> a, b;
     for (Index i = 0; i < pieces.count(); ++i) {
       if (pieces.tet_count(i) > 0) {
@@ -391,20 +393,21 @@ TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[propert
     } else if (round == 4) {
       edit.remove_bodies = {0, 5};
     }
-    const EditResult result = apply_edit(solver, edit, participants());
+    solver.tissue().apply(edit);
     check_views();
-    undo_edit(solver, edit, result, participants());
+    solver.tissue().undo();
     check_views();
-    apply_edit(solver, edit, participants());
+    solver.tissue().apply(edit);
     CHECK(pieces.count() - pieces.first_freed() >= 2);
     if (round == 0) {  // of clot and swab
-      surfaces.emplace_back(solver, 3);
-      surfaces.emplace_back(solver, 5);
+      surfaces.emplace_back(solver.tissue(), 3);
+      surfaces.emplace_back(solver.tissue(), 5);
     }
     check_views();
-    const Index vertex = solver.body(static_cast<Index>(solver.bodies().size()) - 1).first_vertex;
-    for (const Index v : {vertex + 20 + round, solver.body(1).first_vertex + round}) {
-      apply_edit(solver, testing::part_vertex(solver, v, round), participants());
+    const Index vertex =
+        solver.tissue().body(static_cast<Index>(solver.tissue().bodies().size()) - 1).first_vertex;
+    for (const Index v : {vertex + 20 + round, solver.tissue().body(1).first_vertex + round}) {
+      solver.tissue().apply(testing::part_vertex(solver, v, round));
       check_views();
     }
   }
@@ -418,11 +421,11 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
   }
   const Scene scene = testing::make_eventful_scene(mode, 0);
   Solver solver(scene, {.method = method, .mode = mode, .backend = BackendKind::serial});
-  apply_edit(solver, {.remove_bodies = {1}});
+  solver.tissue().apply({.remove_bodies = {1}});
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
-    const std::uint64_t before = digest_of(solver_data(solver));
-    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
-    CHECK(digest_of(solver_data(solver)) == before);
+    const std::uint64_t before = digest_of(inspect(solver));
+    CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring(why));
+    CHECK(digest_of(inspect(solver)) == before);
   };
   const TetMesh box = testing::make_box({1, 1, 1}, 4e-3);
   const auto scene_of = [&](const std::string& name, const Material& material = {}) {
@@ -449,7 +452,7 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
   TopologyEdit edit = testing::part_vertex(solver, 5, 0);
   edit.remove_bodies = {0};
   refuse(edit, "is of body 'block', which the same edit removes");
-  edit = testing::split_edge(solver, solver.tet_edges(0)[0], 0.5F);
+  edit = testing::split_edge(solver, solver.tissue().tet_edges(0)[0], 0.5F);
   edit.remove_bodies = {0};
   refuse(edit, "is of body 'block', which the same edit removes");
   const Index other = scene.body(2).first_vertex;
@@ -459,7 +462,7 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
           .new_bodies = scene_of("clot", soft)};
   refuse(edit, "refers to vertex");
   edit.new_links[0].second -= 1;
-  CHECK_NOTHROW(apply_edit(solver, edit));
+  CHECK_NOTHROW(solver.tissue().apply(edit));
 }
 
 }  // namespace pbdsurg

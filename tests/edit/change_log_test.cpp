@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/change_log.h"
+#include "pbdsurg/views/change_log.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/solver/compaction.h"
 
 #include <algorithm>
 #include <array>
@@ -10,17 +10,16 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_boundary.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
-#include "solver/growth.h"
-#include "solver/solver_data.h"
 #include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/plan_checks.h"
 #include "support/solver_digest.h"
 
@@ -29,6 +28,7 @@ namespace {
 
 using testing::ContainsSubstring;
 using testing::digest_of;
+using testing::inspect;
 using testing::is_plan_valid;
 using testing::serial_options;
 using testing::Variant;
@@ -47,25 +47,26 @@ std::vector<Variant> variants() {
 // Removals, shrinkage, cuts, a body that comes and one that goes.
 void edit_much(Solver& solver, ProjectionMode mode) {
   for (Index round = 0; round < 6; ++round) {
-    apply_edit(solver, testing::eventful_edit(solver, round));
-    apply_edit(solver, testing::part_vertex(solver, 60 + 4 * round, 7));
+    solver.tissue().apply(testing::eventful_edit(solver, round));
+    solver.tissue().apply(testing::part_vertex(solver, 60 + 4 * round, 7));
     Index edge = 11 * round;
-    while (!solver.is_edge_alive(edge)) {
+    while (!solver.tissue().is_edge_alive(edge)) {
       ++edge;
     }
-    apply_edit(solver, testing::split_edge(solver, edge, 0.4F));
+    solver.tissue().apply(testing::split_edge(solver, edge, 0.4F));
   }
   Scene guests;
   const TetMesh box = testing::make_box({2, 2, 2}, testing::kEventfulEdge);
   guests.add_body("guest", box, elastic_material(box, 900, 1e4));
   guests.add_particles("dust", std::vector<Eigen::Vector3d>{{0.03, 0, 0}, {0.03, 0.01, 0}}, 1e-5);
-  apply_edit(solver, {.new_bodies = guests});
-  const Index dust = solver.body(4).first_vertex;
-  apply_edit(solver, {.remove_bodies = {1},
-                      .new_links = {{0, solver.body(3).first_vertex, 0.01F, {0.5F, 1e-3F}},
-                                    {dust, 2, 0.01F, {0.5F, 1e-3F}}}});
+  solver.tissue().apply({.new_bodies = guests});
+  const Index dust = solver.tissue().body(4).first_vertex;
+  solver.tissue().apply(
+      {.remove_bodies = {1},
+       .new_links = {{0, solver.tissue().body(3).first_vertex, 0.01F, {0.5F, 1e-3F}},
+                     {dust, 2, 0.01F, {0.5F, 1e-3F}}}});
   if (mode == ProjectionMode::compliance) {
-    apply_edit(solver, {.rest_volumes = {{solver.body(2).first_tet + 1, 3e-9F}}});
+    solver.tissue().apply({.rest_volumes = {{solver.tissue().body(2).first_tet + 1, 3e-9F}}});
   }
 }
 
@@ -90,39 +91,40 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
     pose.translation() = Eigen::Vector3f(0, 0.016F, 0.006F);
     each->add_tool({&capsule, 1}, pose);
     each->add_tool({}, ToolPose::Identity());
-    each->grasp(1, std::array{each->body(2).first_vertex + 1, each->body(4).first_vertex}, 1e-4F,
-                1);
-    each->watch(std::array{each->body(2).first_vertex, Index{1}});
+    each->grasp(
+        1, std::array{each->tissue().body(2).first_vertex + 1, each->tissue().body(4).first_vertex},
+        1e-4F, 1);
+    each->watch(std::array{each->tissue().body(2).first_vertex, Index{1}});
     each->step(kTimeStep);
   }
-  REQUIRE(digest_of(solver_data(solver)) == digest_of(solver_data(before)));
+  REQUIRE(digest_of(inspect(solver)) == digest_of(inspect(before)));
   const std::size_t bytes = solver.memory_bytes();
   const Renumbering ids = compact(solver);
   CHECK(solver.memory_bytes() < bytes);
-  CHECK(is_plan_valid(solver_data(solver)));
-  CHECK(solver.topology_version() == ids.version);
-  CHECK(ids.version == before.topology_version() + 1);
+  CHECK(is_plan_valid(inspect(solver)));
+  CHECK(solver.tissue().version() == ids.version);
+  CHECK(ids.version == before.tissue().version() + 1);
 
   CHECK(ids.bodies == std::vector<Index>{0, kInvalidIndex, 1, 2, 3});
   for (Index b = 0; b < 5; ++b) {
-    CHECK(
-        (ids.bodies[b] == kInvalidIndex || solver.body(ids.bodies[b]).name == before.body(b).name));
+    CHECK((ids.bodies[b] == kInvalidIndex ||
+           solver.tissue().body(ids.bodies[b]).name == before.tissue().body(b).name));
   }
-  const SolverData& a = solver_data(before);
-  const SolverData& c = solver_data(solver);
+  const SolverData& a = inspect(before);
+  const SolverData& c = inspect(solver);
   const auto mapped = [&](auto vertices) {
     std::ranges::transform(vertices, vertices.begin(), [&](Index v) { return ids.vertices[v]; });
     return vertices;
   };
   Index count = 0;
   for (Index v = 0; v < before.vertex_count(); ++v) {
-    REQUIRE((ids.vertices[v] != kInvalidIndex) == before.has_tissue(v));
+    REQUIRE((ids.vertices[v] != kInvalidIndex) == before.tissue().has_tissue(v));
     if (ids.vertices[v] != kInvalidIndex) {
       ++count;
       const Index now = ids.vertices[v];
-      REQUIRE(c.vertex_masses[now] == a.vertex_masses[v]);
+      REQUIRE(c.tissue->masses()[now] == a.tissue->masses()[v]);
       REQUIRE(c.particle(now).w == a.particle(v).w);
-      REQUIRE(solver.body_of_vertex(now) == ids.bodies[before.body_of_vertex(v)]);
+      REQUIRE(solver.tissue().body_of_vertex(now) == ids.bodies[before.tissue().body_of_vertex(v)]);
       for (Index copy = 0; copy < 2; ++copy) {
         const Index place = c.place_of_vertex[now], old_place = a.place_of_vertex[v];
         REQUIRE(c.copy(copy).particles[place].x == a.copy(copy).particles[old_place].x);
@@ -134,50 +136,52 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
   }
   CHECK(count == solver.vertex_count());
   count = 0;
-  for (Index t = 0; t < static_cast<Index>(before.tets().size()); ++t) {
-    REQUIRE((ids.tets[t] != kInvalidIndex) == before.is_tet_alive(t));
+  for (Index t = 0; t < static_cast<Index>(before.tissue().tets().size()); ++t) {
+    REQUIRE((ids.tets[t] != kInvalidIndex) == before.tissue().is_tet_alive(t));
     if (const Index now = ids.tets[t]; now != kInvalidIndex) {
       ++count;
-      REQUIRE(solver.is_tet_alive(now));
-      REQUIRE(solver.tets()[now] == mapped(before.tets()[t]));
-      REQUIRE(c.tet_masses[now] == a.tet_masses[t]);
-      REQUIRE(solver.body_of_tet(now) == ids.bodies[before.body_of_tet(t)]);
-      const TetNumbers x = tet_numbers_of(a, t), y = tet_numbers_of(c, now);
+      REQUIRE(solver.tissue().is_tet_alive(now));
+      REQUIRE(solver.tissue().tets()[now] == mapped(before.tissue().tets()[t]));
+      REQUIRE(c.tissue->tet_mass(now) == a.tissue->tet_mass(t));
+      REQUIRE(solver.tissue().body_of_tet(now) == ids.bodies[before.tissue().body_of_tet(t)]);
+      const TetNumbers x = a.sets.numbers_of_tet(t), y = c.sets.numbers_of_tet(now);
       REQUIRE(x.volume == y.volume);
       REQUIRE(x.neo_hookean == y.neo_hookean);
       for (std::size_t e = 0; e < 6; ++e) {
-        REQUIRE(solver.tet_edges(now)[e] == ids.edges[before.tet_edges(t)[e]]);
+        REQUIRE(solver.tissue().tet_edges(now)[e] == ids.edges[before.tissue().tet_edges(t)[e]]);
       }
     }
   }
-  CHECK(count == static_cast<Index>(solver.tets().size()));
+  CHECK(count == static_cast<Index>(solver.tissue().tets().size()));
   count = 0;
-  for (Index e = 0; e < static_cast<Index>(before.edges().size()); ++e) {
-    REQUIRE((ids.edges[e] != kInvalidIndex) == before.is_edge_alive(e));
+  for (Index e = 0; e < static_cast<Index>(before.tissue().edges().size()); ++e) {
+    REQUIRE((ids.edges[e] != kInvalidIndex) == before.tissue().is_edge_alive(e));
     if (const Index now = ids.edges[e]; now != kInvalidIndex) {
       ++count;
-      Edge ends = mapped(before.edges()[e]);
+      Edge ends = mapped(before.tissue().edges()[e]);
       std::ranges::sort(ends);
-      REQUIRE(solver.edges()[now] == ends);
-      const EdgeNumbers x = numbers_of(a, e), y = numbers_of(c, now);
+      REQUIRE(solver.tissue().edges()[now] == ends);
+      const EdgeNumbers x = a.sets.numbers_of_edge(e), y = c.sets.numbers_of_edge(now);
       REQUIRE(x.distance == y.distance);
       REQUIRE(x.limit == y.limit);
     }
   }
-  CHECK(count == static_cast<Index>(solver.edges().size()));
+  CHECK(count == static_cast<Index>(solver.tissue().edges().size()));
   count = 0;
-  for (Index l = 0; l < static_cast<Index>(before.links().size()); ++l) {
-    REQUIRE((ids.links[l] != kInvalidIndex) == before.is_link_alive(l));
+  for (Index l = 0; l < static_cast<Index>(before.tissue().links().size()); ++l) {
+    REQUIRE((ids.links[l] != kInvalidIndex) == before.tissue().is_link_alive(l));
     if (const Index now = ids.links[l]; now != kInvalidIndex) {
       REQUIRE(now == count++);
-      REQUIRE(solver.is_link_alive(now));
-      REQUIRE(solver.links()[now].first == ids.vertices[before.links()[l].first]);
-      REQUIRE(solver.links()[now].second == ids.vertices[before.links()[l].second]);
-      const Index i = a.distance_ids.of_link(l), j = c.distance_ids.of_link(now);
-      REQUIRE(a.distances.record(i).parameters == c.distances.record(j).parameters);
+      REQUIRE(solver.tissue().is_link_alive(now));
+      REQUIRE(solver.tissue().links()[now].first == ids.vertices[before.tissue().links()[l].first]);
+      REQUIRE(solver.tissue().links()[now].second ==
+              ids.vertices[before.tissue().links()[l].second]);
+      const Index i = a.sets.distance_ids.of_link(l), j = c.sets.distance_ids.of_link(now);
+      REQUIRE(a.sets.of<DistanceConstraint>().record(i).parameters ==
+              c.sets.of<DistanceConstraint>().record(j).parameters);
     }
   }
-  CHECK(count == static_cast<Index>(solver.links().size()));
+  CHECK(count == static_cast<Index>(solver.tissue().links().size()));
   for (Index copy = 0; copy < 2; ++copy) {
     CHECK(std::ranges::equal(solver.watched_positions(copy), before.watched_positions(copy)));
     CHECK(solver.last_report(copy).contacts == before.last_report(copy).contacts);
@@ -209,10 +213,11 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
   options.iterations = 10;  // sweeps in another order come to the same
   Solver solver(scene, options), unchanged(scene, options);
   for (Solver* each : {&solver, &unchanged}) {
-    apply_edit(*each, {.remove_bodies = {0}});
+    each->tissue().apply({.remove_bodies = {0}});
     for (Index round = 0; round < 6; ++round) {
-      apply_edit(*each, testing::part_vertex(*each, first + 30 + 7 * round, 7));
-      apply_edit(*each, testing::split_edge(*each, each->tet_edges(20 + 9 * round)[1], 0.4F));
+      each->tissue().apply(testing::part_vertex(*each, first + 30 + 7 * round, 7));
+      each->tissue().apply(
+          testing::split_edge(*each, each->tissue().tet_edges(20 + 9 * round)[1], 0.4F));
     }
     each->add_tool({}, ToolPose::Identity());
     each->grasp(0, std::array{first + block.vertex_count() - 1}, 1e-4F, 1);
@@ -247,7 +252,7 @@ TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh sol
   std::vector<Index> same(static_cast<std::size_t>(scene.vertex_count()));
   std::iota(same.begin(), same.end(), 0);
   CHECK(ids.vertices == same);
-  CHECK(digest_of(solver_data(solver)) == digest_of(solver_data(fresh)));
+  CHECK(digest_of(inspect(solver)) == digest_of(inspect(fresh)));
   for (int i = 0; i < 3; ++i) {
     solver.step(kTimeStep);
     fresh.step(kTimeStep);
@@ -262,14 +267,10 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
   const SolverOptions options{.backend = BackendKind::serial};
   Solver solver(scene, options);
   edit_much(solver, ProjectionMode::compliance);
-  LivePieces pieces(solver);
+  LivePieces pieces(solver.tissue());
   std::vector<LiveSurface> surfaces;
-  for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
-    surfaces.emplace_back(solver, b);
-  }
-  std::vector<EditParticipant*> views{&pieces};
-  for (LiveSurface& surface : surfaces) {
-    views.push_back(&surface);
+  for (Index b = 0; b < static_cast<Index>(solver.tissue().bodies().size()); ++b) {
+    surfaces.emplace_back(solver.tissue(), b);
   }
   std::vector<Index> bodies(surfaces.size());  // of the surfaces, as they are numbered now
   std::iota(bodies.begin(), bodies.end(), 0);
@@ -277,15 +278,14 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
     for (Index i = 0; i < 4; ++i) {
       for (const TopologyEdit& edit : {testing::eventful_edit(solver, 4 * round + i),
                                        testing::part_vertex(solver, 20 + 3 * i + 5 * round, 7)}) {
-        const EditResult result = apply_edit(solver, edit, views);
-        undo_edit(solver, edit, result, views);
-        apply_edit(solver, edit, views);
+        solver.tissue().apply(edit);
+        solver.tissue().undo();
+        solver.tissue().apply(edit);
       }
     }
     const LivePieces old_pieces = pieces;
     const std::vector<LiveSurface> old_surfaces = surfaces;
     const Renumbering ids = compact(solver);
-    pieces.renumber(solver, ids);
     REQUIRE(pieces.count() == old_pieces.count());
     for (std::size_t t = 0; t < ids.tets.size(); ++t) {
       const Index piece = old_pieces.piece_of(static_cast<Index>(t));
@@ -297,13 +297,12 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
       REQUIRE(pieces.tet_count(piece) == old_pieces.tet_count(piece));
       REQUIRE(static_cast<Index>(tets.size()) == pieces.tet_count(piece));
       REQUIRE(pieces.is_anchored(piece) == old_pieces.is_anchored(piece));
-      REQUIRE((tets.empty() || pieces.body(piece) == solver.body_of_tet(tets[0])));
+      REQUIRE((tets.empty() || pieces.body(piece) == solver.tissue().body_of_tet(tets[0])));
     }
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
       LiveSurface& now = surfaces[s];
       const LiveSurface& before = old_surfaces[s];
       std::vector<SlotRange> ranges;
-      now.renumber(solver, ids);
       now.collect_changes(before.version(), ranges);
       REQUIRE((ranges.size() == 1 && ranges[0].end == now.slot_count()));
       REQUIRE(now.slot_count() == before.slot_count());
@@ -320,7 +319,7 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
         }
       }
       if (bodies[s] != kInvalidIndex) {
-        for (const BoundaryTriangle& triangle : find_live_boundary(solver, bodies[s])) {
+        for (const BoundaryTriangle& triangle : find_live_boundary(solver.tissue(), bodies[s])) {
           expected.emplace_back(triangle.tet, triangle.vertices);
           REQUIRE(now.is_on_surface(triangle.vertices[0]));
         }
@@ -355,7 +354,7 @@ TEST_CASE("compaction: builds in another thread while the solver steps", "[prope
   solver.step(kTimeStep);
   other.step(kTimeStep);
   CHECK(solver.state_hash() == other.state_hash());
-  apply_edit(solver, testing::part_vertex(solver, 20, 3));
+  solver.tissue().apply(testing::part_vertex(solver, 20, 3));
   CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
 }
 
@@ -364,34 +363,40 @@ TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit
   const SolverOptions options{.backend = BackendKind::serial};
   Solver solver(scene, options), other(scene, options);
   const TopologyEdit edit{.remove_bodies = {1}};
-  const EditResult result = apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   const Snapshot snapshot = solver.snapshot();
-  LivePieces pieces(solver);
+  LivePieces pieces(solver.tissue());
   Compaction compaction(solver);
   const auto refuse = [&](Solver& of, const std::string& why) {
-    const std::uint64_t before = digest_of(solver_data(of));
+    const std::uint64_t before = digest_of(inspect(of));
     CHECK_THROWS_WITH(static_cast<void>(compaction.finish(of)), ContainsSubstring(why));
-    CHECK(digest_of(solver_data(of)) == before);
+    CHECK(digest_of(inspect(of)) == before);
   };
   refuse(solver, "finished once, after build()");
   compaction.build();
   refuse(other, "this is another");
-  const Index watched = solver.body(1).first_vertex;
+  const Index watched = solver.tissue().body(1).first_vertex;
   solver.watch(std::array{Index{3}, watched});
   refuse(solver, "vertex " + std::to_string(watched) + " is watched and has no tissue");
   solver.watch({});
   const TopologyEdit more{.remove_tets = {3}};
-  const EditResult of_more = apply_edit(solver, more);
+  solver.tissue().apply(more);
   refuse(solver, "was edited since");
-  undo_edit(solver, more, of_more);
+  solver.tissue().undo();
+  {
+    const Solver second(solver.tissue(), options);
+    refuse(solver, "another solver follows the tissue");
+  }
+  LivePieces copy = pieces;
   CHECK(compaction.finish(solver).bodies[2] == 1);
   refuse(solver, "finished once");
-  CHECK_THROWS_AS(undo_edit(solver, edit, result), InvalidArgument);
+  CHECK_THROWS_AS(solver.tissue().undo(), InvalidArgument);
   CHECK_THROWS_AS(solver.restore(snapshot), InvalidArgument);
-  EditParticipant* const stale[] = {&pieces};
-  CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {3}}, stale),
-                    ContainsSubstring("live pieces is at topology version"));
-  CHECK_NOTHROW(apply_edit(solver, {.remove_tets = {3}}));
+  TopologyEdit crumbs{.remove_tets = {3}};
+  CHECK_NOTHROW(pieces.add_crumbs(solver.tissue(), crumbs, 2));
+  CHECK_THROWS_WITH(copy.add_crumbs(solver.tissue(), crumbs, 2),
+                    ContainsSubstring("does not follow this tissue"));
+  CHECK_NOTHROW(solver.tissue().apply({.remove_tets = {3}}));
 }
 
 // Would catch a solver taken for another that was at its address before.
@@ -410,7 +415,7 @@ TEST_CASE("compaction: is of no other solver, wherever that lies", "[unit]") {
   solver.reset();
   for (int i = 0; i < 8; ++i) {
     Solver next(scene, options);
-    apply_edit(next, {});  // to the same version
+    next.tissue().apply({});  // to the same version
     CHECK_THROWS_WITH(static_cast<void>(compaction.finish(next)),
                       ContainsSubstring("this is another"));
   }
@@ -421,10 +426,10 @@ TEST_CASE("compaction: an empty solver stays one", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({2, 1, 1}, 4e-3));
   Solver solver(scene);
-  apply_edit(solver, {.remove_bodies = {0}});
+  solver.tissue().apply({.remove_bodies = {0}});
   compact(solver);
   CHECK(solver.vertex_count() == 0);
-  CHECK(solver.bodies().empty());
+  CHECK(solver.tissue().bodies().empty());
   CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
 }
 

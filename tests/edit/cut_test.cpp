@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/surgery/cut.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +10,10 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
-#include "edit/cut_planner.h"
 #include "support/catch.h"
 #include "support/edit_model.h"
 #include "support/meshes.h"
+#include "surgery/cut_planner.h"
 
 namespace pbdsurg {
 namespace {
@@ -25,25 +25,56 @@ using testing::EditModel;
 
 constexpr double kEdge = 4e-3;
 
-CutPlan plan_with_front(const EditModel& model, const CutSurface& surface,
-                        const CutOptions& options) {
+Scene scene_of(const TetMesh& mesh) {
+  Scene scene;
+  scene.add_body("body", mesh);
+  return scene;
+}
+
+// The plain model, and living tissue under the same edits, of which plans are made.
+class CutModel : public EditModel {
+ public:
+  explicit CutModel(const TetMesh& mesh) : CutModel(scene_of(mesh)) {}
+  explicit CutModel(const Scene& scene)
+      : EditModel(TetMesh({scene.positions().begin(), scene.positions().end()},
+                          {scene.tets().begin(), scene.tets().end()})),
+        tissue_(scene) {
+    links.assign(scene.links().begin(), scene.links().end());
+  }
+
+  // As the model is, of which tests let tetrahedra go, too.
+  const Tissue& tissue() {
+    TopologyEdit gone;
+    for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
+      if (!alive[t] && tissue_.is_tet_alive(t)) {
+        gone.remove_tets.push_back(t);
+      }
+    }
+    tissue_.apply(gone);
+    return tissue_;
+  }
+
+  std::string apply(const TopologyEdit& edit) {
+    const std::string wrong = EditModel::apply(edit);
+    tissue_.apply(edit);
+    return wrong.empty() && !std::ranges::equal(tissue_.tets(), tets)
+               ? "the tissue has other tetrahedra than the model"
+               : wrong;
+  }
+
+ private:
+  Tissue tissue_;
+};
+
+CutPlan plan_with_front(CutModel& model, const CutSurface& surface, const CutOptions& options) {
   std::vector<Vector3f> positions;
   for (const Vector3d& x : model.positions) {
     positions.push_back(x.cast<float>());
   }
-  VertexLists vertex_tets;
-  vertex_tets.resize(static_cast<Index>(positions.size()));
-  for (std::size_t t = 0; t < model.tets.size(); ++t) {
-    for (std::size_t k = 0; k < 4 && model.alive[t]; ++k) {
-      vertex_tets.insert(model.tets[t][k], static_cast<Index>(t));
-    }
-  }
-  return plan_cut({positions, model.tets, vertex_tets, model.alive, model.links,
-                   std::vector<bool>(model.links.size(), true)},
-                  surface, options);
+  return plan_cut({positions, model.tissue()}, surface, options);
 }
 
-TopologyEdit plan(const EditModel& model, const CutSurface& surface, const CutOptions& options) {
+TopologyEdit plan(CutModel& model, const CutSurface& surface, const CutOptions& options) {
   return plan_with_front(model, surface, options).edit;
 }
 
@@ -143,7 +174,7 @@ TEST_CASE("cut: a plane parts any body in two", "[property]") {
   for (const TetMesh& mesh : meshes()) {
     const Vector3d center = bounding_box(mesh).center();
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      EditModel model(mesh);
+      CutModel model(mesh);
       const double volume = model.volume();
       const double longest = longest_edge(model);
       const Vector3d normal = random_direction(seed);
@@ -168,7 +199,7 @@ TEST_CASE("cut: a plane through vertices, edges and faces parts there", "[proper
   const TetMesh mesh = testing::make_box({4, 4, 4}, kEdge);
   for (const Vector3d& normal : {Vector3d(1, 0, 0), Vector3d(1, 1, 0), Vector3d(1, -1, 0),
                                  Vector3d(1, 1, 1), Vector3d(-1, 1, 1), Vector3d(2, 1, 0)}) {
-    EditModel model(mesh);
+    CutModel model(mesh);
     const Vector3d point = kEdge * (Vector3d(2, 2, 2) + offset * normal.normalized());
     const TopologyEdit edit = plan(model, plane_through(point, normal), {.style = style});
     CHECK(model.apply(edit) == "");
@@ -185,7 +216,7 @@ TEST_CASE("cut: a plane through vertices, edges and faces parts there", "[proper
 TEST_CASE("cut: cuts cross each other", "[property]") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    EditModel model(testing::make_box({5, 5, 5}, kEdge, 0.1));
+    CutModel model(testing::make_box({5, 5, 5}, kEdge, 0.1));
     const double volume = model.volume();
     const double longest = longest_edge(model);
     for (std::uint64_t i = 0; i < 4; ++i) {
@@ -206,7 +237,7 @@ TEST_CASE("cut: cuts cross each other", "[property]") {
 // cuts that are there, around tissue that is gone, in one style after another.
 TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    EditModel model(testing::make_box({4, 4, 4}, kEdge, 0.15));
+    CutModel model(testing::make_box({4, 4, 4}, kEdge, 0.15));
     CutFront front;
     for (std::uint64_t round = 0; round < 5; ++round) {
       const std::uint64_t key = 10 * seed + round;
@@ -245,7 +276,7 @@ TEST_CASE("cut: any path leaves a mesh that fits together", "[property]") {
 TEST_CASE("cut: a surface that ends within tissue leaves a slit") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   for (const double depth : {1.6, 2.5, 3.2}) {
-    EditModel model(testing::make_box({6, 6, 6}, kEdge, 0.1));
+    CutModel model(testing::make_box({6, 6, 6}, kEdge, 0.1));
     const double area = model.boundary_area();
     const float to = static_cast<float>(depth * kEdge), x = 3.3F * kEdge;
     const CutSurface surface =
@@ -265,7 +296,7 @@ TEST_CASE("cut: a blade that goes through step by step parts what it passed") {
   const double step = GENERATE(0.23, 0.61, 1.7);   // edges
   const double bend = GENERATE(-0.04, 0.0, 0.05);  // rad an edge
   const std::uint64_t seed = GENERATE(range(1, 7));
-  EditModel model(testing::make_box({6, 6, 3}, kEdge, 0.1, seed));
+  CutModel model(testing::make_box({6, 6, 3}, kEdge, 0.1, seed));
   const double volume = model.volume();
   Vector3d at(-0.5 * kEdge, 2.7 * kEdge, 0);
   double heading = -0.2;
@@ -291,7 +322,7 @@ TEST_CASE("cut: a blade that goes through step by step parts what it passed") {
 // Would catch a side found by the plane of one triangle where the surface is curved.
 TEST_CASE("cut: a closed surface takes out what is in it") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
-  EditModel model(testing::make_box({8, 8, 8}, kEdge, 0.1));
+  CutModel model(testing::make_box({8, 8, 8}, kEdge, 0.1));
   const double volume = model.volume();
   std::vector<BladeEdge> path;
   for (int i = 0; i <= 24; ++i) {
@@ -314,15 +345,17 @@ TEST_CASE("cut: a closed surface takes out what is in it") {
 TEST_CASE("cut: links go with the side on which they are") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   const TetMesh box = testing::make_box({4, 4, 2}, kEdge);
-  std::vector<Vector3d> points(box.positions().begin(), box.positions().end());
-  const Index anchor = static_cast<Index>(points.size());
-  points.push_back(kEdge * Vector3d(-1, 2, 2));
-  points.push_back(kEdge * Vector3d(5, 2, 2));
-  EditModel model(TetMesh(points, {box.tets().begin(), box.tets().end()}));
+  const std::span<const Vector3d> points = box.positions();
+  const Index anchor = box.vertex_count();
+  Scene scene = scene_of(box);
+  scene.add_particles("anchors",
+                      std::vector<Vector3d>{kEdge * Vector3d(-1, 2, 2), kEdge * Vector3d(5, 2, 2)},
+                      1e-5);
   for (Index v = 0; v < anchor; ++v) {
-    model.links.push_back({v, anchor, 1e-3F, {}});
-    model.links.push_back({anchor + 1, v, 1e-3F, {}});
+    scene.add_link({v, anchor, 1e-3F, {}});
+    scene.add_link({anchor + 1, v, 1e-3F, {}});
   }
+  CutModel model(scene);
   CHECK(model.apply(plan(model, plane_through(kEdge * Vector3d(2, 2, 1), {1, 0, 0}),
                          {.style = style})) == "");
   const Components pieces =
@@ -343,7 +376,7 @@ TEST_CASE("cut: links go with the side on which they are") {
 
 // Would catch an edit that touches tissue away from the blade, or tissue that is gone.
 TEST_CASE("cut: what is not crossed stays as it is") {
-  EditModel model(testing::make_box({4, 4, 4}, kEdge));
+  CutModel model(testing::make_box({4, 4, 4}, kEdge));
   CHECK(is_empty(plan(model, plane_through({0, 0, 10 * kEdge}, {0, 0, 1}), {})));
   CHECK(is_empty(plan(model, plane_through({0, 0, 0}, {1, 1, 1}), {})));
   CHECK(
@@ -360,7 +393,7 @@ TEST_CASE("cut: what is not crossed stays as it is") {
 
 // Would catch input that leads to a cut nobody can explain.
 TEST_CASE("cut: surfaces without a side are refused") {
-  const EditModel model(testing::make_box({2, 2, 2}, kEdge));
+  CutModel model(testing::make_box({2, 2, 2}, kEdge));
   const auto refuse = [&](const CutSurface& surface, const char* reason) {
     CHECK_THROWS_WITH(plan(model, surface, {}), ContainsSubstring(reason));
   };
@@ -395,7 +428,7 @@ TEST_CASE("cut: a blade may rest, turn and go back") {
   CHECK(surface.points.size() == 7);
   CHECK(surface.triangles.size() == 5);
   CHECK(sweep_blade({}).triangles.empty());
-  const EditModel rest(testing::make_box({2, 2, 2}, kEdge));
+  CutModel rest(testing::make_box({2, 2, 2}, kEdge));
   CHECK(plan(rest, sweep_blade({}), {}).new_tets.empty());
 
   // a trembling hand: to x = 2 in all, with steps back
@@ -403,7 +436,7 @@ TEST_CASE("cut: a blade may rest, turn and go back") {
   for (const float x : {0.0F, 1.0F, 0.9F, 1.1F, 0.8F, 2.0F}) {
     trembling.push_back({{x, 0, -1}, {x, 0, 1}});
   }
-  EditModel model(testing::make_box({4, 4, 4}, 0.5, 0.1));
+  CutModel model(testing::make_box({4, 4, 4}, 0.5, 0.1));
   for (BladeEdge& edge : trembling) {
     edge.first += Vector3f(0, 0.9F, 1);
     edge.second += Vector3f(0, 0.9F, 1.1F);
@@ -435,7 +468,7 @@ TEST_CASE("cut: a solver's tissue is cut where it lies now") {
     }
   }
   CHECK(all.remove_tets.size() >= 64);
-  apply_edit(solver, all);
+  solver.tissue().apply(all);
   CHECK(is_empty(plan_cut(solver, surface).edit));
 }
 

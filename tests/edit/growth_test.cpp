@@ -6,12 +6,12 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
-#include "solver/solver_data.h"
 #include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/plan_checks.h"
 #include "support/solver_digest.h"
 
@@ -20,6 +20,7 @@ namespace {
 
 using testing::ContainsSubstring;
 using testing::digest_of;
+using testing::inspect;
 using testing::is_plan_valid;
 using testing::Variant;
 
@@ -32,7 +33,8 @@ std::vector<Link> random_links(const Solver& solver, std::uint64_t seed, int cou
     for (int k = 0; k < 2; ++k) {
       ends[k] = static_cast<Index>(random_bits(seed, i, k) % solver.vertex_count());
     }
-    if (ends[0] != ends[1] && solver.has_tissue(ends[0]) && solver.has_tissue(ends[1])) {
+    if (ends[0] != ends[1] && solver.tissue().has_tissue(ends[0]) &&
+        solver.tissue().has_tissue(ends[1])) {
       links.push_back({ends[0], ends[1], 0.01F, {0.3F, 1e-2F}});
     }
   }
@@ -62,8 +64,8 @@ TEST_CASE("growth: a link that comes later is projected, and colours stay valid"
   SolverOptions options = testing::options_of(variant);
   options.backend = BackendKind::serial;
   Solver solver(scene, options);
-  const SolverData& data = solver_data(solver);
-  REQUIRE((!is_nested || data.domain_counts.size() > 1));
+  const SolverData& data = inspect(solver);
+  REQUIRE((!is_nested || data.sets.domain_counts.size() > 1));
   REQUIRE(is_plan_valid(data));
   for (std::uint64_t round = 0; round < 12; ++round) {
     TopologyEdit edit{.new_links = random_links(solver, round, 20)};
@@ -72,15 +74,17 @@ TEST_CASE("growth: a link that comes later is projected, and colours stay valid"
       edit.new_links.clear();
     }
     if (round > 0) {
-      edit.remove_links = {static_cast<Index>(solver.links().size()) - static_cast<Index>(round)};
+      edit.remove_links = {static_cast<Index>(solver.tissue().links().size()) -
+                           static_cast<Index>(round)};
     }
-    const EditResult result = apply_edit(solver, edit);
+    const TissueChange result = solver.tissue().apply(edit);
     REQUIRE(is_plan_valid(data));
     for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
       const Index id = result.first_new_link + static_cast<Index>(i);
-      REQUIRE(solver.is_link_alive(id));
-      REQUIRE(solver.links()[id].first == edit.new_links[i].first);
-      const Index group = data.distances.group_of(data.distance_ids.of_link(id));
+      REQUIRE(solver.tissue().is_link_alive(id));
+      REQUIRE(solver.tissue().links()[id].first == edit.new_links[i].first);
+      const Index group =
+          data.sets.of<DistanceConstraint>().group_of(data.sets.distance_ids.of_link(id));
       const auto is_of_link = [&](const Phase& phase) {
         return phase.kind == PhaseKind::distance && phase.color == group && !phase.serial;
       };
@@ -109,7 +113,7 @@ TEST_CASE("growth: a link that comes later holds as one from the start", "[equiv
                               .backend = backend,
                               .threads = testing::threads_of(backend)};
   Solver late(without, options), early(with, options);
-  apply_edit(late, {.new_links = {link}});
+  late.tissue().apply({.new_links = {link}});
   for (int i = 0; i < 300; ++i) {
     late.step(5e-3F);
     early.step(5e-3F);
@@ -139,27 +143,27 @@ TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
     INFO("round " << round);
     if (round % 4 == 3) {
       const auto links = random_links(solver, 100 + round, 5);
-      apply_edit(solver, {.new_links = links});
-      apply_edit(unedited, {.new_links = links});
+      solver.tissue().apply({.new_links = links});
+      unedited.tissue().apply({.new_links = links});
     }
     solver.step(kTimeStep);
     unedited.step(kTimeStep);
-    const std::uint64_t before = digest_of(solver_data(solver));
+    const std::uint64_t before = digest_of(inspect(solver));
     TopologyEdit edit = testing::eventful_edit(solver, static_cast<Index>(round));
     for (const Link& link : random_links(solver, round, 50)) {
       const auto is_end = [&](Index t) {
-        return std::ranges::count(solver.tets()[t], link.first) > 0 ||
-               std::ranges::count(solver.tets()[t], link.second) > 0;
+        return std::ranges::count(solver.tissue().tets()[t], link.first) > 0 ||
+               std::ranges::count(solver.tissue().tets()[t], link.second) > 0;
       };
       if (std::ranges::none_of(edit.remove_tets, is_end)) {
         edit.new_links.push_back(link);
       }
     }
     edit.remove_links = {static_cast<Index>(round)};
-    const EditResult result = apply_edit(solver, edit);
-    REQUIRE(digest_of(solver_data(solver)) != before);
-    undo_edit(solver, edit, result);
-    REQUIRE(digest_of(solver_data(solver)) == before);
+    solver.tissue().apply(edit);
+    REQUIRE(digest_of(inspect(solver)) != before);
+    solver.tissue().undo();
+    REQUIRE(digest_of(inspect(solver)) == before);
     solver.step(kTimeStep);
     unedited.step(kTimeStep);
     REQUIRE(solver.state_hash() == unedited.state_hash());
@@ -173,16 +177,16 @@ TEST_CASE("growth: a bad link is refused by name and changes nothing", "[unit]")
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(scene, {.method = method});
   TopologyEdit corner;  // the whole of a vertex
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (std::ranges::count(solver.tets()[t], 0) > 0) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    if (std::ranges::count(solver.tissue().tets()[t], 0) > 0) {
       corner.remove_tets.push_back(t);
     }
   }
   const auto refuse = [&](TopologyEdit edit, const std::string& why) {
-    const std::uint64_t before = digest_of(solver_data(solver));
+    const std::uint64_t before = digest_of(inspect(solver));
     edit.new_links.insert(edit.new_links.begin(), {1, 5, 0, {1, 1e-3F}});
-    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
-    CHECK(digest_of(solver_data(solver)) == before);
+    CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring(why));
+    CHECK(digest_of(inspect(solver)) == before);
   };
   const Index count = solver.vertex_count();
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -198,7 +202,7 @@ TEST_CASE("growth: a bad link is refused by name and changes nothing", "[unit]")
   }
   refuse({.remove_tets = corner.remove_tets, .new_links = {{0, 4, 0, {1, 1}}}},
          "link 1 refers to vertex 0, which has no tissue left");
-  apply_edit(solver, corner);
+  solver.tissue().apply(corner);
   refuse({.new_links = {{0, 4, 0, {1, 1}}}}, "link 1 refers to vertex 0, which has no tissue left");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/live_pieces.h"
+#include "pbdsurg/views/live_pieces.h"
 
 #include <algorithm>
 #include <map>
@@ -22,7 +22,7 @@ struct Reference {
   std::vector<std::vector<Index>> pieces{};  // tetrahedra, ascending
 
   explicit Reference(const Solver& solver) {
-    std::vector<Index> all(solver.tets().size());
+    std::vector<Index> all(solver.tissue().tets().size());
     for (std::size_t t = 0; t < all.size(); ++t) {
       all[t] = static_cast<Index>(t);
     }
@@ -36,9 +36,9 @@ struct Reference {
     std::vector<Index> ids;
     std::vector<Tet> live;
     for (const Index t : tets) {
-      if (solver.is_tet_alive(t) && without.count(t) == 0) {
+      if (solver.tissue().is_tet_alive(t) && without.count(t) == 0) {
         ids.push_back(t);
-        live.push_back(solver.tets()[t]);
+        live.push_back(solver.tissue().tets()[t]);
       }
     }
     const Components components = find_components(solver.vertex_count(), live);
@@ -126,25 +126,24 @@ TEST_CASE("live pieces: they equal those found afresh after any edits and undos"
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < kSequences; ++sequence) {
       Solver solver(sample.scene, {.backend = BackendKind::serial});
-      LivePieces pieces(solver);
+      LivePieces pieces(solver.tissue());
       Reference reference(solver);
       check_pieces(pieces, reference, sample.scene);
-      EditParticipant* participants[] = {&pieces};
       const Index most = sequence % 2 == 0 ? 40 : 150;
       for (std::uint64_t i = 0; i < 12; ++i) {
         const TopologyEdit edit =
             testing::random_removal(sample.scene, solver, most, 100 * sequence + i);
         const LivePieces before = pieces;
-        const EditResult result = apply_edit(solver, edit, participants);
+        solver.tissue().apply(edit);
         const Index first_freed = static_cast<Index>(reference.pieces.size());
         reference.follow(solver);
         check_pieces(pieces, reference, sample.scene);
         REQUIRE(pieces.first_freed() == first_freed);
         freed += pieces.count() - first_freed;
         if (random_bits(sequence, i) % 3 == 0) {
-          pieces.undo(solver, edit, result);
+          solver.tissue().undo();
           REQUIRE(are_same(pieces, before));
-          pieces.apply(solver, edit, result);
+          solver.tissue().apply(edit);
           check_pieces(pieces, reference, sample.scene);
         }
       }
@@ -166,26 +165,25 @@ TEST_CASE("live pieces: they follow tissue that parts and splits", "[property]")
   Index freed = 0;
   for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
     testing::EditedBody body(mesh, fixed);
-    const Solver first = body.make_solver();
-    LivePieces pieces(first);
-    Reference reference(first);
+    Tissue tissue(body.make_scene());
+    LivePieces pieces(tissue);
+    Reference reference(body.make_solver());
     for (std::uint64_t i = 0; i < 8; ++i) {
       const TopologyEdit edit = body.random_edit(100 * sequence + i);
-      const EditResult result = body.apply(edit);
-      const Solver solver = body.make_solver();
+      body.apply(edit);
       for (std::size_t t = 0; t < edit.new_tets.size(); ++t) {
         const Index piece = pieces.piece_of(edit.new_tets[t].parent);
-        reference.pieces[piece].push_back(result.first_new_tet + static_cast<Index>(t));
+        reference.pieces[piece].push_back(static_cast<Index>(tissue.tets().size() + t));
       }
       const LivePieces before = pieces;
-      pieces.apply(solver, edit, result);
-      reference.follow(solver);
+      tissue.apply(edit);
+      reference.follow(body.make_solver());
       check_pieces(pieces, reference, body.make_scene());
       freed += pieces.count() - pieces.first_freed();
       const LivePieces after = pieces;
-      pieces.undo(solver, edit, result);
+      tissue.undo();
       REQUIRE(are_same(pieces, before));
-      pieces.apply(solver, edit, result);
+      tissue.apply(edit);
       REQUIRE(are_same(pieces, after));
     }
   }
@@ -199,9 +197,8 @@ TEST_CASE("live pieces: crumbs go with the edit that frees them", "[property]") 
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < 200; ++sequence) {
       Solver solver(sample.scene, {.backend = BackendKind::serial});
-      LivePieces pieces(solver);
+      LivePieces pieces(solver.tissue());
       Reference reference(solver);
-      EditParticipant* participants[] = {&pieces};
       for (std::uint64_t i = 0; i < 10; ++i) {
         const Index smallest = static_cast<Index>(random_bits(sequence, i) % 12);
         TopologyEdit edit = testing::random_removal(sample.scene, solver, 100, 100 * sequence + i);
@@ -216,13 +213,13 @@ TEST_CASE("live pieces: crumbs go with the edit that frees them", "[property]") 
             expected_crumbs.tets += static_cast<Index>(part.size());
           }
         }
-        const Crumbs crumbs = pieces.add_crumbs(solver, edit, smallest);
+        const Crumbs crumbs = pieces.add_crumbs(solver.tissue(), edit, smallest);
         check_pieces(pieces, reference, sample.scene);
         CHECK(crumbs.parts == expected_crumbs.parts);
         CHECK(crumbs.tets == expected_crumbs.tets);
         CHECK(std::set<Index>(edit.remove_tets.begin(), edit.remove_tets.end()) == expected);
         CHECK(edit.remove_tets.size() == expected.size());
-        apply_edit(solver, edit, participants);
+        solver.tissue().apply(edit);
         reference.follow(solver);
         check_pieces(pieces, reference, sample.scene);
         for (Index piece = pieces.first_freed(); piece < pieces.count(); ++piece) {
@@ -242,8 +239,7 @@ TEST_CASE("live pieces: searches stay where the edit is", "[property]") {
   Scene scene;
   scene.add_body("block", testing::make_box({kCells, kCells, kCells}, 4e-3));
   Solver solver(scene, {.backend = BackendKind::serial});
-  LivePieces pieces(solver);
-  EditParticipant* participants[] = {&pieces};
+  LivePieces pieces(solver.tissue());
   const auto in_box = [&](auto&& contains) {
     TopologyEdit edit;
     for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
@@ -254,30 +250,26 @@ TEST_CASE("live pieces: searches stay where the edit is", "[property]") {
     }
     return edit;
   };
-  apply_edit(solver, in_box([](Index x, Index y, Index z) { return x == 8 && y == 8 && z == 8; }),
-             participants);
+  solver.tissue().apply(
+      in_box([](Index x, Index y, Index z) { return x == 8 && y == 8 && z == 8; }));
   CHECK(pieces.count() == 1);
   CHECK(pieces.visited() <= 5 * 5 * 5);
 
   // scattered changes do not look for each other
-  apply_edit(solver, in_box([](Index x, Index y, Index z) {
-               return (x == 3 || x == 9) && (y == 3 || y == 9) && (z == 3 || z == 9);
-             }),
-             participants);
+  solver.tissue().apply(in_box([](Index x, Index y, Index z) {
+    return (x == 3 || x == 9) && (y == 3 || y == 9) && (z == 3 || z == 9);
+  }));
   CHECK(pieces.count() == 1);
   CHECK(pieces.visited() <= 8 * 5 * 5 * 5);
 
   // all around a cell at a corner
-  apply_edit(solver, in_box([](Index x, Index y, Index z) {
-               return std::max({x, y, z}) == 1;
-             }),
-             participants);
+  solver.tissue().apply(in_box([](Index x, Index y, Index z) { return std::max({x, y, z}) == 1; }));
   CHECK(pieces.count() == 2);
   CHECK(pieces.tet_count(1) == 6);
   CHECK(pieces.visited() <= 200);
 
   // a slice: the smaller side is searched through, and as much of the larger one
-  apply_edit(solver, in_box([](Index x, Index, Index) { return x == 12; }), participants);
+  solver.tissue().apply(in_box([](Index x, Index, Index) { return x == 12; }));
   CHECK(pieces.count() == 3);
   CHECK(pieces.tet_count(2) == 6 * 3 * kCells * kCells);
   CHECK(pieces.visited() <= 3 * 4 * (kCells + 1) * (kCells + 1));
@@ -294,7 +286,7 @@ TEST_CASE("live pieces: links and particles are no tissue", "[unit]") {
   scene.add_link({0, 8, 1e-3F, {}});
   scene.add_link({8, 10, 1e-3F, {}});
   const Solver solver(scene);
-  const LivePieces pieces(solver);
+  const LivePieces pieces(solver.tissue());
   REQUIRE(pieces.count() == 2);
   CHECK(pieces.body(0) == 0);
   CHECK(pieces.body(1) == 2);
@@ -302,22 +294,29 @@ TEST_CASE("live pieces: links and particles are no tissue", "[unit]") {
   CHECK(pieces.is_anchored(1));
 }
 
-TEST_CASE("live pieces: they refuse to go on after an edit that they missed", "[unit]") {
+TEST_CASE("live pieces: a copy finds no crumbs, nor is what would be refused searched", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
-  Solver solver(scene);
-  LivePieces pieces(solver);
-  EditParticipant* participants[] = {&pieces};
-  apply_edit(solver, {.remove_tets = {4}});
-  CHECK_THROWS_WITH(apply_edit(solver, {.remove_tets = {5}}, participants),
-                    ContainsSubstring("at topology version 0, the solver at 1"));
-  CHECK(solver.is_tet_alive(5));
+  Solver solver(scene), other(scene);
+  LivePieces pieces(solver.tissue());
+  LivePieces copy = pieces;
+  solver.tissue().apply({.remove_tets = {4}});
+  CHECK(pieces.piece_of(4) == kInvalidIndex);
+  CHECK(copy.piece_of(4) == 0);
+  TopologyEdit edit{.remove_tets = {5}};
+  CHECK_THROWS_WITH(copy.add_crumbs(solver.tissue(), edit, 3),
+                    ContainsSubstring("does not follow this tissue"));
+  CHECK_THROWS_WITH(pieces.add_crumbs(other.tissue(), edit, 3),
+                    ContainsSubstring("does not follow this tissue"));
+  CHECK(edit.remove_tets.size() == 1);
 
-  // and pass over what the edit will be refused for
-  LivePieces afresh(solver);
-  TopologyEdit bad{.remove_tets = {4, 5, 5, -1, 1000}};
-  afresh.add_crumbs(solver, bad, 3);
-  CHECK(bad.remove_tets.size() == 5);
+  // ids that the edit will be refused for are passed over, by pieces that come late, too
+  LivePieces late(solver.tissue());
+  for (LivePieces* const each : {&pieces, &late}) {
+    TopologyEdit bad{.remove_tets = {4, 5, 5, -1, 1000}};
+    each->add_crumbs(solver.tissue(), bad, 3);
+    CHECK(bad.remove_tets.size() == 5);
+  }
 }
 
 }  // namespace pbdsurg

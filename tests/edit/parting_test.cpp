@@ -11,14 +11,14 @@
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_boundary.h"
 
 #include "solver/neo_hookean_record.h"
-#include "solver/solver_data.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/meshes.h"
 #include "support/plan_checks.h"
 #include "support/solver_digest.h"
@@ -29,6 +29,7 @@ namespace {
 using testing::Approx;
 using testing::ContainsSubstring;
 using testing::digest_of;
+using testing::inspect;
 using testing::is_plan_valid;
 using testing::Variant;
 
@@ -44,9 +45,9 @@ TopologyEdit random_cut(const Solver& solver, std::uint64_t seed, Positions& res
     auto vertex = static_cast<Index>(random_bits(seed, 1) % solver.vertex_count());
     edit = testing::part_vertex(solver, vertex, seed);
   } else {
-    auto edge = static_cast<Index>(random_bits(seed, 2) % solver.edges().size());
-    while (!solver.is_edge_alive(edge)) {
-      edge = (edge + 1) % static_cast<Index>(solver.edges().size());
+    auto edge = static_cast<Index>(random_bits(seed, 2) % solver.tissue().edges().size());
+    while (!solver.tissue().is_edge_alive(edge)) {
+      edge = (edge + 1) % static_cast<Index>(solver.tissue().edges().size());
     }
     edit = testing::split_edge(solver, edge, 0.25F + 0.125F * static_cast<float>(seed % 4));
   }
@@ -58,85 +59,91 @@ TopologyEdit random_cut(const Solver& solver, std::uint64_t seed, Positions& res
 
 // All that a solver would have if it were made of the live tetrahedra.
 void check_against_rebuild(const Solver& solver, const Positions& rest) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   std::map<Edge, Index> tets_of_edge;
   std::vector<double> masses(rest.size(), 0.0);
   std::vector<std::vector<Index>> tets_at(rest.size());
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (!solver.is_tet_alive(t)) {
-      REQUIRE_FALSE(data.volumes.is_alive(t));
-      REQUIRE_FALSE(data.neo_hookeans.is_alive(t));
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    if (!solver.tissue().is_tet_alive(t)) {
+      REQUIRE_FALSE(data.sets.of<VolumeConstraint>().is_alive(t));
+      REQUIRE_FALSE(data.sets.of<NeoHookeanConstraint>().is_alive(t));
       continue;
     }
-    const Tet& tet = solver.tets()[t];
-    const Material& material = solver.body(solver.body_of_tet(t)).material;
+    const Tet& tet = solver.tissue().tets()[t];
+    const Material& material = solver.tissue().body(solver.tissue().body_of_tet(t)).material;
     const double volume = tet_volume(rest, tet);
     REQUIRE(volume > 0);
     const bool is_solid = material.model == ElasticModel::neo_hookean;
-    REQUIRE(data.neo_hookeans.is_alive(t) == is_solid);
-    REQUIRE(data.volumes.is_alive(t) == (!is_solid && material.has_volume_constraints));
+    REQUIRE(data.sets.of<NeoHookeanConstraint>().is_alive(t) == is_solid);
+    REQUIRE(data.sets.of<VolumeConstraint>().is_alive(t) ==
+            (!is_solid && material.has_volume_constraints));
     if (is_solid || material.has_volume_constraints) {
       REQUIRE(solver.rest_volume(t) == Approx(volume).epsilon(1e-3));
     }
     if (is_solid) {
-      REQUIRE(data.neo_hookeans.record(t).places == data.places_of(tet));
+      REQUIRE(data.sets.of<NeoHookeanConstraint>().record(t).places == data.places_of(tet));
       const auto fresh = make_neo_hookean(rest, tet, data.places_of(tet), material);
       for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
-        REQUIRE(data.neo_hookeans.record(t).parameters[p] ==
+        REQUIRE(data.sets.of<NeoHookeanConstraint>().record(t).parameters[p] ==
                 Approx(fresh.parameters[p]).epsilon(1e-2).margin(1.0));
       }
     } else if (material.has_volume_constraints) {
-      REQUIRE(data.volumes.record(t).places == data.places_of(tet));
+      REQUIRE(data.sets.of<VolumeConstraint>().record(t).places == data.places_of(tet));
     }
     for (std::size_t e = 0; e < 6; ++e) {
       const auto [i, j] = kTetEdges[e];
       const Edge ends{std::min(tet[i], tet[j]), std::max(tet[i], tet[j])};
-      REQUIRE(solver.edges()[solver.tet_edges(t)[e]] == ends);
+      REQUIRE(solver.tissue().edges()[solver.tissue().tet_edges(t)[e]] == ends);
       ++tets_of_edge[ends];
     }
     for (const Index v : tet) {
       masses[v] += material.density * volume / 4;
       tets_at[v].push_back(t);
-      REQUIRE(solver.body_of_vertex(v) == solver.body_of_tet(t));
+      REQUIRE(solver.tissue().body_of_vertex(v) == solver.tissue().body_of_tet(t));
     }
   }
   Index live_edges = 0;
-  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-    const Index distance = data.distance_ids.of_edge(e);
-    if (!solver.is_edge_alive(e)) {
-      REQUIRE_FALSE(data.distances.is_alive(distance));
-      REQUIRE_FALSE(data.strain_limits.is_alive(e));
+  for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
+    const Index distance = data.sets.distance_ids.of_edge(e);
+    if (!solver.tissue().is_edge_alive(e)) {
+      REQUIRE_FALSE(data.sets.of<DistanceConstraint>().is_alive(distance));
+      REQUIRE_FALSE(data.sets.of<StrainLimitConstraint>().is_alive(e));
       continue;
     }
     ++live_edges;
-    const Edge& ends = solver.edges()[e];
-    REQUIRE(data.edge_tets[e] == tets_of_edge[ends]);
-    const Material& material = solver.body(solver.body_of_vertex(ends[0])).material;
+    const Edge& ends = solver.tissue().edges()[e];
+    REQUIRE(data.tissue->edge_tets()[e] == tets_of_edge[ends]);
+    const Material& material =
+        solver.tissue().body(solver.tissue().body_of_vertex(ends[0])).material;
     const double length = (rest[ends[0]] - rest[ends[1]]).norm();
-    REQUIRE(data.distances.is_alive(distance) == (material.model == ElasticModel::springs));
+    REQUIRE(data.sets.of<DistanceConstraint>().is_alive(distance) ==
+            (material.model == ElasticModel::springs));
     if (material.model == ElasticModel::springs) {
-      REQUIRE(data.distances.record(distance).places == data.places_of(ends));
+      REQUIRE(data.sets.of<DistanceConstraint>().record(distance).places == data.places_of(ends));
       REQUIRE(solver.rest_length(e) == Approx(length).epsilon(1e-3));
     }
-    REQUIRE(data.strain_limits.is_alive(e) == std::isfinite(material.max_stretch));
-    if (data.strain_limits.is_alive(e)) {
-      REQUIRE(data.strain_limits.record(e).places == data.places_of(ends));
-      REQUIRE(data.strain_limits.record(e).parameters[StrainLimitConstraint::kLimit] ==
+    REQUIRE(data.sets.of<StrainLimitConstraint>().is_alive(e) ==
+            std::isfinite(material.max_stretch));
+    if (data.sets.of<StrainLimitConstraint>().is_alive(e)) {
+      REQUIRE(data.sets.of<StrainLimitConstraint>().record(e).places == data.places_of(ends));
+      REQUIRE(data.sets.of<StrainLimitConstraint>()
+                  .record(e)
+                  .parameters[StrainLimitConstraint::kLimit] ==
               Approx(material.max_stretch * length).epsilon(1e-3));
     }
   }
   REQUIRE(live_edges == static_cast<Index>(tets_of_edge.size()));
   for (Index v = 0; v < solver.vertex_count(); ++v) {
-    REQUIRE(std::ranges::equal(data.vertex_tets[v], tets_at[v]));
-    REQUIRE(data.vertex_masses[v] == Approx(masses[v]).epsilon(1e-6).margin(1e-15));
-    REQUIRE(solver.has_tissue(v) == !tets_at[v].empty());
+    REQUIRE(std::ranges::equal(data.tissue->tets_at(v), tets_at[v]));
+    REQUIRE(data.tissue->masses()[v] == Approx(masses[v]).epsilon(1e-6).margin(1e-15));
+    REQUIRE(solver.tissue().has_tissue(v) == !tets_at[v].empty());
   }
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    const Link& link = solver.links()[l];
-    if (solver.is_link_alive(l)) {
-      REQUIRE(solver.has_tissue(link.first));
-      REQUIRE(solver.has_tissue(link.second));
-      REQUIRE(data.distances.record(data.distance_ids.of_link(l)).places ==
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    const Link& link = solver.tissue().links()[l];
+    if (solver.tissue().is_link_alive(l)) {
+      REQUIRE(solver.tissue().has_tissue(link.first));
+      REQUIRE(solver.tissue().has_tissue(link.second));
+      REQUIRE(data.sets.of<DistanceConstraint>().record(data.sets.distance_ids.of_link(l)).places ==
               data.places_of(Edge{link.first, link.second}));
     }
   }
@@ -169,27 +176,27 @@ TEST_CASE("cut: after any cuts, all equals a rebuild, and undo restores every bi
   Positions rest(scene.positions().begin(), scene.positions().end());
   for (std::uint64_t round = 0; round < 40; ++round) {
     INFO("round " << round);
-    const std::uint64_t before = digest_of(solver_data(solver));
+    const std::uint64_t before = digest_of(inspect(solver));
     Positions next = rest;
     TopologyEdit edit = random_cut(solver, round, next);
     if (round % 5 == 4) {
-      for (Index t = static_cast<Index>(round); t < static_cast<Index>(solver.tets().size());
-           t += 53) {
+      for (Index t = static_cast<Index>(round);
+           t < static_cast<Index>(solver.tissue().tets().size()); t += 53) {
         const auto is_used = [&](const auto& list, auto tet_of) {
           return std::ranges::any_of(list, [&](const auto& entry) { return entry.*tet_of == t; });
         };
-        if (solver.is_tet_alive(t) && !is_used(edit.corner_moves, &CornerMove::tet) &&
+        if (solver.tissue().is_tet_alive(t) && !is_used(edit.corner_moves, &CornerMove::tet) &&
             !is_used(edit.new_tets, &NewTet::parent)) {
           edit.remove_tets.push_back(t);
         }
       }
     }
-    const EditResult result = apply_edit(solver, edit);
+    solver.tissue().apply(edit);
     REQUIRE(static_cast<std::size_t>(solver.vertex_count()) == next.size());
     check_against_rebuild(solver, next);
     if (round % 3 == 1) {
-      undo_edit(solver, edit, result);
-      REQUIRE(digest_of(solver_data(solver)) == before);
+      solver.tissue().undo();
+      REQUIRE(digest_of(inspect(solver)) == before);
       check_against_rebuild(solver, rest);
     } else {
       rest = next;
@@ -213,8 +220,8 @@ TEST_CASE("cut: threads have the serial bits on cut tissue", "[equivalence]") {
   Positions rest(scene.positions().begin(), scene.positions().end());
   for (std::uint64_t round = 0; round < 20; ++round) {
     const TopologyEdit edit = random_cut(serial, 77 + round, rest);
-    apply_edit(serial, edit);
-    apply_edit(threaded, edit);
+    serial.tissue().apply(edit);
+    threaded.tissue().apply(edit);
     serial.step(kTimeStep);
     threaded.step(kTimeStep);
     REQUIRE(serial.state_hash() == threaded.state_hash());
@@ -227,8 +234,8 @@ namespace {
 TopologyEdit cut_plane(const Solver& solver, const Positions& rest, double x) {
   TopologyEdit edit;
   std::map<Index, Index> copies;
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    const Tet& tet = solver.tets()[t];
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    const Tet& tet = solver.tissue().tets()[t];
     const double middle = std::accumulate(
         tet.begin(), tet.end(), 0.0, [&](double sum, Index v) { return sum + rest[v].x() / 4; });
     for (const Index v : tet) {
@@ -265,10 +272,10 @@ TEST_CASE("cut: a block in two falls apart, and nothing pulls across", "[validat
   const Positions rest(scene.positions().begin(), scene.positions().end());
   const TopologyEdit edit = cut_plane(solver, rest, 2 * kEdge);
   REQUIRE(edit.new_vertices.size() == 16);
-  const std::size_t faces = find_live_boundary(solver, 0).size();
-  const EditResult result = apply_edit(solver, edit);
-  CHECK(result.vertices.empty());
-  CHECK(find_live_boundary(solver, 0).size() == faces + 2 * 18);
+  const std::size_t faces = find_live_boundary(solver.tissue(), 0).size();
+  const TissueChange result = solver.tissue().apply(edit);
+  CHECK(result.emptied_vertices.empty());
+  CHECK(find_live_boundary(solver.tissue(), 0).size() == faces + 2 * 18);
 
   const int steps = 20;
   for (int i = 0; i < steps; ++i) {
@@ -311,19 +318,19 @@ TEST_CASE("cut: mass, rest volume and momentum stay", "[property]") {
     Sums sums;
     const auto velocities = solver.velocities();
     for (Index v = 0; v < solver.vertex_count(); ++v) {
-      const double mass = solver_data(solver).vertex_masses[v];
+      const double mass = solver.tissue().masses()[v];
       sums.mass += mass;
       sums.momentum += mass * velocities[v].cast<double>();
     }
-    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-      sums.volume += solver.is_tet_alive(t) ? double{solver.rest_volume(t)} : 0;
+    for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+      sums.volume += solver.tissue().is_tet_alive(t) ? double{solver.rest_volume(t)} : 0;
     }
     return sums;
   };
   const Sums before = sums_of();
   Positions rest(scene.positions().begin(), scene.positions().end());
   for (std::uint64_t round = 0; round < 60; ++round) {
-    apply_edit(solver, random_cut(solver, round, rest));
+    solver.tissue().apply(random_cut(solver, round, rest));
     const Sums after = sums_of();
     REQUIRE(after.mass == Approx(before.mass).epsilon(1e-9));
     REQUIRE(after.volume == Approx(before.volume).epsilon(1e-4));
@@ -337,19 +344,20 @@ TEST_CASE("cut: new vertices are fixed where all around is", "[unit]") {
   scene.add_body("block", testing::make_box({2, 1, 1}, kEdge));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
   Solver solver(scene, {.backend = BackendKind::serial});
-  const auto w = [&](Index v) { return solver_data(solver).particle(v).w; };
+  const auto w = [&](Index v) { return inspect(solver).particle(v).w; };
   Index first = 0;  // a fixed edge, and one that is half fixed
-  while (w(solver.edges()[first][0]) > 0 || w(solver.edges()[first][1]) > 0) {
+  while (w(solver.tissue().edges()[first][0]) > 0 || w(solver.tissue().edges()[first][1]) > 0) {
     ++first;
   }
-  apply_edit(solver, testing::split_edge(solver, first, 0.5F));
+  solver.tissue().apply(testing::split_edge(solver, first, 0.5F));
   CHECK(w(solver.vertex_count() - 1) == 0);
-  CHECK(solver.has_tissue(solver.vertex_count() - 1));
+  CHECK(solver.tissue().has_tissue(solver.vertex_count() - 1));
   Index second = 0;
-  while ((w(solver.edges()[second][0]) > 0) == (w(solver.edges()[second][1]) > 0)) {
+  while ((w(solver.tissue().edges()[second][0]) > 0) ==
+         (w(solver.tissue().edges()[second][1]) > 0)) {
     ++second;
   }
-  apply_edit(solver, testing::split_edge(solver, second, 0.5F));
+  solver.tissue().apply(testing::split_edge(solver, second, 0.5F));
   CHECK(w(solver.vertex_count() - 1) > 0);
 }
 
@@ -360,11 +368,11 @@ TEST_CASE("cut: a bad cut is refused by name and changes nothing", "[unit]") {
   scene.add_body("right", block);
   Solver solver(scene, {.backend = BackendKind::serial});
   const Index n = solver.vertex_count();
-  const Tet tet = solver.tets()[0];
+  const Tet tet = solver.tissue().tets()[0];
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
-    const std::uint64_t before = digest_of(solver_data(solver));
-    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
-    CHECK(digest_of(solver_data(solver)) == before);
+    const std::uint64_t before = digest_of(inspect(solver));
+    CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring(why));
+    CHECK(digest_of(inspect(solver)) == before);
   };
   const std::vector<NewVertex> copy{{tet[0], tet[0]}};
   const std::vector<NewVertex> middle{{tet[0], tet[1], 0.5F}};
@@ -375,7 +383,7 @@ TEST_CASE("cut: a bad cut is refused by name and changes nothing", "[unit]") {
   refuse({.new_vertices = {{tet[0], tet[1], std::numeric_limits<float>::quiet_NaN()}}},
          "the share is nan");
   refuse({.new_vertices = copy}, "new vertex 54 would have no tetrahedron");
-  const Tet& other = solver.tets()[1];
+  const Tet& other = solver.tissue().tets()[1];
   const Index elsewhere = other[0] == tet[0] ? other[1] : other[0];
   refuse({.new_vertices = copy, .corner_moves = {move, {1, elsewhere, n}}}, "tet 1 cannot move");
   refuse({.new_vertices = copy, .corner_moves = {move, move}}, "tet 0 is moved twice");
@@ -408,11 +416,13 @@ TEST_CASE("cut: a copy of a copy is of the same body, and a jaw finds it", "[uni
   for (int round = 0; round < 3; ++round) {
     const Index copy = solver.vertex_count();
     Index tet = 0;
-    while (std::ranges::find(solver.tets()[tet], copied) == solver.tets()[tet].end()) {
+    while (std::ranges::find(solver.tissue().tets()[tet], copied) ==
+           solver.tissue().tets()[tet].end()) {
       ++tet;
     }
-    apply_edit(solver, {.new_vertices = {{copied, copied}}, .corner_moves = {{tet, copied, copy}}});
-    CHECK(solver.body_of_vertex(copy) == 0);
+    solver.tissue().apply(
+        {.new_vertices = {{copied, copied}}, .corner_moves = {{tet, copied, copy}}});
+    CHECK(solver.tissue().body_of_vertex(copy) == 0);
     const std::vector<Index> near =
         find_vertices_near(solver, 0, mesh.positions()[0].cast<float>(), 1e-3F);
     CHECK(std::ranges::find(near, copy) != near.end());
@@ -431,18 +441,18 @@ TEST_CASE("undo: tools let go of what the edit brought, and nobody watches it", 
   const Index tool = solver.add_tool({}, ToolPose::Identity());
   const Index copy = solver.vertex_count();
   Index tet = 0;
-  while (std::ranges::find(solver.tets()[tet], 0) == solver.tets()[tet].end()) {
+  while (std::ranges::find(solver.tissue().tets()[tet], 0) == solver.tissue().tets()[tet].end()) {
     ++tet;
   }
   const TopologyEdit edit{.new_vertices = {{0, 0}}, .corner_moves = {{tet, 0, copy}}};
-  const EditResult result = apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   solver.grasp(tool, std::array{copy, Index{5}});
   solver.watch(std::array{copy});
-  CHECK_THROWS_WITH(undo_edit(solver, edit, result), testing::ContainsSubstring("watched"));
+  CHECK_THROWS_WITH(solver.tissue().undo(), testing::ContainsSubstring("watched"));
   solver.watch({});
-  undo_edit(solver, edit, result);
-  REQUIRE(solver_data(solver).tools[0].attachments.size() == 1);
-  CHECK(solver_data(solver).tools[0].attachments[0].vertex == 5);
+  solver.tissue().undo();
+  REQUIRE(inspect(solver).tools[0].attachments.size() == 1);
+  CHECK(inspect(solver).tools[0].attachments[0].vertex == 5);
   CHECK(solver.step(1e-3F).non_finite_vertices == 0);
 }
 

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/meshes.h"
 
@@ -99,7 +99,7 @@ inline TopologyEdit random_removal(const Scene& scene, const Solver& solver, Ind
                                    std::uint64_t seed) {
   std::vector<Index> live;
   for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
-    if (solver.is_tet_alive(t)) {
+    if (solver.tissue().is_tet_alive(t)) {
       live.push_back(t);
     }
   }

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg::testing {
 
@@ -36,7 +36,7 @@ class EditedBody {
         gone.remove_tets.push_back(static_cast<Index>(t));
       }
     }
-    apply_edit(solver, gone);
+    solver.tissue().apply(gone);
     return solver;
   }
 
@@ -122,21 +122,8 @@ class EditedBody {
     return edit;
   }
 
-  /// Follows an edit, and says what a solver would.
-  EditResult apply(const TopologyEdit& edit) {
-    EditResult result;
-    const auto count_tets = [&] {
-      std::vector<Index> counts(points_.size(), 0);
-      for (std::size_t t = 0; t < tets_.size(); ++t) {
-        for (const Index v : tets_[t]) {
-          counts[v] += alive_[t];
-        }
-      }
-      return counts;
-    };
-    const std::vector<Index> before = count_tets();
-    result.first_new_vertex = static_cast<Index>(points_.size());
-    result.first_new_tet = static_cast<Index>(tets_.size());
+  /// Follows an edit.
+  void apply(const TopologyEdit& edit) {
     for (const NewVertex& vertex : edit.new_vertices) {
       const Eigen::Vector3d along = points_[vertex.second] - points_[vertex.first];
       points_.push_back(points_[vertex.first] + static_cast<double>(vertex.share) * along);
@@ -146,24 +133,14 @@ class EditedBody {
       Tet& tet = tets_[move.tet];
       std::replace(tet.begin(), tet.end(), move.from, move.to);
     }
-    result.tets = edit.remove_tets;
+    for (const Index t : edit.remove_tets) {
+      alive_[t] = false;
+    }
     for (const NewTet& tet : edit.new_tets) {
-      if (result.tets.empty() || result.tets.back() != tet.parent) {
-        result.tets.push_back(tet.parent);
-      }
+      alive_[tet.parent] = false;
       tets_.push_back(tet.vertices);
       alive_.push_back(true);
     }
-    for (const Index t : result.tets) {
-      alive_[t] = false;
-    }
-    const std::vector<Index> after = count_tets();
-    for (std::size_t v = 0; v < before.size(); ++v) {
-      if (before[v] > 0 && after[v] == 0) {
-        result.vertices.push_back(static_cast<Index>(v));
-      }
-    }
-    return result;
   }
 
  private:

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/topology_edit.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,10 +6,11 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/live_boundary.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_boundary.h"
 
-#include "solver/solver_data.h"
 #include "support/catch.h"
+#include "support/inspect.h"
 #include "support/meshes.h"
 #include "support/soft_sweep.h"
 
@@ -20,6 +19,7 @@ namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::inspect;
 
 constexpr double kEdge = 4e-3;
 
@@ -52,7 +52,7 @@ TEST_CASE("topology edit: what is left equals what the live tetrahedra say", "[p
   const Scene scene = make_two_blocks();
   Solver solver(scene,
                 {.composition = GENERATE(PlanComposition::separate, PlanComposition::joint)});
-  const Index tet_count = static_cast<Index>(solver.tets().size());
+  const Index tet_count = static_cast<Index>(solver.tissue().tets().size());
   const std::vector<Index> order = shuffled(tet_count, GENERATE(1, 2, 3));
   std::size_t next = 0;
   while (next < order.size()) {
@@ -60,21 +60,21 @@ TEST_CASE("topology edit: what is left equals what the live tetrahedra say", "[p
     for (int i = 0; i < 29 && next < order.size(); ++i) {
       edit.remove_tets.push_back(order[next++]);
     }
-    apply_edit(solver, edit);
+    solver.tissue().apply(edit);
     CHECK(solver.step(1e-3F).non_finite_vertices == 0);
 
     std::vector<Tet> live;
     for (Index t = 0; t < tet_count; ++t) {
-      if (solver.is_tet_alive(t)) {
-        live.push_back(solver.tets()[t]);
+      if (solver.tissue().is_tet_alive(t)) {
+        live.push_back(solver.tissue().tets()[t]);
       }
     }
     CHECK(live.size() == order.size() - next);
     const std::vector<Edge> expected_edges = find_edges(live);
     std::vector<Edge> edges;
-    for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-      if (solver.is_edge_alive(e)) {
-        edges.push_back(solver.edges()[e]);
+    for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
+      if (solver.tissue().is_edge_alive(e)) {
+        edges.push_back(solver.tissue().edges()[e]);
       }
     }
     CHECK(edges == expected_edges);
@@ -82,12 +82,13 @@ TEST_CASE("topology edit: what is left equals what the live tetrahedra say", "[p
     for (const Tet& tet : live) {
       used.insert(tet.begin(), tet.end());
     }
-    for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-      const Link& link = solver.links()[l];
-      CHECK(solver.is_link_alive(l) == (used.count(link.first) && used.count(link.second)));
+    for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+      const Link& link = solver.tissue().links()[l];
+      CHECK(solver.tissue().is_link_alive(l) ==
+            (used.count(link.first) && used.count(link.second)));
     }
   }
-  CHECK(find_live_boundary(solver, 0).empty());
+  CHECK(find_live_boundary(solver.tissue(), 0).empty());
 }
 
 // Would catch an edge that dies with the tetrahedron that owned it, or stays where nothing projects
@@ -105,7 +106,7 @@ TEST_CASE("topology edit: each constraint left is projected once a sweep", "[pro
     for (int i = 0; i < 10 && next < order.size(); ++i) {
       edit.remove_tets.push_back(order[next++]);
     }
-    apply_edit(solver, edit);
+    solver.tissue().apply(edit);
     CHECK(testing::count_error(solver, scene) < 0.5);
     CHECK(solver.plan().phases.size() <= phases);
     phases = solver.plan().phases.size();
@@ -118,31 +119,32 @@ TEST_CASE("topology edit: each constraint left is projected once a sweep", "[pro
 TEST_CASE("topology edit: edges go to live tetrahedra, and colours stay valid", "[property]") {
   const Scene scene = testing::make_soft_scene();
   Solver solver(scene, {.composition = PlanComposition::joint});
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const std::vector<Index> order = shuffled(static_cast<Index>(scene.tets().size()), 5);
   std::size_t handed_over = 0;
   for (const Index removed : order) {
     std::vector<Index> before;
-    for (Index e = 0; e < static_cast<Index>(data.edges.size()); ++e) {
-      before.push_back(data.edge_owners[e]);
+    for (Index e = 0; e < static_cast<Index>(data.tissue->edges().size()); ++e) {
+      before.push_back(data.sets.edge_owners[e]);
     }
-    apply_edit(solver, {.remove_tets = {removed}});
+    solver.tissue().apply({.remove_tets = {removed}});
 
-    for (Index e = 0; e < static_cast<Index>(data.edges.size()); ++e) {
-      const Index owner = data.edge_owners[e];
-      if (!data.distances.is_alive(e)) {
+    for (Index e = 0; e < static_cast<Index>(data.tissue->edges().size()); ++e) {
+      const Index owner = data.sets.edge_owners[e];
+      if (!data.sets.of<DistanceConstraint>().is_alive(e)) {
         continue;
       }
       if (owner == kInvalidIndex) {
-        CHECK(data.edges[e][1] < scene.body(1).first_vertex);  // of the tube
+        CHECK(data.tissue->edges()[e][1] < scene.body(1).first_vertex);  // of the tube
         continue;
       }
-      CHECK(data.tet_alive[owner]);
-      const auto& edges = data.tet_edges[owner];
+      CHECK(data.tissue->is_tet_alive(owner));
+      const auto& edges = data.tissue->tet_edges()[owner];
       const auto place = std::find(edges.begin(), edges.end(), e) - edges.begin();
       REQUIRE(place < 6);
-      CHECK(data.distances.group_of(e) ==
-            data.joint_group(data.volumes.group_of(owner), static_cast<Index>(place)));
+      CHECK(data.sets.of<DistanceConstraint>().group_of(e) ==
+            data.sets.joint_group(data.sets.of<VolumeConstraint>().group_of(owner),
+                                  static_cast<Index>(place)));
       CHECK((owner == before[e] || before[e] == removed));
       handed_over += owner != before[e];
     }
@@ -176,8 +178,8 @@ TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
     }
   }
   REQUIRE(edit.remove_tets.size() == scene.tets().size() / 2);
-  const EditResult result = apply_edit(solver, edit);
-  CHECK(result.vertices.size() == 50);  // two of the five layers
+  const TissueChange result = solver.tissue().apply(edit);
+  CHECK(result.emptied_vertices.size() == 50);  // two of the five layers
 
   for (int i = 0; i < 400; ++i) {
     solver.step(5e-3F);
@@ -195,9 +197,9 @@ TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]"
 
   TopologyEdit edit;
   edit.remove_tets = {0, 1, 2, 3, 4, 5};
-  const EditResult result = apply_edit(solver, edit);
+  const TissueChange result = solver.tissue().apply(edit);
 
-  CHECK(result.vertices.size() == 8);
+  CHECK(result.emptied_vertices.size() == 8);
   CHECK(solver.plan().phases.empty());
   const auto before = solver.positions();
   solver.step(0.1F);
@@ -210,13 +212,13 @@ TEST_CASE("topology edit: rest values change what the solver pulls towards", "[u
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, {.substeps = 20, .damping = 20});
   TopologyEdit edit;
-  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
+  for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
     edit.rest_lengths.push_back({e, 0.8F * solver.rest_length(e)});
   }
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
     edit.rest_volumes.push_back({t, 0.512F * solver.rest_volume(t)});
   }
-  apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   for (int i = 0; i < 200; ++i) {
     solver.step(5e-3F);
   }
@@ -241,30 +243,30 @@ Scene make_neo_hookean_block() {
 TEST_CASE("topology edit: neo-hookean tissue takes its constraints along", "[property]") {
   const Scene scene = make_neo_hookean_block();
   Solver solver(scene);
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const std::vector<Index> order = shuffled(static_cast<Index>(scene.tets().size()), 5);
   for (std::size_t next = 0; next < order.size();) {
     TopologyEdit edit;
     for (int i = 0; i < 7 && next < order.size(); ++i) {
       edit.remove_tets.push_back(order[next++]);
     }
-    const EditResult result = apply_edit(solver, edit);
-    for (const Index edge : result.edges) {
-      CHECK_FALSE(solver.is_edge_alive(edge));
+    const TissueChange result = solver.tissue().apply(edit);
+    for (const Index edge : result.removed_edges) {
+      CHECK_FALSE(solver.tissue().is_edge_alive(edge));
     }
     std::set<std::pair<Index, Index>> of_tets, of_edges;  // colour, vertex
     for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
-      CHECK(data.neo_hookeans.is_alive(t) == solver.is_tet_alive(t));
+      CHECK(data.sets.of<NeoHookeanConstraint>().is_alive(t) == solver.tissue().is_tet_alive(t));
       for (const Index v : scene.tets()[t]) {
-        CHECK(
-            (!solver.is_tet_alive(t) || of_tets.insert({data.neo_hookeans.group_of(t), v}).second));
+        CHECK((!solver.tissue().is_tet_alive(t) ||
+               of_tets.insert({data.sets.of<NeoHookeanConstraint>().group_of(t), v}).second));
       }
     }
-    for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-      CHECK(data.strain_limits.is_alive(e) == solver.is_edge_alive(e));
-      for (const Index v : solver.edges()[e]) {
-        CHECK((!solver.is_edge_alive(e) ||
-               of_edges.insert({data.strain_limits.group_of(e), v}).second));
+    for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
+      CHECK(data.sets.of<StrainLimitConstraint>().is_alive(e) == solver.tissue().is_edge_alive(e));
+      for (const Index v : solver.tissue().edges()[e]) {
+        CHECK((!solver.tissue().is_edge_alive(e) ||
+               of_edges.insert({data.sets.of<StrainLimitConstraint>().group_of(e), v}).second));
       }
     }
     CHECK(solver.step(1e-3F).non_finite_vertices == 0);
@@ -276,14 +278,14 @@ TEST_CASE("topology edit: rest volumes shrink neo-hookean tissue, rest lengths a
           "[unit]") {
   const Scene scene = make_neo_hookean_block();
   Solver solver(scene, {.damping = 20});
-  CHECK_THROWS_WITH(apply_edit(solver, {.rest_lengths = {{3, 1e-3F}}}),
+  CHECK_THROWS_WITH(solver.tissue().apply({.rest_lengths = {{3, 1e-3F}}}),
                     ContainsSubstring("edge 3 belongs to a Neo-Hookean body"));
-  CHECK(solver.topology_version() == 0);
+  CHECK(solver.tissue().version() == 0);
   TopologyEdit edit;
   for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
     edit.rest_volumes.push_back({t, 0.512F * solver.rest_volume(t)});
   }
-  apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   CHECK(solver.rest_volume(3) == Approx(edit.rest_volumes[3].rest_volume).epsilon(1e-5));
   StepReport report;
   for (int i = 0; i < 200; ++i) {
@@ -300,9 +302,11 @@ TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]
   scene.add_body("block", testing::make_box({1, 1, 1}, kEdge), {.max_stretch = 1.5F});
   Solver solver(scene);
   const float half = 0.5F * solver.rest_length(2);
-  apply_edit(solver, {.rest_lengths = {{2, half}}});
-  CHECK(solver_data(solver).strain_limits.record(2).parameters[StrainLimitConstraint::kLimit] ==
-        Approx(1.5 * half));
+  solver.tissue().apply({.rest_lengths = {{2, half}}});
+  CHECK(inspect(solver)
+            .sets.of<StrainLimitConstraint>()
+            .record(2)
+            .parameters[StrainLimitConstraint::kLimit] == Approx(1.5 * half));
 }
 
 // Would catch limits of Neo-Hookean tissue that keep it as large as it was, or follow a tetrahedron
@@ -312,26 +316,29 @@ TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest vo
   scene.add_body("solid", testing::make_box({2, 2, 2}, 4e-3, 0.1),
                  {.model = ElasticModel::neo_hookean, .max_stretch = 1.2F});
   Solver solver(scene);
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const auto limit = [&](Index edge) {
-    return data.strain_limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+    return data.sets.of<StrainLimitConstraint>()
+        .record(edge)
+        .parameters[StrainLimitConstraint::kLimit];
   };
   std::vector<float> before;
-  for (std::size_t e = 0; e < data.edges.size(); ++e) {
+  for (std::size_t e = 0; e < data.tissue->edges().size(); ++e) {
     before.push_back(limit(static_cast<Index>(e)));
   }
   TopologyEdit all, one{.rest_volumes = {{5, 0.5F * 0.729F * solver.rest_volume(5)}}};
-  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
+  for (Index t = 0; t < static_cast<Index>(data.tissue->tets().size()); ++t) {
     all.rest_volumes.push_back({t, 0.729F * solver.rest_volume(t)});
   }
-  apply_edit(solver, all);
+  solver.tissue().apply(all);
   for (std::size_t e = 0; e < before.size(); ++e) {
     REQUIRE(limit(static_cast<Index>(e)) == Approx(0.9F * before[e]));
   }
-  apply_edit(solver, one);
+  solver.tissue().apply(one);
   for (std::size_t e = 0; e < before.size(); ++e) {
-    const bool is_of_tet = std::ranges::count(data.tet_edges[5], static_cast<Index>(e)) > 0;
-    const double share = is_of_tet ? 1.0 / data.edge_tets[e] : 0;
+    const bool is_of_tet =
+        std::ranges::count(data.tissue->tet_edges()[5], static_cast<Index>(e)) > 0;
+    const double share = is_of_tet ? 1.0 / data.tissue->edge_tets()[e] : 0;
     REQUIRE(limit(static_cast<Index>(e)) ==
             Approx(0.9 * before[e] * std::pow(0.5, share / 3)).epsilon(1e-5));
   }
@@ -344,25 +351,25 @@ TEST_CASE("topology edit: a sliver of slivers has the mass that it would have al
   scene.add_body("tet",
                  TetMesh({{0, 0, 0}, {1e-2, 0, 0}, {0, 1e-2, 0}, {0, 0, 1e-2}}, {{0, 1, 2, 3}}));
   Solver solver(scene);
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   constexpr int kSplits = 8;
   Index sliver = 0, end = 1;
   for (int i = 0; i < kSplits; ++i) {
     const Index middle = solver.vertex_count();
     TopologyEdit edit{.new_vertices = {{0, end, 0.01F}}, .new_tets = {{sliver, {0, middle, 2, 3}}}};
     edit.new_tets.push_back({sliver, {middle, end, 2, 3}});
-    sliver = apply_edit(solver, edit).first_new_tet;
+    sliver = solver.tissue().apply(edit).first_new_tet;
     end = middle;
   }
-  const double mass = data.tet_masses[sliver];
+  const double mass = data.tissue->tet_mass(sliver);
   CHECK(mass == Approx(1000.0 / 6e6 * std::pow(0.01, kSplits)).epsilon(1e-5));
-  for (Index t = 0; t < static_cast<Index>(data.tets.size()); ++t) {
-    if (t != sliver && solver.is_tet_alive(t)) {
-      apply_edit(solver, {.remove_tets = {t}});
+  for (Index t = 0; t < static_cast<Index>(data.tissue->tets().size()); ++t) {
+    if (t != sliver && solver.tissue().is_tet_alive(t)) {
+      solver.tissue().apply({.remove_tets = {t}});
     }
   }
-  for (const Index v : data.tets[sliver]) {
-    CHECK(data.vertex_masses[v] == mass / 4);
+  for (const Index v : data.tissue->tets()[sliver]) {
+    CHECK(data.tissue->masses()[v] == mass / 4);
     CHECK(data.particle(v).w == static_cast<float>(4 / mass));
   }
 }
@@ -374,11 +381,11 @@ TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[
   TopologyEdit first;
   first.remove_tets = {3};
   first.remove_links = {5};
-  apply_edit(solver, first);
-  apply_edit(untouched, first);
+  solver.tissue().apply(first);
+  untouched.tissue().apply(first);
 
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
-    CHECK_THROWS_WITH(apply_edit(solver, edit), ContainsSubstring(why));
+    CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring(why));
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   refuse({.remove_tets = {7, 100000}}, "tet 100000 does not exist");
@@ -391,8 +398,8 @@ TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[
   refuse({.remove_tets = {7}, .rest_volumes = {{1, nan}}}, "tet 1: the new rest volume");
   refuse({.remove_tets = {7}, .rest_volumes = {{3, 1}}}, "tet 3 was removed before");
 
-  CHECK(solver.topology_version() == untouched.topology_version());
-  CHECK(solver.is_tet_alive(7));
+  CHECK(solver.tissue().version() == untouched.tissue().version());
+  CHECK(solver.tissue().is_tet_alive(7));
   for (int i = 0; i < 5; ++i) {
     solver.step(1e-3F);
     untouched.step(1e-3F);
@@ -400,54 +407,50 @@ TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[
   CHECK(solver.state_hash() == untouched.state_hash());
 }
 
-TEST_CASE("topology edit: a participant may refuse, and follows what was done", "[unit]") {
-  struct Watcher : EditParticipant {
+TEST_CASE("topology edit: a follower may refuse, and follows what was done", "[unit]") {
+  struct Watcher : Follower {
     bool refuses = false;
-    EditResult seen;
-    std::size_t asked = 0;
-    void validate(const Solver&, const TopologyEdit&) const override {
+    TissueChange seen;
+    void validate(const Tissue&, const TopologyEdit&) const override {
       if (refuses) {
         throw InvalidArgument("not now");
       }
     }
-    void undo(const Solver&, const TopologyEdit&, const EditResult&) noexcept override {}
-    void apply(const Solver&, const TopologyEdit& edit,
-               const EditResult& result) noexcept override {
-      seen = result;
-      asked = edit.remove_tets.size();
-    }
+    void follow(const Tissue&, const TissueChange& change) noexcept override { seen = change; }
+    void undo(const Tissue&, const TissueChange&) noexcept override {}
+    void renumber(const Tissue&, const Renumbering&) noexcept override {}
   };
   Solver solver(make_two_blocks());
   Watcher watcher;
-  EditParticipant* participants[] = {&watcher};
+  solver.tissue().add_follower(watcher);
 
   watcher.refuses = true;
-  CHECK_THROWS_AS(apply_edit(solver, {.remove_tets = {1}}, participants), InvalidArgument);
-  CHECK(solver.is_tet_alive(1));
+  CHECK_THROWS_AS(solver.tissue().apply({.remove_tets = {1}}), InvalidArgument);
+  CHECK(solver.tissue().is_tet_alive(1));
 
   watcher.refuses = false;
-  apply_edit(solver, {.remove_tets = {1}}, participants);
-  CHECK(watcher.seen.tets == std::vector<Index>{1});
-  CHECK(watcher.asked == 1);
-  CHECK(watcher.seen.topology_version == 1);
+  solver.tissue().apply({.remove_tets = {1}});
+  CHECK(watcher.seen.removed_tets == std::vector<Index>{1});
+  CHECK(watcher.seen.edit.remove_tets.size() == 1);
+  CHECK(watcher.seen.version == 1);
 }
 
 TEST_CASE("live boundary: removing a tetrahedron opens its inner faces", "[unit]") {
   Solver solver(make_two_blocks());
-  const std::size_t before = find_live_boundary(solver, 1).size();
+  const std::size_t before = find_live_boundary(solver.tissue(), 1).size();
   // a tetrahedron of the second body without a boundary face bares four
   std::set<Index> on_boundary;
-  for (const BoundaryTriangle& triangle : find_live_boundary(solver, 1)) {
+  for (const BoundaryTriangle& triangle : find_live_boundary(solver.tissue(), 1)) {
     on_boundary.insert(triangle.tet);
-    CHECK(triangle.tet >= solver.bodies()[1].first_tet);
+    CHECK(triangle.tet >= solver.tissue().bodies()[1].first_tet);
   }
-  Index inner = solver.bodies()[1].first_tet;
+  Index inner = solver.tissue().bodies()[1].first_tet;
   while (on_boundary.count(inner)) {
     ++inner;
   }
-  apply_edit(solver, {.remove_tets = {inner}});
-  CHECK(find_live_boundary(solver, 1).size() == before + 4);
-  CHECK_THROWS_AS(find_live_boundary(solver, 2), InvalidArgument);
+  solver.tissue().apply({.remove_tets = {inner}});
+  CHECK(find_live_boundary(solver.tissue(), 1).size() == before + 4);
+  CHECK_THROWS_AS(find_live_boundary(solver.tissue(), 2), InvalidArgument);
 }
 
 }  // namespace pbdsurg

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/edit/undo_array.h"
+#include "pbdsurg/core/undo_array.h"
 
 #include <algorithm>
 

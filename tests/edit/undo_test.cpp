@@ -4,11 +4,11 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/tissue/tissue.h"
 
-#include "solver/solver_data.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/solver_digest.h"
 
 namespace pbdsurg {
@@ -16,6 +16,7 @@ namespace {
 
 using testing::ContainsSubstring;
 using testing::digest_of;
+using testing::inspect;
 using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
@@ -28,15 +29,17 @@ TopologyEdit random_edit(const Solver& solver, std::uint64_t seed) {
     return static_cast<Index>(random_bits(seed, what) % count);
   };
   const Index gone[] = {pick(0, solver.vertex_count()), pick(1, solver.vertex_count())};
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    const auto is_at = [&](Index v) { return std::ranges::count(solver.tets()[t], v) > 0; };
-    if (solver.is_tet_alive(t) &&
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    const auto is_at = [&](Index v) {
+      return std::ranges::count(solver.tissue().tets()[t], v) > 0;
+    };
+    if (solver.tissue().is_tet_alive(t) &&
         (is_at(gone[0]) || is_at(gone[1]) || random_bits(seed, 100 + t) % 40 == 0)) {
       edit.remove_tets.push_back(t);
     }
   }
-  const Index link = pick(2, solver.links().size());
-  if (solver.is_link_alive(link)) {
+  const Index link = pick(2, solver.tissue().links().size());
+  if (solver.tissue().is_link_alive(link)) {
     edit.remove_links.push_back(link);
   }
   return edit;
@@ -79,12 +82,12 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
     INFO("round " << round);
     for (Solver* each : {&solver, &unedited}) {
       if (round % 3 == 0) {  // what stays is edited, too
-        apply_edit(*each, random_edit(*each, 1000 + round));
+        each->tissue().apply(random_edit(*each, 1000 + round));
       }
       for (Index tool = 0; tool < 2; ++tool) {
         std::vector<Index> held;
         for (Index v = tool; v < each->vertex_count(); v += 4 + tool) {
-          if (each->has_tissue(v)) {
+          if (each->tissue().has_tissue(v)) {
             held.push_back(v);
           }
         }
@@ -93,17 +96,17 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
       }
       each->step(kTimeStep);
     }
-    const std::uint64_t before = digest_of(solver_data(solver));
-    const std::uint64_t version = solver.topology_version();
-    REQUIRE(before == digest_of(solver_data(unedited)));
+    const std::uint64_t before = digest_of(inspect(solver));
+    const std::uint64_t version = solver.tissue().version();
+    REQUIRE(before == digest_of(inspect(unedited)));
 
     const TopologyEdit edit = random_edit(solver, round);
-    const EditResult result = apply_edit(solver, edit);
-    REQUIRE(digest_of(solver_data(solver)) != before);
-    REQUIRE(solver.topology_version() > version);
-    undo_edit(solver, edit, result);
-    REQUIRE(digest_of(solver_data(solver)) == before);
-    REQUIRE(solver.topology_version() == version);
+    solver.tissue().apply(edit);
+    REQUIRE(digest_of(inspect(solver)) != before);
+    REQUIRE(solver.tissue().version() > version);
+    solver.tissue().undo();
+    REQUIRE(digest_of(inspect(solver)) == before);
+    REQUIRE(solver.tissue().version() == version);
     solver.step(kTimeStep);
     unedited.step(kTimeStep);
     REQUIRE(solver.state_hash() == unedited.state_hash());
@@ -117,22 +120,22 @@ TEST_CASE("undo: after some steps, what had gone is where it went, and the rest 
   Solver solver(scene, {.backend = BackendKind::serial});
   solver.step(kTimeStep);
   TopologyEdit edit;
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()) / 2; ++t) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()) / 2; ++t) {
     edit.remove_tets.push_back(t);
   }
   const auto at_edit = solver.positions();
   const auto speeds = solver.velocities();
-  const EditResult result = apply_edit(solver, edit);
-  REQUIRE(!result.vertices.empty());
+  const TissueChange result = solver.tissue().apply(edit);
+  REQUIRE(!result.emptied_vertices.empty());
   solver.step(kTimeStep);
   auto expected = solver.positions();
   auto expected_speeds = solver.velocities();
   CHECK(expected != at_edit);
-  for (const Index v : result.vertices) {
+  for (const Index v : result.emptied_vertices) {
     expected[v] = at_edit[v];
     expected_speeds[v] = speeds[v];
   }
-  undo_edit(solver, edit, result);
+  solver.tissue().undo();
   CHECK(solver.positions() == expected);
   CHECK(solver.velocities() == expected_speeds);
 }
@@ -148,11 +151,11 @@ TEST_CASE("undo: what a tool gave up since the edit stays given up", "[unit]") {
   }
   TopologyEdit edit;
   edit.remove_tets = {0, 1, 2, 3, 4, 5};
-  const EditResult result = apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   solver.release(0);
-  undo_edit(solver, edit, result);
-  CHECK(solver_data(solver).tools[0].attachments.empty());
-  CHECK(solver_data(solver).tools[1].attachments.size() == 2);
+  solver.tissue().undo();
+  CHECK(inspect(solver).tools[0].attachments.empty());
+  CHECK(inspect(solver).tools[1].attachments.size() == 2);
 }
 
 // Would catch a snapshot of another topology that is taken for one of this.
@@ -162,58 +165,57 @@ TEST_CASE("undo: snapshots follow the topology that they are of", "[unit]") {
   Solver solver(scene);
   const Snapshot whole = solver.snapshot();
   const TopologyEdit edit{.remove_tets = {3}};
-  const EditResult result = apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   const Snapshot cut = solver.snapshot();
   CHECK_THROWS_AS(solver.restore(whole), InvalidArgument);
-  undo_edit(solver, edit, result);
+  solver.tissue().undo();
   CHECK_NOTHROW(solver.restore(whole));
   CHECK_THROWS_AS(solver.restore(cut), InvalidArgument);
-  apply_edit(solver, {.remove_tets = {4}});
+  solver.tissue().apply({.remove_tets = {4}});
   CHECK_THROWS_AS(solver.restore(cut), InvalidArgument);
 }
 
 // Would catch an edit that is taken back twice, or under another: both corrupt the state.
-TEST_CASE("undo: only the last edit is taken back, once, in its solver", "[unit]") {
+TEST_CASE("undo: only the last edit is taken back, once", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
-  Solver solver(scene), other(scene);
+  Solver solver(scene);
   const TopologyEdit first{.remove_tets = {3}}, second{.remove_tets = {4}};
-  CHECK_THROWS_AS(undo_edit(solver, first, {}), InvalidArgument);
-  const EditResult of_first = apply_edit(solver, first);
-  const EditResult of_other = apply_edit(other, second);
-  const auto refuse = [&](const TopologyEdit& edit, const EditResult& result) {
-    const std::uint64_t before = digest_of(solver_data(solver));
-    CHECK_THROWS_WITH(undo_edit(solver, edit, result), ContainsSubstring("is not the last one"));
-    CHECK(digest_of(solver_data(solver)) == before);
+  const auto refuse = [&] {
+    const std::uint64_t before = digest_of(inspect(solver));
+    const std::uint64_t version = solver.tissue().version();
+    CHECK_THROWS_WITH(solver.tissue().undo(), ContainsSubstring("there is no edit to undo"));
+    CHECK(digest_of(inspect(solver)) == before);
+    CHECK(solver.tissue().version() == version);
   };
-  refuse(second, of_other);
-  refuse(second, of_first);
-  CHECK_THROWS_AS(apply_edit(solver, first),
+  refuse();
+  const std::uint64_t of_first = solver.tissue().apply(first).version;
+  CHECK_THROWS_AS(solver.tissue().apply(first),
                   InvalidArgument);  // refused: the last is still the last
-  undo_edit(solver, first, of_first);
-  refuse(first, of_first);
-  const EditResult again = apply_edit(solver, first);
-  CHECK(again.topology_version != of_first.topology_version);
-  refuse(first, of_first);
-  const EditResult of_second = apply_edit(solver, second);
-  refuse(first, again);
-  undo_edit(solver, second, of_second);
-  refuse(first, again);  // one edit is kept in mind
+  solver.tissue().undo();
+  CHECK(solver.tissue().is_tet_alive(3));
+  refuse();
+  CHECK(solver.tissue().apply(first).version != of_first);
+  solver.tissue().apply(second);
+  solver.tissue().undo();
+  CHECK(solver.tissue().is_tet_alive(4));
+  refuse();  // one edit is kept in mind
+  CHECK(!solver.tissue().is_tet_alive(3));
 }
 
-// Would catch participants that are not told, or in the order in which they applied.
-TEST_CASE("undo: participants follow, the last first", "[unit]") {
-  struct Watcher : EditParticipant {
+// Would catch followers that are not told, that find the tissue as after the edit, or another edit.
+TEST_CASE("undo: followers hear of it, each after those that it may read", "[unit]") {
+  struct Watcher : Follower {
     std::vector<int>* order = nullptr;
     int name = 0;
-    void validate(const Solver&, const TopologyEdit&) const override {}
-    void apply(const Solver&, const TopologyEdit&, const EditResult&) noexcept override {}
-    void undo(const Solver& solver, const TopologyEdit& edit,
-              const EditResult& result) noexcept override {
-      if (solver.is_tet_alive(edit.remove_tets[0]) && result.tets == edit.remove_tets) {
+    void follow(const Tissue&, const TissueChange&) noexcept override {}
+    void undo(const Tissue& tissue, const TissueChange& change) noexcept override {
+      if (tissue.is_tet_alive(change.edit.remove_tets[0]) &&
+          change.removed_tets == change.edit.remove_tets) {
         order->push_back(name);
       }
     }
+    void renumber(const Tissue&, const Renumbering&) noexcept override {}
   };
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
@@ -222,10 +224,11 @@ TEST_CASE("undo: participants follow, the last first", "[unit]") {
   Watcher first, second;
   first.order = second.order = &order;
   second.name = 1;
-  EditParticipant* participants[] = {&first, &second};
-  const TopologyEdit edit{.remove_tets = {7}};
-  undo_edit(solver, edit, apply_edit(solver, edit, participants), participants);
-  CHECK(order == std::vector{1, 0});
+  solver.tissue().add_follower(second, FollowerRank::surgery);
+  solver.tissue().add_follower(first, FollowerRank::view);
+  solver.tissue().apply({.remove_tets = {7}});
+  solver.tissue().undo();
+  CHECK(order == std::vector{0, 1});
 }
 
 }  // namespace pbdsurg

@@ -56,48 +56,29 @@ Driver::Driver(const Scene& scene, SolverOptions options, const Executor& execut
       executor_(executor) {}
 
 void Driver::follow_surface(Index body) {
-  surfaces_.emplace_back(solver_, body);
+  surfaces_.emplace_back(solver_.tissue(), body);
   seen_surfaces_.push_back(0);
   maps_.emplace_back();
 }
 
 void Driver::follow_pieces() {
-  pieces_.emplace(solver_);
+  pieces_.emplace(solver_.tissue());
 }
 
 void Driver::follow_strands(const ConnectiveTissue& strands) {
   strands_ = strands;
+  solver_.tissue().add_follower(*strands_, FollowerRank::surgery);
 }
 
 void Driver::follow_heat(std::span<const ThermalBody> bodies) {
-  heat_.emplace(solver_, bodies, ThermalModel{},
+  heat_.emplace(solver_.tissue(), bodies, ThermalModel{},
                 HeatOptions{.threads = executor_.threads, .backend = FieldBackend::cpu});
 }
 
 void Driver::switch_on_cautery(std::span<const ThermalBody> bodies, CauteryOptions options) {
   options.heat.threads = options.potential.threads = executor_.threads;
   options.heat.backend = options.potential.backend = FieldBackend::cpu;
-  cautery_.emplace(solver_, bodies, options);
-}
-
-std::vector<EditParticipant*> Driver::followers() {
-  std::vector<EditParticipant*> all;
-  if (heat_) {
-    all.push_back(&*heat_);
-  }
-  if (cautery_) {
-    all.push_back(&*cautery_);
-  }
-  if (strands_) {
-    all.push_back(&*strands_);
-  }
-  for (LiveSurface& surface : surfaces_) {
-    all.push_back(&surface);
-  }
-  if (pieces_) {
-    all.push_back(&*pieces_);
-  }
-  return all;
+  cautery_.emplace(solver_.tissue(), bodies, options);
 }
 
 const HeatField* Driver::heat_field() const {
@@ -120,11 +101,11 @@ void Driver::finish_step() {
 }
 
 void Driver::edit(const TopologyEdit& edit) {
-  note(edit, apply_edit(solver_, edit, followers()));
+  note(solver_.tissue().apply(edit));
 }
 
 void Driver::undo() {
-  undo_edit(solver_, last_edit_, last_result_, followers());
+  solver_.tissue().undo();
   front_ = {};
   edits_.mix(-1);
 }
@@ -139,30 +120,28 @@ void Driver::cut(const CutPlan& plan) {
 }
 
 void Driver::edit_without_crumbs(TopologyEdit change, Index smallest) {
-  const Crumbs crumbs = pieces_.value().add_crumbs(solver_, change, smallest);
+  const Crumbs crumbs = pieces_.value().add_crumbs(solver_.tissue(), change, smallest);
   edits_.mix(crumbs.parts);
   edits_.mix(crumbs.tets);
   edit(change);
 }
 
 void Driver::tear(std::span<const BladeSweep> blades) {
-  const EditResult result = strands_.value().separate(solver_, blades, followers());
-  if (!result.links.empty()) {
-    note(strands_->last_edit(), result);
+  if (const TissueChange* change = strands_.value().separate(solver_, blades)) {
+    note(*change);
   }
 }
 
 bool Driver::burn(const Electrode& electrode, const std::optional<GeneratorSettings>& generator,
                   double dt) {
-  const CauteryReport report =
-      cautery_.value().update(solver_, electrode, generator, dt, followers());
+  const CauteryReport report = cautery_.value().update(solver_, electrode, generator, dt);
   note(report);
-  const TopologyEdit& request = report.request;
+  const TopologyEdit& request = report.edit.edit;
   if (request.remove_tets.empty() && request.remove_links.empty() && request.rest_lengths.empty() &&
       request.rest_volumes.empty()) {
     return false;
   }
-  note(request, report.edit);
+  note(report.edit);
   return true;
 }
 
@@ -178,21 +157,6 @@ void Driver::compact() {
   Compaction compaction(solver_);
   compaction.build();
   const Renumbering ids = compaction.finish(solver_);
-  if (heat_) {
-    heat_->renumber(solver_, ids);
-  }
-  if (cautery_) {
-    cautery_->renumber(solver_, ids);
-  }
-  if (strands_) {
-    strands_->renumber(solver_, ids);
-  }
-  for (LiveSurface& surface : surfaces_) {
-    surface.renumber(solver_, ids);
-  }
-  if (pieces_) {
-    pieces_->renumber(solver_, ids);
-  }
   front_ = {};
   for (const auto* list : {&ids.vertices, &ids.tets, &ids.edges, &ids.links, &ids.bodies}) {
     edits_.mix_all(*list);
@@ -202,15 +166,14 @@ void Driver::compact() {
 // --- what is kept of it
 // ----------------------------------------------------------------------------
 
-void Driver::note(const TopologyEdit& edit, const EditResult& result) {
-  last_edit_ = edit;
-  last_result_ = result;
+void Driver::note(const TissueChange& change) {
   front_ = {};
-  for (const auto* list : {&result.tets, &result.edges, &result.links, &result.vertices}) {
+  for (const auto* list : {&change.removed_tets, &change.removed_edges, &change.removed_links,
+                           &change.emptied_vertices}) {
     edits_.mix_all(*list);
   }
-  edits_.mix_all(std::array{result.first_new_vertex, result.first_new_tet, result.first_new_link,
-                            result.first_new_body, result.first_new_edge});
+  edits_.mix_all(std::array{change.first_new_vertex, change.first_new_tet, change.first_new_link,
+                            change.first_new_body, change.first_new_edge});
 }
 
 void Driver::note(const StepReport& report) {
@@ -282,49 +245,52 @@ std::uint64_t Driver::topology() const {
   Digest digest;
   digest.mix(solver_.vertex_count());
   for (Index v = 0; v < solver_.vertex_count(); ++v) {
-    digest.mix(solver_.has_tissue(v));
-    digest.mix(solver_.body_of_vertex(v));
+    digest.mix(solver_.tissue().has_tissue(v));
+    digest.mix(solver_.tissue().body_of_vertex(v));
   }
-  digest.mix_all(solver_.tets());
-  for (Index t = 0; t < static_cast<Index>(solver_.tets().size()); ++t) {
-    digest.mix(solver_.is_tet_alive(t));
-    digest.mix(solver_.body_of_tet(t));
-    digest.mix_all(solver_.tet_edges(t));
+  digest.mix_all(solver_.tissue().tets());
+  for (Index t = 0; t < static_cast<Index>(solver_.tissue().tets().size()); ++t) {
+    digest.mix(solver_.tissue().is_tet_alive(t));
+    digest.mix(solver_.tissue().body_of_tet(t));
+    digest.mix_all(solver_.tissue().tet_edges(t));
   }
-  digest.mix_all(solver_.edges());
-  for (Index e = 0; e < static_cast<Index>(solver_.edges().size()); ++e) {
-    digest.mix(solver_.is_edge_alive(e));
+  digest.mix_all(solver_.tissue().edges());
+  for (Index e = 0; e < static_cast<Index>(solver_.tissue().edges().size()); ++e) {
+    digest.mix(solver_.tissue().is_edge_alive(e));
   }
-  digest.mix(solver_.links().size());
-  for (Index l = 0; l < static_cast<Index>(solver_.links().size()); ++l) {
-    const Link& link = solver_.links()[l];
+  digest.mix(solver_.tissue().links().size());
+  for (Index l = 0; l < static_cast<Index>(solver_.tissue().links().size()); ++l) {
+    const Link& link = solver_.tissue().links()[l];
     digest.mix_all(std::array{link.first, link.second});
     digest.mix_all(
         std::array{link.rest_length, link.stiffness.fraction, link.stiffness.compliance});
-    digest.mix(solver_.is_link_alive(l));
+    digest.mix(solver_.tissue().is_link_alive(l));
   }
-  digest.mix(solver_.bodies().size());
-  for (Index b = 0; b < static_cast<Index>(solver_.bodies().size()); ++b) {
-    const Body& body = solver_.body(b);
+  digest.mix(solver_.tissue().bodies().size());
+  for (Index b = 0; b < static_cast<Index>(solver_.tissue().bodies().size()); ++b) {
+    const Body& body = solver_.tissue().body(b);
     digest.mix_all(body.name);
     digest.mix_all(
         std::array{body.first_vertex, body.vertex_count, body.first_tet, body.tet_count});
-    digest.mix(solver_.is_body_alive(b));
+    digest.mix(solver_.tissue().is_body_alive(b));
   }
   return digest.value();
 }
 
 std::uint64_t Driver::rest_values() const {
   Digest digest;
-  for (Index e = 0; e < static_cast<Index>(solver_.edges().size()); ++e) {
-    const Material& material = solver_.body(solver_.body_of_vertex(solver_.edges()[e][0])).material;
-    if (solver_.is_edge_alive(e) && material.model == ElasticModel::springs) {
+  for (Index e = 0; e < static_cast<Index>(solver_.tissue().edges().size()); ++e) {
+    const Material& material =
+        solver_.tissue()
+            .body(solver_.tissue().body_of_vertex(solver_.tissue().edges()[e][0]))
+            .material;
+    if (solver_.tissue().is_edge_alive(e) && material.model == ElasticModel::springs) {
       digest.mix(solver_.rest_length(e));
     }
   }
-  for (Index t = 0; t < static_cast<Index>(solver_.tets().size()); ++t) {
-    const Material& material = solver_.body(solver_.body_of_tet(t)).material;
-    if (solver_.is_tet_alive(t) &&
+  for (Index t = 0; t < static_cast<Index>(solver_.tissue().tets().size()); ++t) {
+    const Material& material = solver_.tissue().body(solver_.tissue().body_of_tet(t)).material;
+    if (solver_.tissue().is_tet_alive(t) &&
         (material.model == ElasticModel::neo_hookean || material.has_volume_constraints)) {
       digest.mix(solver_.rest_volume(t));
     }
@@ -410,7 +376,8 @@ void Driver::look_at_heat(Record& record, int checkpoint) {
   const ThermalMesh& mesh = field.mesh();
   Digest geometry;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    geometry.mix_all(mesh.rest_positions()[v]);
+    const bool conducts = mesh.tissue_of_vertex(v) != kInvalidIndex;
+    geometry.mix_all(conducts ? mesh.rest_positions()[v] : Eigen::Vector3d::Zero());
     geometry.mix(mesh.tissue_of_vertex(v));
     geometry.mix_all(std::array{mesh.mass(v), mesh.surface_share(v)});
   }

@@ -12,16 +12,16 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/surface_map.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "regression/record.h"
 #include "support/digest.h"
@@ -80,9 +80,8 @@ class Driver {
   void look(Record& record, int checkpoint);
 
  private:
-  [[nodiscard]] std::vector<EditParticipant*> followers();
   [[nodiscard]] const HeatField* heat_field() const;
-  void note(const TopologyEdit& edit, const EditResult& result);
+  void note(const TissueChange& change);
   void note(const StepReport& report);
   void note(const CauteryReport& report);
   void look_at_state(Record& record, int checkpoint) const;
@@ -106,8 +105,6 @@ class Driver {
   std::deque<SurfaceMap> maps_;               // of surfaces_, where there is heat
   std::optional<LivePieces> pieces_;
 
-  TopologyEdit last_edit_;
-  EditResult last_result_;
   CutFront front_;
   Digest reports_, edits_, burns_;
 };

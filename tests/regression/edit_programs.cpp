@@ -53,13 +53,14 @@ void run_edits(const EditScene& scene, const SolverOptions& options, std::uint64
                const Executor& executor, Record& record) {
   constexpr int kRounds = 36, kInterval = 18;
   Driver driver(scene.scene, options, executor);
-  const ThermalBody warm{0, &scene.first_mesh, tissues::liver().heat};
+  const ThermalBody warm{0, tissues::liver().heat};
   driver.follow_heat({&warm, 1});
   driver.follow_strands(scene.strands);
   driver.follow_pieces();
   Index surface_count = 0;
   const auto follow_new_surfaces = [&] {
-    for (; surface_count < static_cast<Index>(driver.solver().bodies().size()); ++surface_count) {
+    for (; surface_count < static_cast<Index>(driver.solver().tissue().bodies().size());
+         ++surface_count) {
       driver.follow_surface(surface_count);
     }
   };
@@ -90,7 +91,7 @@ void run_edits(const EditScene& scene, const SolverOptions& options, std::uint64
     if (round % kInterval == 0) {
       driver.look(record, round);
       driver.compact();
-      surface_count = static_cast<Index>(driver.solver().bodies().size());
+      surface_count = static_cast<Index>(driver.solver().tissue().bodies().size());
       driver.edit(with_fresh_tissue(round));
       follow_new_surfaces();
     }

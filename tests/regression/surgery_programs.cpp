@@ -66,13 +66,13 @@ void follow_slabs(Driver& driver, const Slabs& slabs) {
 // Some tetrahedra and links, at random.
 TopologyEdit random_removal(const Solver& solver, Index round) {
   TopologyEdit edit;
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (solver.is_tet_alive(t) && random_unit(5, t, round) < 0.02) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    if (solver.tissue().is_tet_alive(t) && random_unit(5, t, round) < 0.02) {
       edit.remove_tets.push_back(t);
     }
   }
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    if (solver.is_link_alive(l) && random_unit(6, l, round) < 0.02) {
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    if (solver.tissue().is_link_alive(l) && random_unit(6, l, round) < 0.02) {
       edit.remove_links.push_back(l);
     }
   }
@@ -91,7 +91,8 @@ class Lift {
   explicit Lift(Driver& driver) : driver_(driver) {
     Solver& solver = driver_.solver();
     tool_ = solver.add_tool({}, ToolPose::Identity());
-    const Index corner = solver.body(1).first_vertex + solver.body(1).vertex_count - 1;
+    const Index corner =
+        solver.tissue().body(1).first_vertex + solver.tissue().body(1).vertex_count - 1;
     for (Index copy = 0; copy < solver.options().copies; ++copy) {
       solver.grasp(tool_, std::array{corner, corner - 1}, 1e-4F, copy);
     }
@@ -115,8 +116,8 @@ class Lift {
 void run_cuts(const Way& way, const Executor& executor, Record& record) {
   const Slabs slabs(way.material);
   Driver driver(slabs.scene, way.options, executor);
-  const std::array bodies{ThermalBody{0, &slabs.lower, tissues::fat().heat},
-                          ThermalBody{1, &slabs.upper, tissues::liver().heat}};
+  const std::array bodies{ThermalBody{0, tissues::fat().heat},
+                          ThermalBody{1, tissues::liver().heat}};
   driver.follow_heat(bodies);
   follow_slabs(driver, slabs);
   Lift lift(driver);
@@ -139,7 +140,8 @@ void run_cuts(const Way& way, const Executor& executor, Record& record) {
     if (round == 3) {
       driver.edit(with_guest(round));
     } else if (round == 8) {
-      driver.edit({.remove_bodies = {static_cast<Index>(driver.solver().bodies().size()) - 1}});
+      driver.edit(
+          {.remove_bodies = {static_cast<Index>(driver.solver().tissue().bodies().size()) - 1}});
     }
     driver.step(kTimeStep);
     if (round % 4 == 3) {
@@ -175,8 +177,8 @@ void run_blade(const Way& way, CutStyle style, const Executor& executor, Record&
 void run_burns(const Way& way, double power, const Executor& executor, Record& record) {
   const Slabs slabs(way.material);
   Driver driver(slabs.scene, way.options, executor);
-  const std::array bodies{ThermalBody{0, &slabs.lower, tissues::fat().heat},
-                          ThermalBody{1, &slabs.upper, tissues::liver().heat}};
+  const std::array bodies{ThermalBody{0, tissues::fat().heat},
+                          ThermalBody{1, tissues::liver().heat}};
   driver.switch_on_cautery(bodies, way.burning);
   follow_slabs(driver, slabs);
   for (Index round = 0; round < 8; ++round) {

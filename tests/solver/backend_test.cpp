@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "solver/fake_device.h"
 #include "support/catch.h"
@@ -38,7 +38,7 @@ Scene make_block() {
 }
 
 FakeDevice& device_of(Solver& solver) {
-  return dynamic_cast<FakeDevice&>(*solver_data(solver).backend);
+  return dynamic_cast<FakeDevice&>(*testing::inspect(solver).backend);
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
     device.start_step(kTimeStep);
     REQUIRE(equal(device.finish_step(), expected));
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
-    const auto tool_count = static_cast<Index>(solver_data(serial).tools.size());
+    const auto tool_count = static_cast<Index>(testing::inspect(serial).tools.size());
     for (Index tool = 0; tool < tool_count; ++tool) {
       REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
     }
@@ -107,7 +107,7 @@ TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
   solver.watch(vertices);
   solver.read_positions(vertices, some);
   solver.grasp(tool, vertices);
-  apply_edit(solver, {.remove_tets = {0}});
+  solver.tissue().apply({.remove_tets = {0}});
   solver.step(kTimeStep);
   static_cast<void>(solver.tool_force(tool));
   static_cast<void>(solver.watched_positions());
@@ -166,7 +166,7 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
     solver->step(kTimeStep);
     solver->grasp(1, std::array{held}, 1e-4F, 1);
     solver->watch(std::array{held, held + 1});
-    apply_edit(*solver, {.remove_tets = {0, 1, 2, 3, 4, 5}});
+    solver->tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
     Compaction compaction(*solver);
     std::async(std::launch::async, [&] { compaction.build(); }).get();
     solver->step(kTimeStep);
@@ -194,19 +194,19 @@ TEST_CASE("backend: edits are logged for those who need it alone, and until the 
           "[unit]") {
   const HookGuard guard(&kFakeDeviceHook);
   const auto size_of_log = [](Solver& solver) {
-    const Changes& changes = solver_data(solver).changes;
+    const Changes& changes = testing::inspect(solver).changes;
     return changes.vertices.size() + changes.constraints.size() + changes.tets.size();
   };
   Solver serial(make_block(), {.backend = BackendKind::serial});
   Solver device(make_block(), {.backend = BackendKind::cuda});
   for (Solver* solver : {&serial, &device}) {
-    apply_edit(*solver, {.remove_tets = {0, 5}});
+    solver->tissue().apply({.remove_tets = {0, 5}});
   }
   CHECK(size_of_log(serial) == 0);
   CHECK(size_of_log(device) > 0);
   CHECK(size_of_log(device) < 200);  // of 60 tetrahedra each around two
   device.step(kTimeStep);
-  CHECK_FALSE(solver_data(device).changes.any());
+  CHECK_FALSE(testing::inspect(device).changes.any());
 }
 
 TEST_CASE("backend: what it holds counts as memory", "[unit]") {
@@ -287,9 +287,12 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
       case 5:
         solver.write_velocities(zeros);
         break;
-      case 6:
-        solver.restore(snapshot);
+      case 6: {
+        Snapshot own = snapshot;
+        own.tissue = solver.tissue().identified_version();
+        solver.restore(own);
         break;
+      }
       case 7:
         solver.move_tool(1, away);
         break;
@@ -305,7 +308,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
         solver.watch(std::array<Index, 1>{6});
         return solver.watched_positions()[0];
       case 12:
-        apply_edit(solver, {.remove_tets = {0, 1}});
+        solver.tissue().apply({.remove_tets = {0, 1}});
         break;
       case 13:
         solver.add_tool({&capsule, 1}, away);

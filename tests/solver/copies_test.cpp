@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "solver/fake_device.h"
 #include "support/backend_threads.h"

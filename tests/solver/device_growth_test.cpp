@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "solver/fake_device.h"
 #include "support/catch.h"
@@ -36,13 +35,13 @@ Scene make_block(const std::string& name, Index cells) {
 }
 
 FakeDevice& device_of(Solver& solver) {
-  return dynamic_cast<FakeDevice&>(*solver_data(solver).backend);
+  return dynamic_cast<FakeDevice&>(*testing::inspect(solver).backend);
 }
 
 Index some_edge(const Solver& solver, std::uint64_t seed) {
-  auto edge = static_cast<Index>(random_bits(seed, 7) % solver.edges().size());
-  while (!solver.is_edge_alive(edge)) {
-    edge = (edge + 1) % static_cast<Index>(solver.edges().size());
+  auto edge = static_cast<Index>(random_bits(seed, 7) % solver.tissue().edges().size());
+  while (!solver.tissue().is_edge_alive(edge)) {
+    edge = (edge + 1) % static_cast<Index>(solver.tissue().edges().size());
   }
   return edge;
 }
@@ -86,13 +85,14 @@ class RandomEdits {
 
   void act(Twins& twins, std::uint64_t round) {
     const std::uint64_t seed = random_bits(seed_, round);
-    if (seed % 4 == 3 && edit_) {
-      twins.both([&](Solver& solver) { undo_edit(solver, *edit_, result_); });
-      edit_.reset();
+    if (seed % 4 == 3 && can_undo_) {
+      twins.both([&](Solver& solver) { solver.tissue().undo(); });
+      can_undo_ = false;
       return;
     }
-    edit_ = random_edit(twins.serial, seed);
-    twins.both([&](Solver& solver) { result_ = apply_edit(solver, *edit_); });
+    const TopologyEdit edit = random_edit(twins.serial, seed);
+    twins.both([&](Solver& solver) { solver.tissue().apply(edit); });
+    can_undo_ = true;
   }
 
  private:
@@ -100,17 +100,17 @@ class RandomEdits {
     const Index newest = solver.vertex_count() - 1;
     switch (seed / 4 % 6) {
       case 0:  // around a vertex that may be new
-        return around(solver, solver.has_tissue(newest) ? newest : Index{0});
+        return around(solver, solver.tissue().has_tissue(newest) ? newest : Index{0});
       case 1:
         return testing::split_edge(solver, some_edge(solver, seed), 0.25F);
       case 2: {  // at a new vertex, where there is one
-        const Index last = static_cast<Index>(solver.edges().size()) - 1;
-        return solver.is_edge_alive(last) ? testing::split_edge(solver, last, 0.5F)
-                                          : TopologyEdit{};
+        const Index last = static_cast<Index>(solver.tissue().edges().size()) - 1;
+        return solver.tissue().is_edge_alive(last) ? testing::split_edge(solver, last, 0.5F)
+                                                   : TopologyEdit{};
       }
       case 3:
-        return solver.has_tissue(newest) ? testing::part_vertex(solver, newest, seed)
-                                         : TopologyEdit{};
+        return solver.tissue().has_tissue(newest) ? testing::part_vertex(solver, newest, seed)
+                                                  : TopologyEdit{};
       case 4:
         return {.new_bodies = make_block("guest " + std::to_string(seed), 1)};
       default: {
@@ -122,8 +122,9 @@ class RandomEdits {
 
   static TopologyEdit around(const Solver& solver, Index vertex) {
     TopologyEdit edit;
-    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-      if (solver.is_tet_alive(t) && testing::has_corner(solver.tets()[t], vertex)) {
+    for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+      if (solver.tissue().is_tet_alive(t) &&
+          testing::has_corner(solver.tissue().tets()[t], vertex)) {
         edit.remove_tets.push_back(t);
       }
     }
@@ -131,8 +132,7 @@ class RandomEdits {
   }
 
   std::uint64_t seed_;
-  std::optional<TopologyEdit> edit_;  // not taken back
-  EditResult result_;
+  bool can_undo_ = false;  // the last was not taken back
 };
 
 }  // namespace
@@ -194,7 +194,7 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
       case 5:
         twins.both([&](Solver& solver) {
           solver.release(1, copy);
-          if (solver.has_tissue(newest)) {
+          if (solver.tissue().has_tissue(newest)) {
             solver.grasp(1, std::array{newest}, 1e-3F, copy);
           }
         });
@@ -229,29 +229,29 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
                 {.method = method, .copies = 2, .backend = BackendKind::cuda});
   solver.step(kTimeStep);
   const FakeDevice& device = device_of(solver);
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = testing::inspect(solver);
   const auto is_untouched = [&] {
     return device.fetch_count == 0 && !data.copy(0).is_state_current &&
            data.changes.state == std::vector<bool>{false, false};
   };
   TopologyEdit edit = testing::split_edge(solver, some_edge(solver, 1), 0.5F);
-  EditResult result = apply_edit(solver, edit);
+  solver.tissue().apply(edit);
   CHECK(device.asked_count == 2);
-  undo_edit(solver, edit, result);
+  solver.tissue().undo();
   solver.step(kTimeStep);
-  apply_edit(solver, {.new_bodies = make_block("guest", 1)});
+  solver.tissue().apply({.new_bodies = make_block("guest", 1)});
   CHECK(device.asked_count == 2);
   solver.step(kTimeStep);
   edit = {.remove_tets = testing::some_surroundings(solver, 1).tets};
-  result = apply_edit(solver, edit);
+  const std::size_t emptied = solver.tissue().apply(edit).emptied_vertices.size();
   solver.step(kTimeStep);
-  undo_edit(solver, edit, result);
-  CHECK(device.asked_count == 2 + result.vertices.size());
+  solver.tissue().undo();
+  CHECK(device.asked_count == 2 + emptied);
   CHECK(is_untouched());
   CHECK_FALSE(data.changes.tools);
 
   const Index last = solver.vertex_count() - 1;  // known, and stays so without a step
-  apply_edit(solver, testing::split_edge(solver, some_edge(solver, 2), 0.5F));
+  solver.tissue().apply(testing::split_edge(solver, some_edge(solver, 2), 0.5F));
   std::array<Eigen::Vector3f, 2> read;
   solver.read_positions(std::array{last, last + 1}, read);
   CHECK(is_untouched());
@@ -270,7 +270,7 @@ TEST_CASE("device growth: vertices outgrow their room once in a while", "[unit]"
     for (int i = 0; i < count; ++i) {
       const TopologyEdit edit =
           testing::split_edge(twins.serial, some_edge(twins.serial, 100 + i), 0.5F);
-      twins.both([&](Solver& solver) { apply_edit(solver, edit); });
+      twins.both([&](Solver& solver) { solver.tissue().apply(edit); });
       if (i % 10 == 9) {
         twins.both([](Solver& solver) { solver.step(kTimeStep); });
         twins.require_same_state(1);

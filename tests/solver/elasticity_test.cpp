@@ -199,7 +199,7 @@ TEST_CASE("elasticity: no edge of a loaded body goes far beyond its limit", "[va
     CHECK(run(solver, 200, 0.01).inverted_tets == 0);
     const auto x = solver.positions();
     double longest = 0;
-    for (const Edge& edge : solver.edges()) {
+    for (const Edge& edge : solver.tissue().edges()) {
       longest = std::max<double>(
           longest, (x[edge[0]] - x[edge[1]]).norm() /
                        (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm());
@@ -235,7 +235,7 @@ bool recovers(int seed) {
   CHECK(run(solver, 400, 0.01).inverted_tets == 0);
   x = solver.positions();
   double largest = 0;
-  for (const Edge& edge : solver.edges()) {
+  for (const Edge& edge : solver.tissue().edges()) {
     const double rest = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
     largest = std::max(largest, std::abs((x[edge[0]] - x[edge[1]]).norm() - rest) / rest);
   }

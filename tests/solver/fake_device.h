@@ -22,8 +22,10 @@
 
 #include "solver/backend.h"
 #include "solver/cuda_hook.h"
+#include "solver/host_backends.h"
 #include "solver/room_to_grow.h"
-#include "solver/solver_data.h"
+#include "solver/step_copies.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::testing {
 
@@ -209,7 +211,7 @@ class FakeDevice final : public Backend {
   }
 
   // The work is done as late as can be.
-  StepReport finish_step(SolverData& data) override {
+  StepReport finish_step(SolverState& data) override {
     if (data.changes.watched ||
         data.changes.state != std::vector<bool>(data.changes.state.size()) ||
         data.particles.size() != vertex_count_ || data.tools.size() != own_.tools.size()) {
@@ -237,7 +239,7 @@ class FakeDevice final : public Backend {
     return report;
   }
 
-  void fetch_state(SolverData& data, Index index) override {
+  void fetch_state(SolverState& data, Index index) override {
     ++fetch_count;
     CopyState& copy = data.copy(index);
     const std::size_t count = std::min(vertex_count_, copy.particles.size());
@@ -246,7 +248,7 @@ class FakeDevice final : public Backend {
     }
   }
 
-  void read_positions(const SolverData& /*data*/, Index copy, std::span<const Index> places,
+  void read_positions(const SolverState& /*data*/, Index copy, std::span<const Index> places,
                       std::span<Eigen::Vector3f> out) override {
     for (std::size_t i = 0; i < places.size(); ++i) {
       const VertexMotion motion = motion_of(copy, places[i]);
@@ -297,25 +299,24 @@ class FakeDevice final : public Backend {
 
   // All but the state and what tools do.
   void take_all(const SolverData& data) {
-    distances_ = {data.distances, static_cast<std::size_t>(data.distance_ids.count())};
-    volumes_ = {data.volumes, data.tets.size()};
-    neo_hookeans_ = {data.neo_hookeans, data.tets.size()};
-    strain_limits_ = {data.strain_limits, data.edges.size()};
+    distances_ = {data.sets.of<DistanceConstraint>(),
+                  static_cast<std::size_t>(data.sets.distance_ids.count())};
+    volumes_ = {data.sets.of<VolumeConstraint>(), data.tissue->tets().size()};
+    neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
+    strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
     blocks_ = data.vertex_method.blocks;
     own_.others.resize(data.others.size());
     own_.options = data.options;
     own_.gravity = data.gravity;
-    own_.bodies = data.bodies;
-    own_.later_tet_bodies = data.later_tet_bodies;
+    own_.own_tissue = copy_for_step(*data.tissue);
+    own_.tissue = own_.own_tissue.get();
     own_.place_of_vertex = data.place_of_vertex;
-    own_.domain_counts = data.domain_counts;
-    own_.tets = data.tets;
-    own_.tet_alive = data.tet_alive;
-    own_.first_joint_group = data.first_joint_group;
-    own_.constraint_phases = data.constraint_phases;
-    own_.has_damping = data.has_damping;
+    own_.sets.domain_counts = data.sets.domain_counts;
+    own_.sets.first_joint_group = data.sets.first_joint_group;
+    own_.sets.phases = data.sets.phases;
+    own_.sets.has_damping = data.sets.has_damping;
     own_.vertex_method = data.vertex_method;
-    for (const Phase& phase : data.constraint_phases) {
+    for (const Phase& phase : data.sets.phases) {
       if (!phase.serial) {
         continue;
       }
@@ -325,7 +326,7 @@ class FakeDevice final : public Backend {
           break;
         case PhaseKind::joint:
           for (Index place = 0; place < 6; ++place) {
-            distances_.set_serial(data.joint_group(phase.color, place));
+            distances_.set_serial(data.sets.joint_group(phase.color, place));
           }
           volumes_.set_serial(phase.color);
           break;
@@ -340,10 +341,26 @@ class FakeDevice final : public Backend {
           break;
       }
     }
-    own_.distances = distances_.make_slots();
-    own_.volumes = volumes_.make_slots();
-    own_.neo_hookeans = neo_hookeans_.make_slots();
-    own_.strain_limits = strain_limits_.make_slots();
+    own_.sets.of<DistanceConstraint>() = distances_.make_slots();
+    own_.sets.of<VolumeConstraint>() = volumes_.make_slots();
+    own_.sets.of<NeoHookeanConstraint>() = neo_hookeans_.make_slots();
+    own_.sets.of<StrainLimitConstraint>() = strain_limits_.make_slots();
+  }
+
+  // Topology as far as a step reads it, which edits of the live tissue do not reach.
+  static std::unique_ptr<Tissue> copy_for_step(const Tissue& tissue) {
+    const TissueData& live = inspect(tissue);
+    auto copy = std::make_unique<TissueData>();
+    copy->bodies = live.bodies;
+    copy->later_tet_bodies = live.later_tet_bodies;
+    copy->tets = live.tets;
+    copy->tet_alive = live.tet_alive;
+    return make_tissue(std::move(copy));
+  }
+
+  template <class Constraint>
+  void refresh(DeviceRecords<Constraint>& records, const SolverData& data) {
+    records.refresh(data.sets.of<Constraint>(), own_.sets.of<Constraint>());
   }
 
   void take_over(const SolverData& data) {
@@ -359,7 +376,7 @@ class FakeDevice final : public Backend {
     }
     for (const Index tet : changes.tets) {
       if (!changes.grown) {  // else all are there, and some that are named may be gone
-        own_.tet_alive[tet] = data.tet_alive[tet];
+        inspect(*own_.own_tissue).tet_alive.set(tet, inspect(*data.tissue).tet_alive[tet]);
       }
     }
     std::set<Index> blocks;
@@ -369,26 +386,26 @@ class FakeDevice final : public Backend {
       }
       switch (kind) {
         case PhaseKind::distance:
-          distances_.take_over(data.distances, id);
+          distances_.take_over(data.sets.of<DistanceConstraint>(), id);
           break;
         case PhaseKind::volume:
-          volumes_.take_over(data.volumes, id);
+          volumes_.take_over(data.sets.of<VolumeConstraint>(), id);
           break;
         case PhaseKind::neo_hookean:
-          neo_hookeans_.take_over(data.neo_hookeans, id);
+          neo_hookeans_.take_over(data.sets.of<NeoHookeanConstraint>(), id);
           break;
         case PhaseKind::strain_limit:
-          strain_limits_.take_over(data.strain_limits, id);
+          strain_limits_.take_over(data.sets.of<StrainLimitConstraint>(), id);
           break;
         default:
           blocks.insert(data.vertex_method.blocks.place_of(id).block);
           break;
       }
     }
-    distances_.refresh(data.distances, own_.distances);
-    volumes_.refresh(data.volumes, own_.volumes);
-    neo_hookeans_.refresh(data.neo_hookeans, own_.neo_hookeans);
-    strain_limits_.refresh(data.strain_limits, own_.strain_limits);
+    refresh(distances_, data);
+    refresh(volumes_, data);
+    refresh(neo_hookeans_, data);
+    refresh(strain_limits_, data);
     take_over_blocks(data.vertex_method.blocks, blocks);
     if (changes.watched) {
       watched_ = data.watched_places;

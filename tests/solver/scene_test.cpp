@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/solver/scene.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include <limits>
 

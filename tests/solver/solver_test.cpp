@@ -373,7 +373,7 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   x[4].y() = nan;
   CHECK_THROWS_WITH(solver.write_positions(x), ContainsSubstring("vertex 4"));
   CHECK_THROWS_AS(solver.write_positions(std::span(x).first(3)), InvalidArgument);
-  CHECK_THROWS_WITH(solver.is_tet_alive(-1), ContainsSubstring("no tet -1"));
+  CHECK_THROWS_WITH(solver.tissue().is_tet_alive(-1), ContainsSubstring("no tet -1"));
   CHECK_THROWS_WITH(solver.tool_force(0), ContainsSubstring("no tool 0"));
   CHECK_THROWS_WITH(
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {1, 0, 0}, 0}}, ToolPose::Identity()),
@@ -389,8 +389,10 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("velocity of vertex 5"));
   CHECK(solver.state_hash() == before);
   other = solver.snapshot();
-  other.topology_version = 9;
+  other.tissue.number = 9;
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
+  CHECK_THROWS_WITH(solver.restore(Solver(make_bar()).snapshot()),
+                    ContainsSubstring("another tissue"));
 }
 
 // Would catch a product of compliance and 1 / substep^2 that overflows: then nothing is a number.

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
 #include "support/instruction_set.h"
@@ -75,7 +75,7 @@ Outcome run(const Scene& scene, const SolverOptions& options) {
   StepReport report;
   for (int i = 0; i < 4; ++i) {
     if (i == 2) {
-      apply_edit(solver, {.remove_tets = {7, 8, 9, 30, 31, 100, 200}});
+      solver.tissue().apply({.remove_tets = {7, 8, 9, 30, 31, 100, 200}});
     }
     pose.translation().y() -= 5e-4F;
     solver.move_tool(pusher, pose);

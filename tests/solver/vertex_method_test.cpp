@@ -6,8 +6,8 @@
 #include <string>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
 #include "support/instruction_set.h"
@@ -77,8 +77,8 @@ double volume_of(const Solver& solver) {
     x.push_back(p.cast<double>());
   }
   double volume = 0;
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    volume += solver.is_tet_alive(t) ? tet_volume(x, solver.tets()[t]) : 0;
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    volume += solver.tissue().is_tet_alive(t) ? tet_volume(x, solver.tissue().tets()[t]) : 0;
   }
   return volume;
 }
@@ -199,7 +199,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
       pose.translation().y() -= 3e-4F;
       solver.move_tool(tool, pose);
       if (i == 4) {
-        apply_edit(solver, {.remove_tets = {100, 101, 500, 700}, .remove_links = {2}});
+        solver.tissue().apply({.remove_tets = {100, 101, 500, 700}, .remove_links = {2}});
       }
       if (i == 8) {
         CHECK(solver.tool_force(tool).norm() > 0);
@@ -418,7 +418,7 @@ TEST_CASE("vertex method: an edited body moves like one made that way", "[proper
     return scene;
   };
   Solver edited(make(mesh), vertex_options(1, 60, 10));
-  apply_edit(edited, {.remove_tets = removed});
+  edited.tissue().apply({.remove_tets = removed});
   Solver made(make(TetMesh({mesh.positions().begin(), mesh.positions().end()}, kept)),
               vertex_options(1, 60, 10));
   const float before = made.positions().back().y();
@@ -444,10 +444,10 @@ TEST_CASE("vertex method: tissue shrinks to new rest shapes", "[unit]") {
   for (Index t = 0; t < mesh.tet_count(); ++t) {
     edit.rest_volumes.push_back({t, scale * scale * scale * solver.rest_volume(t)});
   }
-  for (Index e = 0; springs && e < static_cast<Index>(solver.edges().size()); ++e) {
+  for (Index e = 0; springs && e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
     edit.rest_lengths.push_back({e, scale * solver.rest_length(e)});
   }
-  apply_edit(solver, edit);
+  solver.tissue().apply(edit);
 
   run(solver, 150);
 
@@ -464,7 +464,7 @@ TEST_CASE("vertex method: links hold, until they are cut", "[unit]") {
   run(solver, 200);
   CHECK(solver.positions()[1].y() == Approx(-0.01 - 0.1 * 1e-3 * 9.81).epsilon(1e-3));
 
-  apply_edit(solver, {.remove_links = {link}});
+  solver.tissue().apply({.remove_links = {link}});
   run(solver, 40);
   CHECK(solver.positions()[1].y() < -0.05F);
 }
@@ -518,7 +518,7 @@ TEST_CASE("vertex method: a grasp beside a lost vertex has a force", "[unit]") {
   const Index tool = solver.add_tool({}, ToolPose::Identity());
   const Index lost = solver.vertex_count() - 1;
   std::vector<Index> neighbors;
-  for (const auto& [a, b] : solver.edges()) {
+  for (const auto& [a, b] : solver.tissue().edges()) {
     if (a == lost || b == lost) {
       neighbors.push_back(a == lost ? b : a);
     }

@@ -14,21 +14,22 @@ constexpr double kEdge = 4e-3;  // m
 constexpr Stiffness kLink{0.5F, 1e-3F};
 
 std::vector<Index> find_live_bodies(const Solver& solver) {
-  return find_all(solver.bodies().size(), [&](Index b) { return solver.is_body_alive(b); });
+  return find_all(solver.tissue().bodies().size(),
+                  [&](Index b) { return solver.tissue().is_body_alive(b); });
 }
 
 // Removes a body, and names tissue of it otherwise.
 bool spoil_going_tissue(const Solver& solver, Choices& choices, TopologyEdit& edit) {
-  const std::vector<Index> tets =
-      find_all(solver.tets().size(), [&](Index t) { return solver.is_tet_alive(t); });
+  const std::vector<Index> tets = find_all(
+      solver.tissue().tets().size(), [&](Index t) { return solver.tissue().is_tet_alive(t); });
   if (tets.empty()) {
     return false;
   }
   const Index tet = choices.one_of(tets);
-  const Tet& vertices = solver.tets()[tet];
-  const Index body = solver.body_of_tet(tet);
+  const Tet& vertices = solver.tissue().tets()[tet];
+  const Index body = solver.tissue().body_of_tet(tet);
   const auto others = find_all(static_cast<std::size_t>(solver.vertex_count()), [&](Index v) {
-    return solver.has_tissue(v) && solver.body_of_vertex(v) != body;
+    return solver.tissue().has_tissue(v) && solver.tissue().body_of_vertex(v) != body;
   });
   edit = {.remove_bodies = {body}};
   switch (choices.below(4)) {
@@ -55,7 +56,7 @@ bool spoil_going_tissue(const Solver& solver, Choices& choices, TopologyEdit& ed
 bool spoil_name(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   const std::array<Eigen::Vector3d, 1> place{Eigen::Vector3d::Zero()};
   edit.new_bodies = {};
-  edit.new_bodies.add_particles(choices.one_of(solver.bodies()).name, place, 1e-5);
+  edit.new_bodies.add_particles(choices.one_of(solver.tissue().bodies()).name, place, 1e-5);
   return true;
 }
 
@@ -96,8 +97,8 @@ bool spoil_bodies(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   switch (choices.below(8)) {
     case 0:
     case 1:
-      spoil_ids(choices, edit.remove_bodies, solver.bodies().size(), find_live_bodies(solver),
-                [](Index b) { return b; });
+      spoil_ids(choices, edit.remove_bodies, solver.tissue().bodies().size(),
+                find_live_bodies(solver), [](Index b) { return b; });
       return true;
     case 2:
     case 3:

@@ -4,8 +4,8 @@
 /// @file
 /// Edits of whole bodies that must be refused.
 
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/choices.h"
 

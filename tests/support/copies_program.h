@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/eventful_program.h"
 
@@ -43,28 +43,29 @@ class CopiesProgram {
   void edit(Solver& solver, int round) const {
     TopologyEdit edit;
     for (std::uint64_t i = 0; i < 4; ++i) {
-      const auto tet = static_cast<Index>(random(round, 100 + i) % solver.tets().size());
-      if (solver.is_tet_alive(tet) &&
+      const auto tet = static_cast<Index>(random(round, 100 + i) % solver.tissue().tets().size());
+      if (solver.tissue().is_tet_alive(tet) &&
           std::ranges::find(edit.remove_tets, tet) == edit.remove_tets.end()) {
         edit.remove_tets.push_back(tet);
       }
     }
-    const auto link = static_cast<Index>(random(round, 110) % solver.links().size());
-    if (solver.is_link_alive(link)) {
+    const auto link = static_cast<Index>(random(round, 110) % solver.tissue().links().size());
+    if (solver.tissue().is_link_alive(link)) {
       edit.remove_links.push_back(link);
     }
     if (removes_held(round)) {
       for (const Index gone : {vertex(solver, round, kHeld), vertex(solver, round, kHeld + 1)}) {
-        for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-          const bool is_near = std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end();
-          if (is_near && solver.is_tet_alive(t) &&
+        for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+          const bool is_near =
+              std::ranges::find(solver.tissue().tets()[t], gone) != solver.tissue().tets()[t].end();
+          if (is_near && solver.tissue().is_tet_alive(t) &&
               std::ranges::find(edit.remove_tets, t) == edit.remove_tets.end()) {
             edit.remove_tets.push_back(t);
           }
         }
       }
     }
-    apply_edit(solver, edit);
+    solver.tissue().apply(edit);
     if (round == kThirdTool) {
       solver.add_tool({&capsule_, 1}, pose(round, 3));
       solver.watch(std::array<Index, 2>{7, 30});
@@ -138,7 +139,7 @@ class CopiesProgram {
   [[nodiscard]] Index vertex(const Solver& solver, int round, std::uint64_t what) const {
     const auto count = static_cast<Index>(rest_.size());
     Index v = static_cast<Index>(random(round, what) % rest_.size());
-    while (!solver.has_tissue(v)) {
+    while (!solver.tissue().has_tissue(v)) {
       v = (v + 1) % count;
     }
     return v;

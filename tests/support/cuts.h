@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg::testing {
 
@@ -21,8 +21,8 @@ inline bool has_corner(const Tet& tet, Index vertex) {
 inline TopologyEdit part_vertex(const Solver& solver, Index vertex, std::uint64_t seed) {
   TopologyEdit edit;
   const Index copy = solver.vertex_count();
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (solver.is_tet_alive(t) && has_corner(solver.tets()[t], vertex) &&
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    if (solver.tissue().is_tet_alive(t) && has_corner(solver.tissue().tets()[t], vertex) &&
         (edit.corner_moves.empty() || random_bits(seed, t) % 2 == 0)) {
       edit.corner_moves.push_back({t, vertex, copy});
     }
@@ -31,9 +31,9 @@ inline TopologyEdit part_vertex(const Solver& solver, Index vertex, std::uint64_
     return {};
   }
   edit.new_vertices.push_back({vertex, vertex});
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    const Link& link = solver.links()[l];
-    if (solver.is_link_alive(l) && (link.first == vertex || link.second == vertex) &&
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    const Link& link = solver.tissue().links()[l];
+    if (solver.tissue().is_link_alive(l) && (link.first == vertex || link.second == vertex) &&
         random_bits(seed, l, 1) % 2 == 0) {
       edit.link_moves.push_back({l, vertex, copy});
     }
@@ -45,11 +45,11 @@ inline TopologyEdit part_vertex(const Solver& solver, Index vertex, std::uint64_
 inline TopologyEdit split_edge(const Solver& solver, Index edge, float share) {
   TopologyEdit edit;
   const Index middle = solver.vertex_count();
-  const auto [a, b] = solver.edges()[edge];
+  const auto [a, b] = solver.tissue().edges()[edge];
   edit.new_vertices.push_back({a, b, share});
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    const Tet& tet = solver.tets()[t];
-    if (!solver.is_tet_alive(t) || !has_corner(tet, a) || !has_corner(tet, b)) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    const Tet& tet = solver.tissue().tets()[t];
+    if (!solver.tissue().is_tet_alive(t) || !has_corner(tet, a) || !has_corner(tet, b)) {
       continue;
     }
     for (const Index gone : {a, b}) {

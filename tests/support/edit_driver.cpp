@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/membrane.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 namespace {
 
@@ -57,12 +57,12 @@ int main() try {
                {.segments = 2});
 
   Solver solver(scene, {.backend = BackendKind::serial});
-  const std::array bodies{ThermalBody{0, &lower, tissues::fat().heat},
-                          ThermalBody{1, &upper, tissues::liver().heat}};
-  HeatField field(solver, bodies, {}, {.threads = 1});
-  LiveSurface surface(solver, 1);
-  LivePieces pieces(solver);
-  const std::array<EditParticipant*, 4> participants{&field, &surface, &pieces, &strands};
+  const std::array bodies{ThermalBody{0, tissues::fat().heat},
+                          ThermalBody{1, tissues::liver().heat}};
+  const HeatField field(solver.tissue(), bodies, {}, {.threads = 1});
+  const LiveSurface surface(solver.tissue(), 1);
+  const LivePieces pieces(solver.tissue());
+  solver.tissue().add_follower(strands, FollowerRank::surgery);
   solver.step(1e-3F);
 
   const auto blade_at = [](float height) {
@@ -77,9 +77,8 @@ int main() try {
 
   std::vector<void*> entered;
   entered.reserve(1 << 24);
-  EditResult result;
   calls = &entered;
-  apply_edit(solver, edit, result, participants);
+  solver.tissue().apply(edit);
   calls = nullptr;
   for (void* function : entered) {
     function == nullptr ? std::puts("<") : std::printf("%p\n", function);

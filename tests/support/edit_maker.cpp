@@ -5,8 +5,8 @@
 #include <array>
 #include <utility>
 
-#include "solver/solver_data.h"
 #include "support/cuts.h"
+#include "support/inspect.h"
 #include "support/random_bodies.h"
 
 namespace pbdsurg::testing {
@@ -17,13 +17,13 @@ constexpr Stiffness kLink{0.5F, 1e-3F};
 }  // namespace
 
 CutPlan make_cut(const Solver& solver, const CutFront& front, Choices& choices) {
-  const auto is_alive = [&](Index t) { return solver.is_tet_alive(t); };
-  const std::vector<Index> tets = find_all(solver.tets().size(), is_alive);
+  const auto is_alive = [&](Index t) { return solver.tissue().is_tet_alive(t); };
+  const std::vector<Index> tets = find_all(solver.tissue().tets().size(), is_alive);
   if (tets.empty()) {
     return {};
   }
   const std::vector<Eigen::Vector3f> x = solver.positions();
-  const Tet& tet = solver.tets()[choices.one_of(tets)];
+  const Tet& tet = solver.tissue().tets()[choices.one_of(tets)];
   const Eigen::Vector3f middle = (x[tet[0]] + x[tet[1]] + x[tet[2]] + x[tet[3]]) / 4;
   const float edge = std::max((x[tet[1]] - x[tet[0]]).norm(), (x[tet[2]] - x[tet[3]]).norm());
   const auto direction = [&] {
@@ -47,7 +47,10 @@ CutPlan make_cut(const Solver& solver, const CutFront& front, Choices& choices) 
 }
 
 EditMaker::EditMaker(const Solver& solver, Choices& choices, TopologyEdit edit)
-    : solver_(solver), choices_(choices), edit_(std::move(edit)), uses_(solver.tets().size()) {
+    : solver_(solver),
+      choices_(choices),
+      edit_(std::move(edit)),
+      uses_(solver.tissue().tets().size()) {
   for (const Index t : edit_.remove_tets) {
     uses_[t] = Use::gone;
   }
@@ -97,18 +100,20 @@ void EditMaker::add() {
 }
 
 std::vector<Index> EditMaker::free_tets() const {
-  return find_all(uses_.size(),
-                  [&](Index t) { return solver_.is_tet_alive(t) && uses_[t] == Use::none; });
+  return find_all(uses_.size(), [&](Index t) {
+    return solver_.tissue().is_tet_alive(t) && uses_[t] == Use::none;
+  });
 }
 
 std::vector<Index> EditMaker::tets_at(Index vertex) const {
   return find_all(uses_.size(), [&](Index t) {
-    return solver_.is_tet_alive(t) && has_corner(solver_.tets()[t], vertex);
+    return solver_.tissue().is_tet_alive(t) && has_corner(solver_.tissue().tets()[t], vertex);
   });
 }
 
 bool EditMaker::is_link_free(Index link) const {
-  return solver_.is_link_alive(link) && std::ranges::count(edit_.remove_links, link) == 0 &&
+  return solver_.tissue().is_link_alive(link) &&
+         std::ranges::count(edit_.remove_links, link) == 0 &&
          std::ranges::count(edit_.link_moves, link, &LinkMove::link) == 0;
 }
 
@@ -124,8 +129,8 @@ void EditMaker::remove_tets() {
     return;
   }
   if (choices_.below(3) == 0) {
-    const Index vertex = solver_.tets()[choices_.one_of(tets)][choices_.below(4)];
-    std::erase_if(tets, [&](Index t) { return !has_corner(solver_.tets()[t], vertex); });
+    const Index vertex = solver_.tissue().tets()[choices_.one_of(tets)][choices_.below(4)];
+    std::erase_if(tets, [&](Index t) { return !has_corner(solver_.tissue().tets()[t], vertex); });
   } else {
     tets = pick_some(std::move(tets), 6, choices_);
   }
@@ -137,30 +142,31 @@ void EditMaker::remove_tets() {
 
 void EditMaker::remove_links() {
   const auto is_free = [&](Index l) { return is_link_free(l); };
-  for (const Index l : pick_some(find_all(solver_.links().size(), is_free), 3, choices_)) {
+  for (const Index l : pick_some(find_all(solver_.tissue().links().size(), is_free), 3, choices_)) {
     edit_.remove_links.push_back(l);
   }
 }
 
 void EditMaker::change_rest_lengths() {
-  const SolverData& data = solver_data(solver_);
+  const SolverData& data = inspect(solver_);
   const auto is_spring = [&](Index e) {
-    return data.distances.is_alive(data.distance_ids.of_edge(e));
+    return data.sets.of<DistanceConstraint>().is_alive(data.sets.distance_ids.of_edge(e));
   };
   edit_.rest_lengths.clear();
-  for (const Index e : pick_some(find_all(data.edges.size(), is_spring), 5, choices_)) {
+  for (const Index e : pick_some(find_all(data.tissue->edges().size(), is_spring), 5, choices_)) {
     const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
     edit_.rest_lengths.push_back({e, factor * solver_.rest_length(e)});
   }
 }
 
 void EditMaker::change_rest_volumes() {
-  const SolverData& data = solver_data(solver_);
+  const SolverData& data = inspect(solver_);
   const auto has_volume = [&](Index t) {
-    return data.volumes.is_alive(t) || data.neo_hookeans.is_alive(t);
+    return data.sets.of<VolumeConstraint>().is_alive(t) ||
+           data.sets.of<NeoHookeanConstraint>().is_alive(t);
   };
   edit_.rest_volumes.clear();
-  for (const Index t : pick_some(find_all(data.tets.size(), has_volume), 5, choices_)) {
+  for (const Index t : pick_some(find_all(data.tissue->tets().size(), has_volume), 5, choices_)) {
     const float factor = 0.8F + 0.1F * static_cast<float>(choices_.below(5));
     edit_.rest_volumes.push_back({t, factor * solver_.rest_volume(t)});
   }
@@ -172,7 +178,7 @@ void EditMaker::part_vertex() {
   if (tets.empty()) {
     return;
   }
-  const Index vertex = solver_.tets()[choices_.one_of(tets)][choices_.below(4)];
+  const Index vertex = solver_.tissue().tets()[choices_.one_of(tets)][choices_.below(4)];
   std::array<Index, 3> holders{vertex, kInvalidIndex, kInvalidIndex};
   const Index holder_count = 2 + choices_.below(2);
   for (const Index t : tets_at(vertex)) {
@@ -189,8 +195,8 @@ void EditMaker::part_vertex() {
     edit_.corner_moves.push_back({t, vertex, holders[holder]});
     uses_[t] = Use::moved;
   }
-  for (Index l = 0; l < static_cast<Index>(solver_.links().size()); ++l) {
-    const Link& link = solver_.links()[l];
+  for (Index l = 0; l < static_cast<Index>(solver_.tissue().links().size()); ++l) {
+    const Link& link = solver_.tissue().links()[l];
     if (is_link_free(l) && (link.first == vertex || link.second == vertex)) {
       const Index holder = choices_.below(holder_count);
       if (holder > 0 && holders[holder] != kInvalidIndex) {
@@ -206,11 +212,11 @@ void EditMaker::split_edge() {
   if (tets.empty()) {
     return;
   }
-  const Tet& tet = solver_.tets()[choices_.one_of(tets)];
+  const Tet& tet = solver_.tissue().tets()[choices_.one_of(tets)];
   const auto [i, j] = choices_.one_of(kTetEdges);
   const Index a = tet[i], b = tet[j];
   std::vector<Index> ring = tets_at(a);
-  std::erase_if(ring, [&](Index t) { return !has_corner(solver_.tets()[t], b); });
+  std::erase_if(ring, [&](Index t) { return !has_corner(solver_.tissue().tets()[t], b); });
   if (std::ranges::any_of(ring, [&](Index t) { return uses_[t] != Use::none; })) {
     return;
   }
@@ -219,7 +225,7 @@ void EditMaker::split_edge() {
   const Index near_b = choices_.below(3) == 0 ? add_vertex(a, b, share) : near_a;
   for (const Index t : ring) {
     for (const auto& [gone, middle] : {std::pair(b, near_a), std::pair(a, near_b)}) {
-      NewTet part{t, solver_.tets()[t]};
+      NewTet part{t, solver_.tissue().tets()[t]};
       std::ranges::replace(part.vertices, gone, middle);
       edit_.new_tets.push_back(part);
     }
@@ -236,20 +242,21 @@ void EditMaker::add_bodies() {
 // Of which the edit has taken nothing.
 void EditMaker::remove_bodies() {
   const auto is_free = [&](Index b) {
-    if (!solver_.is_body_alive(b) || std::ranges::count(edit_.remove_bodies, b) > 0) {
+    if (!solver_.tissue().is_body_alive(b) || std::ranges::count(edit_.remove_bodies, b) > 0) {
       return false;
     }
     for (std::size_t t = 0; t < uses_.size(); ++t) {
-      if (uses_[t] != Use::none && solver_.body_of_tet(static_cast<Index>(t)) == b) {
+      if (uses_[t] != Use::none && solver_.tissue().body_of_tet(static_cast<Index>(t)) == b) {
         return false;
       }
     }
     return true;
   };
-  for (const Index b : pick_some(find_all(solver_.bodies().size(), is_free), 2, choices_)) {
+  for (const Index b :
+       pick_some(find_all(solver_.tissue().bodies().size(), is_free), 2, choices_)) {
     edit_.remove_bodies.push_back(b);
     for (std::size_t t = 0; t < uses_.size(); ++t) {
-      if (solver_.body_of_tet(static_cast<Index>(t)) == b) {
+      if (solver_.tissue().body_of_tet(static_cast<Index>(t)) == b) {
         uses_[t] = Use::gone;
       }
     }
@@ -259,15 +266,16 @@ void EditMaker::remove_bodies() {
 // Between what has tissue whatever the edit does, or comes with it.
 void EditMaker::add_links() {
   std::vector<Index> ends = find_all(static_cast<std::size_t>(solver_.vertex_count()),
-                                     [&](Index v) { return solver_.has_tissue(v); });
+                                     [&](Index v) { return solver_.tissue().has_tissue(v); });
   std::vector<bool> may_stop(static_cast<std::size_t>(solver_.vertex_count()));
   for (std::size_t t = 0; t < uses_.size(); ++t) {
-    for (const Index v : solver_.tets()[t]) {
+    for (const Index v : solver_.tissue().tets()[t]) {
       may_stop[v] = may_stop[v] || uses_[t] != Use::none;
     }
   }
   std::erase_if(ends, [&](Index v) {
-    return may_stop[v] || std::ranges::count(edit_.remove_bodies, solver_.body_of_vertex(v)) > 0;
+    return may_stop[v] ||
+           std::ranges::count(edit_.remove_bodies, solver_.tissue().body_of_vertex(v)) > 0;
   });
   const Index first_new = solver_.vertex_count();
   const Index first_of_bodies = first_new + static_cast<Index>(edit_.new_vertices.size());

@@ -6,9 +6,9 @@
 
 #include <vector>
 
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/choices.h"
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg::testing {
 

@@ -55,17 +55,17 @@ TetMesh make_small_organ() {
   return tetrahedralize(recipe.shape, recipe.options).mesh;
 }
 
-EditScene make_one_body(const char* name, TetMesh mesh) {
+EditScene make_one_body(const char* name, const TetMesh& mesh) {
   Scene scene;
   scene.add_body(name, mesh, elastic_material(mesh, 1000, 20e3));
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   scene.fix_where(
       0, [&](const Eigen::Vector3d& x) { return x.x() < box.min().x() + 0.1 * box.sizes().x(); });
-  return {name, std::move(scene), std::move(mesh), {}};
+  return {name, std::move(scene)};
 }
 
 EditScene make_linked_bodies() {
-  TetMesh block = make_box({2, 2, 2}, kEdge, 0.1);
+  const TetMesh block = make_box({2, 2, 2}, kEdge, 0.1);
   const TetMesh tube = make_box({3, 1, 1}, kEdge, 0.1, 2);
   Material soft = elastic_material(block, 1000, 20e3);
   soft.max_stretch = 1.2F;
@@ -80,11 +80,11 @@ EditScene make_linked_bodies() {
     scene.add_link({v + 3, block.vertex_count() + v, 2e-3F, kLink});
   }
   scene.fix_vertices(0, std::array<Index, 3>{0, 1, 2});
-  return {"linked bodies", std::move(scene), std::move(block), {}};
+  return {"linked bodies", std::move(scene)};
 }
 
 EditScene make_solids() {
-  TetMesh solid = make_box({2, 2, 1}, kEdge, 0.1, 3);
+  const TetMesh solid = make_box({2, 2, 1}, kEdge, 0.1, 3);
   const TetMesh block = make_box({2, 1, 1}, kEdge, 0.1, 4);
   Scene scene;
   scene.add_body("solid", solid, {.model = ElasticModel::neo_hookean, .max_stretch = 1.3F});
@@ -99,11 +99,11 @@ EditScene make_solids() {
   }
   scene.add_link({scene.body(particles).first_vertex, scene.body(particles).first_vertex + 1,
                   static_cast<float>(kEdge), kLink});
-  return {"solids and a thread", std::move(scene), std::move(solid), {}};
+  return {"solids and a thread", std::move(scene)};
 }
 
 EditScene make_joined_bodies() {
-  TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
+  const TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
   std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
   for (Eigen::Vector3d& x : points) {
     x.z() += 1.5 * kEdge;
@@ -116,7 +116,7 @@ EditScene make_joined_bodies() {
   ConnectiveTissue strands;
   const auto links = scattered_links(lower, upper, {.max_distance = kEdge, .density = 2e5});
   strands.join(scene, 0, 1, links, {.segments = 2, .slack = 0.1});
-  return {"joined bodies", std::move(scene), std::move(lower), std::move(strands)};
+  return {"joined bodies", std::move(scene), std::move(strands)};
 }
 
 }  // namespace

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/tissue/scene.h"
 
 namespace pbdsurg::testing {
 
@@ -18,7 +17,6 @@ namespace pbdsurg::testing {
 struct EditScene {
   std::string name;
   Scene scene;
-  TetMesh first_mesh;  ///< of body 0
   ConnectiveTissue strands{};
 };
 

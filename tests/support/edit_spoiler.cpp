@@ -7,10 +7,10 @@
 #include <limits>
 #include <utility>
 
-#include "solver/solver_data.h"
 #include "support/bad_ids.h"
 #include "support/body_spoiler.h"
 #include "support/cuts.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -28,13 +28,15 @@ class Spoiler {
  public:
   Spoiler(const Solver& solver, Choices& choices, TopologyEdit& edit)
       : solver_(solver),
-        data_(solver_data(solver)),
+        data_(inspect(solver)),
         choices_(choices),
         edit_(edit),
-        live_tets_(find_all(data_.tets.size(), [&](Index t) { return data_.tet_alive[t]; })),
-        live_links_(find_all(data_.links.size(), [&](Index l) { return data_.is_link_alive(l); })),
+        live_tets_(find_all(data_.tissue->tets().size(),
+                            [&](Index t) { return data_.tissue->is_tet_alive(t); })),
+        live_links_(find_all(data_.tissue->links().size(),
+                             [&](Index l) { return data_.tissue->is_link_alive(l); })),
         tissue_(find_all(data_.particles.size(),
-                         [&](Index v) { return !data_.vertex_tets[v].empty(); })) {}
+                         [&](Index v) { return !data_.tissue->tets_at(v).empty(); })) {}
 
   bool spoil() {
     switch (choices_.below(10)) {
@@ -61,10 +63,10 @@ class Spoiler {
  private:
   bool spoil_removal() {
     if (choices_.below(2) == 0) {
-      spoil_ids(choices_, edit_.remove_tets, data_.tets.size(), live_tets_,
+      spoil_ids(choices_, edit_.remove_tets, data_.tissue->tets().size(), live_tets_,
                 [](Index t) { return t; });
     } else {
-      spoil_ids(choices_, edit_.remove_links, data_.links.size(), live_links_,
+      spoil_ids(choices_, edit_.remove_links, data_.tissue->links().size(), live_links_,
                 [](Index l) { return l; });
     }
     return true;
@@ -72,26 +74,27 @@ class Spoiler {
 
   bool spoil_rest_value() {
     const float bad_value = choices_.one_of(std::array{0.0F, -1e-3F, kNan, kInfinite, -0.0F});
-    const auto springs = find_all(data_.edges.size(), [&](Index e) {
-      return data_.distances.is_alive(data_.distance_ids.of_edge(e));
+    const auto springs = find_all(data_.tissue->edges().size(), [&](Index e) {
+      return data_.sets.of<DistanceConstraint>().is_alive(data_.sets.distance_ids.of_edge(e));
     });
-    const auto volumes = find_all(data_.tets.size(), [&](Index t) {
-      return data_.volumes.is_alive(t) || data_.neo_hookeans.is_alive(t);
+    const auto volumes = find_all(data_.tissue->tets().size(), [&](Index t) {
+      return data_.sets.of<VolumeConstraint>().is_alive(t) ||
+             data_.sets.of<NeoHookeanConstraint>().is_alive(t);
     });
     switch (choices_.below(4)) {
       case 0:
-        edit_.rest_lengths = {{choices_.below(index_of(data_.edges.size())), bad_value}};
+        edit_.rest_lengths = {{choices_.below(index_of(data_.tissue->edges().size())), bad_value}};
         break;
       case 1:
-        edit_.rest_volumes = {{choices_.below(index_of(data_.tets.size())), bad_value}};
+        edit_.rest_volumes = {{choices_.below(index_of(data_.tissue->tets().size())), bad_value}};
         break;
       case 2:
-        spoil_ids(choices_, edit_.rest_lengths, data_.edges.size(), springs, [](Index e) {
+        spoil_ids(choices_, edit_.rest_lengths, data_.tissue->edges().size(), springs, [](Index e) {
           return RestLengthChange{e, 1e-3F};
         });
         break;
       default:
-        spoil_ids(choices_, edit_.rest_volumes, data_.tets.size(), volumes, [](Index t) {
+        spoil_ids(choices_, edit_.rest_volumes, data_.tissue->tets().size(), volumes, [](Index t) {
           return RestVolumeChange{t, 1e-9F};
         });
     }
@@ -111,8 +114,8 @@ class Spoiler {
             bad_id(solver_.vertex_count(), choices_);
         return true;
       case 1: {
-        const auto bare =
-            find_all(data_.particles.size(), [&](Index v) { return data_.vertex_tets[v].empty(); });
+        const auto bare = find_all(data_.particles.size(),
+                                   [&](Index v) { return data_.tissue->tets_at(v).empty(); });
         if (bare.empty()) {
           return false;
         }
@@ -120,9 +123,9 @@ class Spoiler {
         return true;
       }
       case 2: {
-        const Index body = data_.body_of_vertex(vertex.first);
+        const Index body = data_.tissue->body_of_vertex(vertex.first);
         std::vector<Index> others = tissue_;
-        std::erase_if(others, [&](Index v) { return data_.body_of_vertex(v) == body; });
+        std::erase_if(others, [&](Index v) { return data_.tissue->body_of_vertex(v) == body; });
         if (others.empty()) {
           return false;
         }
@@ -140,7 +143,7 @@ class Spoiler {
       return false;
     }
     if (choices_.below(4) == 0) {
-      const std::size_t count = data_.tets.size();
+      const std::size_t count = data_.tissue->tets().size();
       spoil_ids(choices_, edit_.corner_moves, count, live_tets_, [](Index t) {
         return CornerMove{t, 0, 0};
       });
@@ -155,7 +158,7 @@ class Spoiler {
       case 1:
         move.from = choices_.below(2) == 0 ? bad_id(solver_.vertex_count(), choices_)
                                            : choices_.one_of(tissue_);
-        return !has_corner(solver_.tets()[move.tet], move.from);
+        return !has_corner(solver_.tissue().tets()[move.tet], move.from);
       case 2:
         move.to = bad_copy(move.to, good.from);
         return true;
@@ -166,7 +169,7 @@ class Spoiler {
   }
 
   bool spoil_link_move() {
-    const std::size_t count = data_.links.size();
+    const std::size_t count = data_.tissue->links().size();
     if (choices_.below(4) == 0) {
       spoil_ids(choices_, edit_.link_moves, count, live_links_, [](Index l) {
         return LinkMove{l, 0, 0};
@@ -174,12 +177,14 @@ class Spoiler {
       return true;
     }
     std::vector<Index> links = live_links_;
-    std::erase_if(links, [&](Index l) { return data_.vertex_tets[data_.links[l].first].empty(); });
+    std::erase_if(links, [&](Index l) {
+      return data_.tissue->tets_at(data_.tissue->links()[l].first).empty();
+    });
     if (links.empty()) {
       return false;
     }
     const Index link = choices_.one_of(links);
-    const Index from = data_.links[link].first;
+    const Index from = data_.tissue->links()[link].first;
     const LinkMove good{link, from, add_copy(from)};
     edit_.link_moves.push_back(good);
     LinkMove& move = edit_.link_moves.back();
@@ -189,7 +194,7 @@ class Spoiler {
         return true;
       case 1:
         move.from = choices_.one_of(tissue_);
-        return move.from != from && move.from != data_.links[link].second;
+        return move.from != from && move.from != data_.tissue->links()[link].second;
       case 2:
         move.to = bad_copy(move.to, from);
         return true;
@@ -208,9 +213,10 @@ class Spoiler {
     const auto end = solver_.vertex_count() + index_of(edit_.new_vertices.size());
     switch (choices_.below(9)) {
       case 0: {
-        const auto dead = find_all(data_.tets.size(), [&](Index t) { return !data_.tet_alive[t]; });
+        const auto dead = find_all(data_.tissue->tets().size(),
+                                   [&](Index t) { return !data_.tissue->is_tet_alive(t); });
         tet.parent = dead.empty() || choices_.below(2) == 0
-                         ? bad_id(index_of(data_.tets.size()), choices_)
+                         ? bad_id(index_of(data_.tissue->tets().size()), choices_)
                          : choices_.one_of(dead);
         return true;
       }
@@ -218,7 +224,7 @@ class Spoiler {
         edit_.remove_tets.push_back(tet.parent);
         return true;
       case 2: {
-        const Index from = solver_.tets()[tet.parent][choices_.below(4)];
+        const Index from = solver_.tissue().tets()[tet.parent][choices_.below(4)];
         edit_.new_vertices.push_back({from, from, 0});
         edit_.corner_moves.push_back({tet.parent, from, end});
         return true;
@@ -228,7 +234,8 @@ class Spoiler {
         return true;
       case 4: {
         std::vector<Index> others = tissue_;
-        std::erase_if(others, [&](Index v) { return has_corner(solver_.tets()[tet.parent], v); });
+        std::erase_if(others,
+                      [&](Index v) { return has_corner(solver_.tissue().tets()[tet.parent], v); });
         if (others.empty()) {
           return false;
         }
@@ -275,8 +282,8 @@ class Spoiler {
         link.stiffness.compliance = choices_.one_of(std::array{-1e-3F, kNan, kInfinite});
         break;
       case 5: {
-        const auto gone =
-            find_all(data_.particles.size(), [&](Index v) { return !solver_.has_tissue(v); });
+        const auto gone = find_all(data_.particles.size(),
+                                   [&](Index v) { return !solver_.tissue().has_tissue(v); });
         if (gone.empty()) {
           return false;
         }
@@ -285,7 +292,7 @@ class Spoiler {
       }
       default:  // where tissue goes with the edit
         edit_ = {};
-        std::ranges::copy(data_.vertex_tets[vertex], std::back_inserter(edit_.remove_tets));
+        std::ranges::copy(data_.tissue->tets_at(vertex), std::back_inserter(edit_.remove_tets));
     }
     edit_.new_links.push_back(link);
     return true;
@@ -312,7 +319,7 @@ class Spoiler {
   // A good move, unless the edit has taken the tetrahedron for something else.
   CornerMove add_move() {
     const Index tet = choices_.one_of(live_tets_);
-    const Index from = solver_.tets()[tet][choices_.below(4)];
+    const Index from = solver_.tissue().tets()[tet][choices_.below(4)];
     edit_.corner_moves.push_back({tet, from, add_copy(from)});
     return edit_.corner_moves.back();
   }
@@ -327,7 +334,7 @@ class Spoiler {
     edit_.remove_tets.clear();
     edit_.new_links.clear();
     const Index t = choices_.one_of(live_tets_);
-    const Tet& parent = solver_.tets()[t];
+    const Tet& parent = solver_.tissue().tets()[t];
     edit_.new_vertices.push_back({parent[0], parent[1], 0.5F});
     for (const Index gone : {parent[0], parent[1]}) {
       edit_.new_tets.push_back({t, parent});
@@ -347,7 +354,7 @@ class Spoiler {
 
 void spoil(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   if (choices.below(16) == 0) {  // a vertex that nothing uses
-    const auto has_tissue = [&](Index v) { return !solver_data(solver).vertex_tets[v].empty(); };
+    const auto has_tissue = [&](Index v) { return !solver.tissue().tets_at(v).empty(); };
     const auto vertices = find_all(static_cast<std::size_t>(solver.vertex_count()), has_tissue);
     if (!vertices.empty()) {
       const Index vertex = choices.one_of(vertices);

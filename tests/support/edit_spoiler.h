@@ -4,14 +4,14 @@
 /// @file
 /// Edits that must be refused.
 
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/choices.h"
 
 namespace pbdsurg::testing {
 
-/// Puts one thing into a good edit that breaks a rule of apply_edit().
+/// Puts one thing into a good edit that breaks a rule of Tissue::apply() or of a solver.
 void spoil(const Solver& solver, Choices& choices, TopologyEdit& edit);
 
 }  // namespace pbdsurg::testing

@@ -8,13 +8,14 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
+#include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "solver/solver_data.h"
 #include "support/backend_threads.h"
 #include "support/edit_maker.h"
 #include "support/edit_spoiler.h"
 #include "support/eventful_program.h"
+#include "support/inspect.h"
 #include "support/model_difference.h"
 #include "support/solver_digest.h"
 
@@ -31,19 +32,31 @@ std::string text_of(const StepReport& report) {
   return text.str();
 }
 
-Cautery make_cautery(const EditScene& scene, const Solver& solver) {
-  const ThermalBody body{0, &scene.first_mesh, tissues::liver().heat};
-  return {solver, {&body, 1}};
+// Takes no edit.
+class Refuser final : public Follower {
+ public:
+  void validate(const Tissue&, const TopologyEdit&) const override {
+    throw InvalidArgument("a follower takes no edit");
+  }
+  void follow(const Tissue&, const TissueChange&) noexcept override {}
+  void undo(const Tissue&, const TissueChange&) noexcept override {}
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+};
+
+Cautery make_cautery(const Tissue& tissue) {
+  const ThermalBody body{0, tissues::liver().heat};
+  return {tissue, {&body, 1}};
 }
 
 }  // namespace
 
 EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options, bool has_twin)
     : solver_(scene.scene, options),
-      cautery_(make_cautery(scene, solver_)),
+      cautery_(make_cautery(solver_.tissue())),
       strands_(scene.strands),
-      pieces_(solver_),
+      pieces_(solver_.tissue()),
       model_(scene.scene) {
+  solver_.tissue().add_follower(strands_, FollowerRank::surgery);
   add_surfaces();
   if (has_twin || options.backend != BackendKind::serial) {
     SolverOptions serial = options;
@@ -56,24 +69,16 @@ EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options, bool 
 
 // Of bodies that have none yet.
 void EditTrial::add_surfaces() {
-  while (surfaces_.size() < solver_.bodies().size()) {
-    surfaces_.emplace_back(solver_, static_cast<Index>(surfaces_.size()));
+  while (surfaces_.size() < solver_.tissue().bodies().size()) {
+    surfaces_.emplace_back(solver_.tissue(), static_cast<Index>(surfaces_.size()));
   }
 }
 
-std::vector<EditParticipant*> EditTrial::participants() {
-  std::vector<EditParticipant*> all{&cautery_, &strands_, &pieces_};
-  for (LiveSurface& surface : surfaces_) {
-    all.push_back(&surface);
-  }
-  return all;
-}
-
-EditResult EditTrial::apply(const TopologyEdit& change) {
+void EditTrial::apply(const TopologyEdit& change) {
   if (twin_) {
-    apply_edit(*twin_, change);
+    twin_->tissue().apply(change);
   }
-  return apply_edit(solver_, change, participants());
+  solver_.tissue().apply(change);
 }
 
 void EditTrial::edit(const TopologyEdit& change) {
@@ -96,13 +101,13 @@ std::string EditTrial::edit_and_undo(Choices& choices) {
 
 std::string EditTrial::edit_and_undo(const TopologyEdit& change, bool steps) {
   // a device has the state while it steps, but the twin, with which step() compares, has it here
-  const SolverData& still = solver_data(is_stepping_ && twin_ ? *twin_ : solver_);
+  const SolverData& still = inspect(is_stepping_ && twin_ ? *twin_ : solver_);
   const std::uint64_t before = digest_of(still);
-  const EditResult result = apply(change);
+  apply(change);
   std::string wrong = steps ? step() : "";
-  undo_edit(solver_, change, result, participants());
+  solver_.tissue().undo();
   if (twin_) {
-    undo_edit(*twin_, change, result);
+    twin_->tissue().undo();
   }
   if (wrong.empty() && !steps && digest_of(still) != before) {
     wrong = "undo leaves something changed";
@@ -112,21 +117,21 @@ std::string EditTrial::edit_and_undo(const TopologyEdit& change, bool steps) {
 
 std::string EditTrial::try_bad_edit(Choices& choices) {
   TopologyEdit edit = make_change(choices).edit;
-  std::vector<EditParticipant*> all = participants();
+  Refuser refuser;
   if (choices.below(16) == 0) {
-    all.push_back(choices.below(2) == 0 ? nullptr : all.front());
+    solver_.tissue().add_follower(
+        refuser, choices.below(2) == 0 ? FollowerRank::solver : FollowerRank::user);
   } else {
     spoil(solver_, choices, edit);
   }
-  const std::uint64_t before = digest_of(solver_data(solver_));
+  const std::uint64_t before = digest_of(inspect(solver_));
   try {
-    apply_edit(solver_, edit, all);
+    solver_.tissue().apply(edit);
     return "a bad edit was accepted";
   } catch (const InvalidArgument& error) {
     refusal_ = error.what();
-    return digest_of(solver_data(solver_)) == before
-               ? ""
-               : "a bad edit was refused, but something changed";
+    return digest_of(inspect(solver_)) == before ? ""
+                                                 : "a bad edit was refused, but something changed";
   }
 }
 
@@ -159,7 +164,7 @@ std::string EditTrial::step() {
     if (solver_.state_hash() != twin_->state_hash()) {
       return name + " has not the state of its twin";
     }
-    if (had_edits_within && digest_of(solver_data(solver_)) != digest_of(solver_data(*twin_))) {
+    if (had_edits_within && digest_of(inspect(solver_)) != digest_of(inspect(*twin_))) {
       return name + " has not the topology of its twin";
     }
   }
@@ -177,7 +182,15 @@ std::string EditTrial::difference() const {
   if (wrong.empty()) {
     wrong = testing::difference(model_, strands_, solver_);
   }
-  return wrong.empty() ? testing::difference(model_, cautery_.field(), tissues::liver().heat)
+  const ThermalProperties& liver = tissues::liver().heat;
+  if (wrong.empty()) {
+    wrong = testing::difference(model_, cautery_.field(), liver);
+  }
+  if (wrong.empty()) {  // the same of what comes late
+    wrong = testing::difference(model_, LivePieces(solver_.tissue()));
+  }
+  const ThermalBody body{0, liver};
+  return wrong.empty() ? testing::difference(model_, HeatField(solver_.tissue(), {&body, 1}), liver)
                        : wrong;
 }
 
@@ -198,7 +211,7 @@ EditTrial::Change EditTrial::make_change(Choices& choices) {
   }
   change.edit = maker.edit();
   if (choices.below(6) == 0) {
-    pieces_.add_crumbs(solver_, change.edit, 1 + choices.below(8));
+    pieces_.add_crumbs(solver_.tissue(), change.edit, 1 + choices.below(8));
   }
   return change;
 }

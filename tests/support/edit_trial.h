@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/choices.h"
 #include "support/edit_scenes.h"
@@ -25,7 +25,7 @@
 
 namespace pbdsurg::testing {
 
-/// A solver, all that follows its edits, and their model. Edits come between steps or within them.
+/// A solver, all that follows its tissue, and their model. Edits come between steps or within them.
 /// A twin may take part, a serial solver that steps at once, so that its edits come after the step:
 /// both must have the same bits.
 class EditTrial {
@@ -44,7 +44,8 @@ class EditTrial {
   [[nodiscard]] std::string edit_and_undo(const TopologyEdit& change, bool steps = false);
   [[nodiscard]] std::string edit_and_undo(Choices& choices);
 
-  /// Tries a bad edit: a good one with something in it that must be refused.
+  /// Tries a bad edit: a good one with something in it that must be refused, or one that a follower
+  /// refuses.
   /// @return  what went wrong; empty if it was refused and nothing changed
   [[nodiscard]] std::string try_bad_edit(Choices& choices);
 
@@ -69,11 +70,10 @@ class EditTrial {
     TopologyEdit edit;
     CutFront front;
   };
-  [[nodiscard]] std::vector<EditParticipant*> participants();
   void add_surfaces();
   void begin_step();
   [[nodiscard]] Change make_change(Choices& choices);
-  EditResult apply(const TopologyEdit& change);
+  void apply(const TopologyEdit& change);
 
   Solver solver_;
   std::optional<Solver> twin_;

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
 #include "support/cuts.h"
@@ -27,11 +27,11 @@ struct Surroundings {
 
 inline Surroundings some_surroundings(const Solver& solver, std::uint64_t round) {
   Surroundings found{static_cast<Index>(random_bits(round, 1) % 60), {}};
-  while (!solver.has_tissue(found.vertex)) {
+  while (!solver.tissue().has_tissue(found.vertex)) {
     found.vertex = (found.vertex + 1) % solver.vertex_count();
   }
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (solver.is_tet_alive(t) && has_corner(solver.tets()[t], found.vertex)) {
+  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+    if (solver.tissue().is_tet_alive(t) && has_corner(solver.tissue().tets()[t], found.vertex)) {
       found.tets.push_back(t);
     }
   }
@@ -47,13 +47,13 @@ inline TopologyEdit edit_within_step(const Solver& solver, Index round, const Su
     case 2: {
       TopologyEdit edit{
           .new_links = {{held.vertex, solver.vertex_count() - 1, 0.01F, {0.1F, 1e-2F}}}};
-      if (const Index link = round % 24; solver.is_link_alive(link)) {
+      if (const Index link = round % 24; solver.tissue().is_link_alive(link)) {
         edit.remove_links.push_back(link);
       }
       return edit;
     }
     case 3:
-      return split_edge(solver, solver.tet_edges(held.tets.front())[round % 6], 0.5F);
+      return split_edge(solver, solver.tissue().tet_edges(held.tets.front())[round % 6], 0.5F);
     default:
       return eventful_edit(solver, round);
   }
@@ -82,18 +82,18 @@ void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_
     }
     within.start_step(kEventfulTimeStep);
     const TopologyEdit edit = edit_within_step(within, round, held);
-    const EditResult result = apply_edit(within, edit);
+    const TissueChange result = within.tissue().apply(edit);
     check_waiting(edit);
     const bool is_undone_within = round % 6 == 1;
     if (is_undone_within) {
-      undo_edit(within, edit, result);
+      within.tissue().undo();
     }
     const StepReport report = within.finish_step();
 
     REQUIRE(equal(report, after.step(kEventfulTimeStep)));
-    const EditResult expected = apply_edit(after, edit);
-    REQUIRE(result.edges == expected.edges);
-    REQUIRE(result.vertices == expected.vertices);
+    const TissueChange expected = after.tissue().apply(edit);
+    REQUIRE(result.removed_edges == expected.removed_edges);
+    REQUIRE(result.emptied_vertices == expected.emptied_vertices);
     for (Index tool = 0; tool < 2; ++tool) {
       REQUIRE(within.tool_force(tool) == after.tool_force(tool));
     }
@@ -103,9 +103,9 @@ void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_
       after.step(kEventfulTimeStep);
     }
     if (round % 6 < 4) {
-      undo_edit(after, edit, expected);
+      after.tissue().undo();
       if (!is_undone_within) {
-        undo_edit(within, edit, result);
+        within.tissue().undo();
       }
     }
     REQUIRE(equal(within.step(kEventfulTimeStep), after.step(kEventfulTimeStep)));

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
 
 #include "support/cuts.h"
 #include "support/meshes.h"
@@ -77,7 +77,7 @@ class EventfulProgram {
       case 0:
         break;
       case 1:
-        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        solver.tissue().apply({.remove_tets = some_tets(solver, round, 5)});
         break;
       case 2:
         resize(solver, round);
@@ -94,11 +94,11 @@ class EventfulProgram {
           x *= 1.02F;
         }
         solver.write_positions(positions);
-        apply_edit(solver, {.remove_tets = some_tets(solver, round, 3)});
+        solver.tissue().apply({.remove_tets = some_tets(solver, round, 3)});
         break;
       }
       case 6:
-        apply_edit(solver, {.remove_links = some_link(solver, round)});
+        solver.tissue().apply({.remove_links = some_link(solver, round)});
         break;
       case 7: {
         const Snapshot snapshot = solver.snapshot();
@@ -114,7 +114,7 @@ class EventfulProgram {
         break;
       case 10:
         resize(solver, round);
-        apply_edit(solver, {.remove_tets = some_tets(solver, round, 5)});
+        solver.tissue().apply({.remove_tets = some_tets(solver, round, 5)});
         pose.translation().z() += 5e-3F;
         solver.add_tool({&capsule_, 1}, pose);
         break;
@@ -125,50 +125,50 @@ class EventfulProgram {
         undo_removal(solver, round, true);
         break;
       case 13:
-        apply_edit(solver, {.new_links = some_new_links(solver, round)});
+        solver.tissue().apply({.new_links = some_new_links(solver, round)});
         break;
       case 14: {
         const TopologyEdit edit{.remove_tets = some_tets(solver, round, 2),
                                 .remove_links = some_link(solver, round),
                                 .new_links = some_new_links(solver, round)};
-        const EditResult result = apply_edit(solver, edit);
+        solver.tissue().apply(edit);
         if (round % 2 == 0) {
           solver.step(kEventfulTimeStep);
         }
-        undo_edit(solver, edit, result);
+        solver.tissue().undo();
         break;
       }
       case 15:
-        apply_edit(solver, part_vertex(solver, some_vertex(solver, round), seed_));
+        solver.tissue().apply(part_vertex(solver, some_vertex(solver, round), seed_));
         break;
       case 16:
-        apply_edit(solver, split_edge(solver, some_edge(solver, round), 0.5F));
+        solver.tissue().apply(split_edge(solver, some_edge(solver, round), 0.5F));
         break;
       case 17: {
         const TopologyEdit edit = round % 3 == 0
                                       ? split_edge(solver, some_edge(solver, round), 0.25F)
                                       : part_vertex(solver, some_vertex(solver, round), seed_ + 1);
-        const EditResult result = apply_edit(solver, edit);
+        solver.tissue().apply(edit);
         if (round % 2 == 0) {
           solver.step(kEventfulTimeStep);
         }
-        undo_edit(solver, edit, result);
+        solver.tissue().undo();
         break;
       }
       case 18:
-        apply_edit(solver, {.new_bodies = guest(round)});
+        solver.tissue().apply({.new_bodies = guest(round)});
         break;
       case 19: {
         const TopologyEdit edit{.remove_bodies = guests_in(solver), .new_bodies = guest(round)};
-        const EditResult result = apply_edit(solver, edit);
+        solver.tissue().apply(edit);
         if (round % 2 == 0) {
           solver.step(kEventfulTimeStep);
         }
-        undo_edit(solver, edit, result);
+        solver.tissue().undo();
         break;
       }
       case 20:
-        apply_edit(solver, {.remove_bodies = guests_in(solver)});
+        solver.tissue().apply({.remove_bodies = guests_in(solver)});
         break;
       default:
         solver.watch(std::array{some_vertex(solver, round), Index{7}});
@@ -184,8 +184,8 @@ class EventfulProgram {
   [[nodiscard]] std::vector<Index> some_tets(const Solver& solver, int round, int count) const {
     std::vector<Index> tets;
     for (int i = 0; i < count; ++i) {
-      const auto tet = static_cast<Index>(random(round, 10 + i) % solver.tets().size());
-      if (solver.is_tet_alive(tet) && std::ranges::find(tets, tet) == tets.end()) {
+      const auto tet = static_cast<Index>(random(round, 10 + i) % solver.tissue().tets().size());
+      if (solver.tissue().is_tet_alive(tet) && std::ranges::find(tets, tet) == tets.end()) {
         tets.push_back(tet);
       }
     }
@@ -193,8 +193,8 @@ class EventfulProgram {
   }
 
   [[nodiscard]] std::vector<Index> some_link(const Solver& solver, int round) const {
-    const auto link = static_cast<Index>(random(round, 20) % solver.links().size());
-    return solver.is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
+    const auto link = static_cast<Index>(random(round, 20) % solver.tissue().links().size());
+    return solver.tissue().is_link_alive(link) ? std::vector{link} : std::vector<Index>{};
   }
 
   // What is wanted of the scene's vertices, and the rest as it is.
@@ -205,9 +205,9 @@ class EventfulProgram {
   }
 
   [[nodiscard]] Index some_edge(const Solver& solver, int round) const {
-    auto edge = static_cast<Index>(random(round, 40) % solver.edges().size());
-    while (!solver.is_edge_alive(edge)) {
-      edge = (edge + 1) % static_cast<Index>(solver.edges().size());
+    auto edge = static_cast<Index>(random(round, 40) % solver.tissue().edges().size());
+    while (!solver.tissue().is_edge_alive(edge)) {
+      edge = (edge + 1) % static_cast<Index>(solver.tissue().edges().size());
     }
     return edge;
   }
@@ -226,7 +226,7 @@ class EventfulProgram {
 
   [[nodiscard]] Index some_vertex(const Solver& solver, int round) const {
     Index v = static_cast<Index>(random(round, 30) % rest_.size());
-    while (!solver.has_tissue(v)) {
+    while (!solver.tissue().has_tissue(v)) {
       v = (v + 1) % static_cast<Index>(rest_.size());
     }
     return v;
@@ -248,9 +248,10 @@ class EventfulProgram {
 
   [[nodiscard]] static std::vector<Index> guests_in(const Solver& solver) {
     std::vector<Index> guests;
-    for (Index b = 0; b < static_cast<Index>(solver.bodies().size()); ++b) {
-      const std::string& name = solver.body(b).name;
-      if (solver.is_body_alive(b) && (name.starts_with("guest") || name.starts_with("bead"))) {
+    for (Index b = 0; b < static_cast<Index>(solver.tissue().bodies().size()); ++b) {
+      const std::string& name = solver.tissue().body(b).name;
+      if (solver.tissue().is_body_alive(b) &&
+          (name.starts_with("guest") || name.starts_with("bead"))) {
         guests.push_back(b);
       }
     }
@@ -261,18 +262,18 @@ class EventfulProgram {
   void resize(Solver& solver, int round) const {
     TopologyEdit edit;
     for (const Index t : some_tets(solver, round, 6)) {
-      const bool is_of_tube = solver.body_of_tet(t) == 1;
+      const bool is_of_tube = solver.tissue().body_of_tet(t) == 1;
       if (!is_of_tube) {
         edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
       }
-      const Index edge = solver.tet_edges(t)[0];
+      const Index edge = solver.tissue().tet_edges(t)[0];
       const bool is_new = std::ranges::none_of(
           edit.rest_lengths, [&](const RestLengthChange& change) { return change.edge == edge; });
-      if (solver.body_of_tet(t) < 2 && is_new) {
+      if (solver.tissue().body_of_tet(t) < 2 && is_new) {
         edit.rest_lengths.push_back({edge, 0.95F * solver.rest_length(edge)});
       }
     }
-    apply_edit(solver, edit);
+    solver.tissue().apply(edit);
   }
 
   void grasp_some(Solver& solver, int round) const {
@@ -284,7 +285,7 @@ class EventfulProgram {
   void remove_vertex(Solver& solver, int round) const {
     grasp_some(solver, round);
     solver.step(kEventfulTimeStep);
-    apply_edit(solver, all_around(solver, some_vertex(solver, round)));
+    solver.tissue().apply(all_around(solver, some_vertex(solver, round)));
   }
 
   // Vertices, links and what a tool holds come back, while the solver steps or before.
@@ -293,18 +294,18 @@ class EventfulProgram {
     solver.step(kEventfulTimeStep);
     TopologyEdit edit = all_around(solver, some_vertex(solver, round));
     edit.remove_links = some_link(solver, round);
-    const EditResult result = apply_edit(solver, edit);
+    solver.tissue().apply(edit);
     if (steps) {
       solver.step(kEventfulTimeStep);
     }
-    undo_edit(solver, edit, result);
+    solver.tissue().undo();
   }
 
   static TopologyEdit all_around(const Solver& solver, Index gone) {
     TopologyEdit edit;
-    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-      if (solver.is_tet_alive(t) &&
-          std::ranges::find(solver.tets()[t], gone) != solver.tets()[t].end()) {
+    for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+      if (solver.tissue().is_tet_alive(t) &&
+          std::ranges::find(solver.tissue().tets()[t], gone) != solver.tissue().tets()[t].end()) {
         edit.remove_tets.push_back(t);
       }
     }
@@ -348,19 +349,19 @@ inline SolverOptions options_of(const Variant& variant) {
 inline TopologyEdit eventful_edit(const Solver& solver, Index round) {
   constexpr Index kStride = 97;
   TopologyEdit edit;
-  for (Index t = round; t < static_cast<Index>(solver.tets().size()); t += kStride) {
-    if (!solver.is_tet_alive(t)) {
+  for (Index t = round; t < static_cast<Index>(solver.tissue().tets().size()); t += kStride) {
+    if (!solver.tissue().is_tet_alive(t)) {
       continue;
     }
-    const Material& material = solver.body(solver.body_of_tet(t)).material;
-    const bool is_of_tube = solver.body_of_tet(t) == 1;
+    const Material& material = solver.tissue().body(solver.tissue().body_of_tet(t)).material;
+    const bool is_of_tube = solver.tissue().body_of_tet(t) == 1;
     const bool is_of_solid = material.model == ElasticModel::neo_hookean;
     if (round % 3 != 0) {
       edit.remove_tets.push_back(t);
     } else if (!is_of_tube) {
       edit.rest_volumes.push_back({t, 0.9F * solver.rest_volume(t)});
       if (!is_of_solid) {
-        const Index edge = solver.tet_edges(t)[round % 6];
+        const Index edge = solver.tissue().tet_edges(t)[round % 6];
         edit.rest_lengths.push_back({edge, 0.9F * solver.rest_length(edge)});
       }
     }

@@ -89,7 +89,7 @@ void LiveModel::remove_body(Index body) {
 
 void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const RestLengthChange& change : edit.rest_lengths) {
-    const Edge& edge = solver.edges()[change.edge];
+    const Edge& edge = solver.tissue().edges()[change.edge];
     if (const auto limit = limits.find(edge); limit != limits.end()) {
       limit->second *= change.rest_length / rest_lengths[edge];
     }

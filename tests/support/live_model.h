@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg::testing {
 

@@ -11,7 +11,7 @@
 #include "pbdsurg/mesh/topology.h"
 
 #include "solver/neo_hookean_record.h"
-#include "solver/solver_data.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -89,50 +89,55 @@ struct Fresh {
 };
 
 void compare_bodies(const Solver& solver, const Fresh& fresh, const LiveModel& model) {
-  require(solver.bodies().size() == model.bodies.size(), "bodies",
-          index_of(solver.bodies().size()));
+  require(solver.tissue().bodies().size() == model.bodies.size(), "bodies",
+          index_of(solver.tissue().bodies().size()));
   std::vector<bool> is_alive(model.bodies.size());
   for (Index v = 0; v < model.vertex_count(); ++v) {
     const Index body = model.vertex_bodies[v];
-    require(solver.body_of_vertex(v) == body, "body of vertex", v);
+    require(solver.tissue().body_of_vertex(v) == body, "body of vertex", v);
     is_alive[body] = is_alive[body] || fresh.masses[v] > 0;
   }
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Index b = index_of(i);
-    const Body& actual = solver.body(b);
+    const Body& actual = solver.tissue().body(b);
     const Body& expected = model.bodies[i];
     require(actual.name == expected.name, "name of body", b);
     require(actual.first_vertex == expected.first_vertex &&
                 actual.vertex_count == expected.vertex_count &&
                 actual.first_tet == expected.first_tet && actual.tet_count == expected.tet_count,
             "ids of body", b);
-    require(solver.is_body_alive(b) == is_alive[i], "body alive", b);
+    require(solver.tissue().is_body_alive(b) == is_alive[i], "body alive", b);
   }
 }
 
 void compare_topology(const Solver& solver, const Fresh& fresh, const LiveModel& model) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   require(solver.vertex_count() == model.vertex_count(), "vertices", solver.vertex_count());
-  require(solver.tets().size() == model.tets.size(), "tets", index_of(solver.tets().size()));
-  require(solver.links().size() == model.links.size(), "links", index_of(solver.links().size()));
+  require(solver.tissue().tets().size() == model.tets.size(), "tets",
+          index_of(solver.tissue().tets().size()));
+  require(solver.tissue().links().size() == model.links.size(), "links",
+          index_of(solver.tissue().links().size()));
   std::size_t live = 0;
-  for (std::size_t e = 0; e < solver.edges().size(); ++e) {
-    const Fresh::LiveEdge* edge = fresh.find(solver.edges()[e]);
+  for (std::size_t e = 0; e < solver.tissue().edges().size(); ++e) {
+    const Fresh::LiveEdge* edge = fresh.find(solver.tissue().edges()[e]);
     live += edge != nullptr;
-    require(data.edge_tets[e] == (edge != nullptr ? edge->tets : 0), "tets around edge",
+    require(data.tissue->edge_tets()[e] == (edge != nullptr ? edge->tets : 0), "tets around edge",
             index_of(e));
-    require(solver.is_edge_alive(index_of(e)) == (edge != nullptr), "edge alive", index_of(e));
+    require(solver.tissue().is_edge_alive(index_of(e)) == (edge != nullptr), "edge alive",
+            index_of(e));
   }
   require(live == fresh.edges.size(), "live edges", index_of(live));
   for (std::size_t t = 0; t < model.tets.size(); ++t) {
-    require(solver.is_tet_alive(index_of(t)) == model.tet_alive[t], "tet alive", index_of(t));
+    require(solver.tissue().is_tet_alive(index_of(t)) == model.tet_alive[t], "tet alive",
+            index_of(t));
     if (model.tet_alive[t]) {
-      require(solver.tets()[t] == model.tets[t], "vertices of tet", index_of(t));
-      require(data.body_of_tet(index_of(t)) == model.tet_bodies[t], "body of tet", index_of(t));
+      require(solver.tissue().tets()[t] == model.tets[t], "vertices of tet", index_of(t));
+      require(data.tissue->body_of_tet(index_of(t)) == model.tet_bodies[t], "body of tet",
+              index_of(t));
       for (std::size_t e = 0; e < 6; ++e) {
-        const Tet& tet = solver.tets()[t];
+        const Tet& tet = solver.tissue().tets()[t];
         const Index a = tet[kTetEdges[e][0]], b = tet[kTetEdges[e][1]];
-        require(solver.edges()[solver.tet_edges(index_of(t))[e]] ==
+        require(solver.tissue().edges()[solver.tissue().tet_edges(index_of(t))[e]] ==
                     Edge{std::min(a, b), std::max(a, b)},
                 "edges of tet", index_of(t));
       }
@@ -141,16 +146,17 @@ void compare_topology(const Solver& solver, const Fresh& fresh, const LiveModel&
 }
 
 void compare_masses(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const auto velocities = solver.velocities();
   for (Index v = 0; v < model.vertex_count(); ++v) {
     const double mass = fresh.masses[v];
     const float w = data.particle(v).w;
-    require(static_cast<Index>(data.vertex_tets[v].size()) == fresh.vertex_tets[v],
+    require(static_cast<Index>(data.tissue->tets_at(v).size()) == fresh.vertex_tets[v],
             "tets at vertex", v);
-    require(solver.has_tissue(v) == (mass > 0), "tissue at vertex", v);
-    require(mass > 0 ? is_near(data.vertex_masses[v], mass, 1e-9) : data.vertex_masses[v] == 0,
-            "mass of vertex", v);
+    require(solver.tissue().has_tissue(v) == (mass > 0), "tissue at vertex", v);
+    require(
+        mass > 0 ? is_near(data.tissue->masses()[v], mass, 1e-9) : data.tissue->masses()[v] == 0,
+        "mass of vertex", v);
     if (mass > 0 && !model.is_fixed[v]) {
       require(is_near(w, 1 / mass, 1e-6), "inverse mass of vertex", v);
     } else {
@@ -160,29 +166,31 @@ void compare_masses(const LiveModel& model, const Solver& solver, const Fresh& f
 }
 
 void compare_distances(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const auto expect = [&](Index id, const Edge& vertices, float rest, float stiffness,
                           float damping, const char* what) {
-    const auto [places, parameters] = data.distances.record(id);
+    const auto [places, parameters] = data.sets.of<DistanceConstraint>().record(id);
     require(places == data.places_of(vertices) && is_near(parameters[0], rest, kRounding) &&
                 parameters[1] == stiffness && parameters[2] == damping,
             what, id);
   };
-  for (std::size_t e = 0; e < solver.edges().size(); ++e) {
-    const Fresh::LiveEdge* edge = fresh.find(solver.edges()[e]);
+  for (std::size_t e = 0; e < solver.tissue().edges().size(); ++e) {
+    const Fresh::LiveEdge* edge = fresh.find(solver.tissue().edges()[e]);
     const bool is_spring = edge != nullptr && edge->body->material.model == ElasticModel::springs;
     const bool is_limited = edge != nullptr && std::isfinite(edge->body->material.max_stretch);
     const Index id = index_of(e);
-    const Index distance = data.distance_ids.of_edge(id);
-    require(data.distances.is_alive(distance) == is_spring, "distance of edge", id);
-    require(data.strain_limits.is_alive(id) == is_limited, "strain limit of edge", id);
+    const Index distance = data.sets.distance_ids.of_edge(id);
+    require(data.sets.of<DistanceConstraint>().is_alive(distance) == is_spring, "distance of edge",
+            id);
+    require(data.sets.of<StrainLimitConstraint>().is_alive(id) == is_limited,
+            "strain limit of edge", id);
     if (is_spring) {
       const Material& material = edge->body->material;
       expect(distance, edge->vertices, model.rest_lengths.at(edge->vertices),
              pick(material.stretch, solver), material.damping, "distance of edge");
     }
     if (is_limited) {
-      const auto limit = data.strain_limits.record(id);
+      const auto limit = data.sets.of<StrainLimitConstraint>().record(id);
       require(limit.places == data.places_of(edge->vertices) &&
                   is_near(limit.parameters[StrainLimitConstraint::kLimit],
                           model.limits.at(edge->vertices), kRounding),
@@ -191,12 +199,13 @@ void compare_distances(const LiveModel& model, const Solver& solver, const Fresh
   }
   for (std::size_t l = 0; l < model.links.size(); ++l) {
     const Link& link = model.links[l];
-    const Index id = data.distance_ids.of_link(index_of(l));
+    const Index id = data.sets.distance_ids.of_link(index_of(l));
     const bool is_alive =
         model.link_alive[l] && fresh.masses[link.first] > 0 && fresh.masses[link.second] > 0;
-    require(solver.is_link_alive(index_of(l)) == is_alive, "link alive", index_of(l));
+    require(solver.tissue().is_link_alive(index_of(l)) == is_alive, "link alive", index_of(l));
     if (is_alive) {
-      require(solver.links()[l].first == link.first && solver.links()[l].second == link.second,
+      require(solver.tissue().links()[l].first == link.first &&
+                  solver.tissue().links()[l].second == link.second,
               "ends of link", index_of(l));
       expect(id, {link.first, link.second}, link.rest_length, pick(link.stiffness, solver), 0,
              "distance of link");
@@ -205,21 +214,21 @@ void compare_distances(const LiveModel& model, const Solver& solver, const Fresh
 }
 
 void compare_tets(const LiveModel& model, const Solver& solver) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   for (std::size_t i = 0; i < model.tets.size(); ++i) {
     const Index t = index_of(i);
     const Body& body = model.body_of_tet(t);
     const Material& material = body.material;
     const bool is_solid = model.tet_alive[i] && material.model == ElasticModel::neo_hookean;
     const bool has_volume = model.tet_alive[i] && has_volume_constraints(body);
-    require(data.volumes.is_alive(t) == has_volume, "volume of tet", t);
-    require(data.neo_hookeans.is_alive(t) == is_solid, "neo-hookean of tet", t);
+    require(data.sets.of<VolumeConstraint>().is_alive(t) == has_volume, "volume of tet", t);
+    require(data.sets.of<NeoHookeanConstraint>().is_alive(t) == is_solid, "neo-hookean of tet", t);
     if (!model.tet_alive[i]) {
       continue;
     }
     const Tet places = data.places_of(model.tets[i]);
     if (has_volume) {
-      const auto record = data.volumes.record(t);
+      const auto record = data.sets.of<VolumeConstraint>().record(t);
       require(record.places == places &&
                   is_near(record.parameters[VolumeConstraint::kRest], model.rest_volumes[i],
                           kRounding) &&
@@ -228,7 +237,7 @@ void compare_tets(const LiveModel& model, const Solver& solver) {
               "volume of tet", t);
     }
     if (is_solid) {
-      const auto record = data.neo_hookeans.record(t);
+      const auto record = data.sets.of<NeoHookeanConstraint>().record(t);
       auto expected = make_neo_hookean(model.points, model.tets[i], places, material);
       const double share = model.rest_volumes[i] / tet_volume(model.points, model.tets[i]);
       for (int p = 0; p < 9; ++p) {
@@ -285,13 +294,17 @@ void compare_groups(const ConstraintSlots<Constraint>& slots, const SolverData& 
 }
 
 void compare_colors(const SolverData& data) {
-  std::vector<bool> distances(static_cast<std::size_t>(data.distances.group_count()));
-  std::vector<bool> volumes(static_cast<std::size_t>(data.volumes.group_count()));
-  std::vector<bool> neo_hookeans(static_cast<std::size_t>(data.neo_hookeans.group_count()));
-  std::vector<bool> strain_limits(static_cast<std::size_t>(data.strain_limits.group_count()));
+  std::vector<bool> distances(
+      static_cast<std::size_t>(data.sets.of<DistanceConstraint>().group_count()));
+  std::vector<bool> volumes(
+      static_cast<std::size_t>(data.sets.of<VolumeConstraint>().group_count()));
+  std::vector<bool> neo_hookeans(
+      static_cast<std::size_t>(data.sets.of<NeoHookeanConstraint>().group_count()));
+  std::vector<bool> strain_limits(
+      static_cast<std::size_t>(data.sets.of<StrainLimitConstraint>().group_count()));
   std::map<std::pair<Index, Index>, Index> domain_of;  // of (level, place)
   const auto claim = [&](const auto& slots, Index group, const Phase& phase) {
-    if (data.domain_counts.size() > 1) {
+    if (data.sets.domain_counts.size() > 1) {
       for (const Index id : slots.ids(group)) {
         for (const Index place : slots.record(id).places) {
           require(domain_of.try_emplace({phase.level, place}, phase.domain).first->second ==
@@ -301,38 +314,39 @@ void compare_colors(const SolverData& data) {
       }
     }
   };
-  for (const Phase& phase : data.constraint_phases) {
+  for (const Phase& phase : data.sets.phases) {
     const auto color = static_cast<std::size_t>(phase.color);
     switch (phase.kind) {
       case PhaseKind::distance:
         distances[color] = phase.serial;
-        claim(data.distances, phase.color, phase);
+        claim(data.sets.of<DistanceConstraint>(), phase.color, phase);
         break;
       case PhaseKind::joint:
         for (Index place = 0; place < 6; ++place) {
-          distances[data.joint_group(phase.color, place)] = phase.serial;
+          distances[data.sets.joint_group(phase.color, place)] = phase.serial;
         }
         [[fallthrough]];
       case PhaseKind::volume:
         volumes[color] = phase.serial;
-        claim(data.volumes, phase.color, phase);
+        claim(data.sets.of<VolumeConstraint>(), phase.color, phase);
         break;
       case PhaseKind::neo_hookean:
         neo_hookeans[color] = phase.serial;
-        claim(data.neo_hookeans, phase.color, phase);
+        claim(data.sets.of<NeoHookeanConstraint>(), phase.color, phase);
         break;
       case PhaseKind::strain_limit:
         strain_limits[color] = phase.serial;
-        claim(data.strain_limits, phase.color, phase);
+        claim(data.sets.of<StrainLimitConstraint>(), phase.color, phase);
         break;
       default:
         require(false, "kind of a constraint's phase", static_cast<Index>(phase.kind));
     }
   }
-  compare_groups(data.distances, data, distances, "group of distances");
-  compare_groups(data.volumes, data, volumes, "group of volumes");
-  compare_groups(data.neo_hookeans, data, neo_hookeans, "group of neo-hookeans");
-  compare_groups(data.strain_limits, data, strain_limits, "group of strain limits");
+  compare_groups(data.sets.of<DistanceConstraint>(), data, distances, "group of distances");
+  compare_groups(data.sets.of<VolumeConstraint>(), data, volumes, "group of volumes");
+  compare_groups(data.sets.of<NeoHookeanConstraint>(), data, neo_hookeans, "group of neo-hookeans");
+  compare_groups(data.sets.of<StrainLimitConstraint>(), data, strain_limits,
+                 "group of strain limits");
 }
 
 void compare_plan(const SolverData& data) {
@@ -340,8 +354,8 @@ void compare_plan(const SolverData& data) {
     return;
   }
   std::size_t next = 0;
-  for (const Phase& phase : data.constraint_phases) {
-    if (data.constraint_count(phase) > 0) {
+  for (const Phase& phase : data.sets.phases) {
+    if (data.sets.constraint_count(phase) > 0) {
       require(next < data.plan.phases.size() && data.plan.phases[next].kind == phase.kind &&
                   data.plan.phases[next].color == phase.color,
               "phase", index_of(next));
@@ -354,34 +368,36 @@ void compare_plan(const SolverData& data) {
 // Of a joint plan: edges that are as they were have an owner; those that edits made, and those
 // whose owner they took, may be on their own.
 void compare_owners(const LiveModel& model, const Solver& solver, const Fresh& fresh) {
-  const SolverData& data = solver_data(solver);
+  const SolverData& data = inspect(solver);
   const bool is_joint = data.options.composition == PlanComposition::joint;
-  std::vector<bool> has_phase(static_cast<std::size_t>(data.distances.group_count()));
-  for (const Phase& phase : data.constraint_phases) {
+  std::vector<bool> has_phase(
+      static_cast<std::size_t>(data.sets.of<DistanceConstraint>().group_count()));
+  for (const Phase& phase : data.sets.phases) {
     if (phase.kind == PhaseKind::distance) {
       has_phase[phase.color] = true;
     }
   }
-  for (std::size_t i = 0; i < data.edges.size(); ++i) {
+  for (std::size_t i = 0; i < data.tissue->edges().size(); ++i) {
     const Index e = index_of(i);
-    const Index distance = data.distance_ids.of_edge(e);
-    if (!data.distances.is_alive(distance)) {
+    const Index distance = data.sets.distance_ids.of_edge(e);
+    if (!data.sets.of<DistanceConstraint>().is_alive(distance)) {
       continue;
     }
-    const Index owner = data.edge_owners[e];
-    const bool may_be_alone =
-        !is_joint || model.has_grown || !has_volume_constraints(*fresh.find(data.edges[i])->body);
+    const Index owner = data.sets.edge_owners[e];
+    const bool may_be_alone = !is_joint || model.has_grown ||
+                              !has_volume_constraints(*fresh.find(data.tissue->edges()[i])->body);
     if (owner == kInvalidIndex) {
-      require(may_be_alone && has_phase[data.distances.group_of(distance)], "owner of edge", e);
+      require(may_be_alone && has_phase[data.sets.of<DistanceConstraint>().group_of(distance)],
+              "owner of edge", e);
       continue;
     }
-    require(is_joint && data.tet_alive[owner], "owner of edge", e);
-    const auto& edges = data.tet_edges[owner];
+    require(is_joint && data.tissue->is_tet_alive(owner), "owner of edge", e);
+    const auto& edges = data.tissue->tet_edges()[owner];
     const auto place = std::ranges::find(edges, e) - edges.begin();
-    require(
-        place < 6 && data.distances.group_of(distance) ==
-                         data.joint_group(data.volumes.group_of(owner), static_cast<Index>(place)),
-        "group of an owned edge", e);
+    require(place < 6 && data.sets.of<DistanceConstraint>().group_of(distance) ==
+                             data.sets.joint_group(data.sets.of<VolumeConstraint>().group_of(owner),
+                                                   static_cast<Index>(place)),
+            "group of an owned edge", e);
   }
 }
 
@@ -396,8 +412,8 @@ std::string difference(const LiveModel& model, const Solver& solver) {
     compare_distances(model, solver, fresh);
     compare_tets(model, solver);
     compare_owners(model, solver, fresh);
-    compare_colors(solver_data(solver));
-    compare_plan(solver_data(solver));
+    compare_colors(inspect(solver));
+    compare_plan(inspect(solver));
     return {};
   } catch (const Mismatch& mismatch) {
     return mismatch.what();

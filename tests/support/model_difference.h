@@ -7,11 +7,11 @@
 
 #include <string>
 
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/live_model.h"
 

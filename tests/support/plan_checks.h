@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "solver/solver_data.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::testing {
 
@@ -18,7 +18,7 @@ namespace pbdsurg::testing {
 /// edges and tetrahedra of one joint phase, or of different domains of a level; and whether what is
 /// serial comes last of its kind, as devices have it.
 inline bool is_plan_valid(const SolverData& data) {
-  bool is_valid = std::ranges::is_sorted(data.constraint_phases, {}, [](const Phase& phase) {
+  bool is_valid = std::ranges::is_sorted(data.sets.phases, {}, [](const Phase& phase) {
     return std::tuple(phase.level, phase.domain, phase.kind, phase.serial);
   });
   std::map<std::tuple<Index, Index>, Index> domain_of;  // level, place
@@ -36,31 +36,33 @@ inline bool is_plan_valid(const SolverData& data) {
     }
   };
   const auto self = [](Index id) { return id; };
-  for (const Phase& phase : data.constraint_phases) {
+  for (const Phase& phase : data.sets.phases) {
     std::map<Index, Index> users;
     switch (phase.kind) {
       case PhaseKind::distance:
-        visit(phase, data.distances, phase.color, users, self);
+        visit(phase, data.sets.of<DistanceConstraint>(), phase.color, users, self);
         break;
       case PhaseKind::joint:
         for (Index place = 0; place < 6; ++place) {
-          visit(phase, data.distances, data.joint_group(phase.color, place), users,
-                [&](Index distance) {
-                  const Index owner = data.edge_owners[data.distance_ids.edge_of(distance)];
-                  is_valid = is_valid && data.volumes.group_of(owner) == phase.color;
+          visit(phase, data.sets.of<DistanceConstraint>(),
+                data.sets.joint_group(phase.color, place), users, [&](Index distance) {
+                  const Index owner =
+                      data.sets.edge_owners[data.sets.distance_ids.edge_of(distance)];
+                  is_valid =
+                      is_valid && data.sets.of<VolumeConstraint>().group_of(owner) == phase.color;
                   return owner;
                 });
         }
-        visit(phase, data.volumes, phase.color, users, self);
+        visit(phase, data.sets.of<VolumeConstraint>(), phase.color, users, self);
         break;
       case PhaseKind::volume:
-        visit(phase, data.volumes, phase.color, users, self);
+        visit(phase, data.sets.of<VolumeConstraint>(), phase.color, users, self);
         break;
       case PhaseKind::neo_hookean:
-        visit(phase, data.neo_hookeans, phase.color, users, self);
+        visit(phase, data.sets.of<NeoHookeanConstraint>(), phase.color, users, self);
         break;
       default:
-        visit(phase, data.strain_limits, phase.color, users, self);
+        visit(phase, data.sets.of<StrainLimitConstraint>(), phase.color, users, self);
         break;
     }
   }

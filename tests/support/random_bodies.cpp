@@ -45,10 +45,10 @@ Material make_material(const TetMesh& mesh, ProjectionMode mode, Choices& choice
 
 // One that no body has: a compaction leaves fewer bodies than their names count.
 std::string make_name(const Solver& solver, const Scene& scene) {
-  for (std::size_t number = solver.bodies().size() + scene.bodies().size();; ++number) {
+  for (std::size_t number = solver.tissue().bodies().size() + scene.bodies().size();; ++number) {
     const std::string name = "guest " + std::to_string(number);
     const auto has_name = [&](const Body& body) { return body.name == name; };
-    if (std::ranges::none_of(solver.bodies(), has_name) &&
+    if (std::ranges::none_of(solver.tissue().bodies(), has_name) &&
         std::ranges::none_of(scene.bodies(), has_name)) {
       return name;
     }

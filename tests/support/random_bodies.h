@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "support/choices.h"
 

@@ -59,7 +59,7 @@ inline double count_error(Solver& solver, const Scene& scene) {
   const double density = scene.body(0).material.density;
   for (std::size_t t = 0; t < scene.tets().size(); ++t) {
     for (const Index v : scene.tets()[t]) {
-      mass[v] += solver.is_tet_alive(static_cast<Index>(t))
+      mass[v] += solver.tissue().is_tet_alive(static_cast<Index>(t))
                      ? density * tet_volume(scene.positions(), scene.tets()[t]) / 4
                      : 0;
     }
@@ -89,23 +89,24 @@ inline double count_error(Solver& solver, const Scene& scene) {
       smallest = std::min(smallest, Eigen::Vector3d(d.x, d.y, d.z).norm());
     }
   };
-  for (Index e = 0; e < static_cast<Index>(solver.edges().size()); ++e) {
-    if (solver.is_edge_alive(e)) {
-      project(DistanceConstraint{}, solver.edges()[e], solver.rest_length(e),
+  for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
+    if (solver.tissue().is_edge_alive(e)) {
+      project(DistanceConstraint{}, solver.tissue().edges()[e], solver.rest_length(e),
               kSoftStretch.compliance);
     }
   }
-  for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-    if (solver.is_link_alive(l)) {
-      const Link& link = solver.links()[l];
+  for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+    if (solver.tissue().is_link_alive(l)) {
+      const Link& link = solver.tissue().links()[l];
       project(DistanceConstraint{}, Edge{link.first, link.second}, link.rest_length,
               link.stiffness.compliance);
     }
   }
   const Body& block = scene.body(1);
   for (Index t = block.first_tet; t < block.first_tet + block.tet_count; ++t) {
-    if (solver.is_tet_alive(t)) {
-      project(VolumeConstraint{}, solver.tets()[t], solver.rest_volume(t), kSoftVolume.compliance);
+    if (solver.tissue().is_tet_alive(t)) {
+      project(VolumeConstraint{}, solver.tissue().tets()[t], solver.rest_volume(t),
+              kSoftVolume.compliance);
     }
   }
 

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <span>
 
-#include "solver/solver_data.h"
 #include "support/digest.h"
+#include "support/inspect.h"
 
 namespace pbdsurg::testing {
 
@@ -34,37 +34,38 @@ void mix_slots(Digest& digest, const ConstraintSlots<Constraint>& slots) {
 /// Topology, constraints, their order, masses, plan, and the state and tools of all copies. What is
 /// kept within a substep or by a backend alone is left out.
 inline std::uint64_t digest_of(const SolverData& data) {
+  const TissueData& tissue = inspect(*data.tissue);
   Digest digest;
-  digest.mix_all(data.tets);
-  digest.mix_all(data.edges);
-  digest.mix_all(data.tet_edges);
-  digest.mix_all(data.edge_tets);
+  digest.mix_all(data.tissue->tets());
+  digest.mix_all(data.tissue->edges());
+  digest.mix_all(data.tissue->tet_edges());
+  digest.mix_all(data.tissue->edge_tets());
   for (Index v = 0; v < static_cast<Index>(data.particles.size()); ++v) {
-    digest.mix_all(data.vertex_tets[v]);
-    digest.mix_all(data.vertex_links[v]);
+    digest.mix_all(data.tissue->tets_at(v));
+    digest.mix_all(data.tissue->links_at(v));
   }
-  digest.mix(data.distance_ids.count());
-  digest.mix_all(data.tet_alive);
-  digest.mix(data.bodies.size());
-  digest.mix_all(data.tissue_counts);
-  digest.mix_all(data.later_vertex_bodies);
-  digest.mix_all(data.later_tet_bodies);
-  digest.mix(data.has_damping);
-  digest.mix_all(data.tet_masses);
-  digest.mix_all(data.vertex_masses);
+  digest.mix(data.sets.distance_ids.count());
+  digest.mix_all(tissue.tet_alive.values());
+  digest.mix(data.tissue->bodies().size());
+  digest.mix_all(tissue.tissue_counts.values());
+  digest.mix_all(tissue.later_vertex_bodies.values());
+  digest.mix_all(tissue.later_tet_bodies.values());
+  digest.mix(data.sets.has_damping);
+  digest.mix_all(tissue.tet_masses.values());
+  digest.mix_all(data.tissue->masses());
   digest.mix_all(data.place_of_vertex);
-  for (const Link& link : data.links) {
+  for (const Link& link : data.tissue->links()) {
     digest.mix(link.first);
     digest.mix(link.second);
   }
-  mix_slots(digest, data.distances);
-  mix_slots(digest, data.volumes);
-  mix_slots(digest, data.neo_hookeans);
-  mix_slots(digest, data.strain_limits);
-  for (std::size_t edge = 0; edge < data.edges.size(); ++edge) {
-    digest.mix(data.edge_owners[static_cast<Index>(edge)]);
+  mix_slots(digest, data.sets.of<DistanceConstraint>());
+  mix_slots(digest, data.sets.of<VolumeConstraint>());
+  mix_slots(digest, data.sets.of<NeoHookeanConstraint>());
+  mix_slots(digest, data.sets.of<StrainLimitConstraint>());
+  for (std::size_t edge = 0; edge < data.tissue->edges().size(); ++edge) {
+    digest.mix(data.sets.edge_owners[static_cast<Index>(edge)]);
   }
-  for (const Phase& phase : data.constraint_phases) {
+  for (const Phase& phase : data.sets.phases) {
     digest.mix(static_cast<int>(phase.kind));
     digest.mix(phase.color);
     digest.mix(phase.level);
@@ -106,13 +107,19 @@ inline std::uint64_t digest_of(const SolverData& data) {
   }
   for (Index i = 0; i < data.copy_count(); ++i) {
     const CopyState& copy = data.copy(i);
-    for (const Particle& p : copy.particles) {
-      digest.mix_all(std::array{p.x, p.y, p.z, p.w});
+    if (copy.is_state_current) {
+      for (const Particle& p : copy.particles) {
+        digest.mix_all(std::array{p.x, p.y, p.z, p.w});
+      }
+      for (const Velocity& v : copy.velocities) {
+        digest.mix_all(std::array{v.x, v.y, v.z});
+      }
+      digest.mix_all(copy.falling);
+    } else {  // the backend has it: what is here of it is what was read last
+      for (const Particle& p : copy.particles) {
+        digest.mix(p.w);
+      }
     }
-    for (const Velocity& v : copy.velocities) {
-      digest.mix_all(std::array{v.x, v.y, v.z});
-    }
-    digest.mix_all(copy.falling);
     digest.mix(copy.attachment_colors);
     for (const ToolState& tool : copy.tools) {
       for (const Attachment& attachment : tool.attachments) {

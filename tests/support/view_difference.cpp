@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/edit/live_boundary.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/views/live_boundary.h"
 
 #include "support/model_difference.h"
 
@@ -69,7 +69,7 @@ std::string difference(const LiveModel& model, const LiveSurface& surface, const
       return mismatch("triangle in an empty slot", slot);
     }
   }
-  for (const BoundaryTriangle& triangle : find_live_boundary(solver, body)) {
+  for (const BoundaryTriangle& triangle : find_live_boundary(solver.tissue(), body)) {
     found.emplace_back(from_smallest(triangle.vertices), triangle.tet);
   }
   std::ranges::sort(shown);
@@ -122,7 +122,7 @@ std::string difference(const LiveModel& model, const ConnectiveTissue& tissue,
   std::vector<int> losses(tissue.strands().size());
   for (const StrandEvent& event : tissue.events()) {
     ++losses[event.strand];
-    if (solver.is_link_alive(event.link)) {
+    if (solver.tissue().is_link_alive(event.link)) {
       return mismatch("strand that parted at a link which is there", losses.size());
     }
   }
@@ -130,8 +130,9 @@ std::string difference(const LiveModel& model, const ConnectiveTissue& tissue,
     const Strand& strand = tissue.strands()[s];
     bool is_whole = true;
     for (Index l = strand.first_link; l < strand.first_link + strand.link_count; ++l) {
-      is_whole = is_whole && model.link_alive[l] && solver.has_tissue(model.links[l].first) &&
-                 solver.has_tissue(model.links[l].second);
+      is_whole = is_whole && model.link_alive[l] &&
+                 solver.tissue().has_tissue(model.links[l].first) &&
+                 solver.tissue().has_tissue(model.links[l].second);
     }
     if (tissue.is_whole(static_cast<Index>(s)) != is_whole || losses[s] != (is_whole ? 0 : 1)) {
       return mismatch("strand", s);

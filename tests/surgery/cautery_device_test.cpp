@@ -47,11 +47,11 @@ TEST_CASE("cautery: what a failed substep left undelivered stays so", "[unit]") 
   Scene scene;
   scene.add_body("fat", mesh);
   Solver solver(scene);
-  const ThermalBody body{0, &mesh, tissues::fat().heat};
+  const ThermalBody body{0, tissues::fat().heat};
   CauteryOptions options;
   options.heat.backend = FieldBackend::cuda;
   options.potential.backend = FieldBackend::cpu;
-  Cautery cautery(solver, std::span(&body, 1), options);
+  Cautery cautery(solver.tissue(), std::span(&body, 1), options);
   const Eigen::Vector3f tip(4e-3F, 4e-3F, 4.2e-3F);
   const Electrode electrode{tip, tip};
 

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that follows topology goes along with a compaction.
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/solver/compaction.h"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/surgery/cut.h"
 
 #include "support/catch.h"
 #include "surgery/slabs.h"
@@ -35,28 +34,16 @@ const CauteryOptions kPrecise{
     .heat = {.tolerance = 1e-12},
     .potential = {.region_radii = 6, .tolerance = 1e-11, .most_iterations = 2000}};
 
-Renumbering build_and_finish(Solver& solver) {
-  Compaction compaction(solver);
-  compaction.build();
-  return compaction.finish(solver);
-}
-
 Renumbering compact(World& world) {
-  Renumbering ids = build_and_finish(world.solver);
-  world.cautery.renumber(world.solver, ids);
-  world.strands.renumber(world.solver, ids);
-  world.pieces.renumber(world.solver, ids);
-  for (LiveSurface& surface : world.surfaces) {
-    surface.renumber(world.solver, ids);
-  }
-  return ids;
+  Compaction compaction(world.solver);
+  compaction.build();
+  return compaction.finish(world.solver);
 }
 
 // Lies on the lower slab, among the strands, askew.
 CauteryReport burn(World& world, float x, double power) {
   const Electrode electrode{{x, 3.7e-3F, 4.2e-3F}, {x + 0.3e-3F, 7.6e-3F, 4.25e-3F}};
-  return world.cautery.update(world.solver, electrode, cut_settings(power), 20e-3,
-                              world.all_but(&world.cautery));
+  return world.cautery.update(world.solver, electrode, cut_settings(power), 20e-3);
 }
 
 // Burns, cuts, growth, a body that comes in and goes, and strands that part.
@@ -65,20 +52,20 @@ void work_on(World& world) {
     for (int i = 0; i < 15; ++i) {
       burn(world, 6e-3F, 150);
     }
-    world.strands.separate(world.solver, {}, world.all_but(&world.strands));
+    world.strands.separate(world.solver);
     const CutOptions options{.style =
                                  round % 3 == 2 ? CutStyle::along_faces : CutStyle::through_tets};
-    apply_edit(world.solver, plan_cut(world.solver, testing::random_cut(3, round), options).edit,
-               world.all());
+    world.solver.tissue().apply(
+        plan_cut(world.solver, testing::random_cut(3, round), options).edit);
     if (round == 2) {
       Scene guest;
       guest.add_body("guest", testing::make_box({2, 2, 2}, testing::kEdge));
-      apply_edit(world.solver, {.new_bodies = guest}, world.all());
+      world.solver.tissue().apply({.new_bodies = guest});
     }
     world.solver.step(kTimeStep);
   }
-  const auto guest = static_cast<Index>(world.solver.bodies().size()) - 1;
-  apply_edit(world.solver, {.remove_bodies = {guest}}, world.all());
+  const auto guest = static_cast<Index>(world.solver.tissue().bodies().size()) - 1;
+  world.solver.tissue().apply({.remove_bodies = {guest}});
 }
 
 std::vector<Index> renumbered(std::vector<Index> list, const std::vector<Index>& ids) {
@@ -116,7 +103,7 @@ void extend(Renumbering& ids, const Solver& now, const TopologyEdit& edit) {
     ids.vertices.push_back(now.vertex_count() + static_cast<Index>(i));
   }
   for (std::size_t i = 0; i < edit.new_tets.size(); ++i) {
-    ids.tets.push_back(static_cast<Index>(now.tets().size() + i));
+    ids.tets.push_back(static_cast<Index>(now.tissue().tets().size() + i));
   }
 }
 
@@ -158,7 +145,7 @@ void check_ledger(const Cautery& before, const Cautery& now, double tolerance) {
 void check_same_tissue(const World& before, const World& now, const Renumbering& ids) {
   const ThermalMesh &a = before.cautery.field().mesh(), &b = now.cautery.field().mesh();
   REQUIRE(b.vertex_count() == now.solver.vertex_count());
-  REQUIRE(b.tet_count() == static_cast<Index>(now.solver.tets().size()));
+  REQUIRE(b.tet_count() == static_cast<Index>(now.solver.tissue().tets().size()));
   Index wrong = 0;
   for (Index v = 0; v < a.vertex_count(); ++v) {
     const Index id = ids.vertices[v];
@@ -240,10 +227,10 @@ TEST_CASE("compaction: heat goes on as it would have", "[property]") {
             .edit;
     extend(ids, world.solver, cut);
     const TopologyEdit same = renumbered(cut, ids);
-    apply_edit(unchanged.solver, cut, unchanged.all());
-    const EditResult result = apply_edit(world.solver, same, world.all());
-    undo_edit(world.solver, same, result, world.all());
-    apply_edit(world.solver, same, world.all());
+    unchanged.solver.tissue().apply(cut);
+    world.solver.tissue().apply(same);
+    world.solver.tissue().undo();
+    world.solver.tissue().apply(same);
 
     const float x = 3e-3F + 0.05e-3F * static_cast<float>(round);
     for (int i = 0; i < 6; ++i) {
@@ -251,10 +238,11 @@ TEST_CASE("compaction: heat goes on as it would have", "[property]") {
       resolved += report.is_disk ? 0 : 1;
       REQUIRE(report.power == Approx(expected.power).epsilon(1e-8));
       REQUIRE(report.deferred == expected.deferred);
-      REQUIRE(report.request.remove_tets == renumbered(expected.request.remove_tets, ids.tets));
-      REQUIRE(report.request.remove_links == renumbered(expected.request.remove_links, ids.links));
-      removed += static_cast<Index>(report.request.remove_tets.size());
-      parted += static_cast<Index>(report.request.remove_links.size());
+      REQUIRE(report.edit.edit.remove_tets == renumbered(expected.edit.edit.remove_tets, ids.tets));
+      REQUIRE(report.edit.edit.remove_links ==
+              renumbered(expected.edit.edit.remove_links, ids.links));
+      removed += static_cast<Index>(report.edit.edit.remove_tets.size());
+      parted += static_cast<Index>(report.edit.edit.remove_links.size());
     }
     REQUIRE(difference(unchanged.cautery.field(), world.cautery.field(), ids) < 1e-6);
     check_ledger(unchanged.cautery, world.cautery, 1e-9);
@@ -293,7 +281,7 @@ TEST_CASE("compaction: a burn with compactions is the burn without", "[validatio
 
 // Would catch ids of one numbering read as those of another, and anything that is changed before it
 // is refused.
-TEST_CASE("compaction: who cannot go along is refused, and stays as it was", "[unit]") {
+TEST_CASE("compaction: one that cannot be finished is refused, and all stays as it was", "[unit]") {
   const Slabs slabs;
   World world(slabs, kSerial), other(slabs, kSerial), witness(slabs, kSerial);
   for (World* each : {&world, &other, &witness}) {
@@ -304,28 +292,21 @@ TEST_CASE("compaction: who cannot go along is refused, and stays as it was", "[u
     if (each == &other) {
       edit.remove_tets = {2, 3};  // as many, elsewhere
     }
-    apply_edit(each->solver, edit, each->all());
+    each->solver.tissue().apply(edit);
   }
-  REQUIRE(world.solver.topology_version() == other.solver.topology_version());
-  const Renumbering elsewhere = build_and_finish(other.solver);
-  const auto refuse = [&](const Solver& solver, const Renumbering& ids, const char* why) {
-    for (const auto& renumber :
-         std::vector<std::function<void()>>{[&] { world.cautery.renumber(solver, ids); },
-                                            [&] { world.pieces.renumber(solver, ids); },
-                                            [&] { world.surfaces[0].renumber(solver, ids); }}) {
-      CHECK_THROWS_WITH(renumber(), ContainsSubstring(why));
-    }
-  };
-  const Renumbering none{};
-  refuse(other.solver, none, "the compaction was of");
-  refuse(witness.solver, elsewhere, "must be renumbered before the next edit");
-  refuse(other.solver, elsewhere, "which is of another solver");
-  Renumbering shorter = elsewhere;
-  shorter.vertices.pop_back();
-  refuse(other.solver, shorter, "compaction");
+  REQUIRE(world.solver.tissue().version() == other.solver.tissue().version());
+  Compaction elsewhere(other.solver);
+  elsewhere.build();
+  CHECK_THROWS_AS(elsewhere.finish(world.solver), InvalidArgument);
+  Compaction late(world.solver);
+  late.build();
+  for (World* each : {&world, &witness}) {
+    each->solver.tissue().apply({.remove_tets = {4}});
+  }
+  CHECK_THROWS_AS(late.finish(world.solver), InvalidArgument);
 
   // world goes along as one that was never asked
-  const Renumbering ids = compact(world);
+  compact(world);
   compact(witness);
   burn(world, 6e-3F, 8);
   burn(witness, 6e-3F, 8);
@@ -334,10 +315,8 @@ TEST_CASE("compaction: who cannot go along is refused, and stays as it was", "[u
   CHECK(world.cautery.field().ledger().in == witness.cautery.field().ledger().in);
   check_views(world);
 
-  refuse(world.solver, ids, "the compaction was of version");  // once more
-  build_and_finish(world.solver);                              // which none goes along with
-  CHECK_THROWS_WITH(burn(world, 6e-3F, 8), ContainsSubstring("must take part in every edit"));
-  refuse(world.solver, build_and_finish(world.solver), "the compaction was of version");
+  CHECK_THROWS_AS(late.finish(world.solver), InvalidArgument);
+  CHECK_THROWS_WITH(world.solver.tissue().undo(), ContainsSubstring("no edit to undo"));
 }
 
 }  // namespace pbdsurg

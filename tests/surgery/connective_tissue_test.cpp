@@ -9,7 +9,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/cautery.h"
 
 #include "support/catch.h"
@@ -139,6 +139,7 @@ TEST_CASE("connective tissue: a strand holds its strength and not more", "[valid
   const double strength = fibres * 0.1 * 0.5;  // N
   Thread thread(length, options, (is_too_heavy ? 1.1 : 0.9) * strength / 10, fibres);
   Solver solver(thread.scene, {.substeps = 50, .damping = 200});
+  solver.tissue().add_follower(thread.tissue, FollowerRank::surgery);
   for (int i = 0; i < 1000 && thread.tissue.whole_count() == 1; ++i) {
     solver.step(2e-3F);
     thread.tissue.separate(solver);
@@ -156,6 +157,7 @@ TEST_CASE("connective tissue: the longest link of a strand tears, and an endless
   const double tear_stretch = GENERATE(1.6, 1.7, std::numeric_limits<double>::infinity());
   Thread thread(4e-3, {.segments = 4, .tear_stretch = tear_stretch});
   Solver solver(thread.scene);
+  solver.tissue().add_follower(thread.tissue, FollowerRank::surgery);
   std::vector<Vector3f> x = solver.positions();
   x[0].z() = -6.6e-3F;  // links from below: 1.6, 1.6, 1.4 and 2 mm, all of 1 mm: 1.65 in the mean
   x[2].z() = -5.0e-3F;
@@ -173,6 +175,7 @@ TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[propert
   const int segments = GENERATE(1, 3);
   Slabs slabs({.segments = segments, .slack = segments > 1 ? 0.2 : 0.0}, seed);
   Solver solver(slabs.scene);
+  solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
   const auto random = [&](std::uint64_t i) { return random_unit(seed, 100 + i); };
   // a parallelogram within the gap, tilted
   const Vector3d corner(-4e-3 + 8e-3 * random(0), -4e-3 + 8e-3 * random(1),
@@ -190,7 +193,7 @@ TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[propert
   for (Index s = 0; s < static_cast<Index>(slabs.tissue.strands().size()); ++s) {
     const Strand& strand = slabs.tissue.strands()[s];
     for (Index k = 0; k < strand.link_count; ++k) {
-      const Link& link = solver.links()[strand.first_link + k];
+      const Link& link = solver.tissue().links()[strand.first_link + k];
       const Vector3d a = x[link.first].cast<double>(), b = x[link.second].cast<double>();
       const double share = normal.dot(corner - a) / normal.dot(b - a);
       const Vector3d hit = a + share * (b - a) - corner;
@@ -204,6 +207,7 @@ TEST_CASE("connective tissue: a blade cuts what its edge sweeps over", "[propert
 
   for (const int steps : {1, 17}) {
     ConnectiveTissue tissue = slabs.tissue;
+    solver.tissue().add_follower(tissue, FollowerRank::surgery);
     std::set<Index> cut;
     for (int i = 0; i < steps; ++i) {
       const BladeSweep blade{blade_at(static_cast<double>(i) / steps),
@@ -225,29 +229,29 @@ TEST_CASE("connective tissue: it follows any edit, and back", "[property]") {
   Slabs slabs({.segments = 3});
   ConnectiveTissue& tissue = slabs.tissue;
   Solver solver(slabs.scene);
-  EditParticipant* participants[] = {&tissue};
+  solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
   std::uint64_t round = 0;
   const auto pick = [&](double share) { return random_unit(seed, ++round) < share; };
   while (tissue.whole_count() > 0) {
     TopologyEdit edit;
-    for (Index l = 0; l < static_cast<Index>(solver.links().size()); ++l) {
-      if (solver.is_link_alive(l) && pick(0.02)) {
+    for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
+      if (solver.tissue().is_link_alive(l) && pick(0.02)) {
         edit.remove_links.push_back(l);
       }
     }
-    for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-      if (solver.is_tet_alive(t) && pick(0.05)) {
+    for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
+      if (solver.tissue().is_tet_alive(t) && pick(0.05)) {
         edit.remove_tets.push_back(t);
       }
     }
     const Seen before(tissue);
-    const EditResult result = apply_edit(solver, edit, participants);
+    const std::uint64_t version = solver.tissue().apply(edit).version;
     const Seen after(tissue);
     for (Index s = 0; s < static_cast<Index>(tissue.strands().size()); ++s) {
       const Strand& strand = tissue.strands()[s];
       bool is_whole = true;
       for (Index k = 0; k < strand.link_count; ++k) {
-        is_whole = is_whole && solver.is_link_alive(strand.first_link + k);
+        is_whole = is_whole && solver.tissue().is_link_alive(strand.first_link + k);
       }
       REQUIRE(tissue.is_whole(s) == is_whole);
     }
@@ -255,12 +259,11 @@ TEST_CASE("connective tissue: it follows any edit, and back", "[property]") {
       CHECK((event.cause == StrandLoss::removed || event.cause == StrandLoss::without_tissue));
       const bool was_asked =
           std::count(edit.remove_links.begin(), edit.remove_links.end(), event.link) > 0;
-      CHECK((event.topology_version < result.topology_version ||
-             was_asked == (event.cause == StrandLoss::removed)));
+      CHECK((event.version < version || was_asked == (event.cause == StrandLoss::removed)));
     }
-    tissue.undo(solver, edit, result);
+    solver.tissue().undo();
     CHECK(Seen(tissue) == before);
-    tissue.apply(solver, edit, result);
+    solver.tissue().apply(edit);
     CHECK(Seen(tissue) == after);
   }
   CHECK(tissue.events().size() == tissue.strands().size());
@@ -272,8 +275,9 @@ TEST_CASE("connective tissue: it follows any edit, and back", "[property]") {
 TEST_CASE("connective tissue: separating tears and cuts in one edit", "[unit]") {
   Slabs slabs({.segments = 2});
   Solver solver(slabs.scene);
-  CHECK(slabs.tissue.separate(solver).links.empty());
-  CHECK(solver.topology_version() == 0);
+  solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
+  CHECK(slabs.tissue.separate(solver) == nullptr);
+  CHECK(solver.tissue().version() == 0);
 
   // the upper slab is far away, and a blade goes through half of the strands
   std::vector<Vector3f> x = solver.positions();
@@ -290,33 +294,35 @@ TEST_CASE("connective tissue: separating tears and cuts in one edit", "[unit]") 
   CHECK(cut.size() > torn.size() / 4);
   CHECK(cut.size() < torn.size());
 
-  const EditResult result = slabs.tissue.separate(solver, std::span(&blade, 1));
+  const TissueChange* const change = slabs.tissue.separate(solver, std::span(&blade, 1));
 
-  CHECK(result.links == slabs.tissue.last_edit().remove_links);
+  REQUIRE(change != nullptr);
+  CHECK(change->removed_links == change->edit.remove_links);
+  CHECK(change->removed_links.size() == torn.size());
   CHECK(slabs.tissue.whole_count() == 0);
   CHECK(slabs.tissue.share_lost(StrandLoss::blade) ==
         static_cast<double>(cut.size()) / static_cast<double>(torn.size()));
   CHECK(slabs.tissue.share_lost(StrandLoss::torn) ==
         Approx(1 - slabs.tissue.share_lost(StrandLoss::blade)));
-  CHECK(slabs.tissue.separate(solver, std::span(&blade, 1)).links.empty());
+  CHECK(slabs.tissue.separate(solver, std::span(&blade, 1)) == nullptr);
 }
 
 TEST_CASE("connective tissue: heat parts strands link by link", "[unit]") {
   Thread thread(3e-3, {.segments = 3});
   Solver solver(thread.scene);
-  Cautery cautery(solver, {}, {.contact_radius = 1e-3, .link_energy = 0.1});
-  EditParticipant* participants[] = {&thread.tissue};
+  solver.tissue().add_follower(thread.tissue, FollowerRank::surgery);
+  Cautery cautery(solver.tissue(), {}, {.contact_radius = 1e-3, .link_energy = 0.1});
   const Eigen::Vector3f tip(0.2e-3F, 0, -1.5e-3F);
   int updates = 0;
   for (; thread.tissue.whole_count() == 1 && updates < 100; ++updates) {
     // some 8 mJ
-    cautery.update(solver, {tip, tip}, cut_settings(2), 5e-3, participants);
+    cautery.update(solver, {tip, tip}, cut_settings(2), 5e-3);
   }
   REQUIRE(thread.tissue.events().size() == 1);
   CHECK(thread.tissue.events()[0].link == 1);  // the middle one, nearest to the tip
   CHECK(thread.tissue.events()[0].cause == StrandLoss::removed);
   CHECK(updates >= 10);
-  CHECK_FALSE(solver.is_link_alive(1));
+  CHECK_FALSE(solver.tissue().is_link_alive(1));
 }
 
 TEST_CASE("connective tissue: bad values are refused by name, and nothing is joined", "[unit]") {
@@ -354,10 +360,11 @@ TEST_CASE("connective tissue: bad values are refused by name, and nothing is joi
   CHECK(scene.bodies().size() == 2);
   CHECK(tissue.strands().empty());
 
-  Solver earlier(scene);
   tissue.join(scene, 0, 1, std::span(&good, 1));
-  CHECK_THROWS_WITH(tissue.separate(earlier), ContainsSubstring("before making a solver"));
   Solver solver(scene);
+  CHECK_THROWS_WITH(tissue.separate(solver),
+                    ContainsSubstring("connective tissue does not follow this tissue"));
+  solver.tissue().add_follower(tissue, FollowerRank::surgery);
   BladeSweep blade{{Vector3f::Zero(), Vector3f::Ones()}, {Vector3f::Zero(), Vector3f::Ones()}};
   blade.now.second.x() = std::numeric_limits<float>::infinity();
   CHECK_THROWS_WITH(tissue.separate(solver, std::span(&blade, 1)),
@@ -370,6 +377,8 @@ TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
   const StrandOptions options{.segments = 3, .particle_mass = 1e-6};
   Slabs slabs(options), others(options);
   Solver solver(slabs.scene), unchanged(others.scene);
+  solver.tissue().add_follower(slabs.tissue, FollowerRank::surgery);
+  unchanged.tissue().add_follower(others.tissue, FollowerRank::surgery);
   Compaction compaction(solver);
   for (auto& [of, tissue] :
        {std::pair(&solver, &slabs.tissue), std::pair(&unchanged, &others.tissue)}) {
@@ -380,17 +389,13 @@ TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
         edit.remove_links.push_back(strand.first_link + k);
       }
     }
-    EditParticipant* const participants[] = {tissue};
-    apply_edit(*of, edit, participants);
+    of->tissue().apply(edit);
     if (of == &solver) {
       compaction = Compaction(solver);
     }
   }
   compaction.build();
   const Renumbering ids = compaction.finish(solver);
-  CHECK_THROWS_AS(slabs.tissue.renumber(unchanged, ids), InvalidArgument);  // changes nothing
-  slabs.tissue.renumber(solver, ids);
-  CHECK_THROWS_AS(slabs.tissue.renumber(solver, ids), InvalidArgument);
   REQUIRE(slabs.tissue.whole_count() == others.tissue.whole_count());
   CHECK(slabs.tissue.events().size() == others.tissue.events().size());
   for (Index s = 0; s < static_cast<Index>(slabs.tissue.strands().size()); ++s) {
@@ -408,12 +413,11 @@ TEST_CASE("connective tissue: goes along with a compaction", "[property]") {
   const Index strand = 5;
   for (auto& [of, tissue] :
        {std::pair(&solver, &slabs.tissue), std::pair(&unchanged, &others.tissue)}) {
-    EditParticipant* const participants[] = {tissue};
-    apply_edit(*of, {.remove_links = {tissue->strands()[strand].first_link + 1}}, participants);
+    of->tissue().apply({.remove_links = {tissue->strands()[strand].first_link + 1}});
     CHECK(tissue->events().back().strand == strand);
     CHECK(!tissue->is_whole(strand));
   }
-  CHECK(slabs.tissue.separate(solver).links.empty());
+  CHECK(slabs.tissue.separate(solver) == nullptr);
 }
 
 }  // namespace pbdsurg

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Two slabs with strands between them, and all that takes part in their edits, for tests.
+/// Two slabs with strands between them, and all that follows their tissue, for tests.
 
 #include <algorithm>
 #include <array>
@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/live_boundary.h"
-#include "pbdsurg/edit/live_pieces.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/tissue/library.h"
+#include "pbdsurg/views/live_boundary.h"
+#include "pbdsurg/views/live_pieces.h"
+#include "pbdsurg/views/live_surface.h"
 
 #include "support/catch.h"
 #include "support/meshes.h"
@@ -47,31 +47,24 @@ struct Slabs {
   ConnectiveTissue strands;
 };
 
-// A solver and all that takes part in its edits.
+// A solver and all that follows its tissue.
 struct World {
   explicit World(const Slabs& slabs, const SolverOptions& options = {.damping = 20},
                  const CauteryOptions& burning = {.link_energy = 0.05})
       : solver(slabs.scene, options),
-        cautery(solver,
-                std::array{ThermalBody{0, &slabs.lower, tissues::fat().heat},
-                           ThermalBody{1, &slabs.upper, tissues::fat().heat}},
-                burning),
+        cautery(
+            solver.tissue(),
+            std::array{ThermalBody{0, tissues::fat().heat}, ThermalBody{1, tissues::fat().heat}},
+            burning),
         strands(slabs.strands),
-        surfaces{LiveSurface(solver, 0), LiveSurface(solver, 1)},
-        pieces(solver) {}
-
-  [[nodiscard]] std::vector<EditParticipant*> all() {
-    return {&cautery, &strands, &surfaces[0], &surfaces[1], &pieces};
-  }
-  [[nodiscard]] std::vector<EditParticipant*> all_but(const EditParticipant* one) {
-    std::vector<EditParticipant*> others = all();
-    std::erase(others, one);
-    return others;
+        surfaces{LiveSurface(solver.tissue(), 0), LiveSurface(solver.tissue(), 1)},
+        pieces(solver.tissue()) {
+    solver.tissue().add_follower(strands, FollowerRank::surgery);
   }
 
   void burn_and_tear(const Eigen::Vector3f& tip) {
-    cautery.update(solver, {tip, tip}, cut_settings(8), kTimeStep, all_but(&cautery));
-    strands.separate(solver, {}, all_but(&strands));
+    cautery.update(solver, {tip, tip}, cut_settings(8), kTimeStep);
+    strands.separate(solver);
   }
 
   Solver solver;
@@ -96,9 +89,9 @@ inline std::vector<std::pair<Index, Triangle>> shown_by(const LiveSurface& surfa
 inline void check_views(const World& world) {
   std::vector<Tet> live;
   std::vector<Index> ids;
-  for (Index t = 0; t < static_cast<Index>(world.solver.tets().size()); ++t) {
-    if (world.solver.is_tet_alive(t)) {
-      live.push_back(world.solver.tets()[t]);
+  for (Index t = 0; t < static_cast<Index>(world.solver.tissue().tets().size()); ++t) {
+    if (world.solver.tissue().is_tet_alive(t)) {
+      live.push_back(world.solver.tissue().tets()[t]);
       ids.push_back(t);
     }
   }
@@ -110,7 +103,7 @@ inline void check_views(const World& world) {
     const Index actual = world.pieces.piece_of(ids[i]);
     piece = piece == kInvalidIndex ? actual : piece;
     wrong += actual != piece;
-    wrong += world.pieces.body(actual) != world.solver.body_of_tet(ids[i]);
+    wrong += world.pieces.body(actual) != world.solver.tissue().body_of_tet(ids[i]);
   }
   std::ranges::sort(piece_of);
   most = static_cast<Index>(std::unique(piece_of.begin(), piece_of.end()) - piece_of.begin());
@@ -119,12 +112,12 @@ inline void check_views(const World& world) {
 
   for (Index body = 0; body < 2; ++body) {
     std::vector<std::pair<Index, Triangle>> expected;
-    for (const BoundaryTriangle& triangle : find_live_boundary(world.solver, body)) {
+    for (const BoundaryTriangle& triangle : find_live_boundary(world.solver.tissue(), body)) {
       expected.emplace_back(triangle.tet, triangle.vertices);
     }
     std::ranges::sort(expected);
     REQUIRE(shown_by(world.surfaces[body]) == expected);
-    REQUIRE(shown_by(LiveSurface(world.solver, body)) == expected);
+    REQUIRE(shown_by(LiveSurface(world.solver.tissue(), body)) == expected);
   }
 }
 

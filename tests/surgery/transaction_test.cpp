@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/cut.h"
+#include "pbdsurg/surgery/cut.h"
 
 #include "support/catch.h"
 #include "surgery/slabs.h"
@@ -41,9 +41,7 @@ TEST_CASE("transaction: all that follows topology follows cuts", "[property]") {
     const CutOptions options{.style =
                                  round % 3 == 2 ? CutStyle::along_faces : CutStyle::through_tets};
     const TopologyEdit cut = plan_cut(world.solver, random_cut(1, round), options).edit;
-    const std::vector<EditParticipant*> participants = world.all();
-    const EditResult result = apply_edit(world.solver, cut, participants);
-    divided += static_cast<Index>(result.tets.size());
+    divided += static_cast<Index>(world.solver.tissue().apply(cut).removed_tets.size());
     check_views(world);
     check_heat(world, before.sensible + before.latent + before.removed);
     REQUIRE(world.solver.step(kTimeStep).non_finite_vertices == 0);
@@ -66,20 +64,19 @@ TEST_CASE("transaction: a world that takes edits back goes on as one that never 
     if (round % 2 == 0) {
       edit = plan_cut(tries.solver, random_cut(2, round)).edit;
     } else {
-      for (Index t = 0; t < static_cast<Index>(tries.solver.tets().size()); ++t) {
-        if (tries.solver.is_tet_alive(t) && random_unit(5, t, round) < 0.02) {
+      for (Index t = 0; t < static_cast<Index>(tries.solver.tissue().tets().size()); ++t) {
+        if (tries.solver.tissue().is_tet_alive(t) && random_unit(5, t, round) < 0.02) {
           edit.remove_tets.push_back(t);
         }
       }
-      for (Index l = 0; l < static_cast<Index>(tries.solver.links().size()); ++l) {
-        if (tries.solver.is_link_alive(l) && random_unit(6, l, round) < 0.02) {
+      for (Index l = 0; l < static_cast<Index>(tries.solver.tissue().links().size()); ++l) {
+        if (tries.solver.tissue().is_link_alive(l) && random_unit(6, l, round) < 0.02) {
           edit.remove_links.push_back(l);
         }
       }
     }
-    const std::vector<EditParticipant*> participants = tries.all();
-    const EditResult result = apply_edit(tries.solver, edit, participants);
-    undo_edit(tries.solver, edit, result, participants);
+    tries.solver.tissue().apply(edit);
+    tries.solver.tissue().undo();
     tries.solver.step(kTimeStep);
     goes_on.solver.step(kTimeStep);
     REQUIRE(tries.solver.state_hash() == goes_on.solver.state_hash());
@@ -94,31 +91,30 @@ TEST_CASE("transaction: a world that takes edits back goes on as one that never 
   CHECK(goes_on.strands.whole_count() < static_cast<Index>(slabs.strands.strands().size()));
 }
 
-// Would catch ids that are read as those of another topology, or tissue that is taken off twice.
-TEST_CASE("transaction: who missed an edit, or is named twice, is refused", "[unit]") {
+// Would catch ids that are read as those of another topology.
+TEST_CASE("transaction: who does not follow the tissue is refused", "[unit]") {
   const Slabs slabs;
-  World world(slabs);
-  std::vector<EditParticipant*> twice = world.all();
-  twice.push_back(&world.pieces);
-  CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {0}}, twice),
-                    testing::ContainsSubstring("participant 5"));
-  CHECK(world.solver.is_tet_alive(0));
-  // listed or not, they take part once
+  World world(slabs), other(slabs);
   const Electrode middle{{6e-3F, 6e-3F, 4.2e-3F}, {6e-3F, 6e-3F, 4.2e-3F}};
-  world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep, world.all());
-  world.strands.separate(world.solver, {}, world.all());
+  const auto refuse = [&](auto call) {
+    CHECK_THROWS_WITH(call(), testing::ContainsSubstring("does not follow this tissue"));
+  };
+  refuse([&] { other.cautery.update(world.solver, middle, cut_settings(8), kTimeStep); });
+  refuse([&] { other.strands.separate(world.solver); });
+  ConnectiveTissue copy = world.strands;
+  refuse([&] { copy.separate(world.solver); });
+  TopologyEdit edit{.remove_tets = {0}};
+  refuse([&] { other.pieces.add_crumbs(world.solver.tissue(), edit, 1); });
+  CHECK(other.cautery.field().ledger().in == 0);
+  CHECK(world.solver.tissue().version() == 0);
 
-  const std::vector<EditParticipant*> views = world.all_but(&world.cautery);
-  const TopologyEdit edit{.remove_tets = {0}};
-  const EditResult result = apply_edit(world.solver, edit, views);
-  CHECK_THROWS_WITH(world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep),
-                    testing::ContainsSubstring("take part in every edit"));
-  CHECK_THROWS_WITH(apply_edit(world.solver, {.remove_tets = {1}}, world.all()),
-                    testing::ContainsSubstring("a thermal mesh is at topology version"));
-  CHECK_THROWS_WITH(undo_edit(world.solver, edit, result, world.all()),
-                    testing::ContainsSubstring("with the participants that it had"));
-  undo_edit(world.solver, edit, result, views);
-  apply_edit(world.solver, edit, world.all());  // all are where they were
+  HeatField field = world.cautery.field();  // a copy, too
+  field.step(kTimeStep, {});
+  world.solver.tissue().apply(edit);
+  CHECK_THROWS_WITH(field.step(kTimeStep, {}),
+                    testing::ContainsSubstring("is at topology version"));
+  world.cautery.update(world.solver, middle, cut_settings(8), kTimeStep);
+  world.strands.separate(world.solver);
 }
 
 }  // namespace pbdsurg

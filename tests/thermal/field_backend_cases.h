@@ -6,6 +6,7 @@
 /// what stands in for one where there is none.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -14,6 +15,7 @@
 
 #include "support/catch.h"
 #include "support/meshes.h"
+#include "support/scenes.h"
 #include "thermal/potential_cases.h"
 
 namespace pbdsurg::testing {
@@ -37,7 +39,8 @@ struct Found {
 inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& options) {
   constexpr double kEdge = 1e-3;  // m
   const TetMesh shape = make_box(cells, kEdge, 0.2);
-  ThermalMesh mesh(shape, tissues::liver().heat);
+  Tissue tissue(scene_of(shape));
+  const ThermalMesh mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}});
   PotentialField field(mesh, options);
   std::vector<double> conductivities(shape.tets().size(), 0.3);
   const Eigen::Vector3d top(cells[0] / 2 * kEdge, cells[1] / 2 * kEdge, cells[2] * kEdge);
@@ -50,9 +53,13 @@ inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& opti
     }
   };
   const auto remove_between = [&](double low, double high) {
-    EditResult result;
-    for_tets_between(low, high, [&](Index t) { result.tets.push_back(t); });
-    mesh.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+    TopologyEdit edit;
+    for_tets_between(low, high, [&](Index t) {
+      if (mesh.is_alive(t)) {
+        edit.remove_tets.push_back(t);
+      }
+    });
+    tissue.apply(edit);
   };
   const auto touch = [&](double way, double reach) {
     std::vector<PatchVertex> patch;
@@ -74,13 +81,13 @@ inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& opti
     touch(0.3 * frame, 1.9);
     for_tets_between(0, 2, [&](Index t) { conductivities[t] *= 0.9; });
     if (frame % 4 == 3) {  // one goes, which leaves the region as it is
-      EditResult result;
+      TopologyEdit edit;
       for_tets_between(1.5, 3, [&](Index t) {
         if (mesh.is_alive(t)) {
-          result.tets = {t};
+          edit.remove_tets = {t};
         }
       });
-      mesh.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+      tissue.apply(edit);
     }
     solve();
   }
@@ -159,21 +166,25 @@ inline void check_potentials(std::array<Index, 3> cells, FieldBackend backend) {
 inline std::vector<double> heat_block(std::array<Index, 3> cells, const HeatOptions& options) {
   constexpr double kEdge = 1e-3;  // m
   const TetMesh mesh = make_box(cells, kEdge, 0.2);
-  HeatField original(mesh, tissues::liver().heat, {}, options);
-  original.set_temperatures(std::vector<Index>{3}, std::vector<double>{80});
-  original.hold(std::vector<Index>{3});
-  HeatField field = original;  // with a device system of its own, if any
+  Tissue tissue(scene_of(mesh));
+  HeatField field(tissue, std::array{ThermalBody{0, tissues::liver().heat}}, {}, options);
+  field.set_temperatures(std::vector<Index>{3}, std::vector<double>{80});
+  field.hold(std::vector<Index>{3});
+  HeatField copy = field;  // with a device system of its own, if any
   std::vector<double> all;
   for (int step = 0; step < 40; ++step) {
     const Index at = mesh.vertex_count() / 2 + step / 4;
-    const HeatReport report = field.step(5e-3, std::vector<HeatSource>{{at, 2}});
+    const std::vector<HeatSource> sources{{at, 2}};
+    const HeatReport report = field.step(5e-3, sources);
     CHECK(report.converged);
     CHECK(report.backend ==
           (options.backend == FieldBackend::cpu ? FieldBackend::cpu : FieldBackend::cuda));
+    if (step <= 20) {
+      CHECK(copy.step(5e-3, sources).backend == report.backend);
+      CHECK(std::ranges::equal(copy.temperatures(), field.temperatures()));
+    }
     if (step == 20) {
-      EditResult result;
-      result.tets = {5, 6, 7};
-      field.apply(Solver{Scene{}}, {.remove_tets = result.tets}, result);
+      tissue.apply({.remove_tets = {5, 6, 7}});  // which copies do not follow
     }
     all.insert(all.end(), field.temperatures().begin(), field.temperatures().end());
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boiling, damage and removal against closed forms.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -12,6 +13,7 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
+#include "support/scenes.h"
 #include "thermal/heat_meshes.h"
 
 namespace pbdsurg {
@@ -49,14 +51,6 @@ double dried_volume(const HeatField& field) {
     volume += field.mesh().volume_share(v) * (1 - field.water()[v]);
   }
   return volume;
-}
-
-// What an edit that removes these does to a field that stands alone.
-void remove(HeatField& field, const std::vector<Index>& tets) {
-  const Solver solver{Scene{}};
-  EditResult result;
-  result.tets = tets;
-  field.apply(solver, {.remove_tets = tets}, result);
 }
 
 double root(double low, double high, const std::function<double(double)>& rising) {
@@ -178,7 +172,8 @@ TEST_CASE("heat boiling: ablation under constant flux recedes at the speed of en
           "[validation]") {
   constexpr double kFlux = 1e6, kEdge = 0.1e-3, kTimeStep = 1e-3;
   const TetMesh bar = make_box({60, 2, 2}, kEdge);
-  HeatField field(bar, kLiver, {}, kWhole);
+  Tissue tissue(testing::scene_of(bar));
+  HeatField field(tissue, std::array{ThermalBody{0, kLiver}}, {}, kWhole);
   const double speed =
       kFlux /
       (kLiver.density * (kLiver.specific_heat * 63 + kLiver.water_fraction * kLatentHeatOfWater));
@@ -213,7 +208,7 @@ TEST_CASE("heat boiling: ablation under constant flux recedes at the speed of en
       }
     }
     if (!dry.empty()) {
-      remove(field, dry);
+      tissue.apply({.remove_tets = dry});
     }
     front_at_2 = i == 2000 ? front : front_at_2;
   }

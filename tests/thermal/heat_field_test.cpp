@@ -13,12 +13,13 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/tissue/library.h"
 
 #include "support/catch.h"
 #include "support/cuts.h"
+#include "support/scenes.h"
 #include "thermal/heat_meshes.h"
 
 namespace pbdsurg {
@@ -41,8 +42,8 @@ struct Blocks {
     scene.add_body("block", mesh);
   }
 
-  [[nodiscard]] HeatField field(const Solver& solver, const ThermalModel& model = {}) const {
-    return {solver, std::array{ThermalBody{1, &mesh, kLiver}}, model};
+  [[nodiscard]] HeatField field(const Tissue& tissue, const ThermalModel& model = {}) const {
+    return {tissue, std::array{ThermalBody{1, kLiver}}, model};
   }
 
   TetMesh other = make_box({3, 3, 3}, 1e-3), mesh;
@@ -50,30 +51,28 @@ struct Blocks {
 };
 
 // What edits make of a block, in the numbering of a scene in which the block is not first and
-// others get new vertices and tetrahedra, too. Edits are made by hand: what a solver would say of
-// them is all that a field hears.
+// others get new vertices and tetrahedra, too.
 class EditedBlock {
  public:
-  explicit EditedBlock(const Solver& solver, Index body)
-      : next_vertex_(solver.vertex_count()), next_tet_(static_cast<Index>(solver.tets().size())) {
-    const Body& where = solver.body(body);
-    const std::vector<Eigen::Vector3f> positions = solver.positions();
+  EditedBlock(const Tissue& tissue, Index body) : tissue_(tissue) {
+    const Body& where = tissue.body(body);
     for (Index v = where.first_vertex; v < where.first_vertex + where.vertex_count; ++v) {
-      points_[v] = positions[v].cast<double>();
+      points_[v] = tissue.rest_positions()[v];
     }
     for (Index t = where.first_tet; t < where.first_tet + where.tet_count; ++t) {
-      tets_[t] = solver.tets()[t];
+      tets_[t] = tissue.tets()[t];
     }
   }
 
   // Removes tetrahedra, splits an edge and parts some tetrahedra from a vertex, at random.
-  void change(std::uint64_t seed, bool grows, TopologyEdit& edit, EditResult& result) {
+  TopologyEdit change(std::uint64_t seed, bool grows) {
     std::uint64_t round = 0;
     const auto random = [&] { return random_unit(seed, ++round); };
-    result.first_new_vertex = next_vertex_;
-    result.first_new_tet = next_tet_;
-    edit.new_vertices.push_back({0, 1, 0.5F});  // of another body
-    std::map<Index, Tet> free = tets_;          // neither removed nor divided yet
+    TopologyEdit edit;
+    const Index next_vertex = tissue_.vertex_count();
+    const auto next_tet = static_cast<Index>(tissue_.tets().size());
+    change_other(edit);
+    std::map<Index, Tet> free = tets_;  // neither removed nor divided yet
     const auto any = [&] {
       return *std::next(free.begin(),
                         static_cast<Index>(random() * static_cast<double>(free.size())));
@@ -83,14 +82,12 @@ class EditedBlock {
       edit.remove_tets.push_back(t);
       free.erase(t);
     }
-    edit.remove_tets.push_back(removed_of_other_++);
-    result.tets = edit.remove_tets;
     std::map<Index, Tet> children;
     if (grows && !free.empty()) {
       const Tet tet = any().second;
       const Index a = tet[0], b = tet[2];
       const auto share = static_cast<float>(0.3 + 0.4 * random());
-      const Index middle = next_vertex_ + static_cast<Index>(edit.new_vertices.size());
+      const Index middle = next_vertex + static_cast<Index>(edit.new_vertices.size());
       edit.new_vertices.push_back({a, b, share});
       points_[middle] = (1 - static_cast<double>(share)) * points_[a] + share * points_[b];
       for (auto entry = free.begin(); entry != free.end();) {
@@ -104,29 +101,31 @@ class EditedBlock {
         for (const Index gone : {a, b}) {
           Tet child = parent;
           std::replace(child.begin(), child.end(), gone, middle);
-          children[next_tet_ + static_cast<Index>(edit.new_tets.size())] = child;
+          children[next_tet + static_cast<Index>(edit.new_tets.size())] = child;
           edit.new_tets.push_back({id, child});
         }
-        result.tets.push_back(id);
         entry = free.erase(entry);
       }
     }
     if (grows && !free.empty()) {
       const Index from = any().second[1];
-      const Index to = next_vertex_ + static_cast<Index>(edit.new_vertices.size());
-      edit.new_vertices.push_back({from, from, 0});
-      points_[to] = points_[from];
+      const Index to = next_vertex + static_cast<Index>(edit.new_vertices.size());
+      std::vector<CornerMove> moves;
       for (auto& [id, tet] : free) {
         if (std::count(tet.begin(), tet.end(), from) > 0 && random() < 0.5) {
-          edit.corner_moves.push_back({id, from, to});
+          moves.push_back({id, from, to});
           std::replace(tet.begin(), tet.end(), from, to);
         }
+      }
+      if (!moves.empty()) {  // a new vertex must have tissue
+        edit.new_vertices.push_back({from, from, 0});
+        points_[to] = points_[from];
+        edit.corner_moves.insert(edit.corner_moves.end(), moves.begin(), moves.end());
       }
     }
     free.insert(children.begin(), children.end());
     tets_ = free;
-    next_vertex_ += static_cast<Index>(edit.new_vertices.size());
-    next_tet_ += static_cast<Index>(edit.new_tets.size());
+    return edit;
   }
 
   [[nodiscard]] bool is_empty() const { return tets_.empty(); }
@@ -134,6 +133,9 @@ class EditedBlock {
   // Compares a mesh with one of what lives: the same bits, however it came to be.
   void check(const ThermalMesh& mesh) const {
     std::vector<Eigen::Vector3d> points(mesh.rest_positions().begin(), mesh.rest_positions().end());
+    for (const auto& [vertex, point] : points_) {
+      REQUIRE(points[vertex] == point);
+    }
     std::vector<Tet> live;
     for (const auto& [id, tet] : tets_) {
       live.push_back(tet);
@@ -147,15 +149,24 @@ class EditedBlock {
   }
 
  private:
+  // A new vertex and a removal, of the body that is not looked at.
+  void change_other(TopologyEdit& edit) {
+    const Index tet = removed_of_other_++, parted = tet + 1;
+    const Index from = tissue_.tets()[parted][0];
+    edit.new_vertices.push_back({from, from, 0});
+    edit.corner_moves.push_back({parted, from, tissue_.vertex_count()});
+    edit.remove_tets.push_back(tet);
+  }
+
   static std::vector<std::array<double, 6>> coefficients_at(const ThermalMesh& mesh, Index v) {
     std::vector<std::array<double, 6>> found;
     mesh.for_each_tet(v, [&](Index t) { found.push_back(mesh.edge_coefficients(t)); });
     return found;
   }
 
+  const Tissue& tissue_;
   std::map<Index, Eigen::Vector3d> points_;
   std::map<Index, Tet> tets_;  // live
-  Index next_vertex_, next_tet_;
   Index removed_of_other_ = 0;
 };
 
@@ -196,14 +207,13 @@ double sensible_heat(const HeatField& field) {
 // that grows and shrinks, or by a ledger that drifts from the field.
 TEST_CASE("heat field: every joule is accounted for in every step", "[property]") {
   const Blocks blocks(make_box({10, 10, 10}, 0.7e-3, 0.1));
-  Solver solver(blocks.scene);
+  Tissue tissue(blocks.scene);
   ThermalModel model;
   model.has_perfusion = true;
   model.surface_transfer = 500;
   model.ambient_temperature = 22;
-  HeatField field = blocks.field(solver, model);
-  EditParticipant* participants[] = {&field};
-  const Body& body = solver.body(1);
+  HeatField field = blocks.field(tissue, model);
+  const Body& body = tissue.body(1);
   std::vector<TetHeatSource> sources;
   for (Index t = 0; t < 6; ++t) {
     sources.push_back({body.first_tet + 2700 + t, 1.5});
@@ -222,7 +232,7 @@ TEST_CASE("heat field: every joule is accounted for in every step", "[property]"
         }
       }
       REQUIRE_FALSE(edit.remove_tets.empty());
-      apply_edit(solver, edit, participants);
+      tissue.apply(edit);
     }
   }
   const HeatLedger& ledger = field.ledger();
@@ -386,14 +396,13 @@ TEST_CASE("heat field: power in a tetrahedron goes to its corners", "[unit]") {
 
 TEST_CASE("heat field: it follows an edit of its own body only", "[unit]") {
   const Blocks blocks(make_box({2, 2, 2}, 1e-3));
-  Solver solver(blocks.scene);
-  HeatField field = blocks.field(solver);
-  const Body& body = solver.body(1);
+  Tissue tissue(blocks.scene);
+  HeatField field = blocks.field(tissue);
+  const Body& body = tissue.body(1);
   const std::vector<HeatSource> middle{{body.first_vertex + 13, 1.0}};
   field.step(0.01, middle);
-  EditParticipant* participants[] = {&field};
 
-  apply_edit(solver, {.remove_tets = {0, 1, 2}}, participants);
+  tissue.apply({.remove_tets = {0, 1, 2}});
   CHECK(field.ledger().removed == 0);
   CHECK(field.step(0.01, std::vector<HeatSource>{{0, 1.0}}).active_vertices > 0);
   CHECK(field.ledger().in == Approx(0.01));  // the other body takes none
@@ -402,7 +411,7 @@ TEST_CASE("heat field: it follows an edit of its own body only", "[unit]") {
   for (Index t = 0; t < body.tet_count; ++t) {
     rest.remove_tets.push_back(body.first_tet + t);
   }
-  apply_edit(solver, rest, participants);
+  tissue.apply(rest);
   CHECK(field.ledger().removed == Approx(0.01));
   CHECK_FALSE(field.mesh().has_tissue(body.first_vertex + 13));
   field.step(0.01, middle);
@@ -415,10 +424,10 @@ TEST_CASE("heat field: edits keep operator and energy, and an undo all bits", "[
   const std::uint64_t seed = GENERATE(range(1, 9));
   const bool grows = GENERATE(false, true);
   const Blocks blocks(make_box({4, 4, 4}, 1.0 / 1024, 0));
-  const Solver solver(blocks.scene);  // which a field does not look at
-  EditedBlock block(solver, 1);
-  HeatField field = blocks.field(solver);
-  const Body& body = solver.body(1);
+  Tissue tissue(blocks.scene);
+  EditedBlock block(tissue, 1);
+  HeatField field = blocks.field(tissue);
+  const Body body = tissue.body(1);
   for (std::uint64_t i = 0; i < 40 && !block.is_empty(); ++i) {
     std::vector<HeatSource> sources;
     for (std::uint64_t k = 0; k < 6; ++k) {
@@ -427,14 +436,13 @@ TEST_CASE("heat field: edits keep operator and energy, and an undo all bits", "[
            0.5});
     }
     field.step(0.02, sources);
-    const HeatField before = field;
+    const HeatField before = field;  // does not follow
+    const std::vector<Tet> tets_before(tissue.tets().begin(), tissue.tets().end());
     const auto [coldest, hottest] =
         std::minmax_element(before.temperatures().begin(), before.temperatures().end());
 
-    TopologyEdit edit;
-    EditResult result;
-    block.change(100 * seed + i, grows, edit, result);
-    field.apply(solver, edit, result);
+    const TopologyEdit edit = block.change(100 * seed + i, grows);
+    tissue.apply(edit);
 
     CHECK(energy(field) == Approx(energy(before)).epsilon(1e-12));
     CHECK(sensible_heat(field) == Approx(field.ledger().sensible).epsilon(1e-9).margin(1e-12));
@@ -445,35 +453,38 @@ TEST_CASE("heat field: edits keep operator and energy, and an undo all bits", "[
       block.check(field.mesh());
     }
 
-    field.undo(solver, edit, result);
+    tissue.undo();
     REQUIRE(same_state(field, before));
+    REQUIRE(std::ranges::equal(field.mesh().tets(), tets_before));
     HeatField again = before;
     field.step(0.01, sources);
     again.step(0.01, sources);
     REQUIRE(same_state(field, again));
 
     // with steps between, what comes back is charged for
-    field.apply(solver, edit, result);
+    tissue.apply(edit);
     field.step(0.05, {});
-    field.undo(solver, edit, result);
+    tissue.undo();
     CHECK(std::abs(ledger_error(field.ledger())) < 1e-12 * field.ledger().in);
     CHECK(sensible_heat(field) == Approx(field.ledger().sensible).epsilon(1e-9).margin(1e-12));
-    field.apply(solver, edit, result);
+    tissue.apply(edit);
   }
   CHECK(field.ledger().latent > 0);
 }
 
-// A field from which edits take tetrahedra, against a copy that meets the same tissue and lays its
-// part out anew: would catch conductances, masses and rims that are not dropped to the bit.
+// A field from which edits take tetrahedra, against one that meets the same edits in tissue of its
+// own and lays its part out anew after each: would catch conductances, masses and rims that are not
+// dropped to the bit.
 TEST_CASE("heat field: tissue that goes leaves the bits of a part laid out anew", "[property]") {
   const std::uint64_t seed = GENERATE(range(1, 7));
   const TetMesh block = make_jittered_box({4, 4, 4}, 1e-3, 0.2);
-  const Solver solver{Scene{}};  // which a field does not look at
-  ThermalProperties tissue = kLiver;
-  tissue.conductivity_rise = seed % 2 == 0 ? 0 : 0.002;
+  ThermalProperties properties = kLiver;
+  properties.conductivity_rise = seed % 2 == 0 ? 0 : 0.002;
   ThermalModel model;
   model.surface_transfer = 1e4;
-  HeatField field(block, tissue, model);
+  Tissue tissue(testing::scene_of(block)), tissue_anew(testing::scene_of(block));
+  const std::array body{ThermalBody{0, properties}};
+  HeatField field(tissue, body, model), anew(tissue_anew, body, model);
   for (std::uint64_t i = 0; i < 25; ++i) {
     std::vector<HeatSource> sources;
     for (std::uint64_t k = 0; k < 4; ++k) {
@@ -481,19 +492,16 @@ TEST_CASE("heat field: tissue that goes leaves the bits of a part laid out anew"
       sources.push_back({static_cast<Index>(at), 0.3});
     }
     TopologyEdit edit;
-    EditResult result;
     for (std::uint64_t k = 4; k < 10; ++k) {
       const auto t = static_cast<Index>(random_unit(seed, i, k) * block.tet_count());
-      if (field.mesh().is_alive(t) && std::ranges::count(result.tets, t) == 0) {
-        result.tets.push_back(t);
+      if (field.mesh().is_alive(t) && std::ranges::count(edit.remove_tets, t) == 0) {
+        edit.remove_tets.push_back(t);
       }
     }
-    edit.remove_tets = result.tets;
-    HeatField anew = field;
-    field.apply(solver, edit, result);
-    anew.apply(solver, edit, result);
-    anew.undo(solver, edit, result);  // after which nothing is dropped in place
-    anew.apply(solver, edit, result);
+    tissue.apply(edit);
+    tissue_anew.apply(edit);
+    tissue_anew.undo();  // after which nothing is dropped in place
+    tissue_anew.apply(edit);
     field.step(0.02, sources);
     anew.step(0.02, sources);
     REQUIRE(same_state(field, anew));
@@ -539,14 +547,19 @@ TEST_CASE("heat field: it goes along with a compaction", "[property]") {
   scene.add_body("other", testing::make_box({2, 2, 2}, 1e-3));
   scene.add_body("block", box);
   Solver solver(scene, {.backend = BackendKind::serial});
-  const std::array bodies{ThermalBody{0, &box, kFat}, ThermalBody{2, &box, kLiver}};
+  Tissue& tissue = solver.tissue();
+  Tissue old_tissue(scene);  // has the same edits, and is not compacted
+  const std::array bodies{ThermalBody{0, kFat}, ThermalBody{2, kLiver}};
   ThermalModel model;
   model.surface_transfer = 20;
-  HeatField field(solver, bodies, model, {.tolerance = 1e-12});
-  HeatField unchanged = field;
-  EditParticipant* const both[] = {&field, &unchanged};
-  const Index first = solver.body(2).first_vertex;
-  const Index first_tet = solver.body(2).first_tet;
+  HeatField field(tissue, bodies, model, {.tolerance = 1e-12});
+  HeatField unchanged(old_tissue, bodies, model, {.tolerance = 1e-12});
+  const auto apply = [&](const TopologyEdit& edit) {
+    tissue.apply(edit);
+    old_tissue.apply(edit);
+  };
+  const Index first = tissue.body(2).first_vertex;
+  const Index first_tet = tissue.body(2).first_tet;
   const Index held = first + 7, cold = first + box.vertex_count() - 1;
   const std::vector<HeatSource> sources{{5, 2.0}, {first + 62, 3.0}};
   for (HeatField* each : {&field, &unchanged}) {
@@ -557,27 +570,24 @@ TEST_CASE("heat field: it goes along with a compaction", "[property]") {
     }
   }
   for (Index i = 0; i < 4; ++i) {
-    apply_edit(solver,
-               testing::split_edge(solver, solver.tet_edges(first_tet + 50 + 9 * i)[1], 0.4F),
-               both);
-    apply_edit(solver, testing::part_vertex(solver, first + 30 + i, 3), both);
+    apply(testing::split_edge(solver, tissue.tet_edges(first_tet + 50 + 9 * i)[1], 0.4F));
+    apply(testing::part_vertex(solver, first + 30 + i, 3));
   }
   TopologyEdit corner{.remove_bodies = {0}};
-  for (Index t = 0; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (solver.is_tet_alive(t) && testing::has_corner(solver.tets()[t], cold)) {
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (tissue.is_tet_alive(t) && testing::has_corner(tissue.tets()[t], cold)) {
       corner.remove_tets.push_back(t);
     }
   }
   corner.new_bodies.add_body("guest", box);
-  apply_edit(solver, corner, both);
+  apply(corner);
   REQUIRE(field.ledger().removed > 0);
 
   Compaction compaction(solver);
   compaction.build();
   const Renumbering ids = compaction.finish(solver);
-  field.renumber(solver, ids);
-  CHECK(field.mesh().vertex_count() == solver.vertex_count());
-  CHECK(field.mesh().tet_count() == static_cast<Index>(solver.tets().size()));
+  CHECK(field.mesh().vertex_count() == tissue.vertex_count());
+  CHECK(field.mesh().tet_count() == static_cast<Index>(tissue.tets().size()));
   CHECK(field.mesh().version() != unchanged.mesh().version());
   CHECK(field.ledger().in == unchanged.ledger().in);
   const auto farthest = [&] {
@@ -619,18 +629,17 @@ TEST_CASE("heat field: a potential goes along with a compaction of its mesh", "[
   scene.add_body("gone", testing::make_box({2, 2, 2}, 1e-3));
   scene.add_body("block", box);
   Solver solver(scene, {.backend = BackendKind::serial});
-  const auto make_mesh = [&] {
-    return ThermalMesh(solver, std::array{ThermalBody{1, &box, kLiver}});
-  };
-  ThermalMesh mesh = make_mesh(), old_mesh = make_mesh();
-  EditParticipant* const both[] = {&mesh, &old_mesh};
+  Tissue& tissue = solver.tissue();
+  Tissue old_tissue(scene);  // has the same edit, and is not compacted
+  const std::array bodies{ThermalBody{1, kLiver}};
+  const ThermalMesh mesh(tissue, bodies), old_mesh(old_tissue, bodies);
   PotentialField potential(mesh, {.tolerance = 1e-10});
   PotentialField expected(old_mesh, {.tolerance = 1e-10});
-  const Index first = solver.body(1).first_vertex, last = first + box.vertex_count() - 1;
+  const Index first = tissue.body(1).first_vertex, last = first + box.vertex_count() - 1;
   const bool loses_ground = GENERATE(false, true);
   TopologyEdit edit{.remove_bodies = {0}};
-  for (Index t = solver.body(1).first_tet; t < static_cast<Index>(solver.tets().size()); ++t) {
-    if (loses_ground && testing::has_corner(solver.tets()[t], last)) {
+  for (Index t = tissue.body(1).first_tet; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (loses_ground && testing::has_corner(tissue.tets()[t], last)) {
       edit.remove_tets.push_back(t);
     }
   }
@@ -638,7 +647,8 @@ TEST_CASE("heat field: a potential goes along with a compaction of its mesh", "[
     each->set_patch(std::array{PatchVertex{first, 1}, PatchVertex{first + 1, 0.5}}, 1e-6);
     each->set_ground(std::array{last});
   }
-  apply_edit(solver, edit, both);
+  tissue.apply(edit);
+  old_tissue.apply(edit);
   const auto solve = [](PotentialField& field, const ThermalMesh& of) {
     return field.solve(std::vector<double>(static_cast<std::size_t>(of.tet_count()), 0.3));
   };
@@ -648,17 +658,66 @@ TEST_CASE("heat field: a potential goes along with a compaction of its mesh", "[
 
   Compaction compaction(solver);
   compaction.build();
-  const Renumbering ids = compaction.finish(solver);
-  CHECK_THROWS_WITH(potential.renumber(ids), ContainsSubstring("after its mesh has"));
   CHECK(potential.report().conductance == conductance);
-  mesh.renumber(solver, ids);
-  CHECK_THROWS_WITH(solve(potential, mesh), ContainsSubstring("has gone along"));
-  CHECK_THROWS_WITH(potential.set_patch({}, 0), ContainsSubstring("has gone along"));
-  CHECK_THROWS_WITH(potential.set_ground({}), ContainsSubstring("has gone along"));
-  potential.renumber(ids);
+  compaction.finish(solver);
   CHECK(potential.vertices().empty());
-  CHECK_THROWS_WITH(potential.renumber(ids), ContainsSubstring("once, after its mesh has"));
+  CHECK(potential.report().conductance == 0);  // until the next solve()
   CHECK(solve(potential, mesh).conductance == Approx(conductance).epsilon(1e-9));
+}
+
+// Would catch copies that read what an edit has made of the tissue by tables of before.
+TEST_CASE("heat field: a copy is refused once its tissue is edited", "[unit]") {
+  const TetMesh box = make_box({2, 2, 2}, 1e-3);
+  Tissue tissue(testing::scene_of(box));
+  HeatField field(tissue, std::array{ThermalBody{0, kLiver}});
+  const ThermalMesh mesh = field.mesh();
+  PotentialField potential(mesh);
+  const std::vector<double> conductivities(box.tets().size(), 0.3);
+  potential.set_patch(std::array{PatchVertex{0, 1}}, 1e-6);
+  CHECK(potential.solve(conductivities).vertex_count > 0);
+  {
+    HeatField copy = field;
+    copy.step(0.01, {});  // until then
+    tissue.add_follower(copy, FollowerRank::heat);
+    CHECK_THROWS_WITH(tissue.apply({.remove_tets = {0}}),
+                      ContainsSubstring("the mesh of a heat field does not follow"));
+  }
+  CHECK(tissue.version() == 0);
+  HeatField copy = field;
+  tissue.apply({.remove_tets = {0}});
+  field.step(0.01, {});
+  CHECK_THROWS_WITH(copy.step(0.01, {}),
+                    ContainsSubstring("a heat field is at topology version 0"));
+  CHECK_THROWS_WITH(copy.set_temperatures(std::array<Index, 1>{0}, std::array{40.0}),
+                    ContainsSubstring("copies do not follow edits"));
+  CHECK_THROWS_WITH(potential.solve(conductivities),
+                    ContainsSubstring("the mesh of a potential is at topology version 0"));
+  CHECK_THROWS_WITH(potential.find_region(conductivities),
+                    ContainsSubstring("the mesh of a potential is at topology version 0"));
+}
+
+// Would catch a mesh or a field of a later day that differs from one that followed all edits.
+TEST_CASE("heat field: made after edits, it is as one that followed them", "[property]") {
+  const Blocks blocks(make_box({4, 4, 4}, 1.0 / 1024, 0));
+  Tissue tissue(blocks.scene);
+  EditedBlock block(tissue, 1);
+  HeatField early = blocks.field(tissue);
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    tissue.apply(block.change(900 + i, true));
+  }
+  HeatField late = blocks.field(tissue);
+  block.check(late.mesh());
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const auto at = static_cast<Index>(random_unit(3, i) * tissue.vertex_count());
+    const std::vector<HeatSource> sources{{at, 0.5}};
+    early.step(0.02, sources);
+    late.step(0.02, sources);
+    REQUIRE(same_state(early, late));
+    if (i % 3 == 2) {
+      tissue.apply(block.change(950 + i, true));
+    }
+  }
+  CHECK(late.ledger().in > 0);
 }
 
 // Would catch a field of a late body that is refused or at the wrong ids, and heat that is not
@@ -668,17 +727,15 @@ TEST_CASE("heat field: of a body that comes in late, and goes with its heat", "[
   Scene scene, late;
   scene.add_body("block", box);
   late.add_body("clot", box);
-  Solver solver(scene);
-  HeatField first(solver, std::array{ThermalBody{0, &box, kLiver}});
-  EditParticipant* const one[] = {&first};
-  apply_edit(solver, {.remove_tets = {0}, .new_bodies = late}, one);
-  HeatField field(solver, std::array{ThermalBody{1, &box, kLiver}});
-  const HeatSource source{solver.body(1).first_vertex + 4, 1.0};
+  Tissue tissue(scene);
+  const HeatField first(tissue, std::array{ThermalBody{0, kLiver}});
+  tissue.apply({.remove_tets = {0}, .new_bodies = late});
+  HeatField field(tissue, std::array{ThermalBody{1, kLiver}});
+  const HeatSource source{tissue.body(1).first_vertex + 4, 1.0};
   field.step(0.1, {&source, 1});
   const double held = field.ledger().in;
   CHECK(held > 0);
-  EditParticipant* const both[] = {&first, &field};
-  apply_edit(solver, {.remove_bodies = {1}}, both);
+  tissue.apply({.remove_bodies = {1}});
   CHECK(field.ledger().removed == Approx(held));
   CHECK(field.ledger().sensible == Approx(0).margin(1e-12));
   CHECK(first.ledger().removed == 0);

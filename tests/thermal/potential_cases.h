@@ -13,6 +13,8 @@
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "support/scenes.h"
+
 namespace pbdsurg::testing {
 
 using Where = std::function<bool(const Eigen::Vector3d&)>;
@@ -31,7 +33,8 @@ inline std::vector<PatchVertex> patch_where(const ThermalMesh& mesh, const Where
 struct Conductor {
   Conductor(const TetMesh& of, const Where& electrode, const Where& ground, double sigma,
             const PotentialOptions& options = {.tolerance = 1e-12, .most_iterations = 5000})
-      : mesh(of, tissues::liver().heat),
+      : tissue(scene_of(of)),
+        mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}}),
         conductivities(of.tets().size(), sigma),
         field(mesh, options),
         patch(patch_where(mesh, electrode)) {
@@ -44,6 +47,7 @@ struct Conductor {
 
   const PotentialReport& solve() { return field.solve(conductivities); }
 
+  Tissue tissue;
   ThermalMesh mesh;
   std::vector<double> conductivities;  // [tet_count] S/m
   PotentialField field;

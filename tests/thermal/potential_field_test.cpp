@@ -15,6 +15,7 @@
 
 #include "support/catch.h"
 #include "support/meshes.h"
+#include "support/scenes.h"
 #include "thermal/potential_cases.h"
 #include "thermal/shared_work.h"
 
@@ -33,7 +34,8 @@ struct Block {
   explicit Block(std::array<Index, 3> cells, double jitter = 0,
                  const PotentialOptions& options = {})
       : shape(testing::make_box(cells, kEdge, jitter)),
-        mesh(shape, tissues::liver().heat),
+        tissue(testing::scene_of(shape)),
+        mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}}),
         conductivities(shape.tets().size(), kSigma),
         field(mesh, options),
         top(cells[2] * kEdge),
@@ -46,21 +48,7 @@ struct Block {
     });
   }
 
-  // Takes tetrahedra away, as an edit does.
-  void remove(const std::vector<Index>& tets) {
-    const Solver solver{Scene{}};
-    EditResult result;
-    result.tets = tets;
-    mesh.apply(solver, {.remove_tets = tets}, result);
-  }
-
-  // What was removed last comes back.
-  void undo(const std::vector<Index>& tets) {
-    const Solver solver{Scene{}};
-    EditResult result;
-    result.tets = tets;
-    mesh.undo(solver, {.remove_tets = tets}, result);
-  }
+  void remove(const std::vector<Index>& tets) { tissue.apply({.remove_tets = tets}); }
 
   [[nodiscard]] std::vector<Index> tets_where(const testing::Where& where) const {
     std::vector<Index> found;
@@ -79,6 +67,7 @@ struct Block {
   const PotentialReport& solve() { return field.solve(conductivities); }
 
   TetMesh shape;
+  Tissue tissue;
   ThermalMesh mesh;
   std::vector<double> conductivities;  // [tet_count] S/m
   PotentialField field;
@@ -274,7 +263,7 @@ TEST_CASE("potential: a region that tissue goes from is what a search would find
       burnt.remove(some);
       if (i % 10 == 8 && i < 40) {
         burnt.solve();
-        burnt.undo(some);
+        burnt.tissue.undo();
       }
     }
     const std::size_t listed = burnt.field.tets().size();
@@ -325,9 +314,7 @@ TEST_CASE("potential: a cut of any thickness opens the circuit", "[unit]") {
     }
   }
   for (const std::vector<Index>& tets : edits) {
-    EditResult gone;
-    gone.tets = tets;
-    bar.mesh.apply(Solver{Scene{}}, {.remove_tets = tets}, gone);
+    bar.tissue.apply({.remove_tets = tets});
   }
   CHECK_FALSE(bar.solve().is_closed);
   CHECK(bar.field.report().conductance == 0);

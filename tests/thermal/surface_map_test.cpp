@@ -9,7 +9,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/random.h"
-#include "pbdsurg/edit/compaction.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/thermal/surface_texture.h"
 #include "pbdsurg/tissue/thermal_properties.h"
 
@@ -48,7 +48,7 @@ struct Fields {
 struct Setup {
   TetMesh mesh = testing::make_box({5, 5, 5}, 1e-3, 0.1);
   Solver solver = make_solver(mesh);
-  LiveSurface surface{solver, 1};
+  LiveSurface surface{solver.tissue(), 1};
   Fields fields;
 
   Setup() { fields.resize(solver.vertex_count()); }
@@ -57,7 +57,6 @@ struct Setup {
     Compaction compaction(solver);
     compaction.build();
     const Renumbering ids = compaction.finish(solver);
-    surface.renumber(solver, ids);
     const Fields before = std::exchange(fields, {});
     fields.resize(solver.vertex_count());
     for (std::size_t v = 0; v < ids.vertices.size(); ++v) {
@@ -156,7 +155,7 @@ double interpolate(const Setup& setup, Index tet, const Eigen::Vector3d& point,
   Eigen::Matrix4d corners;
   Eigen::Vector4d values;
   for (int k = 0; k < 4; ++k) {
-    const Index v = setup.solver.tets()[tet][k];
+    const Index v = setup.solver.tissue().tets()[tet][k];
     corners.col(k) << setup.solver.positions()[v].cast<double>(), 1;
     values[k] = field[v];
   }
@@ -218,7 +217,6 @@ TEST_CASE("surface map: it equals one made afresh after any heat, edits and undo
   SurfaceMap map;
   SurfaceTexture texture(3);
   Mirror eager, lazy;
-  EditParticipant* participants[] = {&setup.surface};
   for (std::uint64_t i = 0; i < 40; ++i) {
     TopologyEdit edit;
     if (i % 3 == 0) {
@@ -226,21 +224,21 @@ TEST_CASE("surface map: it equals one made afresh after any heat, edits and undo
           static_cast<Index>(random_unit(seed, i, 1) * setup.mesh.vertex_count()) + 8;
       edit = testing::part_vertex(setup.solver, vertex, seed + i);
     } else if (i % 3 == 1) {
-      const Index edge = static_cast<Index>(random_unit(seed, i, 2) *
-                                            static_cast<double>(setup.solver.edges().size()));
+      const Index edge = static_cast<Index>(
+          random_unit(seed, i, 2) * static_cast<double>(setup.solver.tissue().edges().size()));
       edit = testing::split_edge(setup.solver, edge, 0.4F);
       if (edit.new_tets.empty()) {
         edit = {};
       }
     } else {
-      for (Index t = 0; t < static_cast<Index>(setup.solver.tets().size()); ++t) {
-        if (setup.solver.is_tet_alive(t) && random_unit(seed, i, t) < 0.05) {
+      for (Index t = 0; t < static_cast<Index>(setup.solver.tissue().tets().size()); ++t) {
+        if (setup.solver.tissue().is_tet_alive(t) && random_unit(seed, i, t) < 0.05) {
           edit.remove_tets.push_back(t);
         }
       }
     }
     const Fields before = setup.fields;
-    const EditResult result = apply_edit(setup.solver, edit, participants);
+    setup.solver.tissue().apply(edit);
     setup.fields.resize(setup.solver.vertex_count());
     for (Index v = static_cast<Index>(before.water.size()); v < setup.solver.vertex_count(); ++v) {
       setup.fields.burn(v, 7 * seed + i);  // tells a vertex from another that had its id
@@ -250,7 +248,7 @@ TEST_CASE("surface map: it equals one made afresh after any heat, edits and undo
         map.update(setup.surface, setup.fields.view(), {});
         texture.update(setup.surface, map);
       }
-      undo_edit(setup.solver, edit, result, participants);
+      setup.solver.tissue().undo();
       setup.fields = before;
     }
     std::vector<Index> changed;

@@ -72,10 +72,9 @@ TEST_CASE("thermal mesh: its surface follows edits and undo", "[unit]") {
   Scene scene;
   scene.add_body("other", make_box({2, 2, 2}, 1e-3));
   scene.add_body("block", mesh);
-  Solver solver(scene);
-  const Body& body = solver.body(1);
-  ThermalMesh thermal(solver, std::array{ThermalBody{1, &mesh, kFat}});
-  EditParticipant* participants[] = {&thermal};
+  Tissue tissue(scene);
+  const Body& body = tissue.body(1);
+  const ThermalMesh thermal(tissue, std::array{ThermalBody{1, kFat}});
   TopologyEdit edit{.remove_tets = {0}};  // of the other body
   for (Index t = 0; t < body.tet_count; t += 7) {
     edit.remove_tets.push_back(body.first_tet + t);
@@ -94,17 +93,17 @@ TEST_CASE("thermal mesh: its surface follows edits and undo", "[unit]") {
     }
   };
   check();
-  apply_edit(solver, {.remove_tets = {1}}, participants);  // of the other body
+  tissue.apply({.remove_tets = {1}});  // of the other body
   CHECK(thermal.version() == 0);
   const double whole = thermal.mass(body.first_vertex + 31);
-  const EditResult result = apply_edit(solver, edit, participants);
+  tissue.apply(edit);
   CHECK(thermal.version() == 1);
   CHECK_FALSE(thermal.is_alive(body.first_tet + 7));
   CHECK(std::ranges::count(thermal.touched(), body.first_vertex) == 1);
   CHECK(std::ranges::all_of(thermal.touched(), [&](Index v) { return v >= body.first_vertex; }));
   CHECK(thermal.mass(body.first_vertex + 31) < whole);
   check();
-  undo_edit(solver, edit, result, participants);
+  tissue.undo();
   CHECK(thermal.version() == 0);  // as before the edit
   CHECK(thermal.mass(body.first_vertex + 31) == whole);
   check();
@@ -130,16 +129,14 @@ TEST_CASE("thermal mesh: flat tetrahedra conduct what is set for slivers, and ar
 }
 
 TEST_CASE("thermal mesh: bad bodies and layers are refused by name", "[unit]") {
-  const TetMesh block = make_box({1, 1, 1}, 1e-3), other = make_box({2, 1, 1}, 1e-3);
+  const TetMesh block = make_box({1, 1, 1}, 1e-3);
   Scene scene;
   scene.add_body("fat", block);
-  const Solver solver(scene);
-  const auto make = [&](std::vector<ThermalBody> bodies) { return ThermalMesh(solver, bodies); };
-  CHECK_THROWS_WITH(make({{1, &block, kFat}}), ContainsSubstring("no body 1"));
-  CHECK_THROWS_WITH(make({{0, &other, kFat}}), ContainsSubstring("body 'fat'"));
-  CHECK_THROWS_WITH(make({{0, nullptr, kFat}}), ContainsSubstring("no mesh"));
-  CHECK_THROWS_WITH(make({{0, &block, kFat}, {0, &block, kFat}}), ContainsSubstring("given twice"));
-  CHECK_THROWS_WITH(make({{0, &block, {1, 1, 1, 1.5}}}), ContainsSubstring("water fraction"));
+  const Tissue tissue(scene);
+  const auto make = [&](std::vector<ThermalBody> bodies) { return ThermalMesh(tissue, bodies); };
+  CHECK_THROWS_WITH(make({{1, kFat}}), ContainsSubstring("no body 1"));
+  CHECK_THROWS_WITH(make({{0, kFat}, {0, kFat}}), ContainsSubstring("body 'fat' is given twice"));
+  CHECK_THROWS_WITH(make({{0, {1, 1, 1, 1.5}}}), ContainsSubstring("water fraction"));
   CHECK_THROWS_WITH(ThermalMesh(block, std::array{kFat}, std::array<Index, 6>{0, 0, 1, 0, 0, 0}),
                     ContainsSubstring("tet 2 is of tissue 1"));
 }

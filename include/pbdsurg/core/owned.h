@@ -38,6 +38,12 @@ class Owned {
   }
   T* operator->() const { return &**this; }
 
+  /// @return  what there was
+  std::unique_ptr<T> exchange(std::unique_ptr<T> object) noexcept {
+    object_.swap(object);
+    return object;
+  }
+
  private:
   std::unique_ptr<T> object_;
 };

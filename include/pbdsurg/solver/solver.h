@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,11 +17,12 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
+#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
 #include "pbdsurg/solver/tool.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
@@ -61,16 +63,6 @@ enum class DeviceStrategy : std::uint8_t {
   graph,      ///< the whole step recorded once, launched as one
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
-};
-
-/// What a backend's threads do while they wait for each other within a step. Between steps they
-/// sleep.
-enum class ThreadWait : std::uint8_t {
-  /// never leave the processor: fastest, for a machine with processors to spare; as yield where
-  /// there are fewer processors than threads
-  spin,
-  yield,  ///< spin for about a microsecond, then offer the processor to others
-  block,  ///< spin for a few microseconds, then sleep
 };
 
 /// How much edits may add before memory has to be found for it.
@@ -128,7 +120,7 @@ struct Snapshot {
   std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
   std::vector<ToolPose> tool_poses;         ///< [tool_count]
-  std::uint64_t topology_version = 0;
+  TissueVersion tissue;                     ///< of the topology
   /// [vertex_count] of the vertex-block method, else empty: in [0, 1], the share of gravity with
   /// which vertices last sped up, which tells where the next sweeps start.
   std::vector<float> falling{};
@@ -153,12 +145,18 @@ class SolverData;
 ///                          are
 class PBDSURG_API Solver {
  public:
-  /// Copies the scene, colours its constraints and builds the step plan.
+  /// Colours the constraints of a tissue and builds the step plan.
   /// @throws InvalidArgument     naming the option out of range or without a reader, or the
   ///                             Neo-Hookean body in fraction mode, or what the vertex-block method
   ///                             cannot follow: fractions, joint plans, limits of colours,
-  ///                             clusters, a compliance of zero
+  ///                             clusters, a compliance of zero; or a joint plan of a tissue that
+  ///                             was edited
   /// @throws BackendUnavailable  if the backend asked for is not there, saying why
+  /// @param tissue  must outlive the solver; as far as edits have changed it, it starts at rest
+  explicit Solver(Tissue& tissue, const SolverOptions& options = {});
+
+  /// With a tissue of its own, made of a scene.
+  /// @throws InvalidArgument, BackendUnavailable  as above
   explicit Solver(const Scene& scene, const SolverOptions& options = {});
   ~Solver();
   Solver(Solver&&) noexcept;
@@ -172,10 +170,14 @@ class PBDSURG_API Solver {
   /// one
   StepReport step(float dt);
 
+  /// Refuses what step() refuses, and changes nothing.
+  /// @throws InvalidArgument  as step()
+  void check_step(float dt) const;
+
   /// Begins a step, on a CUDA device without waiting for it: the caller has its thread for other
   /// work. Any call that reads or writes the state, or has to do with tools or watched vertices,
   /// waits for the step first; finish_step() then still has its report. Edits that bring no
-  /// vertices do not wait, see apply_edit() for the rare one that does: topology is the new one at
+  /// vertices do not wait, see tissue() for the rare one that does: topology is the new one at
   /// once, and the next step is the first to follow it. So edits cost nothing that a device's step
   /// is long enough to hide.
   /// @throws InvalidArgument  as step(), or if a step was begun and finish_step() not called
@@ -281,42 +283,29 @@ class PBDSURG_API Solver {
   /// nothing.
   [[nodiscard]] Eigen::Vector3f tool_force(Index tool, Index copy = 0) const;
 
-  // --- topology, of all copies: see edit/topology_edit.h for changes ---------------------------
+  // --- tissue --------------------------------------------------------------------------------
 
-  /// [body_count] all that there ever were: the scene's, then those that edits brought.
-  [[nodiscard]] std::span<const Body> bodies() const;
-
-  /// @throws InvalidArgument  naming the index and how many bodies there are
-  [[nodiscard]] const Body& body(Index index) const;
-
-  /// Whether any of its vertices has tissue: not of one that was removed, or has gone bit by bit.
-  /// @throws InvalidArgument  as body()
-  [[nodiscard]] bool is_body_alive(Index body) const;
-
-  /// The body of a vertex or of a tetrahedron. What a body came with has the ids that bodies()
-  /// says; what edits split off it has ids behind, among those of others.
-  [[nodiscard]] Index body_of_vertex(Index vertex) const;
-  [[nodiscard]] Index body_of_tet(Index tet) const;
-
-  /// [tet_count] scene vertices of every tetrahedron there ever was; ids are stable.
-  [[nodiscard]] std::span<const Tet> tets() const;
-
-  /// [edge_count] scene vertices of every edge there ever was, smaller first; ids are stable.
-  /// Sorted until an edit adds vertices.
-  [[nodiscard]] std::span<const Edge> edges() const;
-
-  /// [link_count] as given to the scene and to edits; ids are stable.
-  [[nodiscard]] std::span<const Link> links() const;
-
-  /// The six edges of a tetrahedron, in the order of kTetEdges.
-  [[nodiscard]] std::span<const Index, 6> tet_edges(Index tet) const;
-
-  [[nodiscard]] bool is_tet_alive(Index tet) const;
-  [[nodiscard]] bool is_edge_alive(Index edge) const;
-  [[nodiscard]] bool is_link_alive(Index link) const;
-
-  /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
-  [[nodiscard]] bool has_tissue(Index vertex) const;
+  /// What all copies are made of. Its edits between two steps change the solver, those between
+  /// start_step() and finish_step() change the next step, with the same bits as after
+  /// finish_step(). Only these wait for the step that runs: Tissue::undo(), an edit that brings
+  /// vertices, followers that read the state, and on a device an edit that stops more vertices,
+  /// counted in all copies, than 1024 and than any edit before.
+  ///
+  /// Constraints stay validly coloured: what is added takes a colour that is free at its vertices,
+  /// or a new one; phases without a constraint leave the plan. A body that comes in is coloured by
+  /// itself, into the colours that there are. New vertices move as what they are between. After an
+  /// undo, vertices that had tissue before and after the edit stay where they are and others are
+  /// where the edit found them; so if nothing moved since, all bits are those of before the edit,
+  /// and so are those of all later steps.
+  ///
+  /// An edit that changes no more than one before it, and adds no more than there is spare room for
+  /// (SolverOptions::spare), allocates nothing; but one that brings bodies, in a joint plan, where
+  /// edges change groups, and with the vertex-block method, where it adds anything. On a device,
+  /// what adds anything takes spare room: where that runs out, its constraints are made anew before
+  /// the next step, which costs as much as there is. So does what adds anything with the
+  /// vertex-block method, which lays out its rows anew.
+  [[nodiscard]] Tissue& tissue();
+  [[nodiscard]] const Tissue& tissue() const;
 
   /// Rest length of a live edge, m, and rest volume of a live tetrahedron, m^3, as they are now.
   /// @throws InvalidArgument  if there is none: edges of Neo-Hookean bodies have no rest length,
@@ -324,15 +313,14 @@ class PBDSURG_API Solver {
   [[nodiscard]] float rest_length(Index edge) const;
   [[nodiscard]] float rest_volume(Index tet) const;
 
-  /// Names the topology: each edit gives it a number that it never had; undo_edit() goes back to
-  /// the one before, with which snapshots from before the edit are valid again, and those from
-  /// after it never.
-  [[nodiscard]] std::uint64_t topology_version() const;
-
  private:
+  friend class Compaction;  // which exchanges the data
   friend SolverData& solver_data(Solver& solver);
   friend const SolverData& solver_data(const Solver& solver);
 
+  Solver(std::unique_ptr<Tissue> tissue, const SolverOptions& options);
+
+  Tissue* tissue_;
   Owned<SolverData> data_;
 };
 

@@ -13,13 +13,13 @@
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/generator.h"
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/thermal/thermal_model.h"
 #include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
@@ -95,8 +95,7 @@ struct CauteryReport {
   double removed_volume = 0;  ///< m^3 at rest
   Index torn = 0;             ///< tetrahedra of those removed that steam tore
   Index deferred = 0;         ///< tetrahedra, dry or torn before, that wait for energy
-  TopologyEdit request;       ///< what heat changed, for undo_edit(); empty if there was no edit
-  EditResult edit;            ///< what went
+  TissueChange edit;          ///< of update(): what heat changed; empty if there was no edit
 };
 
 /// Couples an electrode to heat in tissue, and heat to topology. Deterministic.
@@ -108,17 +107,17 @@ struct CauteryReport {
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
 /// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
 ///
-/// Edits made elsewhere must name the cautery as a participant, so that it follows. Undoing an edit
+/// Undoing an edit
 /// does not take back the heat that led to it: what heat removed goes again in the next update.
-class PBDSURG_API Cautery final : public EditParticipant {
+class PBDSURG_API Cautery {
  public:
-  /// Tetrahedra that are gone already are left out.
-  /// @throws InvalidArgument  naming the option out of range, the body that is not there, is given
-  ///                          twice or has no water to boil, or whose mesh is missing or not of its
-  ///                          size, or if edits brought new vertices already
-  Cautery(const Solver& solver, std::span<const ThermalBody> bodies,
+  /// At any time, also after edits, which it follows from here on. It starts at body temperature.
+  /// @param tissue  must outlive this
+  /// @throws InvalidArgument  naming the option out of range, or the body that is not there, is
+  ///                          given twice or has no water to boil
+  Cautery(const Tissue& tissue, std::span<const ThermalBody> bodies,
           const CauteryOptions& options = {});
-  ~Cautery() override;
+  ~Cautery();
   Cautery(Cautery&&) noexcept;
   Cautery& operator=(Cautery&&) noexcept;
 
@@ -130,17 +129,24 @@ class PBDSURG_API Cautery final : public EditParticipant {
   /// through dry tissue the vertices behind it.
   ///
   /// Cost: O(heated part), and now and then O(surface), for where the electrode is about.
+  /// @param solver     of the tissue, always the same
   /// @param generator  absent: switched off, the tissue cools
   /// @param dt         s
-  /// @param participants  further holders of topology, beside this
-  /// @throws InvalidArgument  for a value out of range; then nothing has changed. What another
-  ///                          participant throws to refuse the edit passes through: the heat has
-  ///                          been delivered then, and the edit is tried again in the next update.
+  /// @throws InvalidArgument  for a value out of range, or a solver of another tissue; then nothing
+  ///                          has changed. Whatever a follower throws to refuse the edit: the heat
+  ///                          has been delivered then, and the edit is tried again in the next
+  ///                          update.
   /// @throws Error            if a device fails; what links and metal took in that substep is
   ///                          counted, tissue has none of it
   CauteryReport update(Solver& solver, const Electrode& electrode,
-                       const std::optional<GeneratorSettings>& generator, double dt,
-                       std::span<EditParticipant* const> participants = {});
+                       const std::optional<GeneratorSettings>& generator, double dt);
+
+  /// The same without the edit, for who merges it with others: what heat changes is added to an
+  /// edit, and counts once commit() was called, after that was applied.
+  CauteryReport heat(const Solver& solver, const Electrode& electrode,
+                     const std::optional<GeneratorSettings>& generator, double dt,
+                     TopologyEdit& edit);
+  void commit(CauteryReport& report);
 
   [[nodiscard]] const HeatField& field() const;
 
@@ -161,19 +167,6 @@ class PBDSURG_API Cautery final : public EditParticipant {
   /// J that it would have cost to warm and boil dry all that heat removed: at most what was
   /// delivered to tissue.
   [[nodiscard]] double removal_energy() const;
-
-  /// Goes along with a compaction of the solver: heat, water, what links have taken, what waits to
-  /// go, the electrode's warmth and all sums go on as they are; contact and current are found again
-  /// by the next update(), and potential() has none until then. Cost: O(V + T + links).
-  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
-  ///                          compaction made of the one that this followed; then nothing changes
-  void renumber(const Solver& solver, const Renumbering& ids);
-
-  void validate(const Solver& solver, const TopologyEdit& edit) const override;
-  void apply(const Solver& solver, const TopologyEdit& edit,
-             const EditResult& result) noexcept override;
-  void undo(const Solver& solver, const TopologyEdit& edit,
-            const EditResult& result) noexcept override;
 
  private:
   struct Work;

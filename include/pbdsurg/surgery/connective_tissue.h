@@ -8,18 +8,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/compaction.h"
-#include "pbdsurg/edit/cut.h"
-#include "pbdsurg/edit/followed_version.h"
-#include "pbdsurg/edit/topology_edit.h"
-#include "pbdsurg/solver/scene.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
@@ -63,18 +62,18 @@ struct StrandEvent {
   Index strand;
   Index link;  ///< of the solver, where it parted first; kInvalidIndex after a compaction
   StrandLoss cause;
-  std::uint64_t topology_version;  ///< of the edit
+  std::uint64_t version;  ///< of the tissue, after the edit
 };
 
 /// Strands between organs, and what became of them. Deterministic.
 ///
-/// join() adds strands to a scene, of which then a solver is made. From then on this takes part in
-/// every edit of that solver. A strand that has parted carries nothing: what is left of it hangs
-/// from the organs, and is not torn or cut again.
+/// join() adds strands to a scene, of which then a tissue is made. From then on this must follow
+/// that: see Tissue::add_follower(). A strand that has parted carries nothing: what is left of it
+/// hangs from the organs, and is not torn or cut again.
 ///
 /// Cost of an edit that parts strands, and of its undo: O(strands); of others: O(links removed).
 /// Of a solver with copies, the first is looked at.
-class PBDSURG_API ConnectiveTissue final : public EditParticipant {
+class PBDSURG_API ConnectiveTissue final : public Follower {
  public:
   /// Joins two bodies of a scene along links of membrane_links() or scattered_links(); strands of
   /// several segments bring a body of particles, "strands from A to B".
@@ -102,7 +101,7 @@ class PBDSURG_API ConnectiveTissue final : public EditParticipant {
   ///
   /// This and the next: O(links of whole strands), and they allocate only what `links` does.
   /// @param links  takes ids for TopologyEdit::remove_links
-  /// @throws InvalidArgument  if the solver's scene lacks these strands
+  /// @throws InvalidArgument  if this does not follow the solver's tissue
   void find_torn(const Solver& solver, std::vector<Index>& links);
 
   /// Adds the links of whole strands that blades crossed, of each strand the first. Strands are
@@ -111,28 +110,24 @@ class PBDSURG_API ConnectiveTissue final : public EditParticipant {
   void find_cut(const Solver& solver, std::span<const BladeSweep> blades,
                 std::vector<Index>& links);
 
-  /// Cuts and tears, in one edit; to be called once a step. A strand that is both is cut.
-  /// @param participants  further holders of topology, beside this
-  /// @return  empty if nothing parted; then there was no edit
-  /// @throws InvalidArgument  as find_cut(); and what a participant throws to refuse the edit
-  ///                          passes through; then nothing has changed
-  EditResult separate(Solver& solver, std::span<const BladeSweep> blades = {},
-                      std::span<EditParticipant* const> participants = {});
+  /// Adds to an edit the links at which whole strands are cut or tear: of each that the edit names
+  /// no link of yet, one. events() tells the cause once that edit was applied.
+  /// @throws InvalidArgument  as find_cut()
+  void find_parting(const Solver& solver, std::span<const BladeSweep> blades, TopologyEdit& edit);
 
-  /// Goes along with a compaction of the solver: strands and events keep their numbers. Links of
-  /// strands that parted are those that are left, which may be none.
-  /// @throws InvalidArgument  if this had missed an edit before, or the solver's topology is not
-  ///                          what the compaction made; then nothing has changed
-  void renumber(const Solver& solver, const Renumbering& ids);
+  /// Cuts and tears, in one edit of the solver's tissue; to be called once a step. A strand that is
+  /// both is cut.
+  /// @return  what it did; null if nothing parted, and then there was no edit
+  /// @throws InvalidArgument  as find_cut(), and whatever a follower throws to refuse the edit;
+  /// then
+  ///                          nothing has changed
+  const TissueChange* separate(Solver& solver, std::span<const BladeSweep> blades = {});
 
-  /// What the last separate() asked for, for undo_edit().
-  [[nodiscard]] const TopologyEdit& last_edit() const noexcept { return edit_; }
-
-  void validate(const Solver& solver, const TopologyEdit& edit) const override;
-  void apply(const Solver& solver, const TopologyEdit& edit,
-             const EditResult& result) noexcept override;
-  void undo(const Solver& solver, const TopologyEdit& edit,
-            const EditResult& result) noexcept override;
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  /// Strands and events keep their numbers. Links of strands that parted are those that are left,
+  /// which may be none.
+  void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
  private:
   void read_ends(const Solver& solver);
@@ -140,7 +135,6 @@ class PBDSURG_API ConnectiveTissue final : public EditParticipant {
   template <class Visit>
   void visit_whole(Visit visit) const;
 
-  FollowedVersion followed_;
   std::vector<Strand> strands_;
   std::vector<bool> is_whole_;       // [strand_count]
   std::vector<StrandEvent> events_;  // has room for all strands
@@ -149,8 +143,9 @@ class PBDSURG_API ConnectiveTissue final : public EditParticipant {
   std::vector<Index> ends_;          // scene vertices, two for each link of each whole strand
   std::vector<Eigen::Vector3f> positions_;  // m, of ends_
   TopologyEdit edit_;                       // of separate()
-  std::vector<StrandLoss> causes_;          // [edit_.remove_links]
-  std::vector<EditParticipant*> all_participants_;
+  // of the last find_parting(), by link, until the next edit
+  std::vector<std::pair<Index, StrandLoss>> causes_;
+  std::vector<Index> named_;  // strands, scratch
 };
 
 }  // namespace pbdsurg

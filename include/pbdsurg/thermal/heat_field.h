@@ -11,19 +11,18 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
+#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/topology_edit.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/field_backend.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 #include "pbdsurg/thermal/thermal_model.h"
 #include "pbdsurg/tissue/thermal_properties.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
 class HeatRegion;
-struct Renumbering;
 class StepTeam;
 
 /// Heat delivered to one vertex.
@@ -96,13 +95,14 @@ struct HeatReport {
 /// give the same bits for any number of threads, or on the same device. Copies share their threads:
 /// one may step at a time.
 ///
-/// Follows edits as a participant, in O(changed); the next step takes up what changed. A new
+/// Follows edits in O(changed); the next step takes up what changed. A new
 /// vertex starts between the two that it lies between, by its share: water, peak and state as
 /// such, temperature so that tetrahedra that are divided hold as much heat and steam as before; no
 /// temperature leaves the range of those around it. An undo gives removed tissue back as
 /// warm as its vertices are then; what that brings in, if steps were taken since, is taken from
-/// HeatLedger::removed. All in the scene's numbering; vertices without tissue keep what they had.
-class PBDSURG_API HeatField final : public EditParticipant {
+/// HeatLedger::removed. All in the scene's numbering; vertices without tissue keep what they had. A
+/// copy follows no edits and cannot be made to: it is of use until the next.
+class PBDSURG_API HeatField final : public Follower {
  public:
   /// One body by itself, with the ids of its mesh.
   /// @throws InvalidArgument     naming the property, setting or option that is out of range
@@ -110,12 +110,15 @@ class PBDSURG_API HeatField final : public EditParticipant {
   HeatField(const TetMesh& mesh, const ThermalProperties& tissue, const ThermalModel& model = {},
             const HeatOptions& options = {});
 
-  /// Bodies of a scene.
+  /// Bodies of living tissue, whose edits it follows.
   /// @throws InvalidArgument  as ThermalMesh and above
-  HeatField(const Solver& solver, std::span<const ThermalBody> bodies,
+  HeatField(const Tissue& tissue, std::span<const ThermalBody> bodies,
             const ThermalModel& model = {}, const HeatOptions& options = {});
 
-  /// @throws InvalidArgument     naming the setting or option that is out of range
+  /// Of a mesh, whose tissue's edits it follows.
+  /// @throws InvalidArgument     naming the setting or option that is out of range, or if the mesh
+  /// is
+  ///                             a copy and its tissue was edited since
   /// @throws BackendUnavailable  as above
   HeatField(ThermalMesh mesh, const ThermalModel& model = {}, const HeatOptions& options = {});
 
@@ -182,17 +185,11 @@ class PBDSURG_API HeatField final : public EditParticipant {
 
   [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
 
-  /// Goes along with a compaction of the solver, as ThermalMesh does: temperatures, states, held
-  /// vertices, what takes part and the ledger go on as they are. What was gone has left the ledger
-  /// before. Cost: O(V + T).
-  /// @throws InvalidArgument  as ThermalMesh::renumber(); then nothing changes
-  void renumber(const Solver& solver, const Renumbering& ids);
-
-  void validate(const Solver& solver, const TopologyEdit& edit) const override;
-  void apply(const Solver& solver, const TopologyEdit& edit,
-             const EditResult& result) noexcept override;
-  void undo(const Solver& solver, const TopologyEdit& edit,
-            const EditResult& result) noexcept override;
+  void validate(const Tissue& tissue, const TopologyEdit& edit) const override;
+  void validate_undo(const Tissue& tissue, const TissueChange& change) const override;
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
  private:
   friend class PotentialField;  // which may share threads
@@ -267,7 +264,9 @@ class PBDSURG_API HeatField final : public EditParticipant {
   // for the undo of the last edit
   HeatLedger ledger_before_;
   std::size_t vertices_before_ = 0, pending_before_ = 0;
-  bool has_stepped_ = false;  // since that edit
+  bool has_stepped_ = false;   // since that edit
+  mutable Heat touched_heat_;  // of what it touched, noted when its undo is validated
+  std::uint64_t seen_growth_ = 0, seen_version_ = 0;  // of the mesh
 };
 
 }  // namespace pbdsurg

@@ -12,6 +12,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
+#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/field_backend.h"
@@ -20,7 +21,6 @@
 namespace pbdsurg {
 
 class HeatField;
-struct Renumbering;
 
 /// A vertex that the electrode touches.
 struct PatchVertex {
@@ -71,8 +71,9 @@ struct PotentialReport {
 /// Heat for a voltage U is U^2 times what is given here for one volt, and sums to U^2 conductance
 /// to rounding, converged or not: scaled to a wanted power, that is always right.
 ///
-/// Does not follow edits by itself; solve() sees that its ThermalMesh has. After a compaction,
-/// renumber() must be called before anything is set or solved. Deterministic: the same calls give
+/// solve() sees what edits changed in its ThermalMesh. A compaction leaves patch and ground where
+/// they are, but for vertices that were gone; there is no solution until the next solve().
+/// Deterministic: the same calls give
 /// the same bits for any number of threads, or on the same device. Allocates nothing while regions
 /// are not larger than before.
 class PBDSURG_API PotentialField {
@@ -97,8 +98,7 @@ class PBDSURG_API PotentialField {
   /// @param area  m^2 of contact, which gives the size of the region; positive and finite, or
   ///              anything for an empty patch
   /// @throws InvalidArgument  naming the vertex that is out of range or given twice, the weight
-  ///                          outside (0, 1], or the area, or if the mesh was renumbered and this
-  ///                          was not, as the next two; then nothing has changed
+  ///                          outside (0, 1], or the area; then nothing has changed
   void set_patch(std::span<const PatchVertex> patch, double area);
 
   /// Vertices at potential 0, in place of the ball around the patch; none: the ball. The patch
@@ -123,7 +123,8 @@ class PBDSURG_API PotentialField {
   ///                        where they exceed conductivity_change of an edge's length.
   /// @throws InvalidArgument  naming the array of a wrong size, the tetrahedron whose conductivity
   ///                          is negative or not finite, or the vertex whose position is not
-  ///                          finite; then nothing has changed
+  ///                          finite, or if the mesh is a copy, and so missed an edit; then nothing
+  ///                          has changed
   /// @throws Error            if a device fails; then nothing is left of the last solution, as with
   ///                          an empty patch, and the next call starts afresh
   /// Cost: O(region), and of a new region once more: one that has to be searched for, since the
@@ -131,12 +132,6 @@ class PBDSURG_API PotentialField {
   /// See bench/potential_bench.cpp.
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
-
-  /// Goes along with a compaction, after the mesh has: patch and ground stay where they are, but
-  /// for vertices that were gone; there is no solution until the next solve(), as at first.
-  /// @throws InvalidArgument  if the mesh has not gone along with one compaction since the last, or
-  ///                          it lacks a vertex of patch or ground; then nothing has changed
-  void renumber(const Renumbering& ids);
 
   [[nodiscard]] const PotentialReport& report() const noexcept;
 

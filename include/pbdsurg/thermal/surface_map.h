@@ -12,9 +12,9 @@
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/change_log.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/thermal/tissue_color.h"
+#include "pbdsurg/views/change_log.h"
+#include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {
 

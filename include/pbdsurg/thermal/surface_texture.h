@@ -11,9 +11,9 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/change_log.h"
-#include "pbdsurg/edit/live_surface.h"
 #include "pbdsurg/thermal/surface_map.h"
+#include "pbdsurg/views/change_log.h"
+#include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {
 

@@ -5,67 +5,70 @@
 /// The living tissue that conducts heat and current, kept up to date through edits.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/edit/followed_version.h"
-#include "pbdsurg/edit/topology_edit.h"
+#include "pbdsurg/core/undo_array.h"
 #include "pbdsurg/mesh/tet_mesh.h"
-#include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/thermal_properties.h"
+#include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
 
-struct Renumbering;
-
-/// A body of a solver that conducts.
+/// A body of living tissue that conducts.
 struct ThermalBody {
-  Index body;           ///< of the solver
-  const TetMesh* mesh;  ///< its rest mesh; used during construction only
-  ThermalProperties tissue;
+  Index body;
+  ThermalProperties properties;
 };
 
-/// The rest tetrahedra of all conducting bodies of a scene: which are alive, what linear finite
-/// elements need of each, and which of them meet at a vertex. In the scene's numbering, that of
-/// the solver; vertices and tetrahedra of other bodies are there, too, without tissue.
+/// What linear finite elements need of each tetrahedron of conducting bodies, at rest; which live,
+/// and which meet at a vertex, the tissue says. Ids are the tissue's; vertices and tetrahedra of
+/// other bodies are there, too, and do not conduct.
 ///
-/// Follows edits as a participant. An edit and its undo cost O(changed) and write flags and short
-/// lists alone: sums over the tetrahedra at a vertex are taken when they are asked for. What
-/// is asked of one vertex or tetrahedron serves inner loops, where ids are not checked.
-class PBDSURG_API ThermalMesh final : public EditParticipant {
+/// An edit and its undo cost O(changed): sums over the tetrahedra at a vertex are taken when they
+/// are asked for. What is asked of one vertex or tetrahedron serves inner loops, where ids are not
+/// checked. A copy does not follow edits: it is of use until the next.
+class PBDSURG_API ThermalMesh final : public Follower {
  public:
-  /// One body by itself, with the ids of its mesh.
+  /// One body by itself, with the ids of its mesh, in tissue of its own that nothing edits.
   /// @throws InvalidArgument  naming the property of the tissue that is out of range
-  ThermalMesh(const TetMesh& mesh, const ThermalProperties& tissue);
+  ThermalMesh(const TetMesh& mesh, const ThermalProperties& properties);
 
   /// The same in layers. Tissue between layers has the water and the laws of state of the
   /// tetrahedron with the smallest id; mass and conductivity are those of each tetrahedron.
-  /// @param tet_tissues  [tet_count] which of the tissues each tetrahedron is of
-  /// @throws InvalidArgument  naming the tetrahedron whose tissue is out of range, or as above
-  ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> tissues,
-              std::span<const Index> tet_tissues);
+  /// @param tet_layers  [tet_count] which of the layers each tetrahedron is of
+  /// @throws InvalidArgument  naming the tetrahedron whose layer is out of range, or as above
+  ThermalMesh(const TetMesh& mesh, std::span<const ThermalProperties> layers,
+              std::span<const Index> tet_layers);
 
-  /// Bodies of a scene. Tetrahedra that are gone already are left out. Cost: O(V + T).
-  /// @throws InvalidArgument  naming the body that is not there or is given twice, whose mesh is
-  ///                          missing or not of its size, or whose tissue is out of range, or if
-  ///                          edits brought new vertices or tetrahedra already
-  ThermalMesh(const Solver& solver, std::span<const ThermalBody> bodies);
+  /// Bodies of living tissue, at any time. Follows its edits. Cost: O(V + T).
+  /// @param tissue  must outlive this
+  /// @throws InvalidArgument  naming the body that is not there or is given twice, or whose
+  ///                          properties are out of range
+  ThermalMesh(const Tissue& tissue, std::span<const ThermalBody> bodies);
 
-  [[nodiscard]] Index vertex_count() const noexcept { return static_cast<Index>(points_.size()); }
-  [[nodiscard]] Index tet_count() const noexcept { return static_cast<Index>(tets_.size()); }
+  [[nodiscard]] Index vertex_count() const noexcept {
+    return tissue_ == nullptr ? 0 : tissue_->vertex_count();
+  }
+  [[nodiscard]] Index tet_count() const noexcept { return tet_tissues_.size(); }
 
-  /// [vertex_count] m, of the rest meshes, and where new vertices would lie in them; zero for what
-  /// is not of a conducting body
-  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept { return points_; }
+  /// [vertex_count] m, and
+  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept {
+    return tissue_ == nullptr ? std::span<const Eigen::Vector3d>() : tissue_->rest_positions();
+  }
 
-  /// [tet_count] corners, those of removed tetrahedra included
-  [[nodiscard]] std::span<const Tet> tets() const noexcept { return tets_; }
+  /// [tet_count] corners, those of removed tetrahedra included, as the tissue has them.
+  [[nodiscard]] std::span<const Tet> tets() const noexcept {
+    return tissue_ == nullptr ? std::span<const Tet>() : tissue_->tets();
+  }
 
   /// Makes all of it of one tissue.
   /// @throws InvalidArgument  naming the property that is out of range
@@ -73,7 +76,7 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
 
   /// Whether a tetrahedron is of a conducting body and lives.
   [[nodiscard]] bool is_alive(Index tet) const {
-    return alive_[static_cast<std::size_t>(tet)] != 0;
+    return tet_tissues_[tet] != kInvalidIndex && tissue_->is_tet_alive(tet);
   }
 
   /// [tissue_count] in the order in which bodies or layers were given
@@ -81,21 +84,17 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
 
   /// Which of tissues() a vertex or a tetrahedron is of, removed ones included; kInvalidIndex for
   /// those of other bodies.
-  [[nodiscard]] Index tissue_of_vertex(Index vertex) const {
-    return vertex_tissues_[static_cast<std::size_t>(vertex)];
-  }
-  [[nodiscard]] Index tissue_of_tet(Index tet) const {
-    return tet_tissues_[static_cast<std::size_t>(tet)];
-  }
+  [[nodiscard]] Index tissue_of_vertex(Index vertex) const { return vertex_tissues_[vertex]; }
+  [[nodiscard]] Index tissue_of_tet(Index tet) const { return tet_tissues_[tet]; }
 
   /// m^3, of the rest shape
-  [[nodiscard]] double volume(Index tet) const { return volumes_[static_cast<std::size_t>(tet)]; }
+  [[nodiscard]] double volume(Index tet) const { return volumes_[tet]; }
 
   /// -V grad N_i . grad N_j of the edges in the order of kTetEdges, m: times a conductivity, the
   /// conductance of each edge, which may be negative at obtuse angles. Those of a sliver, whose
   /// volume is less than kLeastVolume times its longest edge cubed, are of one with that volume.
   [[nodiscard]] const std::array<double, 6>& edge_coefficients(Index tet) const {
-    return coefficients_[static_cast<std::size_t>(tet)];
+    return coefficients_[tet];
   }
   static constexpr double kLeastVolume = 1e-6;
 
@@ -107,21 +106,22 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
   /// on what lives alone, and not on how it came to be.
   template <class Visit>
   void for_each_tet(Index vertex, Visit visit) const {
-    for_each_corner(vertex, [&](Index tet, int) { visit(tet); });
+    if (vertex_tissues_[vertex] != kInvalidIndex) {
+      for (const Index tet : tissue_->tets_at(vertex)) {
+        visit(tet);
+      }
+    }
   }
 
   /// The same with visit(tet, k) where the vertex is corner k.
   template <class Visit>
   void for_each_corner(Index vertex, Visit visit) const {
-    for (Index corner = first_corners_[static_cast<std::size_t>(vertex)];
-         corner != kInvalidIndex;) {
-      const Index tet = corner / 4;
-      const int k = corner % 4;
-      if (is_alive(tet)) {
-        visit(tet, k);
-      }
-      corner = next_corners_[static_cast<std::size_t>(tet)][static_cast<std::size_t>(k)];
-    }
+    const std::span<const Tet> all = tissue_->tets();
+    for_each_tet(vertex, [&](Index tet) {
+      const Tet& corners = all[static_cast<std::size_t>(tet)];
+      const auto corner = std::find(corners.begin(), corners.end(), vertex) - corners.begin();
+      visit(tet, static_cast<int>(corner));
+    });
   }
 
   /// A vertex's share of the live tetrahedra around it, a quarter of each, m^3; zero without
@@ -149,58 +149,44 @@ class PBDSURG_API ThermalMesh final : public EditParticipant {
   /// away with are left out. Valid until the next.
   [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
 
-  /// Goes along with a compaction of the solver: what lives has new ids, and keeps all that it has,
-  /// bit for bit. Counts as a change of topology. Cost: O(V + T).
-  /// @throws InvalidArgument  if this had missed an edit before, or the solver is not what the
-  ///                          compaction made of the one that this followed, or has tetrahedra with
-  ///                          other corners than the mesh that was given; then nothing changes
-  void renumber(const Solver& solver, const Renumbering& ids);
+  /// Refuses to go on where the tissue is no longer what this is of.
+  /// @param who  "a heat field"
+  /// @throws InvalidArgument  if this is a copy and an edit or a compaction came since, or was
+  /// moved
+  ///                          from
+  void check_current(const char* who) const;
 
-  /// How many compactions this has gone along with: who keeps ids of it sees that they are old.
-  [[nodiscard]] int renumberings() const noexcept { return renumberings_; }
+  /// @throws InvalidArgument  if this was moved from
+  [[nodiscard]] const Tissue& tissue() const;
 
-  void validate(const Solver& solver, const TopologyEdit& edit) const override;
-  void apply(const Solver& solver, const TopologyEdit& edit,
-             const EditResult& result) noexcept override;
-  void undo(const Solver& solver, const TopologyEdit& edit,
-            const EditResult& result) noexcept override;
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
  private:
-  void add_body(const TetMesh& mesh, Index first_vertex, Index first_tet, Index tissue);
-  void link_all();
-  void check_corners(const Solver& solver, const Renumbering& ids) const;
-  void resize(std::size_t vertex_count, std::size_t tet_count);
+  void set_up(std::span<const ThermalBody> bodies);
+  void resize();
   [[nodiscard]] double longest_edge(Index tet) const noexcept;
   [[nodiscard]] bool is_sliver(Index tet) const noexcept;
   void measure(Index tet) noexcept;
-  void link(Index corner) noexcept;
-  void unlink(Index corner) noexcept;
-  void move_corner(Index tet, Index from, Index to) noexcept;
-  void touch(Index tet);
+  void begin_change();
+  void touch(const Tet& vertices);
 
-  FollowedVersion followed_;
-  std::vector<ThermalProperties> tissues_;           // [tissue_count]
-  std::vector<Eigen::Vector3d> points_;              // [vertex_count] m
-  std::vector<Index> vertex_tissues_;                // [vertex_count]
-  std::vector<Tet> tets_;                            // [tet_count]
-  std::vector<std::uint8_t> alive_;                  // [tet_count]
-  std::vector<Index> tet_tissues_;                   // [tet_count]
-  std::vector<double> volumes_;                      // [tet_count] m^3
-  std::vector<std::array<double, 6>> coefficients_;  // [tet_count] m
-  // Lists of the tetrahedra that have a vertex, dead ones included, ascending: corner 4 t + k is
-  // followed by next_corners_[t][k].
-  std::vector<Index> first_corners_;                // [vertex_count]
-  std::vector<std::array<Index, 4>> next_corners_;  // [tet_count]
+  std::shared_ptr<const Tissue> tissue_;    // owned where nothing edits it; null once moved from
+  std::uint64_t seen_version_ = 0;          // of the tissue
+  std::vector<ThermalProperties> tissues_;  // [tissue_count]
+  UndoArray<Index> vertex_tissues_;         // [vertex_count]
+  UndoArray<Index> tet_tissues_;            // [tet_count]
+  UndoArray<double> volumes_;               // [tet_count] m^3
+  UndoArray<std::array<double, 6>> coefficients_;  // [tet_count] m
   Index sliver_count_ = 0;
   std::uint64_t version_ = 0, newest_version_ = 0, growth_ = 0;
-  int renumberings_ = 0;
 
   std::vector<Index> touched_;
   std::uint64_t change_ = 0;               // counts edits and undos
   std::vector<std::uint64_t> touched_at_;  // [vertex_count] the change that touched it last
 
   // for the undo of the last edit
-  std::size_t vertices_before_ = 0, tets_before_ = 0;
   Index slivers_before_ = 0;
   std::uint64_t version_before_ = 0;
 };

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How threads of a team wait for work.
+
+#include <cstdint>
+
+namespace pbdsurg {
+
+/// What a backend's threads do while they wait for each other within a step. Between steps they
+/// sleep.
+enum class ThreadWait : std::uint8_t {
+  /// never leave the processor: fastest, for a machine with processors to spare; as yield where
+  /// there are fewer processors than threads
+  spin,
+  yield,  ///< spin for about a microsecond, then offer the processor to others
+  block,  ///< spin for a few microseconds, then sleep
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Living tissue: bodies, tetrahedra, edges and links, and the edits that change them.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/tissue/follower.h"
+#include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/tissue/tissue_change.h"
+#include "pbdsurg/tissue/topology_edit.h"
+
+namespace pbdsurg {
+
+struct TissueData;
+
+/// Tissue::version() with the tissue that it is of.
+struct TissueVersion {
+  std::uint64_t tissue = 0;  ///< differs between all tissues of a process; zero: none
+  std::uint64_t number = 0;
+
+  friend bool operator==(const TissueVersion&, const TissueVersion&) = default;
+};
+
+/// What there is of a scene, the only owner of its topology. It knows neither motion nor forces: a
+/// Solver, a HeatField and views follow it. Ids are stable: what is removed keeps its id.
+///
+/// An edit changes the tissue first and each follower once afterwards, or nothing at all. One edit
+/// can be undone, the last.
+///
+/// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
+/// and links to a vertex that it was the last to use. Where tetrahedra give way to others, mass and
+/// rest volume stay. A body that goes keeps its number and its name.
+///
+/// Not thread-safe; a Solver on a device may step meanwhile, see Solver::start_step(). It must
+/// outlive its followers, and stays where it is in memory.
+class PBDSURG_API Tissue {
+ public:
+  /// All of a scene, alive and at rest.
+  explicit Tissue(const Scene& scene);
+  ~Tissue();
+  Tissue(const Tissue&) = delete;
+  Tissue& operator=(const Tissue&) = delete;
+
+  // --- edits ---------------------------------------------------------------------------------
+
+  /// Changes the topology.
+  ///
+  /// Cost: proportional to the change; for bodies that come, to their size and the number of
+  /// bodies; for one that goes, to its size and all that edits brought so far. Followers add
+  /// theirs. An edit that changes no more than one before it allocates nothing, but for what it
+  /// adds.
+  /// @return  what it did, consequences included; valid until the next edit
+  /// @throws InvalidArgument  naming the first id that is out of range, dead or listed twice, or
+  /// the
+  ///                          value out of range, and whatever a follower throws to refuse it; then
+  ///                          nothing has changed
+  const TissueChange& apply(const TopologyEdit& edit);
+
+  /// Takes back the last edit: topology, masses, and all that followers hold. Cost: that of the
+  /// edit.
+  /// @throws InvalidArgument  if there was none since the last undo or compaction, or a follower
+  ///                          came since, and whatever a follower throws to refuse it; then nothing
+  ///                          has changed
+  void undo();
+
+  /// The last edit, also once it was undone.
+  [[nodiscard]] const TissueChange& last_change() const noexcept;
+
+  /// Registers a follower of all later edits. It may come at any time, but within an edit. What
+  /// followed another tissue leaves that.
+  void add_follower(Follower& follower, FollowerRank rank = FollowerRank::user) const;
+
+  /// Refuses what reads the tissue by ids that may be old.
+  /// @param who  "a live surface"
+  /// @throws InvalidArgument  if it does not follow the tissue: it is a copy, or was moved from
+  void check_follower(const Follower& follower, const char* who) const;
+
+  /// Counts edits: each gives a number that there never was. undo() goes back to the one before.
+  [[nodiscard]] std::uint64_t version() const noexcept;
+  [[nodiscard]] TissueVersion identified_version() const noexcept;
+
+  // --- bodies --------------------------------------------------------------------------------
+
+  /// [body_count] all that there ever were: the scene's, then those that edits brought.
+  [[nodiscard]] std::span<const Body> bodies() const noexcept;
+
+  /// @throws InvalidArgument  naming the index and how many bodies there are
+  [[nodiscard]] const Body& body(Index index) const;
+
+  /// Whether any of its vertices has tissue: not of one that was removed, or has gone bit by bit.
+  /// @throws InvalidArgument  as body()
+  [[nodiscard]] bool is_body_alive(Index body) const;
+
+  /// The body of a vertex or of a tetrahedron. What a body came with has the ids that bodies()
+  /// says; what edits split off it has ids behind, among those of others.
+  [[nodiscard]] Index body_of_vertex(Index vertex) const;
+  [[nodiscard]] Index body_of_tet(Index tet) const;
+
+  /// The ids from which on those may be a body's that it did not come with.
+  [[nodiscard]] Index first_later_vertex(Index body) const;
+  [[nodiscard]] Index first_later_tet(Index body) const;
+
+  /// Ids of a body, those of the dead included, ascending. Cost: O(those that it came with, and all
+  /// that edits brought).
+  [[nodiscard]] std::vector<Index> vertices_of(Index body) const;
+  [[nodiscard]] std::vector<Index> tets_of(Index body) const;
+
+  // --- vertices ------------------------------------------------------------------------------
+
+  [[nodiscard]] Index vertex_count() const noexcept;
+
+  /// [vertex_count] m, of the scene; new vertices lie between where these do.
+  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept;
+
+  /// [vertex_count] kg: a quarter of each live tetrahedron at a vertex, or a particle's own.
+  [[nodiscard]] std::span<const double> masses() const noexcept;
+
+  // @throws InvalidArgument  all that take an id, naming the one out of range
+
+  /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
+  [[nodiscard]] bool has_tissue(Index vertex) const;
+
+  /// Whether the scene fixed it, or it lies between two that are fixed.
+  [[nodiscard]] bool is_fixed(Index vertex) const;
+
+  /// Live tetrahedra at a vertex, and live links, ascending. Valid until the next edit.
+  [[nodiscard]] std::span<const Index> tets_at(Index vertex) const;
+  [[nodiscard]] std::span<const Index> links_at(Index vertex) const;
+
+  // --- tetrahedra, edges, links --------------------------------------------------------------
+
+  /// [tet_count] corners of every tetrahedron there ever was.
+  [[nodiscard]] std::span<const Tet> tets() const noexcept;
+
+  /// [tet_count] edges of each, in the order of kTetEdges.
+  [[nodiscard]] std::span<const std::array<Index, 6>> tet_edges() const noexcept;
+  [[nodiscard]] std::span<const Index, 6> tet_edges(Index tet) const;
+
+  /// kg
+  [[nodiscard]] double tet_mass(Index tet) const;
+
+  /// [edge_count] vertices of every edge there ever was, smaller first. Sorted until an edit adds
+  /// vertices.
+  [[nodiscard]] std::span<const Edge> edges() const noexcept;
+
+  /// [edge_count] how many live tetrahedra are around each.
+  [[nodiscard]] std::span<const Index> edge_tets() const noexcept;
+
+  /// [link_count] as given to the scene and to edits.
+  [[nodiscard]] std::span<const Link> links() const noexcept;
+
+  [[nodiscard]] bool is_tet_alive(Index tet) const;
+  [[nodiscard]] bool is_edge_alive(Index edge) const;
+  [[nodiscard]] bool is_link_alive(Index link) const;
+
+  /// m/s^2, of the scene
+  [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept;
+
+  // --- memory --------------------------------------------------------------------------------
+
+  /// Makes room for so many more of each, so that edits that bring them allocate nothing.
+  void reserve(std::size_t vertices, std::size_t tets, std::size_t edges, std::size_t links);
+
+  /// Bytes in use, without followers and without what allocators add.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  friend TissueData& tissue_data(Tissue& tissue) noexcept;
+  friend const TissueData& tissue_data(const Tissue& tissue) noexcept;
+
+  explicit Tissue(std::unique_ptr<TissueData> data) noexcept;
+  friend std::unique_ptr<Tissue> make_tissue(std::unique_ptr<TissueData> data);
+
+  std::unique_ptr<TissueData> data_;
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Requests for changes to living tissue.
+
+#include <vector>
+
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/tissue/scene.h"
+
+namespace pbdsurg {
+
+/// A new rest length of a live edge of a body of springs. A strain limit follows.
+struct RestLengthChange {
+  Index edge;
+  float rest_length;  ///< m, positive and finite
+};
+
+/// A new rest volume of a live tetrahedron of a body with volume constraints or of a Neo-Hookean
+/// body, whose rest shape is then scaled evenly. Strain limits of such a body follow: each of the n
+/// tetrahedra around an edge scales its limit by the n-th root of what it scales its own sides by,
+/// so that the limit follows in full where all change alike.
+struct RestVolumeChange {
+  Index tet;
+  float rest_volume;  ///< m^3, positive and finite
+};
+
+/// A vertex that comes to be: on the segment between two vertices of one body, or where one is.
+struct NewVertex {
+  Index first;
+  Index second;     ///< the same as `first` for a copy of it
+  float share = 0;  ///< in [0, 1]: it starts at first + share (second - first), and moves as there
+};
+
+/// Moves a corner of a tetrahedron from a vertex to a copy of it that the same edit makes: this is
+/// how tissue parts along faces. The tetrahedron keeps its id, its rest shape and its colour.
+struct CornerMove {
+  Index tet;
+  Index from;  ///< a corner of it
+  Index to;    ///< a new vertex, copy of `from`
+};
+
+/// Moves an end of a link from a vertex to a copy of it that the same edit makes.
+struct LinkMove {
+  Index link;
+  Index from;
+  Index to;
+};
+
+/// A tetrahedron that takes over part of another's tissue: material, density, rest shape. The other
+/// goes; all that take its place together fill it. That they do not overlap, and that neighbours
+/// are split alike where they share an edge, is the caller's to see to: only volumes are checked.
+struct NewTet {
+  Index parent;  ///< live, not moved and not removed by the same edit
+  /// Corners of the parent, copies of these, or new vertices on edges of the parent.
+  Tet vertices;
+};
+
+/// What to change, all at once: see Tissue::apply(). Ids are those of the tissue, which never
+/// change meaning. What is new gets the ids that follow: new_vertices[i] is vertex vertex_count() +
+/// i, new_tets[i] tetrahedron tets().size() + i, new_links[i] link links().size() + i, as they are
+/// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra and links
+/// of new_bodies follow all of these, in the order of that scene.
+struct TopologyEdit {
+  std::vector<Index> remove_tets{};
+  std::vector<Index> remove_links{};
+  /// Whole bodies, particles included. Nothing of theirs can be moved, divided or linked by the
+  /// same edit, nor be listed in remove_tets.
+  std::vector<Index> remove_bodies{};
+  std::vector<RestLengthChange> rest_lengths{};
+  std::vector<RestVolumeChange> rest_volumes{};
+  std::vector<NewVertex> new_vertices{};
+  std::vector<CornerMove> corner_moves{};
+  std::vector<LinkMove> link_moves{};
+  std::vector<NewTet> new_tets{};
+  std::vector<Link> new_links{};
+  /// Bodies that come in, and links between these: at rest where the scene has them, without
+  /// speed, in all copies. Links to what is there already go to new_links. The scene's gravity is
+  /// of no account.
+  Scene new_bodies{};
+};
+
+}  // namespace pbdsurg

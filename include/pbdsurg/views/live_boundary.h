@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The surface of what is left of a body.
+
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
+#include "pbdsurg/core/types.h"
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/tissue.h"
+
+namespace pbdsurg {
+
+/// Boundary triangles of a body's live tetrahedra, in scene vertices and scene tetrahedra.
+/// Found afresh: O(T log T) in the body's tetrahedra.
+/// @throws InvalidArgument  if there is no such body
+[[nodiscard]] PBDSURG_API std::vector<BoundaryTriangle> find_live_boundary(const Tissue& tissue,
+                                                                           Index body);
+
+}  // namespace pbdsurg

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The owner of a simulation: tissue, solver, heat, strands, tools, and the order of a frame.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/core/export.h"
+#include "pbdsurg/core/ids.h"
+#include "pbdsurg/core/owned.h"
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cautery.h"
+#include "pbdsurg/surgery/connective_tissue.h"
+#include "pbdsurg/tissue/library.h"
+#include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/world/surface.h"
+
+namespace pbdsurg {
+
+/// How two bodies are joined.
+struct JoinOptions {
+  double max_distance = 3.5e-3;  ///< m between the surfaces; positive
+  double density = 0.5e6;        ///< fibres per m^2 of the first surface, positive
+  StrandOptions strands{};
+};
+
+/// Who asks for a change of topology in a frame, in the order in which they are asked.
+enum class EditSource : std::uint8_t { heat, strands, program };
+
+/// "heat", "strands", "program"
+[[nodiscard]] PBDSURG_API const char* name_of(EditSource source);
+
+/// What one source asked for, and why it was refused. Nothing of it was done.
+struct RefusedEdit {
+  EditSource source;
+  std::string why;
+};
+
+/// What happened in a step of a world.
+struct Frame {
+  StepReport report;                     ///< of the solver, all replicas
+  std::vector<CauteryReport> cauteries;  ///< [cautery]
+  Index removed_tets = 0, removed_links = 0;
+  Index parted_strands = 0;
+  std::vector<RefusedEdit> refused;
+  /// s of the processor's clock: heat, edits with their followers, the solver's step, readback. The
+  /// only part of a frame that differs from run to run.
+  struct Times {
+    double heat = 0, edit = 0, step = 0, readback = 0;
+  } times;
+
+  /// Whether positions are finite and nothing was refused.
+  [[nodiscard]] bool ok() const noexcept;
+  /// What is not, in one sentence; empty if all is.
+  [[nodiscard]] std::string why() const;
+};
+
+/// One of the copies of a world that are stepped together. Valid as long as the world is, and stays
+/// where it is.
+class PBDSURG_API Replica {
+ public:
+  Replica(Solver& solver, ReplicaId id) noexcept : solver_(&solver), id_(id) {}
+
+  // As those of World; throw InvalidArgument where that does.
+  void move(ToolId tool, const ToolPose& pose);
+  void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
+  void release(ToolId tool);
+  [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> positions() const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> velocities() const;
+  [[nodiscard]] StepReport report() const;
+  [[nodiscard]] Snapshot snapshot() const;
+  void restore(const Snapshot& snapshot);
+  [[nodiscard]] std::uint64_t state_hash() const;
+
+ private:
+  Solver* solver_;
+  ReplicaId id_;
+};
+
+/// A whole simulation. Bodies, what is fixed and what is joined come first; the first call of any
+/// other function makes a solver of them. From then on bodies still come and go.
+///
+///   World world;
+///   const BodyId liver = world.add_body("liver", mesh, tissues::liver());
+///   world.fix(liver, [](const Eigen::Vector3d& x) { return x.z() > 0.05; });
+///   const ToolId hook = world.add_tool(capsules);
+///   const CauteryId burner = world.add_cautery(hook, {liver});
+///   const Surface& skin = world.surface(liver);
+///   for (;;) {
+///     world.move(hook, pose);
+///     world.energise(burner, cut_settings(30));
+///     const Frame frame = world.step(1.0 / 60);
+///     draw(skin.positions(), skin.triangles(), skin.normals(), skin.marks());
+///   }
+///
+/// A step does this, in this order:
+///   1. instruments travel to where move() wants them, over the substeps of 5;
+///   2. cauteries drive current and let heat spread, in the order in which they were added;
+///   3. what heat removes and shrinks, what strands tear or blades cut of them, and what edit()
+///      asked for become one edit, checked as one. If it is refused, each source is tried by
+///      itself, in this order, and what is still refused is reported in the Frame;
+///   4. the tissue changes, then each of its followers, once;
+///   5. the solver steps: contacts, substeps, forces on tools;
+///   6. surfaces that were asked for are read back.
+///
+/// The parts are public: tissue(), solver(), strands(), cautery(). Deterministic: the same calls
+/// give the same bits, for any number of threads. Not thread-safe. Can be moved; what was moved
+/// from refuses all but destruction and assignment.
+class PBDSURG_API World {
+ public:
+  /// @throws InvalidArgument, BackendUnavailable  as Solver; at the latest when the solver is made
+  explicit World(const SolverOptions& options = {});
+
+  /// Of a scene that is whole, with bodies and strands of a program's own making.
+  /// @param tissues  [body_count of the scene] what is burnt and drawn; mechanics are the scene's
+  /// @param strands  that were joined in that scene
+  /// @throws InvalidArgument  as above, or if there is not one tissue a body
+  World(const Scene& scene, std::span<const TissueRecord> tissues,
+        const ConnectiveTissue& strands = {}, const SolverOptions& options = {});
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  // --- the scene -----------------------------------------------------------------------------
+
+  /// Adds a body at rest, of one tissue. Once the world steps, it comes in with an edit.
+  /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
+  BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
+
+  // The next four come before the solver is made.
+  // @throws InvalidArgument  if it is, or there is no such body; and as Scene and ConnectiveTissue
+
+  /// Holds vertices of a body where they are, for good.
+  /// @param vertices  [n] ids within the body
+  void fix(BodyId body, std::span<const Index> vertices);
+  /// @param condition  bool(const Eigen::Vector3d& position), position at rest in m
+  /// @return           how many vertices were fixed
+  template <class Condition>
+  Index fix(BodyId body, Condition condition);
+
+  /// Scatters strands over the first body's surface where it faces the second's; they tear, are cut
+  /// and burn.
+  /// @return  how many there are
+  Index join(BodyId first, BodyId second, const JoinOptions& options = {});
+
+  /// m/s^2. Default: earth's, downwards along y.
+  void set_gravity(const Eigen::Vector3f& gravity);
+
+  /// Takes a body out, with all its tissue, in the next step.
+  void remove_body(BodyId body);
+
+  // --- instruments ---------------------------------------------------------------------------
+  // @throws InvalidArgument  as the functions of Solver and Cautery, and naming the id that there
+  //                          is not
+
+  /// Of the solver's add_tool().
+  /// @param capsules  [n] in the tool's frame, whose origin is its tip
+  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity());
+  void move(ToolId tool, const ToolPose& pose);
+  void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
+  /// Grasps what of a body lies near the tool's tip, and none if nothing does.
+  /// @param radius  m
+  /// @return        the vertices, ids in the tissue
+  std::vector<Index> grasp_near(ToolId tool, BodyId body, float radius, float compliance = 0);
+  void release(ToolId tool);
+  [[nodiscard]] ToolPose pose(ToolId tool) const;
+  /// N, of the tissue on the tool, in the last step.
+  [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
+
+  /// Lets a tool burn bodies, at any time. A body has the heat of one cautery.
+  /// @param bodies     with the heat of their TissueRecord
+  /// @param electrode  in the tool's frame; by default its tip alone
+  CauteryId add_cautery(ToolId tool, std::span<const BodyId> bodies,
+                        const CauteryOptions& options = {},
+                        const Electrode& electrode = {Eigen::Vector3f::Zero(),
+                                                      Eigen::Vector3f::Zero()});
+  /// What the generator does in the steps to come; absent: off, as at first.
+  void energise(CauteryId cautery, const std::optional<GeneratorSettings>& settings);
+  /// Cuts strands in the next step.
+  void sweep(const BladeSweep& blade);
+
+  // --- frames --------------------------------------------------------------------------------
+
+  /// Advances by dt: see above.
+  /// @throws InvalidArgument  for a dt that Solver::step() refuses; then nothing has changed
+  /// @throws Error            if a device fails
+  Frame step(double dt);
+
+  /// Merges an edit into the next step: what it names must be there then.
+  void edit(const TopologyEdit& edit);
+
+  /// Takes back the last edit of the tissue: Tissue::undo().
+  void undo();
+
+  /// New ids, memory and colours of what lives, between two steps: see Compaction. Ids of bodies
+  /// and tools stay.
+  void compact();
+
+  // --- what there is -------------------------------------------------------------------------
+
+  /// Follows the body from here on; the same for all who ask.
+  [[nodiscard]] const Surface& surface(BodyId body);
+  [[nodiscard]] BodyId find_body(const std::string& name) const;
+  [[nodiscard]] const TissueRecord& tissue_of(BodyId body) const;
+
+  /// [replica_count] see SolverOptions::copies. World's own functions are of the first.
+  [[nodiscard]] Replica replica(ReplicaId id);
+
+  [[nodiscard]] Tissue& tissue();
+  [[nodiscard]] Solver& solver();
+  [[nodiscard]] ConnectiveTissue& strands();
+  [[nodiscard]] Cautery& cautery(CauteryId cautery);
+
+ private:
+  struct Data;
+  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions(BodyId body) const;
+  Owned<Data> data_;
+};
+
+template <class Condition>
+Index World::fix(BodyId body, Condition condition) {
+  const std::span<const Eigen::Vector3d> positions = rest_positions(body);
+  std::vector<Index> vertices;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (condition(positions[v])) {
+      vertices.push_back(static_cast<Index>(v));
+    }
+  }
+  fix(body, std::span<const Index>(vertices));
+  return static_cast<Index>(vertices.size());
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/solver/compaction.h"
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/core/error.h"
+
+#include "solver/solver_data.h"
+#include "solver/solver_input.h"
+#include "solver/state_follower.h"
+#include "tissue/compact.h"
+#include "tissue/renumber.h"
+
+namespace pbdsurg {
+namespace {
+
+StepReport renumbered(StepReport report, const Renumbering& ids) {
+  if (report.first_non_finite != kInvalidIndex) {
+    report.first_non_finite = ids.vertices[report.first_non_finite];
+  }
+  return report;
+}
+
+void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) {
+  for (Index i = 0; i < from.copy_count(); ++i) {
+    const CopyState& before = from.copy(i);
+    CopyState& now = to.copy(i);
+    for (std::size_t v = 0; v < ids.vertices.size(); ++v) {
+      if (ids.vertices[v] == kInvalidIndex) {
+        continue;
+      }
+      const Index old_place = from.place_of_vertex[v];
+      const Index place = to.place_of_vertex[ids.vertices[v]];
+      const Particle& p = before.particles[old_place];
+      now.particles[place] = {p.x, p.y, p.z, now.particles[place].w};
+      now.velocities[place] = before.velocities[old_place];
+      if (!now.falling.empty()) {
+        now.falling[place] = before.falling[old_place];
+      }
+    }
+    now.tools = before.tools;
+    for (ToolState& tool : now.tools) {
+      for (Attachment& held : tool.attachments) {
+        held.vertex = ids.vertices[held.vertex];
+      }
+      tool.contacts.clear();  // of a substep, by places
+    }
+    now.attachment_colors = before.attachment_colors;
+    now.watched_positions = before.watched_positions;
+    now.last_report = renumbered(before.last_report, ids);
+  }
+  to.reserve_tools();
+  to.step_in_flight = from.step_in_flight;
+  to.report = renumbered(from.report, ids);
+  to.rebuild_plan();
+}
+
+// What of a solver a new one is made of.
+struct Origin {
+  SolverOptions options;
+  ConstraintData constraints;
+  VertexBlocks rows;
+  std::vector<Eigen::Vector3f> positions;  // m, of the first copy
+};
+
+// @param compacted  what lives, with the new ids
+SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumbering& ids) {
+  SolverInput input;
+  input.options = origin.options;
+  const auto vertex_count = static_cast<std::size_t>(compacted.vertex_count());
+  input.positions = moved<Eigen::Vector3d>(ids.vertices, vertex_count, [&](Index v) {
+    const Eigen::Vector3f& x = origin.positions[v];
+    return x.allFinite() ? Eigen::Vector3d(x.cast<double>())
+                         : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  });
+  const std::size_t tet_count = compacted.tets().size();
+  input.numbers.tets = moved<TetNumbers>(
+      ids.tets, tet_count, [&](Index t) { return origin.constraints.numbers_of_tet(t); });
+  if (origin.options.method == SolverMethod::vertex_block) {
+    input.vertex_tets =
+        moved<VertexTet>(ids.tets, tet_count, [&](Index t) { return origin.rows.tet(t); });
+  }
+  input.numbers.edges = moved<EdgeNumbers>(ids.edges, compacted.edges().size(), [&](Index e) {
+    return origin.constraints.numbers_of_edge(e);
+  });
+  return input;
+}
+
+}  // namespace
+
+struct Compaction::Parts {
+  static constexpr const char* kWho = "a compaction";
+
+  TissueVersion version;  // of the tissue
+  Backend::Maker make_backend;
+  std::unique_ptr<TissueData> tissue_copy;
+  Origin origin;
+
+  std::unique_ptr<Tissue> compacted;
+  std::unique_ptr<SolverData> built;  // later what it took the place of
+  Renumbering ids;
+  bool is_used = false;
+};
+
+Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>()) {
+  parts_->origin.positions = solver.positions();
+  const SolverData& data = solver_data(solver);
+  parts_->version = data.tissue->identified_version();
+  parts_->make_backend = data.backend->maker();
+  parts_->tissue_copy = copy_for_compaction(tissue_data(*data.tissue));
+  parts_->origin.options = data.options;
+  parts_->origin.constraints = data.sets;
+  parts_->origin.rows = data.vertex_method.blocks;
+}
+
+Compaction::~Compaction() = default;
+Compaction::Compaction(Compaction&&) noexcept = default;
+Compaction& Compaction::operator=(Compaction&&) noexcept = default;
+
+void Compaction::build() {
+  Renumbering ids;
+  std::unique_ptr<Tissue> compacted = make_tissue(compact(*parts_->tissue_copy, ids));
+  std::unique_ptr<SolverData> built =
+      build_solver_data(*compacted, input_of(parts_->origin, *compacted, ids));
+  built->backend = parts_->make_backend(*built);
+  reserve_spare_room(*compacted, parts_->origin.options.spare);
+  ids.version_before = parts_->version.number;
+  parts_->ids = std::move(ids);
+  parts_->compacted = std::move(compacted);
+  parts_->built = std::move(built);
+}
+
+Renumbering Compaction::finish(Solver& solver) {
+  if (parts_->built == nullptr || parts_->is_used) {
+    throw InvalidArgument("a compaction is finished once, after build()");
+  }
+  Tissue& tissue = solver.tissue();
+  SolverData& data = *solver.data_;
+  if (tissue.identified_version() != parts_->version) {
+    throw InvalidArgument("the compaction is of topology version " +
+                          std::to_string(parts_->version.number) +
+                          " of a solver; this is another, or was edited since and is at " +
+                          std::to_string(tissue.version()));
+  }
+  TissueData& live = tissue_data(tissue);
+  const auto followers = live.followers->entries();
+  const auto is_of_solver = [](const FollowerList::Entry& entry) {
+    return dynamic_cast<const StateFollower*>(entry.follower) != nullptr;
+  };
+  if (std::ranges::count_if(followers, is_of_solver) > 1) {
+    throw InvalidArgument("another solver follows the tissue, which cannot go along");
+  }
+  data.finish_running_step();
+  std::vector<Index> vertex_at(data.place_of_vertex.size());
+  for (std::size_t v = 0; v < vertex_at.size(); ++v) {
+    vertex_at[data.place_of_vertex[v]] = static_cast<Index>(v);
+  }
+  SolverData& built = *parts_->built;
+  built.watched_places.clear();
+  for (const Index place : data.watched_places) {
+    const Index v = vertex_at[place];
+    if (parts_->ids.vertices[v] == kInvalidIndex) {
+      throw InvalidArgument("vertex " + std::to_string(v) +
+                            " is watched and has no tissue; watch others first");
+    }
+    built.watched_places.push_back(built.place_of_vertex[parts_->ids.vertices[v]]);
+  }
+  for (Index copy = 0; copy < data.copy_count(); ++copy) {
+    data.fetch_state(copy);
+  }
+  parts_->ids.version = live.last_version + 1;
+  move_state(data, built, parts_->ids);
+  parts_->is_used = true;  // nothing fails from here on
+  replace(live, std::move(tissue_data(*parts_->compacted)), parts_->ids.version);
+  built.tissue = &tissue;
+  built.own_tissue = std::move(data.own_tissue);
+  data.leave_tissue();
+  built.follow_tissue();
+  parts_->built = solver.data_.exchange(std::move(parts_->built));
+  for (const FollowerList::Entry& entry : live.followers->entries()) {
+    entry.follower->renumber(tissue, parts_->ids);
+  }
+  return parts_->ids;
+}
+
+}  // namespace pbdsurg

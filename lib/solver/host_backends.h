@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Backends that work on the arrays of a solver's data.
+
+#include <memory>
+
+#include "solver/backend.h"
+
+namespace pbdsurg {
+
+struct SolverOptions;
+
+/// One thread, every operation in IEEE single precision and in the order of the plan: the
+/// definition of correct.
+std::unique_ptr<Backend> make_serial_backend();
+
+/// A team of threads, each with vector registers, over the same plan; see MathMode for its bits.
+/// Null on a processor for whose vector registers nothing was compiled.
+std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options);
+
+/// @throws BackendUnavailable  see Solver
+[[nodiscard]] std::unique_ptr<Backend> make_host_backend(const SolverOptions& options);
+
+}  // namespace pbdsurg

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tissue/compact.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/mesh/topology.h"
+
+#include "tissue/renumber.h"
+
+namespace pbdsurg {
+namespace {
+
+// Gives what lives ids in the order of bodies, and within a body in that of the old ids.
+// @param first  [body] the first id of each
+template <class BodyOf>
+std::vector<Index> renumber(Index count, std::vector<Index> first, BodyOf living_body_of) {
+  std::vector<Index> ids(static_cast<std::size_t>(count), kInvalidIndex);
+  for (Index i = 0; i < count; ++i) {
+    const Index body = living_body_of(i);
+    if (body != kInvalidIndex) {
+      ids[i] = first[body]++;
+    }
+  }
+  return ids;
+}
+
+std::size_t count_living(const std::vector<Index>& ids) {
+  return ids.size() - static_cast<std::size_t>(std::ranges::count(ids, kInvalidIndex));
+}
+
+// Bodies that live, with the room of what lives in them.
+void renumber_bodies(const TissueData& data, TissueData& made, Renumbering& ids) {
+  const auto body_count = static_cast<std::size_t>(data.bodies.size());
+  std::vector<Index> tet_counts(body_count, 0);
+  for (Index t = 0; t < data.tets.size(); ++t) {
+    if (data.tet_alive[t] != 0) {
+      ++tet_counts[data.body_of_tet(t)];
+    }
+  }
+  std::vector<Index> first_vertex, first_tet;
+  Index vertex = 0, tet = 0;
+  for (Index b = 0; b < data.bodies.size(); ++b) {
+    first_vertex.push_back(vertex);
+    first_tet.push_back(tet);
+    const bool lives = data.tissue_counts[b] > 0;
+    ids.bodies.push_back(lives ? made.bodies.size() : kInvalidIndex);
+    if (lives) {
+      made.bodies.push_back({data.bodies[b].name, data.bodies[b].material, vertex,
+                             data.tissue_counts[b], tet, tet_counts[b]});
+      made.tissue_counts.push_back(data.tissue_counts[b]);
+    }
+    vertex += data.tissue_counts[b];
+    tet += tet_counts[b];
+  }
+  ids.vertices = renumber(data.vertex_count(), std::move(first_vertex), [&](Index v) {
+    return data.masses[v] > 0 ? data.body_of_vertex(v) : kInvalidIndex;
+  });
+  ids.tets = renumber(data.tets.size(), std::move(first_tet), [&](Index t) {
+    return data.tet_alive[t] != 0 ? data.body_of_tet(t) : kInvalidIndex;
+  });
+}
+
+template <class Value>
+UndoArray<Value> moved_array(const std::vector<Index>& ids, std::size_t count,
+                             const UndoArray<Value>& from) {
+  return UndoArray(moved<Value>(ids, count, [&](Index i) { return from[i]; }));
+}
+
+}  // namespace
+
+std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
+  auto copy = std::make_unique<TissueData>();
+  copy->gravity = data.gravity;
+  copy->bodies = data.bodies;
+  copy->tissue_counts = data.tissue_counts;
+  copy->later_vertex_bodies = data.later_vertex_bodies;
+  copy->later_tet_bodies = data.later_tet_bodies;
+  copy->rest_positions = data.rest_positions;
+  copy->fixed = data.fixed;
+  copy->masses = data.masses;
+  copy->tets = data.tets;
+  copy->tet_alive = data.tet_alive;
+  copy->tet_masses = data.tet_masses;
+  copy->edges = data.edges;
+  copy->edge_tets = data.edge_tets;
+  copy->links = data.links;
+  copy->link_alive = data.link_alive;
+  copy->version = data.version;
+  return copy;
+}
+
+std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
+  auto compacted = std::make_unique<TissueData>();
+  TissueData& made = *compacted;
+  made.gravity = data.gravity;
+  renumber_bodies(data, made, ids);
+  const std::size_t vertex_count = count_living(ids.vertices), tet_count = count_living(ids.tets);
+  made.rest_positions = moved_array(ids.vertices, vertex_count, data.rest_positions);
+  made.fixed = moved_array(ids.vertices, vertex_count, data.fixed);
+  made.masses = moved_array(ids.vertices, vertex_count, data.masses);
+  made.tets = UndoArray(moved<Tet>(ids.tets, tet_count, [&](Index t) {
+    Tet tet = data.tets[t];
+    std::ranges::transform(tet, tet.begin(), [&](Index v) { return ids.vertices[v]; });
+    return tet;
+  }));
+  made.tet_alive = UndoArray(std::vector<std::uint8_t>(tet_count, 1));
+  made.tet_masses = moved_array(ids.tets, tet_count, data.tet_masses);
+  for (Index l = 0; l < data.links.size(); ++l) {
+    if (data.link_alive[l] == 0) {
+      ids.links.push_back(kInvalidIndex);
+      continue;
+    }
+    ids.links.push_back(made.links.size());
+    Link link = data.links[l];
+    link.first = ids.vertices[link.first];
+    link.second = ids.vertices[link.second];
+    made.links.push_back(link);
+    made.link_alive.push_back(1);
+  }
+  connect(made);
+  for (Index e = 0; e < data.edges.size(); ++e) {
+    const auto [a, b] = data.edges[e];
+    ids.edges.push_back(data.edge_tets[e] > 0
+                            ? find_edge(made.edges.values(), ids.vertices[a], ids.vertices[b])
+                            : kInvalidIndex);
+  }
+  return compacted;
+}
+
+void replace(TissueData& data, TissueData&& compacted, std::uint64_t version) {
+  compacted.identity = data.identity;
+  compacted.followers = std::move(data.followers);
+  compacted.version = compacted.last_version = version;
+  std::swap(data, compacted);
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Tissue without what is dead in it.
+
+#include <memory>
+
+#include "pbdsurg/tissue/renumbering.h"
+
+#include "tissue/tissue_data.h"
+
+namespace pbdsurg {
+
+/// All that compact() reads. Cost: O(all that there ever was), of memory bandwidth.
+[[nodiscard]] std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data);
+
+/// What lives, with new ids: in the order of bodies, and within a body in that of the old ids.
+/// @param ids  filled, but for versions
+[[nodiscard]] std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids);
+
+/// Puts compacted tissue in the place of what it was made of. No edit can be undone any more.
+void replace(TissueData& data, TissueData&& compacted, std::uint64_t version);
+
+}  // namespace pbdsurg

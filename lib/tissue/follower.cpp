@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/tissue/follower.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tissue/follower_list.h"
+
+namespace pbdsurg {
+
+void FollowerList::add(const Entry& entry) {
+  entries_.insert(std::ranges::upper_bound(entries_, entry.rank, {}, &Entry::rank), entry);
+}
+
+void FollowerList::remove(const Follower* follower) noexcept {
+  std::erase_if(entries_, [&](const Entry& entry) { return entry.follower == follower; });
+}
+
+void FollowerList::exchange(const Follower* follower, Follower* other) noexcept {
+  for (Entry& entry : entries_) {
+    if (entry.follower == follower) {
+      entry.follower = other;
+    }
+  }
+}
+
+Follower::Follower(const Follower& /*other*/) {}
+
+Follower::Follower(Follower&& other) noexcept : list_(std::move(other.list_)) {
+  if (const auto list = list_.lock()) {
+    list->exchange(&other, this);
+  }
+}
+
+Follower& Follower::operator=(const Follower& other) {
+  if (this != &other) {
+    leave_tissue();
+  }
+  return *this;
+}
+
+Follower& Follower::operator=(Follower&& other) noexcept {
+  if (this != &other) {
+    leave_tissue();
+    list_ = std::move(other.list_);
+    if (const auto list = list_.lock()) {
+      list->exchange(&other, this);
+    }
+  }
+  return *this;
+}
+
+Follower::~Follower() {
+  leave_tissue();
+}
+
+void Follower::leave_tissue() noexcept {
+  if (const auto list = list_.lock()) {
+    list->remove(this);
+  }
+  list_.reset();
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Bodies that come into living tissue.
+
+#include "tissue/tissue_data.h"
+
+namespace pbdsurg {
+
+/// Adds a scene's bodies, without its links, behind all that is there. Cost: proportional to them.
+void add_bodies(TissueData& data, const Scene& scene);
+
+}  // namespace pbdsurg

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tissue/removal.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace pbdsurg {
+
+void prefetch_removals(const TissueData& data, std::span<const Index> tets) {
+  for (const Index t : tets) {
+    __builtin_prefetch(&data.tet_edges[t]);
+    __builtin_prefetch(&data.tet_masses[t]);
+    for (const Index v : data.tets[t]) {
+      __builtin_prefetch(data.vertex_tets[v].data());
+      __builtin_prefetch(&data.masses[v]);
+    }
+  }
+  for (const Index t : tets) {
+    for (const Index edge : data.tet_edges[t]) {
+      __builtin_prefetch(&data.edge_tets[edge]);
+    }
+  }
+}
+
+void remove_link(TissueData& data, Index link) {
+  data.link_alive.set(link, 0);
+  data.vertex_links.erase(data.links[link].first, link);
+  data.vertex_links.erase(data.links[link].second, link);
+  data.change.removed_links.push_back(link);
+}
+
+void remove_tet(TissueData& data, Index tet) {
+  data.tet_alive.set(tet, 0);
+  data.change.removed_tets.push_back(tet);
+  for (const Index edge : data.tet_edges[tet]) {
+    data.edge_tets.set(edge, data.edge_tets[edge] - 1);
+    if (data.edge_tets[edge] == 0) {
+      data.change.removed_edges.push_back(edge);
+    }
+  }
+  data.change.removed_edge_ends.push_back(static_cast<Index>(data.change.removed_edges.size()));
+  for (const Index v : data.tets[tet]) {
+    take_from_vertex(data, v, tet);
+  }
+}
+
+void remove_body(TissueData& data, Index body) {
+  for_each_vertex_of(data, body, [&](Index v) {
+    if (data.masses[v] > 0 && data.vertex_tets[v].empty()) {  // a particle
+      data.set_mass(v, 0);
+      data.change.emptied_vertices.push_back(v);
+    }
+  });
+  for_each_tet_of(data, body, [&](Index t) {
+    if (data.tet_alive[t] != 0) {
+      remove_tet(data, t);
+    }
+  });
+}
+
+void take_from_vertex(TissueData& data, Index vertex, Index tet) {
+  data.vertex_tets.erase(vertex, tet);
+  data.buffer.push_back(vertex);
+  if (data.vertex_tets[vertex].empty()) {
+    data.change.emptied_vertices.push_back(vertex);
+  }
+}
+
+void sum_masses(TissueData& data) {
+  std::vector<Index>& vertices = data.buffer;
+  std::ranges::sort(vertices);
+  const auto end = std::unique(vertices.begin(), vertices.end());
+  for (auto v = vertices.begin(); v != end; ++v) {
+    double mass = 0;
+    for (const Index tet : data.vertex_tets[*v]) {
+      mass += data.tet_masses[tet] / 4;
+    }
+    data.set_mass(*v, mass);
+  }
+}
+
+void remove_links_of_emptied(TissueData& data) {
+  for (const Index v : data.change.emptied_vertices) {
+    while (!data.vertex_links[v].empty()) {
+      remove_link(data, data.vertex_links[v].front());
+    }
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/tissue/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/core/error.h"
+
+#include "core/check.h"
+#include "tissue/scene_checks.h"
+
+namespace pbdsurg {
+namespace {
+
+void check_stiffness(const std::string& what, const Stiffness& stiffness) {
+  if (!(stiffness.fraction > 0) || !(stiffness.fraction <= 1)) {
+    throw InvalidArgument(what + " fraction is " + std::to_string(stiffness.fraction) +
+                          "; it must be in (0, 1]");
+  }
+  if (!(stiffness.compliance >= 0) || !(stiffness.compliance <= kLargestCompliance)) {
+    throw InvalidArgument(what + " compliance is " + std::to_string(stiffness.compliance) +
+                          "; it must be in [0, 1e12]");
+  }
+}
+
+void check_material(const std::string& what, const Material& material) {
+  if (material.model > ElasticModel::neo_hookean) {
+    throw InvalidArgument(what + ": unknown model " +
+                          std::to_string(static_cast<int>(material.model)));
+  }
+  check_stiffness(what + ": stretch", material.stretch);
+  check_stiffness(what + ": volume", material.volume);
+  if (!(material.youngs_modulus > 0) || !std::isfinite(material.youngs_modulus)) {
+    throw InvalidArgument(what + ": youngs_modulus is " + std::to_string(material.youngs_modulus) +
+                          " Pa; it must be positive and finite");
+  }
+  if (!(material.poissons_ratio >= 0) || !(material.poissons_ratio < 0.5F)) {
+    throw InvalidArgument(what + ": poissons_ratio is " + std::to_string(material.poissons_ratio) +
+                          "; it must be in [0, 0.5)");
+  }
+  if (!(material.damping >= 0) || !std::isfinite(material.damping)) {
+    throw InvalidArgument(what + ": damping is " + std::to_string(material.damping) +
+                          " s; it must be >= 0 and finite");
+  }
+  if (!(material.max_stretch > 1)) {
+    throw InvalidArgument(what + ": max_stretch is " + std::to_string(material.max_stretch) +
+                          "; it must be > 1, or infinite for no limit");
+  }
+}
+
+}  // namespace
+
+void check_link(const std::string& what, const Link& link, Index vertex_count) {
+  for (const Index v : {link.first, link.second}) {
+    if (v < 0 || v >= vertex_count) {
+      throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                            "; ids must be in [0, " + std::to_string(vertex_count) + ")");
+    }
+  }
+  if (link.first == link.second) {
+    throw InvalidArgument(what + " joins vertex " + std::to_string(link.first) + " to itself");
+  }
+  if (!(link.rest_length >= 0) || !std::isfinite(link.rest_length)) {
+    throw InvalidArgument(what + " has rest length " + std::to_string(link.rest_length) +
+                          " m; it must be >= 0 and finite");
+  }
+  check_stiffness(what + ":", link.stiffness);
+}
+
+Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> positions,
+                         std::span<const double> masses, std::size_t tet_count,
+                         const Material& material) {
+  if (name.empty()) {
+    throw InvalidArgument("a body needs a name");
+  }
+  if (std::any_of(bodies_.begin(), bodies_.end(), [&](const Body& b) { return b.name == name; })) {
+    throw InvalidArgument("there is a body named '" + name + "' already; names must differ");
+  }
+  constexpr std::size_t kMost = std::numeric_limits<Index>::max();
+  if (positions_.size() + positions.size() > kMost || tets_.size() + tet_count > kMost) {
+    throw InvalidArgument("body '" + name +
+                          "' would take the scene beyond 2147483647 vertices or tetrahedra");
+  }
+  bodies_.push_back({std::move(name), material, vertex_count(),
+                     static_cast<Index>(positions.size()), static_cast<Index>(tets_.size()),
+                     static_cast<Index>(tet_count)});
+  positions_.insert(positions_.end(), positions.begin(), positions.end());
+  masses_.insert(masses_.end(), masses.begin(), masses.end());
+  fixed_.resize(positions_.size(), false);
+  return bodies_.back();
+}
+
+Index Scene::add_body(std::string name, const TetMesh& mesh, const Material& material) {
+  check_material("body '" + name + "'", material);
+  const Body& body =
+      append_body(std::move(name), mesh.positions(), lumped_masses(mesh, material.density),
+                  mesh.tets().size(), material);
+  for (Tet tet : mesh.tets()) {
+    for (Index& v : tet) {
+      v += body.first_vertex;
+    }
+    tets_.push_back(tet);
+  }
+  return static_cast<Index>(bodies_.size()) - 1;
+}
+
+Index Scene::add_particles(std::string name, std::span<const Eigen::Vector3d> positions,
+                           double mass) {
+  if (!(mass > 0) || !std::isfinite(mass)) {
+    throw InvalidArgument("body '" + name + "': particle mass is " + std::to_string(mass) +
+                          " kg; it must be positive and finite");
+  }
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (!positions[v].allFinite()) {
+      throw InvalidArgument("body '" + name + "': the position of particle " + std::to_string(v) +
+                            " is not finite");
+    }
+  }
+  append_body(std::move(name), positions, std::vector<double>(positions.size(), mass), 0, {});
+  return static_cast<Index>(bodies_.size()) - 1;
+}
+
+void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
+  const Body& where = body(body_index);
+  for (const Index v : vertices) {
+    if (v < 0 || v >= where.vertex_count) {
+      throw InvalidArgument("body '" + where.name + "' has no vertex " + std::to_string(v) +
+                            "; ids must be in [0, " + std::to_string(where.vertex_count) + ")");
+    }
+  }
+  for (const Index v : vertices) {
+    fixed_[where.first_vertex + v] = true;
+  }
+}
+
+Index Scene::add_link(const Link& link) {
+  const std::string what = "link " + std::to_string(links_.size());
+  check_link(what, link, vertex_count());
+  for (const Index v : {link.first, link.second}) {
+    if (!(masses_[v] > 0)) {
+      throw InvalidArgument(what + " refers to vertex " + std::to_string(v) +
+                            ", which no tetrahedron has");
+    }
+  }
+  links_.push_back(link);
+  return static_cast<Index>(links_.size()) - 1;
+}
+
+void Scene::set_gravity(const Eigen::Vector3f& gravity) {
+  if (!gravity.allFinite()) {
+    throw InvalidArgument("gravity must be finite");
+  }
+  gravity_ = gravity;
+}
+
+bool Scene::is_fixed(Index vertex) const {
+  check_id("vertex", vertex, fixed_.size());
+  return fixed_[vertex];
+}
+
+const Body& Scene::body(Index index) const {
+  if (index < 0 || index >= static_cast<Index>(bodies_.size())) {
+    throw InvalidArgument("there is no body " + std::to_string(index) + "; the scene has " +
+                          std::to_string(bodies_.size()));
+  }
+  return bodies_[index];
+}
+
+Index Scene::find_body(const std::string& name) const {
+  std::string known;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (bodies_[b].name == name) {
+      return static_cast<Index>(b);
+    }
+    known += (b == 0 ? "" : ", ") + bodies_[b].name;
+  }
+  throw InvalidArgument("there is no body named '" + name + "'; the scene has: " + known);
+}
+
+}  // namespace pbdsurg

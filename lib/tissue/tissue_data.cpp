@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tissue/tissue_data.h"
+
+#include <atomic>
+#include <numeric>
+#include <utility>
+
+#include "pbdsurg/mesh/topology.h"
+
+namespace pbdsurg {
+namespace {
+
+IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
+  IndexLists lists;
+  lists.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (const Link& link : links) {
+    ++lists.offsets[link.first + 1];
+    ++lists.offsets[link.second + 1];
+  }
+  std::partial_sum(lists.offsets.begin(), lists.offsets.end(), lists.offsets.begin());
+  lists.entries.resize(static_cast<std::size_t>(lists.offsets.back()));
+  std::vector<Index> next(lists.offsets.begin(), lists.offsets.end() - 1);
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    lists.entries[next[links[l].first]++] = static_cast<Index>(l);
+    lists.entries[next[links[l].second]++] = static_cast<Index>(l);
+  }
+  return lists;
+}
+
+}  // namespace
+
+void connect(TissueData& data) {
+  std::vector<Edge> edges = find_edges(data.tets.values());
+  std::vector<TetEdges> tet_edges = find_tet_edges(data.tets.values(), edges);
+  std::vector<Index> edge_tets(edges.size(), 0);
+  for (const TetEdges& of_tet : tet_edges) {
+    for (const Index edge : of_tet) {
+      ++edge_tets[edge];
+    }
+  }
+  data.vertex_tets = VertexLists(find_vertex_tets(data.vertex_count(), data.tets.values()));
+  data.vertex_links = VertexLists(find_vertex_links(data.vertex_count(), data.links.values()));
+  data.edges = UndoArray(std::move(edges));
+  data.tet_edges = UndoArray(std::move(tet_edges));
+  data.edge_tets = UndoArray(std::move(edge_tets));
+}
+
+std::uint64_t next_tissue_identity() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+Index TissueData::body_of_vertex(Index vertex) const noexcept {
+  const Index later = vertex - (vertex_count() - later_vertex_bodies.size());
+  if (later >= 0) {
+    return later_vertex_bodies[later];
+  }
+  const auto after = std::ranges::upper_bound(bodies.values(), vertex, {}, &Body::first_vertex);
+  return static_cast<Index>(after - bodies.values().begin()) - 1;
+}
+
+Index TissueData::body_of_tet(Index tet) const noexcept {
+  const Index later = tet - (tets.size() - later_tet_bodies.size());
+  if (later >= 0) {
+    return later_tet_bodies[later];
+  }
+  const auto after = std::ranges::upper_bound(bodies.values(), tet, {}, &Body::first_tet);
+  return static_cast<Index>(after - bodies.values().begin()) - 1;
+}
+
+Index TissueData::first_later_vertex(Index body) const noexcept {
+  const Body& own = bodies[body];
+  return std::max(own.first_vertex + own.vertex_count, vertex_count() - later_vertex_bodies.size());
+}
+
+Index TissueData::first_later_tet(Index body) const noexcept {
+  const Body& own = bodies[body];
+  return std::max(own.first_tet + own.tet_count, tets.size() - later_tet_bodies.size());
+}
+
+void TissueData::set_mass(Index vertex, double mass) {
+  const Index body = body_of_vertex(vertex);
+  const int growth = (mass > 0 ? 1 : 0) - (masses[vertex] > 0 ? 1 : 0);
+  if (growth != 0) {
+    tissue_counts.set(body, tissue_counts[body] + growth);
+  }
+  masses.set(vertex, mass);
+  change.weighed_vertices.push_back(vertex);
+}
+
+void TissueData::set_tet(Index tet, const Tet& vertices, const TetEdges& edges_of_tet) {
+  if (tet < change.first_new_tet) {
+    change.reshaped_tets.push_back({tet, tets[tet], tet_edges[tet]});
+  }
+  tets.set(tet, vertices);
+  tet_edges.set(tet, edges_of_tet);
+}
+
+void TissueData::add_vertex(const NewVertex& vertex) {
+  const Eigen::Vector3d a = rest_positions[vertex.first], b = rest_positions[vertex.second];
+  const Index body = body_of_vertex(vertex.first);  // while both arrays count alike
+  rest_positions.push_back(
+      vertex.first == vertex.second
+          ? a
+          : Eigen::Vector3d((1 - static_cast<double>(vertex.share)) * a + vertex.share * b));
+  fixed.push_back(fixed[vertex.first] != 0 && fixed[vertex.second] != 0 ? 1 : 0);
+  masses.push_back(0);
+  later_vertex_bodies.push_back(body);
+  vertex_tets.resize(static_cast<std::size_t>(vertex_count()));
+  vertex_links.resize(static_cast<std::size_t>(vertex_count()));
+}
+
+Index TissueData::add_edge(const Edge& ends) {
+  edges.push_back(ends);
+  edge_tets.push_back(0);
+  return edges.size() - 1;
+}
+
+Index TissueData::add_tet(const Tet& vertices, Index body, double mass) {
+  tets.push_back(vertices);
+  tet_edges.push_back({});
+  tet_alive.push_back(1);
+  tet_masses.push_back(mass);
+  later_tet_bodies.push_back(body);
+  return tets.size() - 1;
+}
+
+void TissueData::add_link(const Link& link) {
+  const Index id = links.size();
+  links.push_back(link);
+  link_alive.push_back(1);
+  vertex_links.insert(link.first, id);
+  vertex_links.insert(link.second, id);
+}
+
+}  // namespace pbdsurg

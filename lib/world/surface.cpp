@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/world/surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "pbdsurg/thermal/heat_field.h"
+
+namespace pbdsurg {
+
+Surface::Surface(const Solver& solver, BodyId body) : live_(shared_surface(solver.tissue(), body)) {
+  refresh(solver, nullptr);
+}
+Surface::~Surface() = default;
+
+std::uint64_t Surface::version() const noexcept {
+  return live_->version();
+}
+
+void Surface::collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
+  live_->collect_changes(since, ranges);
+}
+
+void Surface::refresh(const Solver& solver, const HeatField* heat) {
+  const Tissue& tissue = solver.tissue();
+  if (vertices_.empty() || seen_tissue_ != tissue.version()) {
+    seen_tissue_ = tissue.version();
+    number(tissue);
+  }
+  positions_.resize(vertices_.size());
+  solver.read_positions(vertices_, positions_);
+  has_normals_ = false;
+  if (heat == nullptr) {
+    return;
+  }
+  const auto warm = heat->active_vertices();
+  warm_.insert(warm_.end(), warm.begin(), warm.end());  // what has gone to rest was warm before
+  std::erase_if(warm_, [&](Index v) { return v >= tissue.vertex_count(); });
+  map_.update(*live_, {heat->peak_temperatures(), heat->survival(), heat->water(), heat->charred()},
+              warm_);
+  warm_.assign(warm.begin(), warm.end());
+  temperatures_.resize(vertices_.size());
+  marks_.resize(vertices_.size());
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    temperatures_[i] = map_.temperatures()[vertices_[i]];
+    marks_[i] = map_.marks()[vertices_[i]];
+  }
+}
+
+// Vertices come and go with edits, and all triangles with a compaction.
+void Surface::number(const Tissue& tissue) {
+  vertices_.clear();
+  if (live_->body() != kInvalidIndex) {
+    vertices_ = tissue.vertices_of(live_->body());
+  }
+  rest_.resize(vertices_.size());
+  std::ranges::transform(vertices_, rest_.begin(), [&](Index v) {
+    return Eigen::Vector3f(tissue.rest_positions()[v].cast<float>());
+  });
+  triangles_.resize(static_cast<std::size_t>(live_->slot_count()));
+  live_->collect_changes(seen_slots_, ranges_);
+  seen_slots_ = live_->version();
+  for (const SlotRange& range : ranges_) {
+    for (Index slot = range.first; slot < range.end; ++slot) {
+      const Triangle& triangle = live_->triangles()[slot];
+      triangles_[slot] = triangle == LiveSurface::kEmptyTriangle
+                             ? Triangle{0, 0, 0}
+                             : Triangle{local(triangle[0]), local(triangle[1]), local(triangle[2])};
+    }
+  }
+}
+
+Index Surface::local(Index vertex) const noexcept {
+  return static_cast<Index>(std::ranges::lower_bound(vertices_, vertex) - vertices_.begin());
+}
+
+std::span<const Eigen::Vector3f> Surface::normals() const {
+  if (has_normals_) {
+    return normals_;
+  }
+  normals_.assign(vertices_.size(), Eigen::Vector3f::Zero());
+  for (const auto& [a, b, c] : triangles_) {
+    const Eigen::Vector3f area =
+        (positions_[b] - positions_[a]).cross(positions_[c] - positions_[a]);
+    for (const Index v : {a, b, c}) {
+      normals_[v] += area;
+    }
+  }
+  for (Eigen::Vector3f& normal : normals_) {
+    normal.normalize();  // which leaves zero as it is
+  }
+  has_normals_ = true;
+  return normals_;
+}
+
+}  // namespace pbdsurg
