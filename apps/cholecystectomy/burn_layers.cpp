@@ -38,7 +38,7 @@ std::vector<Eigen::Vector4f> burn_layers(const Simulation& simulation) {
     for (std::size_t i = 0; i < surface.marks().size(); ++i) {
       const Index v = surface.vertices()[i];
       pbdsurg::BurnMarks marks = pbdsurg::burn_marks(surface.marks()[i]);
-      double temperature = surface.temperatures()[i];
+      double temperature = surface.peak_temperatures()[i];
       if (has_stump[v]) {
         marks.white = std::max(marks.white, kStumpCover);
         marks.brown = std::max(marks.brown, kStumpCover);

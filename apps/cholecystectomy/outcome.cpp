@@ -95,6 +95,10 @@ std::vector<Warning> judge(const Simulation& simulation, const Course& course) {
                             "does `pbdsurg mesh check` find slivers in an organ of yours?",
                         inverted});
   }
+  if (totals.refused_edits > 0) {
+    warnings.push_back(
+        {"edits_refused", totals.first_refusal, static_cast<double>(totals.refused_edits)});
+  }
   return warnings;
 }
 

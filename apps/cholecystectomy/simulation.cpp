@@ -132,6 +132,10 @@ void Simulation::advance(double power) {
   times["readback"] += 1e3 * frame.times.readback;
   totals.tets_deleted += frame.removed_tets;
   totals.links_cut += frame.removed_links;
+  if (totals.refused_edits == 0 && !frame.refused.empty()) {
+    totals.first_refusal = frame.why();
+  }
+  totals.refused_edits += static_cast<std::int64_t>(frame.refused.size());
   count(frame.cauteries.front());
   ++totals.steps;
   totals.grasper_touches += world.force(grasper.tool).isZero(0) ? 0 : 1;

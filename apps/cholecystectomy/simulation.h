@@ -62,6 +62,8 @@ struct Totals {
   pbdsurg::Index inverted_tets_max = 0;
   pbdsurg::Index non_finite_vertices = 0;
   std::int64_t dropped_contacts = 0;
+  std::int64_t refused_edits = 0;
+  std::string first_refusal;
   // of the cautery; ranges over the steps in which current flowed
   std::int64_t tets_torn_by_steam = 0;
   pbdsurg::Index tets_deferred_max = 0;

@@ -94,7 +94,8 @@ SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumb
 struct Compaction::Parts {
   static constexpr const char* kWho = "a compaction";
 
-  TissueVersion version;  // of the tissue
+  std::shared_ptr<const char> solver;  // its identity
+  TissueVersion version;               // of the tissue
   Backend::Maker make_backend;
   std::unique_ptr<TissueData> tissue_copy;
   Origin origin;
@@ -108,6 +109,7 @@ struct Compaction::Parts {
 Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>()) {
   parts_->origin.positions = solver.positions();
   const SolverData& data = solver_data(solver);
+  parts_->solver = data.identity;
   parts_->version = data.tissue->identified_version();
   parts_->make_backend = data.backend->maker();
   parts_->tissue_copy = copy_for_compaction(tissue_data(*data.tissue));
@@ -139,18 +141,18 @@ Renumbering Compaction::finish(Solver& solver) {
   }
   Tissue& tissue = solver.tissue();
   SolverData& data = *solver.data_;
-  if (tissue.identified_version() != parts_->version) {
+  if (data.identity != parts_->solver || tissue.identified_version() != parts_->version) {
     throw InvalidArgument("the compaction is of topology version " +
                           std::to_string(parts_->version.number) +
                           " of a solver; this is another, or was edited since and is at " +
                           std::to_string(tissue.version()));
   }
   TissueData& live = tissue_data(tissue);
-  const auto followers = live.followers->entries();
-  const auto is_of_solver = [](const FollowerList::Entry& entry) {
-    return dynamic_cast<const StateFollower*>(entry.follower) != nullptr;
-  };
-  if (std::ranges::count_if(followers, is_of_solver) > 1) {
+  int solvers = 0;
+  live.followers->for_each([&](const FollowerList::Entry& entry) {
+    solvers += dynamic_cast<const StateFollower*>(entry.follower) != nullptr ? 1 : 0;
+  });
+  if (solvers > 1) {
     throw InvalidArgument("another solver follows the tissue, which cannot go along");
   }
   data.finish_running_step();
@@ -176,13 +178,13 @@ Renumbering Compaction::finish(Solver& solver) {
   parts_->is_used = true;  // nothing fails from here on
   replace(live, std::move(tissue_data(*parts_->compacted)), parts_->ids.version);
   built.tissue = &tissue;
+  built.identity = data.identity;
   built.own_tissue = std::move(data.own_tissue);
   data.leave_tissue();
   built.follow_tissue();
   parts_->built = solver.data_.exchange(std::move(parts_->built));
-  for (const FollowerList::Entry& entry : live.followers->entries()) {
-    entry.follower->renumber(tissue, parts_->ids);
-  }
+  live.followers->for_each(
+      [&](const FollowerList::Entry& entry) { entry.follower->renumber(tissue, parts_->ids); });
   return parts_->ids;
 }
 

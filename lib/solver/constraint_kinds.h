@@ -5,9 +5,6 @@
 /// The kinds of elastic constraints that there are: the one list of them.
 
 #include <cstdint>
-#include <stdexcept>
-#include <tuple>
-#include <utility>
 
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"

@@ -171,7 +171,13 @@ class ConstraintSets::Edit {
         tissue_(tissue),
         change_(change),
         gone_tets_(state_.scratch.get()),
-        gone_links_(state_.scratch.get()) {}
+        gone_links_(state_.scratch.get()),
+        reshaped_(state_.scratch.get()) {
+    for (std::size_t i = 0; i < change.reshaped_tets.size(); ++i) {
+      reshaped_.emplace_back(change.reshaped_tets[i].tet, static_cast<Index>(i));
+    }
+    std::ranges::sort(reshaped_);  // of several entries of a tetrahedron, the first comes first
+  }
 
   void run() {
     prefetch();
@@ -330,8 +336,10 @@ class ConstraintSets::Edit {
     if (change_.edit.corner_moves.empty()) {
       return tissue_.tet_edges()[tet];
     }
-    const auto first = std::ranges::find(change_.reshaped_tets, tet, &ReshapedTet::tet);
-    return first == change_.reshaped_tets.end() ? tissue_.tet_edges()[tet] : first->edges;
+    const auto first = std::ranges::lower_bound(reshaped_, tet, {}, &Reshaped::first);
+    return first == reshaped_.end() || first->first != tet
+               ? tissue_.tet_edges()[tet]
+               : change_.reshaped_tets[static_cast<std::size_t>(first->second)].edges;
   }
 
   // --- parting -------------------------------------------------------------------------------
@@ -460,7 +468,8 @@ class ConstraintSets::Edit {
     const Index first_tet =
         change_.first_new_tet + static_cast<Index>(change_.edit.new_tets.size());
     std::vector<Edge> edges;  // in vertices of the scene
-    for (const Edge& edge : tissue_.edges()) {
+    for (const Edge& edge :
+         tissue_.edges().subspan(static_cast<std::size_t>(change_.first_new_edge))) {
       if (edge[0] >= first_vertex) {
         edges.push_back({edge[0] - first_vertex, edge[1] - first_vertex});
       }
@@ -639,6 +648,8 @@ class ConstraintSets::Edit {
   const Tissue& tissue_;
   const TissueChange& change_;
   GoneAtVertices gone_tets_, gone_links_;
+  using Reshaped = std::pair<Index, Index>;  // tetrahedron, entry of reshaped_tets
+  std::pmr::vector<Reshaped> reshaped_;      // ascending
   bool has_found_gone_ = false;
 };
 

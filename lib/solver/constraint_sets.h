@@ -119,9 +119,6 @@ class ConstraintSets final : public Follower, public ConstraintData {
   /// or filled an empty one.
   [[nodiscard]] bool has_other_phases() const noexcept { return has_other_phases_; }
 
-  /// Whether it added constraints or gave some other vertices.
-  [[nodiscard]] bool has_grown() const noexcept { return has_grown_; }
-
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   void validate(const Tissue& tissue, const TopologyEdit& edit) const override;

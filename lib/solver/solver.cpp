@@ -74,9 +74,9 @@ CopyState& checked_copy(SolverData& data, Index copy) {
   return data.copy(copy);
 }
 
-ToolState& checked_tool(CopyState& copy, Index tool) {
+ToolState& checked_tool(CopyState& copy, ToolId tool) {
   if (tool < 0 || tool >= static_cast<Index>(copy.tools.size())) {
-    throw InvalidArgument("there is no tool " + std::to_string(tool) + "; the solver has " +
+    throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the solver has " +
                           std::to_string(copy.tools.size()));
   }
   return copy.tools[tool];
@@ -392,7 +392,7 @@ std::uint64_t Solver::state_hash(Index copy) const {
   return hash;
 }
 
-Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
+ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
   for (std::size_t c = 0; c < capsules.size(); ++c) {
     const Capsule& capsule = capsules[c];
     if (!capsule.start.allFinite() || !capsule.end.allFinite() || !(capsule.radius > 0) ||
@@ -417,17 +417,27 @@ Index Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) 
   }
   data_->changes.tools = true;
   data_->rebuild_plan();
-  return static_cast<Index>(data_->tools.size()) - 1;
+  return ToolId(static_cast<Index>(data_->tools.size()) - 1);
 }
 
-void Solver::move_tool(Index tool, const ToolPose& pose, Index copy) {
+void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
   ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   check_pose(pose);
   data_->finish_running_step();
   state.target = pose;
 }
 
-void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance, Index copy) {
+ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  data_->finish_running_step();
+  return state.pose;
+}
+
+ToolPose Solver::tool_target(ToolId tool, Index copy) const {
+  return checked_tool(checked_copy(*data_, copy), tool).target;
+}
+
+void Solver::grasp(ToolId tool, std::span<const Index> vertices, float compliance, Index copy) {
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
   if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
@@ -444,8 +454,8 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
       throw InvalidArgument("vertex " + std::to_string(v) + " has no tissue left to hold");
     }
     if (held[v]) {
-      throw InvalidArgument("tool " + std::to_string(tool) + " holds vertex " + std::to_string(v) +
-                            " already");
+      throw InvalidArgument("tool " + std::to_string(tool.value) + " holds vertex " +
+                            std::to_string(v) + " already");
     }
     held[v] = true;
   }
@@ -462,7 +472,7 @@ void Solver::grasp(Index tool, std::span<const Index> vertices, float compliance
   data_->rebuild_plan();
 }
 
-void Solver::release(Index tool, Index copy) {
+void Solver::release(ToolId tool, Index copy) {
   CopyState& owner = checked_copy(*data_, copy);
   ToolState& state = checked_tool(owner, tool);
   data_->finish_running_step();
@@ -473,7 +483,7 @@ void Solver::release(Index tool, Index copy) {
   data_->rebuild_plan();
 }
 
-Eigen::Vector3f Solver::tool_force(Index tool, Index copy) const {
+Eigen::Vector3f Solver::tool_force(ToolId tool, Index copy) const {
   const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
   data_->finish_running_step();
   return state.force;

@@ -26,6 +26,9 @@ class SolverData : public SolverState {
   SolverData(const SolverData&) = delete;
   SolverData& operator=(const SolverData&) = delete;
 
+  /// By which it is known again, also after a compaction; whoever holds on to it keeps others from
+  /// having the same.
+  std::shared_ptr<const char> identity = std::make_shared<const char>();
   std::unique_ptr<Tissue> own_tissue;  ///< of a solver that was made of a scene
   const Tissue* tissue = nullptr;
   ConstraintSets sets{*this};

@@ -59,7 +59,12 @@ void StateFollower::validate(const Tissue& tissue, const TopologyEdit& edit) con
 }
 
 void StateFollower::follow(const Tissue& tissue, const TissueChange& change) noexcept {
-  keep_motion(change.emptied_vertices);
+  try {
+    lost_motion_ = nullptr;
+    keep_motion(change.emptied_vertices);
+  } catch (...) {  // the device failed: the edit stands, and cannot be undone
+    lost_motion_ = std::current_exception();
+  }
   for (const NewVertex& vertex : change.edit.new_vertices) {
     add_vertex(tissue, vertex);
   }
@@ -220,6 +225,9 @@ void StateFollower::validate_undo(const Tissue&, const TissueChange& change) con
   };
   if (std::ranges::any_of(state_.watched_places, is_of_edit)) {
     throw InvalidArgument("a vertex that the edit brought is watched; watch others first");
+  }
+  if (lost_motion_ != nullptr) {
+    std::rethrow_exception(lost_motion_);
   }
   collect_motion();
 }

@@ -4,6 +4,7 @@
 /// @file
 /// How motion and tools follow living tissue.
 
+#include <exception>
 #include <vector>
 
 #include "pbdsurg/tissue/tissue.h"
@@ -46,6 +47,7 @@ class StateFollower final : public Follower {
   bool has_other_holds_ = false;
 
   // of the last edit, for its undo
+  std::exception_ptr lost_motion_;             // why the device could not keep it
   std::vector<Index> stopped_;                 // vertices
   mutable std::vector<VertexMotion> motions_;  // [copy][stopped_] as they moved before
   std::vector<bool> is_motion_asked_;          // [copy] the backend has its part of `motions_`,

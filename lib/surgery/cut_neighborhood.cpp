@@ -39,8 +39,9 @@ std::vector<Index> find_tets_at(const CutTissue& tissue, const Eigen::AlignedBox
   for (std::size_t v = 0; v < outside.size(); ++v) {
     outside[v] = sides_outside(tissue.positions[v].cast<double>(), bounds);
   }
-  for (std::size_t t = 0; t < tissue.live.tets().size(); ++t) {
-    const auto& [a, b, c, d] = tissue.live.tets()[t];
+  const std::span<const Tet> all = tissue.live.tets();
+  for (std::size_t t = 0; t < all.size(); ++t) {
+    const auto& [a, b, c, d] = all[t];
     if ((outside[a] & outside[b] & outside[c] & outside[d]) == 0 &&
         (outside[a] | outside[b] | outside[c] | outside[d]) < kNotFinite &&
         tissue.live.is_tet_alive(static_cast<Index>(t))) {
@@ -61,6 +62,7 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
   for (const Triangle& face : front.closed_faces) {
     std::ranges::for_each(face, [&](Index v) { check_front(v, vertex_count); });
   }
+  const std::span<const Tet> all = tissue.live.tets();
   CutNeighborhood near;
   std::vector<std::uint8_t> marks(vertex_count, kFar);
   const auto mark = [&](Index v, Mark as) {
@@ -70,7 +72,7 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
     }
   };
   for (const Index t : find_tets_at(tissue, bounds)) {
-    std::ranges::for_each(tissue.live.tets()[t], [&](Index v) { mark(v, kReached); });
+    std::ranges::for_each(all[t], [&](Index v) { mark(v, kReached); });
   }
   for (const Triangle& face : front.closed_faces) {
     std::ranges::for_each(face, [&](Index v) { mark(v, kReached); });
@@ -82,19 +84,19 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
   std::ranges::sort(near.tet_ids);
   near.tet_ids.erase(std::unique(near.tet_ids.begin(), near.tet_ids.end()), near.tet_ids.end());
   for (const Index t : near.tet_ids) {
-    std::ranges::for_each(tissue.live.tets()[t], [&](Index v) { mark(v, kBeside); });
+    std::ranges::for_each(all[t], [&](Index v) { mark(v, kBeside); });
   }
-  for (std::size_t l = 0; l < tissue.live.links().size(); ++l) {
-    const Link& link = tissue.live.links()[l];
-    const auto has_tet = [&](Index v) { return marks[v] == kReached || marks[v] == kBeside; };
-    if (tissue.live.is_link_alive(static_cast<Index>(l)) &&
-        (has_tet(link.first) || has_tet(link.second))) {
+  const std::span<const Link> links = tissue.live.links();
+  const auto has_tet = [&](Index v) { return marks[v] == kReached || marks[v] == kBeside; };
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    if ((has_tet(links[l].first) || has_tet(links[l].second)) &&
+        tissue.live.is_link_alive(static_cast<Index>(l))) {
       near.link_ids.push_back(static_cast<Index>(l));
     }
   }
   for (const Index l : near.link_ids) {
-    mark(tissue.live.links()[l].first, kApart);
-    mark(tissue.live.links()[l].second, kApart);
+    mark(links[l].first, kApart);
+    mark(links[l].second, kApart);
   }
   std::ranges::for_each(front.vertices, [&](Index v) { mark(v, kApart); });
 
@@ -108,13 +110,13 @@ CutNeighborhood find_neighborhood(const CutTissue& tissue, const Eigen::AlignedB
                               near.vertex_ids.begin());
   };
   for (const Index t : near.tet_ids) {
-    const auto& [a, b, c, d] = tissue.live.tets()[t];
+    const auto& [a, b, c, d] = all[t];
     near.tets.push_back({own(a), own(b), own(c), own(d)});
   }
   for (const Index l : near.link_ids) {
-    near.links.push_back(tissue.live.links()[l]);
-    near.links.back().first = own(tissue.live.links()[l].first);
-    near.links.back().second = own(tissue.live.links()[l].second);
+    near.links.push_back(links[l]);
+    near.links.back().first = own(links[l].first);
+    near.links.back().second = own(links[l].second);
   }
   for (const Index v : front.vertices) {
     near.front.vertices.push_back(own(v));

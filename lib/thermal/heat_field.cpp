@@ -84,8 +84,10 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
     pending_.resize(temperatures_.size());
     std::iota(pending_.begin(), pending_.end(), 0);
   }
-  mesh_.tissue().add_follower(mesh_, FollowerRank::heat);  // which may be a copy
-  mesh_.tissue().add_follower(*this, FollowerRank::heat);
+  if (!mesh_.is_by_itself()) {
+    mesh_.tissue().add_follower(mesh_, FollowerRank::heat);  // which may be a copy
+    mesh_.tissue().add_follower(*this, FollowerRank::heat);
+  }
 }
 
 const std::shared_ptr<StepTeam>& HeatField::team() const {

@@ -77,7 +77,9 @@ struct PotentialField::Work final : Follower {
         team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
         device(wanted.backend),
         around(of, wanted.region_radii) {
-    of.tissue().add_follower(*this, FollowerRank::heat);
+    if (!of.is_by_itself()) {
+      of.tissue().add_follower(*this, FollowerRank::heat);
+    }
   }
 
   // Topology is looked at by solve(); ids are the mesh's.

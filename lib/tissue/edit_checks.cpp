@@ -352,7 +352,7 @@ void find_stopping(const TissueData& data, const TopologyEdit& edit, std::vector
 
 }  // namespace
 
-std::span<const Index> check_edit(TissueData& data, const TopologyEdit& edit) {
+void check_edit(TissueData& data, const TopologyEdit& edit) {
   check_removals(data, edit);
   check_rest_values(data, edit);
   check_new_vertices(data, edit);
@@ -366,7 +366,6 @@ std::span<const Index> check_edit(TissueData& data, const TopologyEdit& edit) {
   check_new_bodies(data, edit);
   find_stopping(data, edit, data.buffer);
   check_new_links(data, edit, data.buffer);
-  return data.buffer;
 }
 
 }  // namespace pbdsurg

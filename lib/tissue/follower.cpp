@@ -4,16 +4,30 @@
 #include <algorithm>
 #include <utility>
 
+#include "pbdsurg/core/error.h"
+
 #include "tissue/follower_list.h"
 
 namespace pbdsurg {
 
 void FollowerList::add(const Entry& entry) {
+  if (visits_ > 0) {
+    throw InvalidArgument("a follower cannot come within an edit");
+  }
   entries_.insert(std::ranges::upper_bound(entries_, entry.rank, {}, &Entry::rank), entry);
 }
 
 void FollowerList::remove(const Follower* follower) noexcept {
-  std::erase_if(entries_, [&](const Entry& entry) { return entry.follower == follower; });
+  for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
+    if (entry->follower == follower) {
+      if (visits_ > 0) {
+        entry->follower = nullptr;
+      } else {
+        entries_.erase(entry);
+      }
+      return;
+    }
+  }
 }
 
 void FollowerList::exchange(const Follower* follower, Follower* other) noexcept {

@@ -93,7 +93,7 @@ Body& Scene::append_body(std::string name, std::span<const Eigen::Vector3d> posi
   return bodies_.back();
 }
 
-Index Scene::add_body(std::string name, const TetMesh& mesh, const Material& material) {
+BodyId Scene::add_body(std::string name, const TetMesh& mesh, const Material& material) {
   check_material("body '" + name + "'", material);
   const Body& body =
       append_body(std::move(name), mesh.positions(), lumped_masses(mesh, material.density),
@@ -104,11 +104,11 @@ Index Scene::add_body(std::string name, const TetMesh& mesh, const Material& mat
     }
     tets_.push_back(tet);
   }
-  return static_cast<Index>(bodies_.size()) - 1;
+  return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
-Index Scene::add_particles(std::string name, std::span<const Eigen::Vector3d> positions,
-                           double mass) {
+BodyId Scene::add_particles(std::string name, std::span<const Eigen::Vector3d> positions,
+                            double mass) {
   if (!(mass > 0) || !std::isfinite(mass)) {
     throw InvalidArgument("body '" + name + "': particle mass is " + std::to_string(mass) +
                           " kg; it must be positive and finite");
@@ -120,7 +120,7 @@ Index Scene::add_particles(std::string name, std::span<const Eigen::Vector3d> po
     }
   }
   append_body(std::move(name), positions, std::vector<double>(positions.size(), mass), 0, {});
-  return static_cast<Index>(bodies_.size()) - 1;
+  return BodyId(static_cast<Index>(bodies_.size()) - 1);
 }
 
 void Scene::fix_vertices(Index body_index, std::span<const Index> vertices) {
@@ -149,6 +149,31 @@ Index Scene::add_link(const Link& link) {
   return static_cast<Index>(links_.size()) - 1;
 }
 
+void Scene::append(const Scene& other) {
+  Scene both = *this;
+  const Index first_vertex = vertex_count(), first_tet = static_cast<Index>(tets_.size());
+  for (const Body& body : other.bodies_) {
+    const auto first = static_cast<std::size_t>(body.first_vertex);
+    const auto count = static_cast<std::size_t>(body.vertex_count);
+    both.append_body(body.name, other.positions().subspan(first, count),
+                     other.masses().subspan(first, count), static_cast<std::size_t>(body.tet_count),
+                     body.material);
+    for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+      both.tets_.push_back(other.tets_[t]);
+    }
+  }
+  for (auto tet = both.tets_.begin() + first_tet; tet != both.tets_.end(); ++tet) {
+    std::ranges::for_each(*tet, [&](Index& v) { v += first_vertex; });
+  }
+  std::copy(other.fixed_.begin(), other.fixed_.end(), both.fixed_.begin() + first_vertex);
+  for (Link link : other.links_) {
+    link.first += first_vertex;
+    link.second += first_vertex;
+    both.links_.push_back(link);
+  }
+  *this = std::move(both);
+}
+
 void Scene::set_gravity(const Eigen::Vector3f& gravity) {
   if (!gravity.allFinite()) {
     throw InvalidArgument("gravity must be finite");
@@ -169,11 +194,11 @@ const Body& Scene::body(Index index) const {
   return bodies_[index];
 }
 
-Index Scene::find_body(const std::string& name) const {
+BodyId Scene::find_body(const std::string& name) const {
   std::string known;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (bodies_[b].name == name) {
-      return static_cast<Index>(b);
+      return BodyId(static_cast<Index>(b));
     }
     known += (b == 0 ? "" : ", ") + bodies_[b].name;
   }

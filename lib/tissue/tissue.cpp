@@ -159,17 +159,20 @@ Tissue::~Tissue() = default;
 const TissueChange& Tissue::apply(const TopologyEdit& edit) {
   TissueData& data = *data_;
   check_edit(data, edit);
-  for (const FollowerList::Entry& entry : data.followers->entries()) {
-    entry.follower->validate(*this, edit);
-  }
+  data.followers->for_each(
+      [&](const FollowerList::Entry& entry) { entry.follower->validate(*this, edit); });
   prefetch_removals(data, edit.remove_tets);
-  begin_edit(data, edit);
-  carry_out(data, edit);
+  try {
+    begin_edit(data, edit);
+    carry_out(data, edit);
+  } catch (...) {  // memory ran out
+    data.for_each_array([](auto& array) { array.undo(); });
+    throw;
+  }
   data.version = data.last_version = data.change.version;
   data.can_undo = true;
-  for (const FollowerList::Entry& entry : data.followers->entries()) {
-    entry.follower->follow(*this, data.change);
-  }
+  data.followers->for_each(
+      [&](const FollowerList::Entry& entry) { entry.follower->follow(*this, data.change); });
   return data.change;
 }
 
@@ -180,18 +183,17 @@ void Tissue::undo() {
         "there is no edit to undo: the last one was undone, or a compaction came "
         "after it");
   }
-  for (const FollowerList::Entry& entry : data.followers->entries()) {
+  data.followers->for_each([&](const FollowerList::Entry& entry) {
     if (entry.version >= data.change.version) {
       throw InvalidArgument("a follower came after the last edit, which it cannot undo");
     }
     entry.follower->validate_undo(*this, data.change);
-  }
+  });
   data.can_undo = false;
   data.for_each_array([](auto& array) { array.undo(); });
   data.version = data.change.version_before;
-  for (const FollowerList::Entry& entry : data.followers->entries()) {
-    entry.follower->undo(*this, data.change);
-  }
+  data.followers->for_each(
+      [&](const FollowerList::Entry& entry) { entry.follower->undo(*this, data.change); });
 }
 
 const TissueChange& Tissue::last_change() const noexcept {

@@ -45,7 +45,7 @@ LiveSurface::LiveSurface(const Tissue& tissue, Index body) : body_(body) {
   tissue.add_follower(*this, FollowerRank::view);
 }
 
-// Where the solver has what is of the body.
+// Where the tissue has what is of the body.
 void LiveSurface::number(const Tissue& tissue) {
   if (body_ == kInvalidIndex) {  // only what edits bring to other bodies
     tets_ = {0, 0, static_cast<Index>(tissue.tets().size())};
@@ -97,6 +97,7 @@ void LiveSurface::renumber(const Tissue& tissue, const Renumbering& ids) noexcep
   origins_ = UndoArray(std::move(origins));
   vertex_triangles_ = UndoArray(std::move(vertex_triangles));
   changes_.note_all();
+  ++renumberings_;
   version_before_ = version();
 }
 
@@ -251,15 +252,15 @@ void LiveSurface::hide(Index slot) {
 }
 
 std::shared_ptr<const LiveSurface> shared_surface(const Tissue& tissue, Index body) {
-  for (const FollowerList::Entry& entry : tissue_data(tissue).followers->entries()) {
+  static_cast<void>(tissue.body(body));  // throws if there is none
+  std::shared_ptr<const LiveSurface> found;
+  tissue_data(tissue).followers->for_each([&](const FollowerList::Entry& entry) {
     const auto* surface = dynamic_cast<const LiveSurface*>(entry.follower);
-    if (surface != nullptr && surface->body() == body) {
-      if (auto shared = surface->weak_from_this().lock()) {
-        return shared;
-      }
+    if (found == nullptr && surface != nullptr && surface->body() == body) {
+      found = surface->weak_from_this().lock();
     }
-  }
-  return std::make_shared<LiveSurface>(tissue, body);
+  });
+  return found != nullptr ? found : std::make_shared<LiveSurface>(tissue, body);
 }
 
 }  // namespace pbdsurg

@@ -1,3 +1,3 @@
 pbdsurg_room(world
   HEADERS surface.h world.h
-  SOURCES edit_merge.cpp surface.cpp world.cpp)
+  SOURCES body_table.cpp edit_merge.cpp surface.cpp world.cpp)

@@ -23,10 +23,12 @@ void Surface::collect_changes(std::uint64_t since, std::vector<SlotRange>& range
 
 void Surface::refresh(const Solver& solver, const HeatField* heat) {
   const Tissue& tissue = solver.tissue();
-  if (vertices_.empty() || seen_tissue_ != tissue.version()) {
-    seen_tissue_ = tissue.version();
+  if (seen_count_ != tissue.vertex_count() || seen_renumberings_ != live_->renumberings()) {
+    seen_count_ = tissue.vertex_count();
+    seen_renumberings_ = live_->renumberings();
     number(tissue);
   }
+  take_triangles();
   positions_.resize(vertices_.size());
   solver.read_positions(vertices_, positions_);
   has_normals_ = false;
@@ -40,14 +42,15 @@ void Surface::refresh(const Solver& solver, const HeatField* heat) {
               warm_);
   warm_.assign(warm.begin(), warm.end());
   temperatures_.resize(vertices_.size());
+  peaks_.resize(vertices_.size());
   marks_.resize(vertices_.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    temperatures_[i] = map_.temperatures()[vertices_[i]];
+    temperatures_[i] = static_cast<float>(heat->temperatures()[vertices_[i]]);
+    peaks_[i] = map_.temperatures()[vertices_[i]];
     marks_[i] = map_.marks()[vertices_[i]];
   }
 }
 
-// Vertices come and go with edits, and all triangles with a compaction.
 void Surface::number(const Tissue& tissue) {
   vertices_.clear();
   if (live_->body() != kInvalidIndex) {
@@ -57,6 +60,9 @@ void Surface::number(const Tissue& tissue) {
   std::ranges::transform(vertices_, rest_.begin(), [&](Index v) {
     return Eigen::Vector3f(tissue.rest_positions()[v].cast<float>());
   });
+}
+
+void Surface::take_triangles() {
   triangles_.resize(static_cast<std::size_t>(live_->slot_count()));
   live_->collect_changes(seen_slots_, ranges_);
   seen_slots_ = live_->version();
@@ -80,6 +86,9 @@ std::span<const Eigen::Vector3f> Surface::normals() const {
   }
   normals_.assign(vertices_.size(), Eigen::Vector3f::Zero());
   for (const auto& [a, b, c] : triangles_) {
+    if (a == b) {
+      continue;  // empty; and of a body that a compaction left out, not even the vertices are there
+    }
     const Eigen::Vector3f area =
         (positions_[b] - positions_[a]).cross(positions_[c] - positions_[a]);
     for (const Index v : {a, b, c}) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
+#include <exception>
 #include <map>
 #include <utility>
 
@@ -11,6 +11,7 @@
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/solver/compaction.h"
 
+#include "world/body_table.h"
 #include "world/edit_merge.h"
 
 namespace pbdsurg {
@@ -45,7 +46,18 @@ class Stopwatch {
 struct Request {
   EditSource source;
   TopologyEdit edit;
+  Index burner = kInvalidIndex;  // of heat
 };
+
+// An edit of the program, for the topology that there was.
+struct ProgramEdit {
+  TopologyEdit edit;
+  std::uint64_t version;
+};
+
+[[noreturn]] void throw_no_tool(ToolId tool) {
+  throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the world has 0");
+}
 
 }  // namespace
 
@@ -59,31 +71,33 @@ struct World::Data {
   Scene scene;
   std::vector<TetMesh> meshes;  // [body]
 
-  std::vector<std::string> names;     // [body id]
-  std::vector<TissueRecord> tissues;  // [body id]
-  std::vector<Index> bodies;          // [body id] of the tissue; kInvalidIndex: not in it
   ConnectiveTissue strands;
+  BodyTable bodies;
   std::unique_ptr<Tissue> tissue;
   std::unique_ptr<Solver> solver;
-  std::vector<ToolPose> poses;  // [tool] as wanted
   std::vector<std::unique_ptr<Burner>> burners;
   std::map<Index, std::unique_ptr<Surface>> surfaces;  // by body id
 
   // for the next step
-  std::vector<TopologyEdit> edits;
+  std::vector<ProgramEdit> edits;
+  std::vector<BodyId> leaving;
   Scene new_bodies;
   std::vector<BladeSweep> blades;
 
   void make_solver();
   void check_is_scene(const char* what) const;
-  [[nodiscard]] Index body_of(BodyId body) const;
-  void check_tool(ToolId tool) const;
+  [[nodiscard]] Solver& solver_of(ToolId tool) const;
   [[nodiscard]] Burner& burner(CauteryId cautery) const;
-  [[nodiscard]] const HeatField* heat_of(Index body) const;
+  [[nodiscard]] const HeatField* heat_of(BodyId body) const;
 
+  void heat(double dt, Frame& frame, std::vector<Request>& requests);
   std::vector<Request> collect(double dt, Frame& frame);
-  void change(const std::vector<Request>& requests, Frame& frame);
-  void apply(const TopologyEdit& edit, Frame& frame);
+  void collect_program(Frame& frame, std::vector<Request>& requests);
+  void change(std::vector<Request>& requests, std::span<const BladeSweep> swept, Frame& frame);
+  bool apply_all(const std::vector<Request>& requests, Frame& frame);
+  void apply_each(std::vector<Request>& requests, std::span<const BladeSweep> swept, Frame& frame);
+  const TissueChange& apply(const TopologyEdit& edit, Frame& frame);
+  void commit(const Request& request, Frame& frame);
   void refresh();
 };
 
@@ -96,6 +110,7 @@ void World::Data::make_solver() {
   auto made = std::make_unique<Tissue>(scene);
   solver = std::make_unique<Solver>(*made, options);
   tissue = std::move(made);
+  tissue->add_follower(bodies, FollowerRank::view);
   tissue->add_follower(strands, FollowerRank::surgery);
   scene = {};
   meshes.clear();
@@ -110,125 +125,153 @@ void World::Data::check_is_scene(const char* what) const {
   }
 }
 
-Index World::Data::body_of(BodyId body) const {
-  if (body < 0 || body >= static_cast<Index>(bodies.size())) {
-    throw InvalidArgument("there is no body " + std::to_string(body.value) + "; there are " +
-                          std::to_string(bodies.size()));
+// No call that is refused ends the time in which the scene is made.
+Solver& World::Data::solver_of(ToolId tool) const {
+  if (solver == nullptr) {
+    throw_no_tool(tool);
   }
-  if (bodies[body] == kInvalidIndex) {
-    throw InvalidArgument("body '" + names[body] +
-                          "' is not there: it comes with the next step, or was removed");
-  }
-  return bodies[body];
-}
-
-void World::Data::check_tool(ToolId tool) const {
-  if (tool < 0 || tool >= static_cast<Index>(poses.size())) {
-    throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; there are " +
-                          std::to_string(poses.size()));
-  }
+  return *solver;
 }
 
 Burner& World::Data::burner(CauteryId cautery) const {
   if (cautery < 0 || cautery >= static_cast<Index>(burners.size())) {
-    throw InvalidArgument("there is no cautery " + std::to_string(cautery.value) + "; there are " +
-                          std::to_string(burners.size()));
+    throw InvalidArgument("there is no cautery " + std::to_string(cautery.value) +
+                          "; the world has " + std::to_string(burners.size()));
   }
   return *burners[cautery];
 }
 
-const HeatField* World::Data::heat_of(Index body) const {
+const HeatField* World::Data::heat_of(BodyId body) const {
   for (const auto& burner : burners) {
-    if (std::ranges::count(burner->bodies, BodyId(body)) > 0) {
+    if (std::ranges::count(burner->bodies, body) > 0) {
       return &burner->cautery.field();
     }
   }
   return nullptr;
 }
 
+void World::Data::heat(double dt, Frame& frame, std::vector<Request>& requests) {
+  for (const auto& burner : burners) {
+    Request request{EditSource::heat, {}, static_cast<Index>(frame.cauteries.size())};
+    frame.cauteries.push_back(
+        burner->cautery.heat(*solver, placed(burner->electrode, solver->tool_target(burner->tool)),
+                             burner->settings, dt, request.edit));
+    requests.push_back(std::move(request));
+  }
+}
+
 std::vector<Request> World::Data::collect(double dt, Frame& frame) {
   std::vector<Request> requests;
+  heat(dt, frame, requests);
   TopologyEdit named;
-  for (const auto& burner : burners) {
-    TopologyEdit edit;
-    frame.cauteries.push_back(burner->cautery.heat(
-        *solver, placed(burner->electrode, poses[burner->tool]), burner->settings, dt, edit));
-    merge(named, edit);
-    requests.push_back({EditSource::heat, std::move(edit)});
+  for (const Request& request : requests) {
+    merge(named, request.edit, tissue->vertex_count());
   }
-  const std::size_t heat_links = named.remove_links.size();
+  const auto heat_links = static_cast<std::ptrdiff_t>(named.remove_links.size());
   strands.find_parting(*solver, blades, named);
   requests.push_back({EditSource::strands, {}});
-  requests.back().edit.remove_links.assign(
-      named.remove_links.begin() + static_cast<std::ptrdiff_t>(heat_links),
-      named.remove_links.end());
-  for (TopologyEdit& edit : edits) {
-    requests.push_back({EditSource::program, std::move(edit)});
-  }
-  if (!new_bodies.bodies().empty()) {
-    requests.push_back({EditSource::program, {.new_bodies = std::move(new_bodies)}});
-  }
-  edits.clear();
-  blades.clear();
-  new_bodies = {};
+  requests.back().edit.remove_links.assign(named.remove_links.begin() + heat_links,
+                                           named.remove_links.end());
+  collect_program(frame, requests);
   std::erase_if(requests, [](const Request& request) { return is_empty(request.edit); });
   return requests;
 }
 
-void World::Data::apply(const TopologyEdit& edit, Frame& frame) {
+void World::Data::collect_program(Frame& frame, std::vector<Request>& requests) {
+  for (ProgramEdit& asked : std::exchange(edits, {})) {
+    if (asked.version == tissue->version()) {
+      requests.push_back({EditSource::program, std::move(asked.edit)});
+    } else {
+      frame.refused.push_back({EditSource::program, "the edit was made for topology version " +
+                                                        std::to_string(asked.version) +
+                                                        "; the tissue is at version " +
+                                                        std::to_string(tissue->version())});
+    }
+  }
+  Request removal{EditSource::program, {}};
+  for (const BodyId body : std::exchange(leaving, {})) {
+    try {
+      removal.edit.remove_bodies.push_back(bodies.in_tissue(body));
+    } catch (const InvalidArgument& refusal) {
+      frame.refused.push_back({EditSource::program, refusal.what()});
+    }
+  }
+  std::ranges::sort(removal.edit.remove_bodies);
+  const auto twice = std::ranges::unique(removal.edit.remove_bodies);
+  removal.edit.remove_bodies.erase(twice.begin(), twice.end());
+  requests.push_back(std::move(removal));
+  requests.push_back({EditSource::program, {.new_bodies = std::exchange(new_bodies, {})}});
+}
+
+const TissueChange& World::Data::apply(const TopologyEdit& edit, Frame& frame) {
   const TissueChange& change = tissue->apply(edit);
   frame.removed_tets += static_cast<Index>(change.removed_tets.size());
   frame.removed_links += static_cast<Index>(change.removed_links.size());
-  for (const Index gone : edit.remove_bodies) {
-    std::ranges::replace(bodies, gone, kInvalidIndex);
-  }
-  for (std::size_t b = 0; b < edit.new_bodies.bodies().size(); ++b) {
-    const auto id = std::ranges::find(names, edit.new_bodies.bodies()[b].name) - names.begin();
-    bodies[id] = change.first_new_body + static_cast<Index>(b);
+  return change;
+}
+
+void World::Data::commit(const Request& request, Frame& frame) {
+  if (request.burner != kInvalidIndex) {
+    burners[request.burner]->cautery.commit(frame.cauteries[request.burner]);
   }
 }
 
-// One edit where that can be; else one after another, so that a bad request stops no other.
-void World::Data::change(const std::vector<Request>& requests, Frame& frame) {
-  if (requests.empty()) {
-    return;
-  }
-  const std::size_t events = strands.events().size();
+// @return  whether one edit could do it; else nothing has changed
+bool World::Data::apply_all(const std::vector<Request>& requests, Frame& frame) {
   TopologyEdit merged;
-  bool is_whole = true;
   for (const Request& request : requests) {
-    is_whole = merge(merged, request.edit) && is_whole;
-  }
-  bool is_done = false;
-  if (is_whole) {
-    try {
-      apply(merged, frame);
-      is_done = true;
-    } catch (const InvalidArgument&) {
-      is_done = false;  // the sources are told apart below
+    if (!merge(merged, request.edit, tissue->vertex_count())) {
+      return false;
     }
   }
-  bool heat_is_done = is_done;
+  try {
+    apply(merged, frame);
+  } catch (const std::exception&) {
+    return false;  // of whom, apply_each() finds out
+  }
   for (const Request& request : requests) {
-    if (is_done) {
-      break;
+    commit(request, frame);
+  }
+  return true;
+}
+
+// One after another, so that a bad request stops no other.
+void World::Data::apply_each(std::vector<Request>& requests, std::span<const BladeSweep> swept,
+                             Frame& frame) {
+  EarlierEdits earlier(*tissue);
+  for (Request& request : requests) {
+    if (request.source == EditSource::strands) {  // they forget causes with each edit
+      request.edit = {};
+      strands.find_parting(*solver, swept, request.edit);
+    } else {
+      earlier.adapt(request.edit, *tissue);
+    }
+    if (is_empty(request.edit)) {
+      commit(request, frame);
+      continue;
     }
     try {
-      apply(request.edit, frame);
-      heat_is_done = heat_is_done || request.source == EditSource::heat;
-    } catch (const InvalidArgument& refusal) {
+      earlier.note(apply(request.edit, frame));
+      commit(request, frame);
+    } catch (const std::exception& refusal) {
       frame.refused.push_back({request.source, refusal.what()});
     }
   }
-  for (std::size_t i = 0; i < burners.size() && heat_is_done; ++i) {
-    burners[i]->cautery.commit(frame.cauteries[i]);
+}
+
+void World::Data::change(std::vector<Request>& requests, std::span<const BladeSweep> swept,
+                         Frame& frame) {
+  const std::size_t events = strands.events().size();
+  if (!requests.empty() && !apply_all(requests, frame)) {
+    apply_each(requests, swept, frame);
   }
+  bodies.stop_waiting();
   frame.parted_strands = static_cast<Index>(strands.events().size() - events);
 }
 
 void World::Data::refresh() {
   for (const auto& [body, surface] : surfaces) {
-    surface->refresh(*solver, heat_of(body));
+    surface->refresh(*solver, heat_of(BodyId(body)));
   }
 }
 
@@ -304,10 +347,14 @@ World::World(const Scene& scene, std::span<const TissueRecord> tissues,
   }
   for (std::size_t b = 0; b < tissues.size(); ++b) {
     check_thermal_properties(tissues[b].heat);
-    data.names.push_back(scene.bodies()[b].name);
-    data.bodies.push_back(static_cast<Index>(b));
+    data.bodies.add(scene.bodies()[b].name, tissues[b], static_cast<Index>(b));
   }
-  data.tissues.assign(tissues.begin(), tissues.end());
+  for (const Strand& strand : strands.strands()) {
+    if (strand.first_link + strand.link_count > static_cast<Index>(scene.links().size())) {
+      throw InvalidArgument("a strand begins with link " + std::to_string(strand.first_link) +
+                            "; the scene has " + std::to_string(scene.links().size()) + " links");
+    }
+  }
   data.scene = scene;
   data.strands = strands;
   data.make_solver();
@@ -319,37 +366,38 @@ World& World::operator=(World&&) noexcept = default;
 BodyId World::add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue) {
   Data& data = *data_;
   check_thermal_properties(tissue.heat);
-  if (std::ranges::count(data.names, name) > 0) {
-    throw InvalidArgument("there is a body named '" + name + "' already; names must differ");
-  }
-  const bool is_scene = data.solver == nullptr;
-  const Index body =
-      (is_scene ? data.scene : data.new_bodies).add_body(name, mesh, tissue.mechanics);
-  if (is_scene) {
+  if (data.solver == nullptr) {
+    const Index body = data.scene.add_body(name, mesh, tissue.mechanics);
     data.meshes.push_back(mesh);
+    return data.bodies.add(name, tissue, body);
   }
-  data.names.push_back(name);
-  data.tissues.push_back(tissue);
-  data.bodies.push_back(is_scene ? body : kInvalidIndex);
-  return BodyId(static_cast<Index>(data.names.size()) - 1);
+  if (std::ranges::count(data.tissue->bodies(), name, &Body::name) > 0) {
+    throw InvalidArgument("there is, or was, a body named '" + name + "'; names must differ");
+  }
+  data.new_bodies.add_body(name, mesh, tissue.mechanics);
+  return data.bodies.add(name, tissue, BodyTable::kWaiting);
 }
 
-std::span<const Eigen::Vector3d> World::rest_positions(BodyId body) const {
+std::span<const Eigen::Vector3d> World::rest_positions_of(BodyId body) const {
   data_->check_is_scene("what is fixed");
-  const Body& own = data_->scene.body(data_->body_of(body));
+  const Body& own = data_->scene.body(data_->bodies.in_tissue(body));
   return data_->scene.positions().subspan(static_cast<std::size_t>(own.first_vertex),
                                           static_cast<std::size_t>(own.vertex_count));
 }
 
 void World::fix(BodyId body, std::span<const Index> vertices) {
   data_->check_is_scene("what is fixed");
-  data_->scene.fix_vertices(data_->body_of(body), vertices);
+  data_->scene.fix_vertices(data_->bodies.in_tissue(body), vertices);
+}
+
+void World::fix(BodyId body, std::initializer_list<Index> vertices) {
+  fix(body, std::span<const Index>(vertices.begin(), vertices.size()));
 }
 
 Index World::join(BodyId first, BodyId second, const JoinOptions& options) {
   Data& data = *data_;
   data.check_is_scene("what joins bodies");
-  const Index from = data.body_of(first), to = data.body_of(second);
+  const Index from = data.bodies.in_tissue(first), to = data.bodies.in_tissue(second);
   const std::vector<MembraneLink> links = scattered_links(data.meshes[from], data.meshes[to],
                                                           {.max_distance = options.max_distance,
                                                            .density = options.density,
@@ -368,66 +416,62 @@ void World::set_gravity(const Eigen::Vector3f& gravity) {
 }
 
 void World::remove_body(BodyId body) {
+  static_cast<void>(data_->bodies.in_tissue(body));  // throws if it is not there
   data_->make_solver();
-  data_->edits.push_back({.remove_bodies = {data_->body_of(body)}});
+  data_->leaving.push_back(body);
 }
 
 ToolId World::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
   data_->make_solver();
-  const Index tool = data_->solver->add_tool(capsules, pose);
-  data_->poses.push_back(pose);
-  return ToolId(tool);
+  return data_->solver->add_tool(capsules, pose);
+}
+ToolId World::add_tool(std::initializer_list<Capsule> capsules, const ToolPose& pose) {
+  return add_tool(std::span<const Capsule>(capsules.begin(), capsules.size()), pose);
 }
 
 void World::move(ToolId tool, const ToolPose& pose) {
-  data_->check_tool(tool);
-  data_->solver->move_tool(tool, pose);
-  data_->poses[tool] = pose;
+  data_->solver_of(tool).move_tool(tool, pose);
 }
 
 void World::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
-  data_->check_tool(tool);
-  data_->solver->grasp(tool, vertices, compliance);
+  data_->solver_of(tool).grasp(tool, vertices, compliance);
 }
 
 std::vector<Index> World::grasp_near(ToolId tool, BodyId body, float radius, float compliance) {
-  data_->check_tool(tool);
-  std::vector<Index> vertices = find_vertices_near(*data_->solver, data_->body_of(body),
-                                                   data_->poses[tool].translation(), radius);
+  Solver& solver = data_->solver_of(tool);
+  std::vector<Index> vertices = find_vertices_near(solver, data_->bodies.in_tissue(body),
+                                                   solver.tool_pose(tool).translation(), radius);
   if (!vertices.empty()) {
-    data_->solver->grasp(tool, vertices, compliance);
+    solver.grasp(tool, vertices, compliance);
   }
   return vertices;
 }
 
 void World::release(ToolId tool) {
-  data_->check_tool(tool);
-  data_->solver->release(tool);
+  data_->solver_of(tool).release(tool);
 }
 
 ToolPose World::pose(ToolId tool) const {
-  data_->check_tool(tool);
-  return data_->poses[tool];
+  return data_->solver_of(tool).tool_target(tool);
 }
 
 Eigen::Vector3f World::force(ToolId tool) const {
-  data_->check_tool(tool);
-  return data_->solver->tool_force(tool);
+  return data_->solver_of(tool).tool_force(tool);
 }
 
 CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
                              const CauteryOptions& options, const Electrode& electrode) {
   Data& data = *data_;
-  data.make_solver();
-  data.check_tool(tool);
+  static_cast<void>(data.solver_of(tool).tool_target(tool));  // throws if there is no such tool
   if (!electrode.tip.allFinite() || !electrode.heel.allFinite()) {
     throw InvalidArgument("the electrode's ends must be finite");
   }
   std::vector<ThermalBody> burnt;
   for (const BodyId body : bodies) {
-    burnt.push_back({data.body_of(body), data.tissues[body].heat});
+    burnt.push_back({data.bodies.in_tissue(body), data.bodies.record(body).heat});
     if (data.heat_of(body) != nullptr) {
-      throw InvalidArgument("body '" + data.names[body] + "' is burnt by another cautery already");
+      throw InvalidArgument("body '" + data.bodies.name(body) +
+                            "' is burnt by another cautery already");
     }
   }
   data.burners.push_back(std::make_unique<Burner>(Burner{tool,
@@ -435,7 +479,13 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
                                                          electrode,
                                                          std::nullopt,
                                                          Cautery(*data.tissue, burnt, options)}));
+  data.refresh();
   return CauteryId(static_cast<Index>(data.burners.size()) - 1);
+}
+CauteryId World::add_cautery(ToolId tool, std::initializer_list<BodyId> bodies,
+                             const CauteryOptions& options, const Electrode& electrode) {
+  return add_cautery(tool, std::span<const BodyId>(bodies.begin(), bodies.size()), options,
+                     electrode);
 }
 
 void World::energise(CauteryId cautery, const std::optional<GeneratorSettings>& settings) {
@@ -461,9 +511,9 @@ Frame World::step(double dt) {
   data.solver->check_step(static_cast<float>(dt));
   Frame frame;
   Stopwatch watch;
-  const std::vector<Request> requests = data.collect(dt, frame);
+  std::vector<Request> requests = data.collect(dt, frame);
   frame.times.heat = watch.lap();
-  data.change(requests, frame);
+  data.change(requests, std::exchange(data.blades, {}), frame);
   frame.times.edit = watch.lap();
   frame.report = data.solver->step(static_cast<float>(dt));
   frame.times.step = watch.lap();
@@ -474,11 +524,13 @@ Frame World::step(double dt) {
 
 void World::edit(const TopologyEdit& edit) {
   data_->make_solver();
-  data_->edits.push_back(edit);
+  data_->edits.push_back({edit, data_->tissue->version()});
 }
 
 void World::undo() {
-  data_->make_solver();
+  if (data_->tissue == nullptr) {
+    throw InvalidArgument("there is no edit to undo: the world has not stepped");
+  }
   data_->tissue->undo();
   data_->refresh();
 }
@@ -488,50 +540,41 @@ void World::compact() {
   data.make_solver();
   Compaction compaction(*data.solver);
   compaction.build();
-  const Renumbering ids = compaction.finish(*data.solver);
-  for (Index& body : data.bodies) {
-    body = body == kInvalidIndex ? kInvalidIndex : ids.bodies[body];
-  }
+  compaction.finish(*data.solver);
   data.refresh();
 }
 
 const Surface& World::surface(BodyId body) {
   Data& data = *data_;
+  const BodyId of_tissue(data.bodies.in_tissue(body));
   data.make_solver();
-  const Index of_tissue = data.body_of(body);
   std::unique_ptr<Surface>& surface = data.surfaces[body];
   if (surface == nullptr) {
-    surface = std::make_unique<Surface>(*data.solver, BodyId(of_tissue));
+    surface = std::make_unique<Surface>(*data.solver, of_tissue);
     surface->refresh(*data.solver, data.heat_of(body));
   }
   return *surface;
 }
 
 BodyId World::find_body(const std::string& name) const {
-  const auto found = std::ranges::find(data_->names, name);
-  if (found == data_->names.end()) {
-    std::string known;
-    for (const std::string& each : data_->names) {
-      known += (known.empty() ? "'" : ", '") + each + "'";
-    }
-    throw InvalidArgument("there is no body '" + name + "'; there are " +
-                          (known.empty() ? "none" : known));
-  }
-  return BodyId(static_cast<Index>(found - data_->names.begin()));
+  return data_->bodies.find(name);
+}
+
+Index World::body_in_tissue(BodyId body) const {
+  return data_->bodies.in_tissue(body);
 }
 
 const TissueRecord& World::tissue_of(BodyId body) const {
-  static_cast<void>(data_->body_of(body));
-  return data_->tissues[body];
+  return data_->bodies.record(body);
 }
 
 Replica World::replica(ReplicaId id) {
-  data_->make_solver();
-  const Index count = data_->solver->options().copies;
+  const Index count = data_->options.copies;
   if (id < 0 || id >= count) {
-    throw InvalidArgument("there is no replica " + std::to_string(id.value) + "; there are " +
+    throw InvalidArgument("there is no replica " + std::to_string(id.value) + "; the world has " +
                           std::to_string(count));
   }
+  data_->make_solver();
   return {*data_->solver, id};
 }
 

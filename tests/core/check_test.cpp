@@ -96,19 +96,19 @@ TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
       {"Solver::snapshot", 2, [&](Index i) { (void)solver.snapshot(i); }},
       {"Solver::restore", 2, [&](Index i) { solver.restore(solver.snapshot(), i); }},
       {"Solver::state_hash", 2, [&](Index i) { (void)solver.state_hash(i); }},
-      {"Solver::move_tool", 1, [&](Index i) { solver.move_tool(i, pose); }},
-      {"Solver::move_tool, copy", 2, [&](Index i) { solver.move_tool(0, pose, i); }},
-      {"Solver::grasp", 1, [&](Index i) { solver.grasp(i, {}); }},
-      {"Solver::grasp, copy", 2, [&](Index i) { solver.grasp(0, {}, 0, i); }},
+      {"Solver::move_tool", 1, [&](Index i) { solver.move_tool(ToolId(i), pose); }},
+      {"Solver::move_tool, copy", 2, [&](Index i) { solver.move_tool(ToolId{0}, pose, i); }},
+      {"Solver::grasp", 1, [&](Index i) { solver.grasp(ToolId(i), {}); }},
+      {"Solver::grasp, copy", 2, [&](Index i) { solver.grasp(ToolId{0}, {}, 0, i); }},
       {"Solver::grasp, vertex", vertices,
        [&](Index i) {
-         solver.grasp(0, std::vector<Index>{i});
-         solver.release(0);
+         solver.grasp(ToolId{0}, std::vector<Index>{i});
+         solver.release(ToolId{0});
        }},
-      {"Solver::release", 1, [&](Index i) { solver.release(i); }},
-      {"Solver::release, copy", 2, [&](Index i) { solver.release(0, i); }},
-      {"Solver::tool_force", 1, [&](Index i) { (void)solver.tool_force(i); }},
-      {"Solver::tool_force, copy", 2, [&](Index i) { (void)solver.tool_force(0, i); }},
+      {"Solver::release", 1, [&](Index i) { solver.release(ToolId(i)); }},
+      {"Solver::release, copy", 2, [&](Index i) { solver.release(ToolId{0}, i); }},
+      {"Solver::tool_force", 1, [&](Index i) { (void)solver.tool_force(ToolId(i)); }},
+      {"Solver::tool_force, copy", 2, [&](Index i) { (void)solver.tool_force(ToolId{0}, i); }},
       {"Tissue::body", 2, [&](Index i) { (void)tissue.body(i); }},
       {"Tissue::is_body_alive", 2, [&](Index i) { (void)tissue.is_body_alive(i); }},
       {"Tissue::body_of_vertex", vertices, [&](Index i) { (void)tissue.body_of_vertex(i); }},

@@ -101,10 +101,10 @@ TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   check_refused([&] { solver.restore(snapshot); });
   check_refused([&] { (void)solver.state_hash(); });
   check_refused([&] { solver.add_tool({}, pose); });
-  check_refused([&] { solver.move_tool(0, pose); });
-  check_refused([&] { solver.grasp(0, ids); });
-  check_refused([&] { solver.release(0); });
-  check_refused([&] { (void)solver.tool_force(0); });
+  check_refused([&] { solver.move_tool(ToolId{0}, pose); });
+  check_refused([&] { solver.grasp(ToolId{0}, ids); });
+  check_refused([&] { solver.release(ToolId{0}); });
+  check_refused([&] { (void)solver.tool_force(ToolId{0}); });
   check_refused([&] { (void)solver.tissue(); });
   check_refused([&] { (void)std::as_const(solver).tissue(); });
   check_refused([&] { (void)solver.rest_length(0); });

@@ -105,9 +105,9 @@ void add_tools(Solver& solver) {
   pose.translation() = Eigen::Vector3f(0.01F, 0.004F, 0.012F);
   solver.add_tool(std::span(capsules).first(1), pose);
   pose.linear() = Eigen::AngleAxisf(0.3F, Eigen::Vector3f::UnitX()).toRotationMatrix();
-  solver.move_tool(1, pose);
-  const Index holder = solver.add_tool({}, ToolPose::Identity());
-  const Index other = solver.add_tool(std::span(capsules).first(1), pose);
+  solver.move_tool(ToolId{1}, pose);
+  const ToolId holder = solver.add_tool({}, ToolPose::Identity());
+  const ToolId other = solver.add_tool(std::span(capsules).first(1), pose);
   solver.grasp(holder, std::array<Index, 3>{99, 98, 97}, 1e-4F);
   solver.grasp(other, std::array<Index, 2>{98, 90}, 0);
   pose.translation() += Eigen::Vector3f(0, 1e-3F, 5e-4F);

@@ -112,7 +112,7 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
       REQUIRE(device.snapshot().falling == serial.snapshot().falling);
     }
     for (Index tool = 0; tool < 2; ++tool) {
-      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+      REQUIRE(device.tool_force(ToolId(tool)) == serial.tool_force(ToolId(tool)));
     }
     if (round % 7 == 0) {
       REQUIRE(device.state_hash() == serial.state_hash());
@@ -153,24 +153,24 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
       if (i == 9) {
         const Capsule capsule{{0, 0, 0}, {0.004F, 0, 0}, 3e-3F};
         solver->add_tool({&capsule, 1}, pose);
-        solver->grasp(0, std::array<Index, 4>{150, 151, 152, 153}, 1e-5F);
+        solver->grasp(ToolId{0}, std::array<Index, 4>{150, 151, 152, 153}, 1e-5F);
       }
       if (i == 12) {
-        solver->grasp(1, std::array<Index, 3>{152, 153, 160});
-        solver->move_tool(1, ToolPose(Eigen::Translation3f(0, 1e-3F, 0)));
+        solver->grasp(ToolId{1}, std::array<Index, 3>{152, 153, 160});
+        solver->move_tool(ToolId{1}, ToolPose(Eigen::Translation3f(0, 1e-3F, 0)));
       }
       if (i == 20) {
-        solver->release(0);
-        solver->grasp(2, std::array<Index, 1>{200});
+        solver->release(ToolId{0});
+        solver->grasp(ToolId{2}, std::array<Index, 1>{200});
       }
       if (i > 9) {
-        solver->move_tool(2, pose);
+        solver->move_tool(ToolId{2}, pose);
       }
     }
     const float dt = i % 2 == 0 ? 1e-3F : 2e-3F;
     REQUIRE(equal(device.step(dt), serial.step(dt)));
     for (Index tool = 0; tool < (i < 3 ? 0 : i < 6 ? 1 : i < 9 ? 2 : 3); ++tool) {
-      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+      REQUIRE(device.tool_force(ToolId(tool)) == serial.tool_force(ToolId(tool)));
     }
     REQUIRE(device.state_hash() == serial.state_hash());
   }
@@ -242,7 +242,7 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
     pose.translation() = Eigen::Vector3f(0.03F, 0.03F, 0.055F);
     solver->add_tool({&capsule, 1}, pose);
     solver->add_tool({}, ToolPose::Identity());
-    solver->grasp(1, std::array<Index, 4>{500, 2000, 3500, 5001}, 1e-5F);
+    solver->grasp(ToolId{1}, std::array<Index, 4>{500, 2000, 3500, 5001}, 1e-5F);
   }
   for (int i = 0; i < 4; ++i) {
     INFO(device.backend_name() << ", step " << i);
@@ -258,8 +258,8 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
     }
     REQUIRE(equal(device.step(5e-3F), serial.step(5e-3F)));
     REQUIRE(device.state_hash() == serial.state_hash());
-    REQUIRE(device.tool_force(0) == serial.tool_force(0));
-    REQUIRE(device.tool_force(1) == serial.tool_force(1));
+    REQUIRE(device.tool_force(ToolId{0}) == serial.tool_force(ToolId{0}));
+    REQUIRE(device.tool_force(ToolId{1}) == serial.tool_force(ToolId{1}));
   }
 }
 
@@ -344,7 +344,7 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
   for (Solver* solver : {&strict, &fast, &again}) {
     solver->add_tool({&capsule, 1}, pose);
     solver->add_tool({}, ToolPose::Identity());
-    solver->grasp(1, std::array<Index, 2>{100, 101}, 1e-4F);
+    solver->grasp(ToolId{1}, std::array<Index, 2>{100, 101}, 1e-4F);
   }
   Index contacts = 0;
   for (int i = 0; i < 5; ++i) {

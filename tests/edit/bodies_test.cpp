@@ -255,8 +255,9 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
             testing::part_vertex(*each, each->tissue().body(last).first_vertex + 21, round));
         each->tissue().apply(testing::split_edge(*each, each->tissue().tet_edges(round)[0], 0.5F));
         REQUIRE(each->tissue().body_of_vertex(each->vertex_count() - 1) == 0);
-        each->release(0);
-        each->grasp(0, std::array{Index{7}, each->tissue().body(last - 1).first_vertex}, 1e-4F);
+        each->release(ToolId{0});
+        each->grasp(ToolId{0}, std::array{Index{7}, each->tissue().body(last - 1).first_vertex},
+                    1e-4F);
       }
       each->step(kTimeStep);
     }
@@ -274,7 +275,7 @@ TEST_CASE("bodies: undo leaves no trace, in or out, after cuts as before", "[pro
     REQUIRE(digest_of(inspect(solver)) != before);
     REQUIRE(is_plan_valid(inspect(solver)));
     if (round % 4 == 2) {
-      solver.grasp(0, std::array{solver.vertex_count() - 1});
+      solver.grasp(ToolId{0}, std::array{solver.vertex_count() - 1});
     }
     solver.tissue().undo();
     REQUIRE(digest_of(inspect(solver)) == before);
@@ -295,7 +296,7 @@ TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]")
   solver.tissue().apply(testing::part_vertex(solver, scene.body(5).first_vertex + 21, 3));
   solver.tissue().apply(testing::split_edge(solver, solver.tissue().tet_edges(0)[0], 0.5F));
   solver.add_tool({}, ToolPose::Identity());
-  solver.grasp(0, std::array{scene.body(4).first_vertex, Index{5}, Index{60}});
+  solver.grasp(ToolId{0}, std::array{scene.body(4).first_vertex, Index{5}, Index{60}});
   const TissueChange result = solver.tissue().apply({.remove_bodies = {4, 0, 5}});
   for (Index b = 0; b < 6; ++b) {
     CHECK(solver.tissue().is_body_alive(b) == (b == 1 || b == 2 || b == 3));

@@ -78,6 +78,20 @@ Renumbering compact(Solver& solver) {
 
 }  // namespace
 
+// Would catch a compaction that gives a solver the options, copies and rest values of another.
+TEST_CASE("compaction: is refused by another solver of the same tissue", "[edit][compaction]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  Tissue tissue(scene);
+  auto origin = std::make_unique<Solver>(tissue);
+  Compaction compaction(*origin);
+  compaction.build();
+  origin.reset();
+  Solver other(tissue, {.copies = 2});
+  CHECK_THROWS_WITH(compaction.finish(other), ContainsSubstring("this is another"));
+  CHECK_NOTHROW(other.step(1e-3F));
+}
+
 // Would catch tissue, numbers, links or state that go missing or to others, and dead ones that
 // stay.
 TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]") {
@@ -92,7 +106,8 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
     each->add_tool({&capsule, 1}, pose);
     each->add_tool({}, ToolPose::Identity());
     each->grasp(
-        1, std::array{each->tissue().body(2).first_vertex + 1, each->tissue().body(4).first_vertex},
+        ToolId{1},
+        std::array{each->tissue().body(2).first_vertex + 1, each->tissue().body(4).first_vertex},
         1e-4F, 1);
     each->watch(std::array{each->tissue().body(2).first_vertex, Index{1}});
     each->step(kTimeStep);
@@ -186,7 +201,7 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
     CHECK(std::ranges::equal(solver.watched_positions(copy), before.watched_positions(copy)));
     CHECK(solver.last_report(copy).contacts == before.last_report(copy).contacts);
     for (Index tool = 0; tool < 2; ++tool) {
-      CHECK(solver.tool_force(tool, copy) == before.tool_force(tool, copy));
+      CHECK(solver.tool_force(ToolId(tool), copy) == before.tool_force(ToolId(tool), copy));
     }
   }
   CHECK(c.copy(1).tools[1].attachments.size() == 2);
@@ -220,7 +235,7 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
           testing::split_edge(*each, each->tissue().tet_edges(20 + 9 * round)[1], 0.4F));
     }
     each->add_tool({}, ToolPose::Identity());
-    each->grasp(0, std::array{first + block.vertex_count() - 1}, 1e-4F, 1);
+    each->grasp(ToolId{0}, std::array{first + block.vertex_count() - 1}, 1e-4F, 1);
     each->step(kTimeStep);
   }
   const Renumbering ids = compact(solver);
@@ -238,7 +253,8 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
     }
     CHECK(farthest < 0.02 * testing::kEventfulEdge);
   }
-  const Eigen::Vector3f force = solver.tool_force(0, 1), other = unchanged.tool_force(0, 1);
+  const Eigen::Vector3f force = solver.tool_force(ToolId{0}, 1),
+                        other = unchanged.tool_force(ToolId{0}, 1);
   CHECK((force - other).norm() < 0.1F * other.norm());
 }
 

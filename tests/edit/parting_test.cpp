@@ -438,7 +438,7 @@ TEST_CASE("undo: tools let go of what the edit brought, and nobody watches it", 
   Scene scene;
   scene.add_body("block", mesh);
   Solver solver(scene, {.backend = BackendKind::serial});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index copy = solver.vertex_count();
   Index tet = 0;
   while (std::ranges::find(solver.tissue().tets()[tet], 0) == solver.tissue().tets()[tet].end()) {

@@ -158,7 +158,7 @@ TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
   Solver solver(scene, {.substeps = 20, .damping = 30});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> top;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     if (scene.positions()[v].y() > 0.0199) {
@@ -191,7 +191,7 @@ TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]"
   Scene scene;
   scene.add_body("corner", testing::make_box({1, 1, 1}, kEdge));
   Solver solver(scene);
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::vector<Index>{0});
   REQUIRE(solver.plan().phases.back().kind == PhaseKind::attachment);
 

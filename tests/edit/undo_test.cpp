@@ -91,8 +91,8 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
             held.push_back(v);
           }
         }
-        each->release(tool, options.copies - 1);
-        each->grasp(tool, held, 1e-4F, options.copies - 1);
+        each->release(ToolId(tool), options.copies - 1);
+        each->grasp(ToolId(tool), held, 1e-4F, options.copies - 1);
       }
       each->step(kTimeStep);
     }
@@ -147,12 +147,12 @@ TEST_CASE("undo: what a tool gave up since the edit stays given up", "[unit]") {
   Solver solver(scene);
   for (Index tool = 0; tool < 2; ++tool) {
     solver.add_tool({}, ToolPose::Identity());
-    solver.grasp(tool, std::array{tool, tool + 2});
+    solver.grasp(ToolId(tool), std::array{tool, tool + 2});
   }
   TopologyEdit edit;
   edit.remove_tets = {0, 1, 2, 3, 4, 5};
   solver.tissue().apply(edit);
-  solver.release(0);
+  solver.release(ToolId{0});
   solver.tissue().undo();
   CHECK(inspect(solver).tools[0].attachments.empty());
   CHECK(inspect(solver).tools[1].attachments.size() == 2);

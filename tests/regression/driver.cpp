@@ -313,7 +313,7 @@ std::uint64_t Driver::tools(Index copy) const {
   Digest digest;
   const Snapshot snapshot = solver_.snapshot(copy);
   for (Index tool = 0; tool < static_cast<Index>(snapshot.tool_poses.size()); ++tool) {
-    digest.mix_all(solver_.tool_force(tool, copy));
+    digest.mix_all(solver_.tool_force(ToolId(tool), copy));
     digest.mix_all(snapshot.tool_poses[tool].matrix().reshaped());
   }
   digest.mix_all(snapshot.falling);

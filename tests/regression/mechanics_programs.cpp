@@ -146,8 +146,8 @@ void run_within_steps(const Variant& variant, const Executor& executor, Record& 
   solver.watch(std::array<Index, 3>{5, 1, 40});
   for (Index round = 0; round < rounds; ++round) {
     const Surroundings held = some_surroundings(solver, static_cast<std::uint64_t>(round));
-    solver.release(0);
-    solver.grasp(0, std::array{held.vertex}, 1e-4F);
+    solver.release(ToolId{0});
+    solver.grasp(ToolId{0}, std::array{held.vertex}, 1e-4F);
     driver.start_step(kEventfulTimeStep);
     driver.edit(edit_within_step(solver, round, held));
     if (round % 6 == 1) {

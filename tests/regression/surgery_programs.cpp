@@ -108,7 +108,7 @@ class Lift {
 
  private:
   Driver& driver_;
-  Index tool_;
+  ToolId tool_;
 };
 
 // Cuts of both styles, strands that blades and tension part, removals, crumbs, a body that comes

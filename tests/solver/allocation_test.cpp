@@ -64,8 +64,8 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
   pose.translation() = Eigen::Vector3f(0, 0.04F, 0.01F);
-  const Index tool = solver.add_tool({&capsule, 1}, pose);
-  const Index holder = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({&capsule, 1}, pose);
+  const ToolId holder = solver.add_tool({}, ToolPose::Identity());
   const Index corner = solver.vertex_count() - 1;
   solver.grasp(holder, {&corner, 1}, 1e-4F);
   solver.step(kTimeStep);

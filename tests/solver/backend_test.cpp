@@ -84,7 +84,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
     const auto tool_count = static_cast<Index>(testing::inspect(serial).tools.size());
     for (Index tool = 0; tool < tool_count; ++tool) {
-      REQUIRE(device.tool_force(tool) == serial.tool_force(tool));
+      REQUIRE(device.tool_force(ToolId(tool)) == serial.tool_force(ToolId(tool)));
     }
     if (round % 7 == 0) {
       REQUIRE(device.state_hash() == serial.state_hash());
@@ -100,7 +100,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
 TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
   const HookGuard guard(&kFakeDeviceHook);
   Solver solver(make_block(), {.backend = BackendKind::cuda});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.step(kTimeStep);
   const std::array<Index, 2> vertices{3, 9};
   std::array<Eigen::Vector3f, 2> some;
@@ -164,7 +164,7 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
     solver->add_tool({&capsule, 1}, pose);
     solver->add_tool({}, ToolPose::Identity());
     solver->step(kTimeStep);
-    solver->grasp(1, std::array{held}, 1e-4F, 1);
+    solver->grasp(ToolId{1}, std::array{held}, 1e-4F, 1);
     solver->watch(std::array{held, held + 1});
     solver->tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
     Compaction compaction(*solver);
@@ -179,15 +179,15 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
     for (Index copy = 0; copy < 2; ++copy) {
       CHECK(device.state_hash(copy) == serial.state_hash(copy));
       CHECK(std::ranges::equal(device.watched_positions(copy), serial.watched_positions(copy)));
-      CHECK(device.tool_force(0, copy) == serial.tool_force(0, copy));
-      CHECK(device.tool_force(1, copy) == serial.tool_force(1, copy));
+      CHECK(device.tool_force(ToolId{0}, copy) == serial.tool_force(ToolId{0}, copy));
+      CHECK(device.tool_force(ToolId{1}, copy) == serial.tool_force(ToolId{1}, copy));
     }
     ToolPose pose = ToolPose::Identity();
     pose.translation().y() = 1e-3F * static_cast<float>(i + 1);
-    device.move_tool(1, pose, 1);
-    serial.move_tool(1, pose, 1);
+    device.move_tool(ToolId{1}, pose, 1);
+    serial.move_tool(ToolId{1}, pose, 1);
   }
-  CHECK(device.tool_force(1, 1).norm() > 0);
+  CHECK(device.tool_force(ToolId{1}, 1).norm() > 0);
 }
 
 TEST_CASE("backend: edits are logged for those who need it alone, and until the next step",
@@ -259,7 +259,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
     auto solver = std::make_unique<Solver>(scene, options);
     solver->add_tool({&capsule, 1}, ToolPose::Identity());
     solver->add_tool({}, ToolPose::Identity());
-    solver->grasp(1, std::array<Index, 1>{63});
+    solver->grasp(ToolId{1}, std::array<Index, 1>{63});
     solver->watch(std::array<Index, 1>{5});
     solver->step(kTimeStep);
     return solver;
@@ -294,16 +294,16 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
         break;
       }
       case 7:
-        solver.move_tool(1, away);
+        solver.move_tool(ToolId{1}, away);
         break;
       case 8:
-        solver.grasp(1, std::array<Index, 1>{62});
+        solver.grasp(ToolId{1}, std::array<Index, 1>{62});
         break;
       case 9:
-        solver.release(1);
+        solver.release(ToolId{1});
         break;
       case 10:
-        return solver.tool_force(0);
+        return solver.tool_force(ToolId{0});
       case 11:
         solver.watch(std::array<Index, 1>{6});
         return solver.watched_positions()[0];

@@ -25,7 +25,7 @@ Scene make_particle(const Eigen::Vector3d& at) {
 
 TEST_CASE("contact: a particle at rest on a sphere weighs on it", "[validation]") {
   Solver solver(make_particle({0, 0.0101, 0}), {.damping = 20});
-  const Index tool =
+  const ToolId tool =
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
 
   StepReport report;
@@ -42,8 +42,8 @@ TEST_CASE("contact: a moving capsule pushes and never enters", "[unit]") {
   Scene scene = make_particle({0.03, 0, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene);
-  const Index tool = solver.add_tool(std::vector<Capsule>{{{0, -0.02F, 0}, {0, 0.02F, 0}, 0.005F}},
-                                     ToolPose::Identity());
+  const ToolId tool = solver.add_tool(std::vector<Capsule>{{{0, -0.02F, 0}, {0, 0.02F, 0}, 0.005F}},
+                                      ToolPose::Identity());
 
   ToolPose pose = ToolPose::Identity();
   for (int i = 1; i <= 50; ++i) {
@@ -62,7 +62,7 @@ TEST_CASE("contact: the force on a grasper is the weight it holds", "[validation
   Scene scene;
   scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
   Solver solver(scene, {.mode = mode, .substeps = 20, .damping = 30});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> top;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     if (scene.positions()[v].y() > 0.0199) {
@@ -82,8 +82,8 @@ TEST_CASE("contact: the force on a grasper is the weight it holds", "[validation
 
 TEST_CASE("contact: two tools may hold one vertex, in phases of their own", "[unit]") {
   Solver solver(make_particle({0, 0, 0}), {.iterations = 20});
-  const Index left = solver.add_tool({}, ToolPose::Identity());
-  const Index right = solver.add_tool({}, ToolPose::Identity());
+  const ToolId left = solver.add_tool({}, ToolPose::Identity());
+  const ToolId right = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(left, std::vector<Index>{0}, 1e-3F);
   solver.grasp(right, std::vector<Index>{0}, 1e-3F);
   CHECK(solver.plan().phases.size() == 2);
@@ -109,7 +109,7 @@ TEST_CASE("contact: a tool travels evenly over the substeps", "[unit]") {
   Scene scene = make_particle({0.03, 0, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
   Solver solver(scene, {.substeps = 100});
-  const Index tool =
+  const ToolId tool =
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.005F}}, ToolPose::Identity());
   ToolPose pose = ToolPose::Identity();
   pose.translation().x() = 0.06F;
@@ -126,7 +126,7 @@ TEST_CASE("contact: what is held turns with the tool, the short way round", "[un
   ToolPose start = ToolPose::Identity();
   start.linear() = Eigen::AngleAxisf(0.4F, Eigen::Vector3f::UnitX()).toRotationMatrix();
   start.translation() = Eigen::Vector3f(0.01F, 0, 0);
-  const Index tool = solver.add_tool({}, start);
+  const ToolId tool = solver.add_tool({}, start);
   solver.grasp(tool, std::vector<Index>{0});
   ToolPose turned = start;
   turned.prerotate(Eigen::AngleAxisf(1.5707963F, Eigen::Vector3f::UnitZ()));

@@ -64,7 +64,7 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
 TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
   CHECK_THROWS_WITH(Solver(make_block(), {.copies = 0}), ContainsSubstring("copies is 0"));
   Solver solver(make_block(), {.copies = 3, .backend = BackendKind::serial});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const std::array<Index, 1> vertex{5};
   std::vector<Eigen::Vector3f> all = solver.positions();
   std::array<Eigen::Vector3f, 1> one{};

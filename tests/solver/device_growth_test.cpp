@@ -193,9 +193,9 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
         break;
       case 5:
         twins.both([&](Solver& solver) {
-          solver.release(1, copy);
+          solver.release(ToolId{1}, copy);
           if (solver.tissue().has_tissue(newest)) {
-            solver.grasp(1, std::array{newest}, 1e-3F, copy);
+            solver.grasp(ToolId{1}, std::array{newest}, 1e-3F, copy);
           }
         });
         break;
@@ -209,8 +209,8 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
         for (Index i = 0; i < 3; ++i) {
           REQUIRE(std::ranges::equal(twins.device.watched_positions(i),
                                      twins.serial.watched_positions(i)));
-          REQUIRE(twins.device.tool_force(0, i) == twins.serial.tool_force(0, i));
-          REQUIRE(twins.device.tool_force(1, i) == twins.serial.tool_force(1, i));
+          REQUIRE(twins.device.tool_force(ToolId{0}, i) == twins.serial.tool_force(ToolId{0}, i));
+          REQUIRE(twins.device.tool_force(ToolId{1}, i) == twins.serial.tool_force(ToolId{1}, i));
         }
         break;
       }

@@ -119,7 +119,7 @@ TEST_CASE("elasticity: a stretched bar pulls and thins as its moduli say", "[val
   Scene scene = make_bar(tissue(poissons_ratio), {12, 2, 2});
   fix_start(scene);
   Solver solver(scene, options_of(20, 4, 10));
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> end;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     if (scene.positions()[v].x() > 11.5 * kEdge) {

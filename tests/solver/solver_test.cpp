@@ -227,7 +227,7 @@ TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
       tip.push_back(v);
     }
   }
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, tip);
   ToolPose pulled = ToolPose::Identity();
   for (int i = 1; i <= 40; ++i) {
@@ -283,7 +283,7 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
   velocities.back().setConstant(std::numeric_limits<float>::max());
   solver.write_velocities(velocities);
   REQUIRE(solver.step(10).non_finite_vertices == 1);
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index last = solver.vertex_count() - 1;
   solver.grasp(tool, std::array{Index{last - 1}, last}, compliance);
 
@@ -374,7 +374,7 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   CHECK_THROWS_WITH(solver.write_positions(x), ContainsSubstring("vertex 4"));
   CHECK_THROWS_AS(solver.write_positions(std::span(x).first(3)), InvalidArgument);
   CHECK_THROWS_WITH(solver.tissue().is_tet_alive(-1), ContainsSubstring("no tet -1"));
-  CHECK_THROWS_WITH(solver.tool_force(0), ContainsSubstring("no tool 0"));
+  CHECK_THROWS_WITH(solver.tool_force(ToolId{0}), ContainsSubstring("no tool 0"));
   CHECK_THROWS_WITH(
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {1, 0, 0}, 0}}, ToolPose::Identity()),
       ContainsSubstring("capsule 0"));
@@ -403,7 +403,7 @@ TEST_CASE("solver: the largest compliance resists nothing, however short the sub
   scene.add_body("box", box,
                  {.stretch = {1, kLargestCompliance}, .volume = {1, kLargestCompliance}});
   Solver solver(scene, {.substeps = 1, .backend = backend});
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index vertex = 0;
   solver.grasp(tool, {&vertex, 1}, kLargestCompliance);
   CHECK(solver.step(1e-12F).non_finite_vertices == 0);

@@ -68,8 +68,8 @@ Outcome run(const Scene& scene, const SolverOptions& options) {
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
   pose.translation() = Eigen::Vector3f(0, 0.017F, 0.006F);
-  const Index pusher = solver.add_tool({&capsule, 1}, pose);
-  const Index puller = solver.add_tool({}, ToolPose::Identity());
+  const ToolId pusher = solver.add_tool({&capsule, 1}, pose);
+  const ToolId puller = solver.add_tool({}, ToolPose::Identity());
   const Index corner = scene.body(0).vertex_count - 1;
   solver.grasp(puller, std::array{corner, Index{corner - 1}}, 1e-4F);
   StepReport report;

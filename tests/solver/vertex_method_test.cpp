@@ -188,9 +188,9 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
     const float top = 6.2F * static_cast<float>(kEdge);
     ToolPose pose = ToolPose::Identity();
     pose.translation() = Eigen::Vector3f(0.012F, top + 0.006F, 0.01F);
-    const Index tool =
+    const ToolId tool =
         solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0.01F, 0, 0}, 0.006F}}, pose);
-    const Index grasper = solver.add_tool({}, ToolPose::Identity());
+    const ToolId grasper = solver.add_tool({}, ToolPose::Identity());
     solver.grasp(grasper, std::vector<Index>{400, 401, 402}, 1e-3F);
     solver.grasp(grasper, std::vector<Index>{410});
     std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
@@ -239,7 +239,7 @@ TEST_CASE("vertex method: a held vertex is moved once, wherever it lies in its b
     options.backend = backend;
     options.math = MathMode::strict;
     Solver solver(scene, options);
-    const Index tool = solver.add_tool({}, ToolPose::Identity());
+    const ToolId tool = solver.add_tool({}, ToolPose::Identity());
     solver.grasp(tool, std::vector<Index>{held}, 1e-2F);
     run(solver, 3);
     return solver.state_hash();
@@ -303,7 +303,7 @@ TEST_CASE("vertex method: the force on a grasper is the weight it holds", "[vali
   Scene scene;
   scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
   Solver solver(scene, vertex_options(4, 10, 30));
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> top;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     if (scene.positions()[v].y() > 0.0199) {
@@ -330,9 +330,9 @@ TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[val
   scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0.011, 0}}, 1e-3);
   Solver solver(scene, vertex_options(10, 1, 20));
   // two bars, from which the particle is pushed up and inwards; they share the weight
-  const Index left = solver.add_tool(
+  const ToolId left = solver.add_tool(
       std::vector<Capsule>{{{-0.01F, 0, -0.1F}, {-0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
-  const Index right = solver.add_tool(
+  const ToolId right = solver.add_tool(
       std::vector<Capsule>{{{0.01F, 0, -0.1F}, {0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
 
   const StepReport report = run(solver, 300);
@@ -340,7 +340,7 @@ TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[val
   const double weight = 1e-3 * 9.81;
   CHECK(report.contacts == 2);
   CHECK(solver.positions()[0].y() == Approx(0.0075).epsilon(1e-3));
-  for (const Index tool : {left, right}) {
+  for (const ToolId tool : {left, right}) {
     CHECK(solver.tool_force(tool).y() == Approx(-weight / 2).epsilon(0.02));
   }
   // at this angle, the normals lean four parts sideways to three up
@@ -357,7 +357,7 @@ TEST_CASE("vertex method: a tool dents tissue, feels it, and never enters", "[un
   const Eigen::Vector3f above(3 * kEdge, 6 * kEdge + radius, 3 * kEdge);
   ToolPose pose = ToolPose::Identity();
   pose.translation() = above;
-  const Index tool = solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, radius}}, pose);
+  const ToolId tool = solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, radius}}, pose);
 
   float last = 0;
   for (int i = 1; i <= 40; ++i) {
@@ -380,8 +380,8 @@ TEST_CASE("vertex method: two tools that hold one vertex rigidly share it", "[un
   Scene scene;
   scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0, 0}}, 1e-3);
   Solver solver(scene, vertex_options());
-  const Index left = solver.add_tool({}, ToolPose::Identity());
-  const Index right = solver.add_tool({}, ToolPose::Identity());
+  const ToolId left = solver.add_tool({}, ToolPose::Identity());
+  const ToolId right = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(left, std::vector<Index>{0});
   solver.grasp(right, std::vector<Index>{0});
   ToolPose apart = ToolPose::Identity();
@@ -515,7 +515,7 @@ TEST_CASE("vertex method: a grasp beside a lost vertex has a force", "[unit]") {
   const float compliance = GENERATE(0.0F, 1e-4F);
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
   Solver solver(scene, vertex_options(2, 2));
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index lost = solver.vertex_count() - 1;
   std::vector<Index> neighbors;
   for (const auto& [a, b] : solver.tissue().edges()) {
@@ -538,7 +538,7 @@ TEST_CASE("vertex method: a grasp beside a lost vertex has a force", "[unit]") {
 TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
   Solver solver(scene, vertex_options());
-  const Index tool = solver.add_tool({}, ToolPose::Identity());
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::vector<Index>{30});
 
   CHECK(solver.plan().phases.size() >= 4);

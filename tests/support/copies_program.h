@@ -76,7 +76,7 @@ class CopiesProgram {
   /// @param which  copy of all
   /// @param copy   of this solver
   void act(Solver& solver, int round, Index which, Index copy) const {
-    solver.move_tool(0, pose(round, which), copy);
+    solver.move_tool(ToolId{0}, pose(round, which), copy);
     switch (random(round, which) % 9) {
       case 0:
       case 1:
@@ -94,10 +94,10 @@ class CopiesProgram {
         break;
       }
       case 5:
-        solver.release(1, copy);
+        solver.release(ToolId{1}, copy);
         break;
       case 6:
-        solver.release(0, copy);
+        solver.release(ToolId{0}, copy);
         break;
       case 7:
         grasp(solver, round, 0, copy);
@@ -146,12 +146,12 @@ class CopiesProgram {
   }
 
   void grasp(Solver& solver, int round, Index tool, Index copy) const {
-    solver.release(tool, copy);
+    solver.release(ToolId(tool), copy);
     std::vector<Index> held{vertex(solver, round, kHeld), vertex(solver, round, kHeld + 1)};
     if (held[0] == held[1]) {
       held.pop_back();
     }
-    solver.grasp(tool, held, tool == 0 ? 0 : 1e-4F, copy);
+    solver.grasp(ToolId(tool), held, tool == 0 ? 0 : 1e-4F, copy);
   }
 
   std::vector<Eigen::Vector3f> rest_;
@@ -243,11 +243,11 @@ inline CopiesComparison compare_copies(const Scene& scene, SolverOptions options
         return true;
       }
       for (Index tool = 0; tool < (round < CopiesProgram::kThirdTool ? 2 : 3); ++tool) {
-        const Eigen::Vector3f force = solver.tool_force(tool, i);
+        const Eigen::Vector3f force = solver.tool_force(ToolId(tool), i);
         result.forces += force.isZero() ? 0 : 1;
-        if (force != singles[i]->tool_force(tool)) {
+        if (force != singles[i]->tool_force(ToolId(tool))) {
           text << "tool " << tool << " feels " << force.transpose() << " N in place of "
-               << singles[i]->tool_force(tool).transpose() << "; "
+               << singles[i]->tool_force(ToolId(tool)).transpose() << "; "
                << describe(solver.positions(i), singles[i]->positions());
           return true;
         }

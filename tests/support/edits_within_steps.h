@@ -76,9 +76,9 @@ void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_
     ToolPose pose = ToolPose::Identity();
     pose.translation().x() = 1e-4F * static_cast<float>(round % 5);
     for (Solver* const solver : {&within, &after}) {
-      solver->release(1);
-      solver->grasp(1, std::array{held.vertex}, 1e-4F);
-      solver->move_tool(1, pose);
+      solver->release(ToolId{1});
+      solver->grasp(ToolId{1}, std::array{held.vertex}, 1e-4F);
+      solver->move_tool(ToolId{1}, pose);
     }
     within.start_step(kEventfulTimeStep);
     const TopologyEdit edit = edit_within_step(within, round, held);
@@ -95,7 +95,7 @@ void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_
     REQUIRE(result.removed_edges == expected.removed_edges);
     REQUIRE(result.emptied_vertices == expected.emptied_vertices);
     for (Index tool = 0; tool < 2; ++tool) {
-      REQUIRE(within.tool_force(tool) == after.tool_force(tool));
+      REQUIRE(within.tool_force(ToolId(tool)) == after.tool_force(ToolId(tool)));
     }
     REQUIRE(std::ranges::equal(within.watched_positions(), after.watched_positions()));
     if (round % 6 == 2) {

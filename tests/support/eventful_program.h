@@ -72,7 +72,7 @@ class EventfulProgram {
     constexpr int kActions = 22;
     ToolPose pose = pose_;
     pose.translation().y() -= 4e-4F * static_cast<float>(round % 10);
-    solver.move_tool(0, pose);
+    solver.move_tool(ToolId{0}, pose);
     switch (random(round, 0) % kActions) {
       case 0:
         break;
@@ -110,7 +110,7 @@ class EventfulProgram {
         remove_vertex(solver, round);
         break;
       case 9:
-        solver.release(1);
+        solver.release(ToolId{1});
         break;
       case 10:
         resize(solver, round);
@@ -277,8 +277,8 @@ class EventfulProgram {
   }
 
   void grasp_some(Solver& solver, int round) const {
-    solver.release(1);
-    solver.grasp(1, std::array{some_vertex(solver, round)}, 1e-4F);
+    solver.release(ToolId{1});
+    solver.grasp(ToolId{1}, std::array{some_vertex(solver, round)}, 1e-4F);
   }
 
   // With all that is around it, while a tool holds it.

@@ -98,6 +98,47 @@ Log take(Log& log) {
 }  // namespace
 
 // Would catch a follower that is told of the past, or that an undo takes to before its birth.
+// Would catch a list that changes while it is gone through: who comes behind is missed or called
+// twice.
+TEST_CASE("follower: one that leaves within an edit is not called any more, and the others once",
+          "[tissue][follower]") {
+  // Drops another when it hears of an edit.
+  class Dropper : public Follower {
+   public:
+    explicit Dropper(std::optional<Witness>& other) : other_(other) {}
+    void follow(const Tissue&, const TissueChange&) noexcept override { other_.reset(); }
+    void undo(const Tissue&, const TissueChange&) noexcept override {}
+    void renumber(const Tissue&, const Renumbering&) noexcept override {}
+
+   private:
+    std::optional<Witness>& other_;
+  };
+  const bool is_dropped_first = GENERATE(false, true);
+  std::vector<std::string> log;
+  Tissue tissue(make_block());
+  std::optional<Witness> dropped(std::in_place, "dropped ", log);
+  Dropper dropper(dropped);
+  Witness first("a", log), second("b", log);
+  if (is_dropped_first) {
+    tissue.add_follower(*dropped);
+  }
+  tissue.add_follower(dropper);
+  if (!is_dropped_first) {
+    tissue.add_follower(*dropped);
+  }
+  tissue.add_follower(first);
+  tissue.add_follower(second);
+  tissue.apply({.remove_tets = {0}});
+  tissue.apply({.remove_tets = {1}});
+  const auto count = [&](const std::string& name) {
+    return std::ranges::count_if(log,
+                                 [&](const std::string& line) { return line.starts_with(name); });
+  };
+  CHECK(count("dropped") == (is_dropped_first ? 1 : 0));
+  CHECK(count("a") == 2);
+  CHECK(count("b") == 2);
+}
+
 TEST_CASE("follower: one that comes late follows what comes later, and ends undo before it",
           "[unit]") {
   Tissue tissue(make_block());

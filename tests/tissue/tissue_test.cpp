@@ -85,7 +85,7 @@ TEST_CASE("tissue: two solvers follow one, each as if it were alone", "[equivale
   one.add_tool({}, ToolPose::Identity());
   one_alone.add_tool({}, ToolPose::Identity());
   for (Solver* const each : {&one, &one_alone}) {
-    each->grasp(0, std::array{Index{30}, Index{31}}, 1e-4F);
+    each->grasp(ToolId{0}, std::array{Index{30}, Index{31}}, 1e-4F);
   }
   for (Index round = 0; round < 10; ++round) {
     INFO("round " << round);

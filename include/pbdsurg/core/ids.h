@@ -23,7 +23,7 @@ struct Id {
   friend constexpr bool operator==(Id, Id) = default;
 };
 
-using BodyId = Id<struct BodyOfScene>;  ///< stays until a compaction
+using BodyId = Id<struct BodyOfScene>;  ///< of a World it stays; of a tissue, until a compaction
 using ToolId = Id<struct ToolOfSolver>;
 using CauteryId = Id<struct CauteryOfWorld>;
 using ReplicaId = Id<struct ReplicaOfSolver>;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <initializer_list>
 #include <span>
 #include <utility>
 #include <vector>
@@ -52,8 +51,6 @@ class UndoArray {
     log_.clear();
     size_before_ = size();
   }
-
-  [[nodiscard]] Index size_before() const noexcept { return size_before_; }
 
   /// Back to where begin_edit() was called.
   void undo() {

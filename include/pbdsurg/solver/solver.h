@@ -16,6 +16,7 @@
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
+#include "pbdsurg/core/ids.h"
 #include "pbdsurg/core/owned.h"
 #include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
@@ -114,8 +115,8 @@ struct PBDSURG_API SolverOptions {
   [[nodiscard]] static SolverOptions paper();
 };
 
-/// The moving part of a copy's state. Restores only into the solver that made it, into any of its
-/// copies, and only while that solver's topology is what it was, or is so again by undo.
+/// The moving part of a copy's state. Restores only into a solver of the same tissue, into any of
+/// its copies, and only while the topology is what it was, or is so again by undo.
 struct Snapshot {
   std::vector<Eigen::Vector3f> positions;   ///< [vertex_count] m
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
@@ -255,15 +256,18 @@ class PBDSURG_API Solver {
   /// Adds an instrument to all copies. It pushes vertices out of its capsules, without friction.
   /// Only vertices are tested: a capsule thinner than an edge can pass through a face.
   /// @param capsules  [n] may be empty: such a tool only holds what it grasps
-  /// @return          its index
   /// @throws InvalidArgument  naming the capsule that is not finite or whose radius is not
   /// positive,
   ///                          or a pose that is not a rotation and a translation
-  Index add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
+  ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
 
   /// Moves a tool: it travels there evenly over the substeps of the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
-  void move_tool(Index tool, const ToolPose& pose, Index copy = 0);
+  void move_tool(ToolId tool, const ToolPose& pose, Index copy = 0);
+
+  /// Where a tool is, and where it is to be at the end of the next step.
+  [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
+  [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
   /// tool holds vertices it does not push any: its jaws are closed around them.
@@ -273,15 +277,15 @@ class PBDSURG_API Solver {
   ///                    rigidly
   /// @throws InvalidArgument  naming the tool, vertex or value out of range, the vertex without
   ///                          tissue, or that this tool holds already; then nothing is grasped
-  void grasp(Index tool, std::span<const Index> vertices, float compliance = 0, Index copy = 0);
+  void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0, Index copy = 0);
 
   /// Lets go of everything the tool holds.
-  void release(Index tool, Index copy = 0);
+  void release(ToolId tool, Index copy = 0);
 
   /// Force of the tissue on a tool, N: the sum of the multipliers of its contacts and of what it
   /// holds, averaged over the last step. Unfiltered and unclamped; vertices that are not finite add
   /// nothing.
-  [[nodiscard]] Eigen::Vector3f tool_force(Index tool, Index copy = 0) const;
+  [[nodiscard]] Eigen::Vector3f tool_force(ToolId tool, Index copy = 0) const;
 
   // --- tissue --------------------------------------------------------------------------------
 

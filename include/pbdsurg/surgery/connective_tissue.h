@@ -60,7 +60,7 @@ enum class StrandLoss : std::uint8_t {
 /// A strand that parted.
 struct StrandEvent {
   Index strand;
-  Index link;  ///< of the solver, where it parted first; kInvalidIndex after a compaction
+  Index link;  ///< of the tissue, where it parted first; kInvalidIndex after a compaction
   StrandLoss cause;
   std::uint64_t version;  ///< of the tissue, after the edit
 };

@@ -5,6 +5,7 @@
 /// What an electrosurgical generator delivers to a load.
 
 #include <cstdint>
+#include <optional>
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
@@ -35,6 +36,11 @@ PBDSURG_API GeneratorSettings coagulate_settings(double power);
 
 /// @param current  A
 PBDSURG_API GeneratorSettings known_current_settings(double current);
+
+/// Switched off, where settings are optional.
+[[nodiscard]] constexpr std::optional<GeneratorSettings> off_settings() noexcept {
+  return std::nullopt;
+}
 
 /// Which limit governs.
 enum class GeneratorRegime : std::uint8_t { current, power, voltage, open_circuit };

@@ -60,7 +60,7 @@ class PBDSURG_API ThermalMesh final : public Follower {
   }
   [[nodiscard]] Index tet_count() const noexcept { return tet_tissues_.size(); }
 
-  /// [vertex_count] m, and
+  /// [vertex_count] m
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions() const noexcept {
     return tissue_ == nullptr ? std::span<const Eigen::Vector3d>() : tissue_->rest_positions();
   }
@@ -151,10 +151,12 @@ class PBDSURG_API ThermalMesh final : public Follower {
 
   /// Refuses to go on where the tissue is no longer what this is of.
   /// @param who  "a heat field"
-  /// @throws InvalidArgument  if this is a copy and an edit or a compaction came since, or was
-  /// moved
-  ///                          from
+  /// @throws InvalidArgument  if this was moved from, or is a copy and an edit or a compaction came
+  ///                          since
   void check_current(const char* who) const;
+
+  /// Whether it is of a mesh by itself, which nothing edits.
+  [[nodiscard]] bool is_by_itself() const noexcept { return tissue_.use_count() > 0; }
 
   /// @throws InvalidArgument  if this was moved from
   [[nodiscard]] const Tissue& tissue() const;

@@ -25,7 +25,8 @@ enum class FollowerRank : std::uint8_t { solver, heat, view, surgery, user };
 /// A heat field, a surface to draw, the constraints of a solver, collision data of a user's own.
 /// Tissue::add_follower() registers one, at any time. From then on it takes part in each edit of
 /// that tissue, after the tissue and after followers of lower rank, until it is destroyed. The
-/// registration moves with it; a copy has none.
+/// registration moves with it; a copy has none. One may leave within an edit; none may come. Where
+/// memory runs out in a noexcept function, the program ends.
 class PBDSURG_API Follower {
  public:
   Follower() = default;

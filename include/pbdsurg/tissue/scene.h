@@ -11,6 +11,7 @@
 
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
+#include "pbdsurg/core/ids.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/tissue/material.h"
@@ -43,17 +44,15 @@ struct Link {
 class PBDSURG_API Scene {
  public:
   /// Adds a body at rest.
-  /// @return  its index
   /// @throws InvalidArgument  if the name is empty or taken, a material value is out of range, or
   ///                          the scene would exceed 2^31 - 1 vertices or tetrahedra
-  Index add_body(std::string name, const TetMesh& mesh, const Material& material = {});
+  BodyId add_body(std::string name, const TetMesh& mesh, const Material& material = {});
 
   /// Adds a body of particles without tetrahedra, to be joined by links: a thread, a strand.
   /// @param positions  [n] m
   /// @param mass       kg of each particle, positive
-  /// @return           its index
   /// @throws InvalidArgument  as add_body(), or naming the particle that is not finite
-  Index add_particles(std::string name, std::span<const Eigen::Vector3d> positions, double mass);
+  BodyId add_particles(std::string name, std::span<const Eigen::Vector3d> positions, double mass);
 
   /// Holds vertices of a body where they are, for good.
   /// @param vertices  [n] ids within the body
@@ -83,7 +82,11 @@ class PBDSURG_API Scene {
   [[nodiscard]] const Body& body(Index index) const;
 
   /// @throws InvalidArgument  naming the bodies that there are
-  [[nodiscard]] Index find_body(const std::string& name) const;
+  [[nodiscard]] BodyId find_body(const std::string& name) const;
+
+  /// Adds all bodies of another scene, behind its own, and their links. Gravity stays.
+  /// @throws InvalidArgument  as add_body(); then nothing has changed
+  void append(const Scene& other);
 
   [[nodiscard]] Index vertex_count() const noexcept {
     return static_cast<Index>(positions_.size());

@@ -5,6 +5,7 @@
 /// Living tissue: bodies, tetrahedra, edges and links, and the edits that change them.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>

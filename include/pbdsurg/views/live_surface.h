@@ -70,6 +70,9 @@ class PBDSURG_API LiveSurface final : public Follower,
   void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
   void renumber(const Tissue& tissue, const Renumbering& ids) noexcept override;
 
+  /// How many compactions it has gone along with: who keeps ids of it sees that they are old.
+  [[nodiscard]] int renumberings() const noexcept { return renumberings_; }
+
   /// kInvalidIndex once a compaction has left it out
   [[nodiscard]] Index body() const noexcept { return body_; }
 
@@ -115,6 +118,7 @@ class PBDSURG_API LiveSurface final : public Follower,
   std::vector<OpenFace> sorted_open_;
 
   ChangeLog changes_;
+  int renumberings_ = 0;
   std::uint64_t version_before_ = 1;  // the last edit
 };
 

@@ -23,11 +23,12 @@ namespace pbdsurg {
 class HeatField;
 
 /// Triangles, positions, normals and burn marks of a body, which follow every step and edit by
-/// themselves. World::surface() gives it. It has the vertices of its body, inner and dead ones
-/// included, in ascending order of their ids: a renderer sends positions() and triangles() as they
-/// are. All spans are valid until the next step or edit of the world.
+/// themselves. World::surface() gives it. Of replicas, the first. It has the vertices of its body,
+/// inner and dead ones included, in ascending order of their ids: a renderer sends positions() and
+/// triangles() as they are. All spans are valid until the next step or edit of the world.
 class PBDSURG_API Surface {
  public:
+  /// @param body  of the solver's tissue
   Surface(const Solver& solver, BodyId body);
   ~Surface();
   Surface(const Surface&) = delete;
@@ -54,8 +55,12 @@ class PBDSURG_API Surface {
   /// O(triangles) at the first call after a step.
   [[nodiscard]] std::span<const Eigen::Vector3f> normals() const;
 
-  /// [vertex_count] degrees Celsius, and what heat left to see; empty where nothing burns the body.
+  /// [vertex_count] degrees Celsius; empty where nothing burns the body, as are the next two.
   [[nodiscard]] std::span<const float> temperatures() const noexcept { return temperatures_; }
+
+  /// [vertex_count] the highest so far, degrees Celsius, and what heat left to see, of vertices
+  /// that a triangle has: what burn_layer() takes.
+  [[nodiscard]] std::span<const float> peak_temperatures() const noexcept { return peaks_; }
   [[nodiscard]] std::span<const BurnBytes> marks() const noexcept { return marks_; }
 
   /// Takes over what a step or an edit changed. The world does this. Cost: O(vertices).
@@ -65,10 +70,13 @@ class PBDSURG_API Surface {
 
  private:
   void number(const Tissue& tissue);
+  void take_triangles();
   [[nodiscard]] Index local(Index vertex) const noexcept;
 
   std::shared_ptr<const LiveSurface> live_;
-  std::uint64_t seen_tissue_ = 0, seen_slots_ = 0;
+  Index seen_count_ = 0;  // of the tissue's vertices
+  int seen_renumberings_ = 0;
+  std::uint64_t seen_slots_ = 0;
   std::vector<Index> vertices_;
   std::vector<Triangle> triangles_;
   std::vector<Eigen::Vector3f> positions_, rest_;
@@ -76,7 +84,7 @@ class PBDSURG_API Surface {
   mutable bool has_normals_ = false;
   SurfaceMap map_;
   std::vector<Index> warm_;  // before the last refresh
-  std::vector<float> temperatures_;
+  std::vector<float> temperatures_, peaks_;
   std::vector<BurnBytes> marks_;
   std::vector<SlotRange> ranges_;  // scratch
 };

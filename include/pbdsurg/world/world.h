@@ -5,7 +5,9 @@
 /// The owner of a simulation: tissue, solver, heat, strands, tools, and the order of a frame.
 
 #include <Eigen/Core>
+#include <concepts>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <span>
@@ -98,17 +100,18 @@ class PBDSURG_API Replica {
 ///   const Surface& skin = world.surface(liver);
 ///   for (;;) {
 ///     world.move(hook, pose);
-///     world.energise(burner, cut_settings(30));
-///     const Frame frame = world.step(1.0 / 60);
+///     world.energise(burner, pedal ? cut_settings(30) : off_settings());
+///     const Frame frame = world.step(5e-3);
 ///     draw(skin.positions(), skin.triangles(), skin.normals(), skin.marks());
 ///   }
 ///
 /// A step does this, in this order:
 ///   1. instruments travel to where move() wants them, over the substeps of 5;
 ///   2. cauteries drive current and let heat spread, in the order in which they were added;
-///   3. what heat removes and shrinks, what strands tear or blades cut of them, and what edit()
-///      asked for become one edit, checked as one. If it is refused, each source is tried by
-///      itself, in this order, and what is still refused is reported in the Frame;
+///   3. what heat removes and shrinks, what strands tear or blades cut of them, and what edit(),
+///      remove_body() and add_body() asked for become one edit, checked as one, in which each
+///      source sees what those before it named. If it is refused, each is tried by itself, in this
+///      order, and what is still refused is reported in the Frame;
 ///   4. the tissue changes, then each of its followers, once;
 ///   5. the solver steps: contacts, substeps, forces on tools;
 ///   6. surfaces that were asked for are read back.
@@ -133,7 +136,8 @@ class PBDSURG_API World {
 
   // --- the scene -----------------------------------------------------------------------------
 
-  /// Adds a body at rest, of one tissue. Once the world steps, it comes in with an edit.
+  /// Adds a body at rest, of one tissue. Once there is a solver, it comes in with the next step;
+  /// until then other functions refuse it.
   /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
   BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
 
@@ -143,9 +147,10 @@ class PBDSURG_API World {
   /// Holds vertices of a body where they are, for good.
   /// @param vertices  [n] ids within the body
   void fix(BodyId body, std::span<const Index> vertices);
+  void fix(BodyId body, std::initializer_list<Index> vertices);
   /// @param condition  bool(const Eigen::Vector3d& position), position at rest in m
   /// @return           how many vertices were fixed
-  template <class Condition>
+  template <std::predicate<const Eigen::Vector3d&> Condition>
   Index fix(BodyId body, Condition condition);
 
   /// Scatters strands over the first body's surface where it faces the second's; they tear, are cut
@@ -166,13 +171,16 @@ class PBDSURG_API World {
   /// Of the solver's add_tool().
   /// @param capsules  [n] in the tool's frame, whose origin is its tip
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity());
+  ToolId add_tool(std::initializer_list<Capsule> capsules,
+                  const ToolPose& pose = ToolPose::Identity());
   void move(ToolId tool, const ToolPose& pose);
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
-  /// Grasps what of a body lies near the tool's tip, and none if nothing does.
+  /// Grasps what of a body lies near the tool's tip, where that is now, and none if nothing does.
   /// @param radius  m
   /// @return        the vertices, ids in the tissue
   std::vector<Index> grasp_near(ToolId tool, BodyId body, float radius, float compliance = 0);
   void release(ToolId tool);
+  /// Where it is to be at the end of the next step, and is after it.
   [[nodiscard]] ToolPose pose(ToolId tool) const;
   /// N, of the tissue on the tool, in the last step.
   [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
@@ -184,22 +192,30 @@ class PBDSURG_API World {
                         const CauteryOptions& options = {},
                         const Electrode& electrode = {Eigen::Vector3f::Zero(),
                                                       Eigen::Vector3f::Zero()});
-  /// What the generator does in the steps to come; absent: off, as at first.
+  CauteryId add_cautery(ToolId tool, std::initializer_list<BodyId> bodies,
+                        const CauteryOptions& options = {},
+                        const Electrode& electrode = {Eigen::Vector3f::Zero(),
+                                                      Eigen::Vector3f::Zero()});
+  /// What the generator does in the steps to come; off_settings(), as at first: nothing.
   void energise(CauteryId cautery, const std::optional<GeneratorSettings>& settings);
   /// Cuts strands in the next step.
   void sweep(const BladeSweep& blade);
 
   // --- frames --------------------------------------------------------------------------------
 
-  /// Advances by dt: see above.
+  /// Advances by dt: see above. With default options a step of 5 ms or less carries organs by their
+  /// strands; in one of 1/60 s, strands that bear weight stretch so far that they tear.
   /// @throws InvalidArgument  for a dt that Solver::step() refuses; then nothing has changed
   /// @throws Error            if a device fails
   Frame step(double dt);
 
-  /// Merges an edit into the next step: what it names must be there then.
+  /// Merges an edit into the next step, which refuses it if the tissue has changed by then. What it
+  /// brings is numbered behind what earlier edits of the step bring. Bodies that it brings have no
+  /// BodyId: add_body() gives one.
   void edit(const TopologyEdit& edit);
 
-  /// Takes back the last edit of the tissue: Tissue::undo().
+  /// Takes back the last edit of the tissue: Tissue::undo(). A body that came with it has gone for
+  /// good. Refused if a surface or a cautery was asked for since.
   void undo();
 
   /// New ids, memory and colours of what lives, between two steps: see Compaction. Ids of bodies
@@ -210,7 +226,10 @@ class PBDSURG_API World {
 
   /// Follows the body from here on; the same for all who ask.
   [[nodiscard]] const Surface& surface(BodyId body);
+  /// @throws InvalidArgument  naming the bodies that there are
   [[nodiscard]] BodyId find_body(const std::string& name) const;
+  /// Its number in tissue(), which functions on the parts take; until the next compact().
+  [[nodiscard]] Index body_in_tissue(BodyId body) const;
   [[nodiscard]] const TissueRecord& tissue_of(BodyId body) const;
 
   /// [replica_count] see SolverOptions::copies. World's own functions are of the first.
@@ -223,13 +242,13 @@ class PBDSURG_API World {
 
  private:
   struct Data;
-  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions(BodyId body) const;
+  [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions_of(BodyId body) const;
   Owned<Data> data_;
 };
 
-template <class Condition>
+template <std::predicate<const Eigen::Vector3d&> Condition>
 Index World::fix(BodyId body, Condition condition) {
-  const std::span<const Eigen::Vector3d> positions = rest_positions(body);
+  const std::span<const Eigen::Vector3d> positions = rest_positions_of(body);
   std::vector<Index> vertices;
   for (std::size_t v = 0; v < positions.size(); ++v) {
     if (condition(positions[v])) {
