@@ -197,8 +197,9 @@ void World::Data::collect_program(Frame& frame, std::vector<Request>& requests) 
     }
   }
   std::ranges::sort(removal.edit.remove_bodies);
-  const auto twice = std::ranges::unique(removal.edit.remove_bodies);
-  removal.edit.remove_bodies.erase(twice.begin(), twice.end());
+  removal.edit.remove_bodies.erase(
+      std::unique(removal.edit.remove_bodies.begin(), removal.edit.remove_bodies.end()),
+      removal.edit.remove_bodies.end());
   requests.push_back(std::move(removal));
   requests.push_back({EditSource::program, {.new_bodies = std::exchange(new_bodies, {})}});
 }
