@@ -10,6 +10,7 @@
 
 #include <iterator>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -30,7 +31,7 @@ namespace {
 constexpr int kRoundBarrier = 1;    // of all threads
 constexpr int kProjectBarrier = 2;  // of those that project
 
-static_assert(std::size(kClusterShapes) == 4, "each kind has a case in sweep_by_cluster()");
+static_assert(std::size(kClusterShapes) == 5, "each kind has a case in sweep_by_cluster()");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
@@ -384,6 +385,11 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
           case PhaseKind::neo_hookean:
             if constexpr (kSolids) {
               project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
+            }
+            break;
+          case PhaseKind::bending:
+            if constexpr (kSolids) {
+              project_round<BendingConstraint, kMode, kDamped>(memory, work, substep, load_next);
             }
             break;
           case PhaseKind::strain_limit:

@@ -65,6 +65,7 @@ ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords
   numbers(DeviceArray::volumes) = numbers_of(records.volumes);
   numbers(DeviceArray::neo_hookeans) = numbers_of(records.neo_hookeans);
   numbers(DeviceArray::strain_limits) = numbers_of(records.strain_limits);
+  numbers(DeviceArray::bendings) = numbers_of(records.bendings);
 }
 
 void ClusterProgram::make_schedule(Index place_count, std::span<const PlaceRun> ordered,

@@ -28,10 +28,11 @@ struct ClusterShape {
   Index record_size;      ///< numbers
   Index multiplier_count;
 
-  /// The first two are in word 0. Damping is the last one of volumes, and left out where nothing is
-  /// damped.
+  /// The first two are in word 0. Damping is the last one of volumes and hinges, and left out where
+  /// nothing is damped.
   [[nodiscard]] constexpr Index packed_parameters(bool is_damped) const {
-    return array == DeviceArray::volumes && !is_damped ? parameter_count - 1 : parameter_count;
+    const bool ends_with_damping = array == DeviceArray::volumes || array == DeviceArray::bendings;
+    return ends_with_damping && !is_damped ? parameter_count - 1 : parameter_count;
   }
   [[nodiscard]] constexpr Index words(bool is_damped) const {
     return (kFirstParameter + packed_parameters(is_damped) + kNumbers - 1) / kNumbers;
@@ -46,7 +47,8 @@ inline constexpr ClusterShape kClusterShapes[] = {
     {PhaseKind::volume, DeviceArray::volumes, 4, 3, kSizeOf<VolumeRecord>, 1},
     {PhaseKind::neo_hookean, DeviceArray::neo_hookeans, 4, NeoHookeanConstraint::kParameterCount,
      kSizeOf<NeoHookeanRecord>, NeoHookeanConstraint::kMultiplierCount},
-    {PhaseKind::strain_limit, DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0}};
+    {PhaseKind::strain_limit, DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0},
+    {PhaseKind::bending, DeviceArray::bendings, 4, 3, kSizeOf<BendingRecord>, 1}};
 
 /// Words of the largest kind.
 inline constexpr Index kMostWords =

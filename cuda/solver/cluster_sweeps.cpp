@@ -57,7 +57,8 @@ bool has_spare_records(const StageRecords& records) {
   return std::ranges::any_of(records.distances, is_spare) ||
          std::ranges::any_of(records.volumes, is_spare) ||
          std::ranges::any_of(records.neo_hookeans, is_spare) ||
-         std::ranges::any_of(records.strain_limits, is_spare);
+         std::ranges::any_of(records.strain_limits, is_spare) ||
+         std::ranges::any_of(records.bendings, is_spare);
 }
 
 class ClusterSweeps final : public Sweeps {
@@ -65,7 +66,8 @@ class ClusterSweeps final : public Sweeps {
   explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
     kind_.mode = data.options.mode;
     kind_.is_damped = data.sets.has_damping && kind_.mode == ProjectionMode::compliance;
-    kind_.has_solids = data.sets.of<NeoHookeanConstraint>().group_count() > 0;
+    kind_.has_solids = data.sets.of<NeoHookeanConstraint>().group_count() > 0 ||
+                       data.sets.of<BendingConstraint>().group_count() > 0;
     sweep_count_ = data.options.iterations;
   }
 

@@ -13,7 +13,8 @@ void ConstraintBuffers::upload(const StageRecords& records, bool remembers, Inde
   const std::size_t joints = kPerJoint * records.joints.size();
   const std::size_t neo_hookeans =
       NeoHookeanConstraint::kMultiplierCount * records.neo_hookeans.size();
-  const std::size_t multiplier_count = remembers ? distances + volumes + joints + neo_hookeans : 0;
+  const std::size_t before_bendings = distances + volumes + joints + neo_hookeans;
+  const std::size_t multiplier_count = remembers ? before_bendings + records.bendings.size() : 0;
   float* const multipliers =
       multipliers_.reserve(static_cast<std::size_t>(copy_count) * multiplier_count);
   const auto part = [&](std::size_t first) { return remembers ? multipliers + first : nullptr; };
@@ -27,12 +28,15 @@ void ConstraintBuffers::upload(const StageRecords& records, bool remembers, Inde
              neo_hookeans_.upload(records.neo_hookeans, stream),
              part(distances + volumes + joints),
              strain_limits_.upload(records.strain_limits, stream),
+             bendings_.upload(records.bendings, stream),
+             part(before_bendings),
              tubes_.upload(records.tubes, stream),
              level_ends_.upload(records.level_ends, stream),
              static_cast<Index>(records.distances.size()),
              static_cast<Index>(records.volumes.size()),
              static_cast<Index>(records.joints.size()),
              static_cast<Index>(records.neo_hookeans.size()),
+             static_cast<Index>(records.bendings.size()),
              static_cast<Index>(records.tubes.size()),
              multiplier_count};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the caller's records may go
@@ -53,6 +57,8 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
       return words(neo_hookeans_.get());
     case DeviceArray::strain_limits:
       return words(strain_limits_.get());
+    case DeviceArray::bendings:
+      return words(bendings_.get());
     case DeviceArray::tubes:
       return words(tubes_.get());
     case DeviceArray::particles:
@@ -62,8 +68,10 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
     case DeviceArray::pull_rows:
     case DeviceArray::spring_rows:
     case DeviceArray::volume_rows:
+    case DeviceArray::hinge_rows:
     case DeviceArray::damped_spring_rows:
     case DeviceArray::damped_volume_rows:
+    case DeviceArray::damped_hinge_rows:
       break;
   }
   return nullptr;
@@ -72,7 +80,8 @@ std::uint32_t* ConstraintBuffers::start(DeviceArray array) const noexcept {
 std::size_t ConstraintBuffers::memory_bytes() const noexcept {
   return distances_.memory_bytes() + distance_damping_.memory_bytes() + volumes_.memory_bytes() +
          joints_.memory_bytes() + neo_hookeans_.memory_bytes() + strain_limits_.memory_bytes() +
-         tubes_.memory_bytes() + level_ends_.memory_bytes() + multipliers_.memory_bytes();
+         bendings_.memory_bytes() + tubes_.memory_bytes() + level_ends_.memory_bytes() +
+         multipliers_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -33,6 +33,7 @@ class ConstraintBuffers {
   DeviceBuffer<JointRecord> joints_;
   DeviceBuffer<NeoHookeanRecord> neo_hookeans_;
   DeviceBuffer<StrainLimitRecord> strain_limits_;
+  DeviceBuffer<BendingRecord> bendings_;
   DeviceBuffer<TubeRecord> tubes_;
   DeviceBuffer<Index> level_ends_;
   DeviceBuffer<float> multipliers_;  // of all kinds

@@ -41,12 +41,14 @@ struct VertexArrays {
   const PullRow* pulls;             ///< [pull_count]
   SpringRow* springs;               ///< [copy, if damped][spring_count]
   VolumeRow* volumes;               ///< [copy, if damped][volume_count]
+  HingeRow* hinges;                 ///< [copy, if damped][hinge_count]
   const DampedRow* damped_springs;  ///< [spring_count] if damped
   const DampedRow* damped_volumes;  ///< [volume_count] if damped
+  const DampedRow* damped_hinges;   ///< [hinge_count] if damped
   /// [copy][block][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
-  Index block_count, spring_count, volume_count;
+  Index block_count, spring_count, volume_count, hinge_count;
   bool is_damped;
 
   bool operator==(const VertexArrays&) const = default;
@@ -67,9 +69,11 @@ struct ConstraintArrays {
   const NeoHookeanRecord* neo_hookeans;
   float* neo_hookean_multipliers;  ///< [9][neo_hookean]
   const StrainLimitRecord* strain_limits;
+  const BendingRecord* bendings;
+  float* bending_multipliers;  ///< [bending]
   const TubeRecord* tubes;
   const Index* level_ends;  ///< of serial stages
-  Index distance_count, volume_count, joint_count, neo_hookean_count, tube_count;
+  Index distance_count, volume_count, joint_count, neo_hookean_count, bending_count, tube_count;
   std::size_t multiplier_count;  ///< of a copy, all kinds together
 
   bool operator==(const ConstraintArrays&) const = default;

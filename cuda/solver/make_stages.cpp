@@ -118,6 +118,8 @@ class StagePlan::Builder {
         return visit(data_.sets.of<NeoHookeanConstraint>(), records_.neo_hookeans);
       case PhaseKind::strain_limit:
         return visit(data_.sets.of<StrainLimitConstraint>(), records_.strain_limits);
+      case PhaseKind::bending:
+        return visit(data_.sets.of<BendingConstraint>(), records_.bendings);
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
@@ -180,6 +182,8 @@ class StagePlan::Builder {
       asked = spare.edges + spare.links;
     } else if (holder == Holder::strain_limit) {
       asked = spare.edges;
+    } else if (holder == Holder::bending) {
+      asked = 0;  // come with bodies alone
     }
     return has_grown_ ? std::max(asked, kFewest + constraints / kPart) : asked;
   }
@@ -303,6 +307,9 @@ class StagePlan::Builder {
       case PhaseKind::strain_limit:
         records_.strain_limits.push_back(
             to_record(data_.sets.of<StrainLimitConstraint>().record(id)));
+        break;
+      case PhaseKind::bending:
+        records_.bendings.push_back(to_record(data_.sets.of<BendingConstraint>().record(id)));
         break;
       case PhaseKind::joint:
         records_.joints.push_back(to_joint_record(data_, id));

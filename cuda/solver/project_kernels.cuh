@@ -4,6 +4,7 @@
 /// @file
 /// Projection of one stage: a thread a constraint.
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -91,6 +92,20 @@ struct StrainLimitSource {
   __device__ void parameters(const Record& record, Index,
                              float (&out)[Constraint::kParameterCount]) const {
     out[Constraint::kLimit] = record.limit;
+  }
+};
+
+struct BendingSource {
+  using Constraint = BendingConstraint;
+  using Record = BendingRecord;
+  const Record* records;
+
+  template <bool kDamped>
+  __device__ void parameters(const Record& record, Index,
+                             float (&out)[Constraint::kParameterCount]) const {
+    out[Constraint::kRest] = record.rest;
+    out[Constraint::kStiffness] = record.stiffness;
+    out[Constraint::kDamping] = record.damping;
   }
 };
 
@@ -358,6 +373,11 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
     case PhaseKind::strain_limit:  // alike in all modes, and without memory
       launch_stage<StrainLimitSource, ProjectionMode::fraction, false>(
           StrainLimitSource{constraints.strain_limits}, stage, ends, around(nullptr, 0), how);
+      break;
+    case PhaseKind::bending:
+      launch_compliant_stage(BendingSource{constraints.bendings}, stage, ends, projection,
+                             around(constraints.bending_multipliers, constraints.bending_count),
+                             how);
       break;
     case PhaseKind::vertex:
     case PhaseKind::attachment:

@@ -19,8 +19,8 @@ namespace pbdsurg::cuda {
 
 /// What ids count: tetrahedra have volumes, in joint records or others, Neo-Hookean constraints, or
 /// are only watched.
-enum class Holder : std::uint8_t { distance, volume, neo_hookean, strain_limit, tube };
-inline constexpr int kHolderCount = 5;
+enum class Holder : std::uint8_t { distance, volume, neo_hookean, strain_limit, bending, tube };
+inline constexpr int kHolderCount = 6;
 
 /// Of constraints of a kind.
 [[nodiscard]] inline Holder holder_of(PhaseKind kind) noexcept {
@@ -31,6 +31,8 @@ inline constexpr int kHolderCount = 5;
       return Holder::neo_hookean;
     case PhaseKind::strain_limit:
       return Holder::strain_limit;
+    case PhaseKind::bending:
+      return Holder::bending;
     case PhaseKind::volume:
     case PhaseKind::joint:
     case PhaseKind::vertex:
@@ -50,6 +52,8 @@ inline constexpr int kHolderCount = 5;
       return DeviceArray::neo_hookeans;
     case PhaseKind::strain_limit:
       return DeviceArray::strain_limits;
+    case PhaseKind::bending:
+      return DeviceArray::bendings;
     case PhaseKind::joint:
       return DeviceArray::joints;
     case PhaseKind::volume:

@@ -47,6 +47,14 @@ struct alignas(16) StrainLimitRecord {
   float unused;
 };
 
+struct alignas(16) BendingRecord {
+  Index places[4];
+  float rest;       ///< as in BendingConstraint
+  float stiffness;  ///< likewise
+  float damping;    ///< s
+  float unused;
+};
+
 /// A tetrahedron that is only watched for inversion.
 struct alignas(16) TubeRecord {
   Index places[4];

@@ -52,6 +52,8 @@ Index id_count(const SolverData& data) {
     return data.sets.distance_ids.count();
   } else if constexpr (kElement == Element::edge) {
     return static_cast<Index>(data.tissue->edges().size());
+  } else if constexpr (kElement == Element::hinge) {
+    return static_cast<Index>(data.tissue->hinges().size());
   } else {
     static_assert(kElement == Element::tet);
     return static_cast<Index>(data.tissue->tets().size());
@@ -144,6 +146,9 @@ void StagePlan::write_records(const SolverData& data, std::vector<WordChange>& w
       case DeviceArray::strain_limits:
         write(data.sets.of<StrainLimitConstraint>());
         break;
+      case DeviceArray::bendings:
+        write(data.sets.of<BendingConstraint>());
+        break;
       case DeviceArray::joints:
         if (id != kInvalidIndex && volumes.is_alive(id)) {
           write_record(array, index, to_joint_record(data, id), words);
@@ -166,8 +171,10 @@ void StagePlan::write_records(const SolverData& data, std::vector<WordChange>& w
       case DeviceArray::pull_rows:
       case DeviceArray::spring_rows:
       case DeviceArray::volume_rows:
+      case DeviceArray::hinge_rows:
       case DeviceArray::damped_spring_rows:
       case DeviceArray::damped_volume_rows:
+      case DeviceArray::damped_hinge_rows:
         break;  // no pool has records of these
     }
   }

@@ -31,6 +31,14 @@ StrainLimitRecord to_record(const ConstraintRecord<StrainLimitConstraint>& from)
   return {{from.places[0], from.places[1]}, from.parameters[StrainLimitConstraint::kLimit], 0};
 }
 
+BendingRecord to_record(const ConstraintRecord<BendingConstraint>& from) {
+  return {{from.places[0], from.places[1], from.places[2], from.places[3]},
+          from.parameters[BendingConstraint::kRest],
+          from.parameters[BendingConstraint::kStiffness],
+          from.parameters[BendingConstraint::kDamping],
+          0};
+}
+
 OwnedEdge owned_edge(const SolverData& data, Index tet, Index edge) {
   const Index distance = data.sets.distance_ids.of_edge(edge);
   const auto& distances = data.sets.of<DistanceConstraint>();

@@ -21,6 +21,7 @@ struct StageRecords {
   std::vector<JointRecord> joints;
   std::vector<NeoHookeanRecord> neo_hookeans;
   std::vector<StrainLimitRecord> strain_limits;
+  std::vector<BendingRecord> bendings;
   std::vector<TubeRecord> tubes;
   std::vector<Index> level_ends;  ///< of serial stages, among the records of their kind
 };
@@ -30,6 +31,7 @@ struct StageRecords {
 [[nodiscard]] VolumeRecord to_record(const ConstraintRecord<VolumeConstraint>& from);
 [[nodiscard]] NeoHookeanRecord to_record(const ConstraintRecord<NeoHookeanConstraint>& from);
 [[nodiscard]] StrainLimitRecord to_record(const ConstraintRecord<StrainLimitConstraint>& from);
+[[nodiscard]] BendingRecord to_record(const ConstraintRecord<BendingConstraint>& from);
 
 /// The volume of a tetrahedron of a joint plan and the edges that it owns.
 [[nodiscard]] JointRecord to_joint_record(const SolverData& data, Index tet);

@@ -24,6 +24,7 @@ enum class DeviceArray : std::uint32_t {
   joints,
   neo_hookeans,
   strain_limits,
+  bendings,
   tubes,
   particles,
   velocities,
@@ -32,10 +33,12 @@ enum class DeviceArray : std::uint32_t {
   pull_rows,
   spring_rows,
   volume_rows,
+  hinge_rows,
   damped_spring_rows,
   damped_volume_rows,
+  damped_hinge_rows,
 };
-inline constexpr int kDeviceArrayCount = 16;
+inline constexpr int kDeviceArrayCount = 19;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -24,6 +24,7 @@ __device__ inline VertexArrays of_copy(VertexArrays vertices) {
   if (vertices.is_damped) {
     vertices.springs += copy * static_cast<std::size_t>(vertices.spring_count);
     vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_count);
+    vertices.hinges += copy * static_cast<std::size_t>(vertices.hinge_count);
   }
   return vertices;
 }
@@ -34,16 +35,19 @@ __device__ inline VertexBlock load_ranges(const VertexBlock* block) {
   static_assert(kFirst % sizeof(int4) == 0 && offsetof(VertexBlock, is_damped) == kFirst + 4 &&
                 offsetof(VertexBlock, pulls) == kFirst + 8 &&
                 offsetof(VertexBlock, springs) == kFirst + 16 &&
-                offsetof(VertexBlock, volumes) == kFirst + 24);
+                offsetof(VertexBlock, volumes) == kFirst + 24 &&
+                offsetof(VertexBlock, hinges) == kFirst + 32);
   const int4* const words = reinterpret_cast<const int4*>(block) + kFirst / sizeof(int4);
   const int4 head = __ldg(words);
   const int4 tail = __ldg(words + 1);
+  const int2 hinges = __ldg(reinterpret_cast<const int2*>(words + 2));
   VertexBlock result{};
   result.lane_count = head.x;
   result.is_damped = (head.y & 0xff) != 0;
   result.pulls = {head.z, head.w};
   result.springs = {tail.x, tail.y};
   result.volumes = {tail.z, tail.w};
+  result.hinges = {hinges.x, hinges.y};
   return result;
 }
 
@@ -167,9 +171,10 @@ __global__ void __launch_bounds__(kBlockThreads)
         find_hold(tools, input, place_at(__ldg(block->corners + lane)));
   }
   if (ranges.is_damped) {
-    add_damping(DampedRows{vertices.blocks, vertices.springs, vertices.volumes,
-                           vertices.damped_springs, vertices.damped_volumes},
-                *block, DeviceLane<false>{state.previous, lane}, input->substep.inverse_dt);
+    add_damping(
+        DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
+                   vertices.damped_springs, vertices.damped_volumes, vertices.damped_hinges},
+        *block, DeviceLane<false>{state.previous, lane}, input->substep.inverse_dt);
   }
 }
 
@@ -277,7 +282,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     }
     return x + sweep.relaxation * VertexFactor<float>(energy).solve(energy.force);
   };
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes};
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
   const Vec3<float> moved =
       move_vertex(rows, block, DeviceLane<kDamped>{state.particles, lane}, x, start, solve);
   store_particle(particle, moved, p.w);

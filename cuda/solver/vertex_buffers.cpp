@@ -30,12 +30,15 @@ void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
              pulls_.upload(host.pulls, stream),
              upload_copies(springs_, host.springs, row_copies, stream),
              upload_copies(volumes_, host.volumes, row_copies, stream),
+             upload_copies(hinges_, host.hinges, row_copies, stream),
              damped_springs_.upload(host.damped_springs, stream),
              damped_volumes_.upload(host.damped_volumes, stream),
+             damped_hinges_.upload(host.damped_hinges, stream),
              holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
              static_cast<Index>(host.blocks.size()),
              static_cast<Index>(host.springs.size()),
              static_cast<Index>(host.volumes.size()),
+             static_cast<Index>(host.hinges.size()),
              blocks.has_damping()};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the rows may change
 }
@@ -51,16 +54,21 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(springs_.get());
     case DeviceArray::volume_rows:
       return words(volumes_.get());
+    case DeviceArray::hinge_rows:
+      return words(hinges_.get());
     case DeviceArray::damped_spring_rows:
       return words(damped_springs_.get());
     case DeviceArray::damped_volume_rows:
       return words(damped_volumes_.get());
+    case DeviceArray::damped_hinge_rows:
+      return words(damped_hinges_.get());
     case DeviceArray::distances:
     case DeviceArray::distance_damping:
     case DeviceArray::volumes:
     case DeviceArray::joints:
     case DeviceArray::neo_hookeans:
     case DeviceArray::strain_limits:
+    case DeviceArray::bendings:
     case DeviceArray::tubes:
     case DeviceArray::particles:
     case DeviceArray::velocities:
@@ -76,6 +84,8 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
     bytes = static_cast<std::size_t>(arrays_.spring_count) * sizeof(SpringRow);
   } else if (arrays_.is_damped && array == DeviceArray::volume_rows) {
     bytes = static_cast<std::size_t>(arrays_.volume_count) * sizeof(VolumeRow);
+  } else if (arrays_.is_damped && array == DeviceArray::hinge_rows) {
+    bytes = static_cast<std::size_t>(arrays_.hinge_count) * sizeof(HingeRow);
   }
   return bytes / sizeof(std::uint32_t);
 }
@@ -83,7 +93,7 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
 std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
-         holds_.memory_bytes();
+         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + holds_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -34,7 +34,8 @@ class VertexBuffers {
   DeviceBuffer<PullRow> pulls_;
   DeviceBuffer<SpringRow> springs_;
   DeviceBuffer<VolumeRow> volumes_;
-  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_;
+  DeviceBuffer<HingeRow> hinges_;
+  DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_;
   DeviceBuffer<Index> holds_;
   VertexArrays arrays_{};
 };

@@ -60,6 +60,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
   write_range(index, offsetof(VertexBlock, pulls), block.pulls, words);
   write_range(index, offsetof(VertexBlock, springs), block.springs, words);
   write_range(index, offsetof(VertexBlock, volumes), block.volumes, words);
+  write_range(index, offsetof(VertexBlock, hinges), block.hinges, words);
 
   LaneWriter writer(lane, words);
   for (Index i = block.pulls.first; i < block.pulls.first + block.pulls.count; ++i) {
@@ -85,8 +86,21 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     writer.write<VolumeRow>(kArray, i, offsetof(VolumeRow, stiffness), row.stiffness);
     writer.write<VolumeRow>(kArray, i, offsetof(VolumeRow, target), row.target);
   }
+  for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+    const HingeRow& row = arrays.hinges[i];
+    constexpr auto kArray = DeviceArray::hinge_rows;
+    for (std::size_t k = 0; k < 3; ++k) {
+      writer.write<HingeRow>(kArray, i,
+                             offsetof(HingeRow, neighbors) + k * sizeof(row.neighbors[k]),
+                             row.neighbors[k]);
+    }
+    writer.write<HingeRow>(kArray, i, offsetof(HingeRow, stiffness), row.stiffness);
+    writer.write<HingeRow>(kArray, i, offsetof(HingeRow, rest), row.rest);
+    writer.write<HingeRow>(kArray, i, offsetof(HingeRow, is_opposite), row.is_opposite);
+  }
   writer.write(DeviceArray::damped_spring_rows, block.springs, arrays.damped_springs);
   writer.write(DeviceArray::damped_volume_rows, block.volumes, arrays.damped_volumes);
+  writer.write(DeviceArray::damped_hinge_rows, block.hinges, arrays.damped_hinges);
 }
 
 }  // namespace pbdsurg::cuda

@@ -62,7 +62,7 @@ Index group_by_color(PhaseKind kind, std::span<const ConstraintRecord<Constraint
 }
 
 // Constraints of those elements that have numbers for them.
-// @param elements    [count] edges or tetrahedra
+// @param elements    [count] edges, tetrahedra or hinges
 // @param numbers_of  std::optional<Numbers<Constraint>>(element)
 template <class Constraint, class Element, class NumbersOf>
 ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Element>& elements,
@@ -73,9 +73,12 @@ ConstraintSlots<Constraint> build_slots(PhaseKind kind, const std::vector<Elemen
   std::vector<Index> ids;
   for (std::size_t i = 0; i < elements.size(); ++i) {
     if (const auto numbers = numbers_of(elements[i])) {
-      if constexpr (Constraint::kVertexCount == 2) {
+      if constexpr (KindOf<Constraint>::kElement == pbdsurg::Element::edge) {
         records[i] = {data.places_of(tissue.edges()[i]), *numbers};
+      } else if constexpr (KindOf<Constraint>::kElement == pbdsurg::Element::hinge) {
+        records[i] = {data.places_of(tissue.hinges()[i].vertices), *numbers};
       } else {
+        static_assert(KindOf<Constraint>::kElement == pbdsurg::Element::tet);
         records[i] = {data.places_of(tissue.tets()[i]), *numbers};
       }
       ids.push_back(static_cast<Index>(i));
@@ -157,6 +160,11 @@ void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
   data.sets.of<StrainLimitConstraint>() =
       build_slots<StrainLimitConstraint>(PhaseKind::strain_limit, numbers.edges, domains, data,
                                          [](const EdgeNumbers& edge) { return edge.limit; });
+  if (!numbers.hinges.empty()) {
+    data.sets.of<BendingConstraint>() =
+        build_slots<BendingConstraint>(PhaseKind::bending, numbers.hinges, domains, data,
+                                       [](const HingeNumbers& hinge) { return hinge; });
+  }
   std::stable_sort(
       data.sets.phases.begin(), data.sets.phases.end(), [](const Phase& a, const Phase& b) {
         return std::tie(a.level, a.domain, a.kind) < std::tie(b.level, b.domain, b.kind);

@@ -17,7 +17,7 @@ namespace pbdsurg {
 /// only kept for such backends; their length is proportional to what edits changed.
 struct Changes {
   struct Constraint {
-    /// distance (edges, then links), volume, neo_hookean, strain_limit; or vertex
+    /// distance (edges, then links), volume, neo_hookean, strain_limit, bending; or vertex
     PhaseKind kind;
     Index id;  ///< of the constraint, stable; or the place of a vertex whose rows changed
   };

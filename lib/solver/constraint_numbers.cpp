@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string>
 
 #include "pbdsurg/core/error.h"
 
@@ -42,6 +44,22 @@ TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& te
   return numbers;
 }
 
+Numbers<BendingConstraint> hinge_numbers(std::span<const Eigen::Vector3d> positions,
+                                         const Hinge& hinge, const Material& material) {
+  Vec3<double> x[4];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d& position = positions[hinge.vertices[k]];
+    x[k] = {position.x(), position.y(), position.z()};
+  }
+  const HingeAtRest rest = hinge_at_rest(x, hinge.rigidity);
+  return {static_cast<float>(rest.turn), static_cast<float>(1 / rest.stiffness), material.damping};
+}
+
+const Material& material_of(std::span<const Body> bodies, Index vertex) {
+  const auto after = std::ranges::upper_bound(bodies, vertex, {}, &Body::first_vertex);
+  return std::prev(after)->material;
+}
+
 }  // namespace
 
 ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edges,
@@ -61,6 +79,10 @@ ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edge
     for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
       numbers.tets.push_back(tet_numbers(scene.positions(), tet, body, mode));
     }
+  }
+  for (const Hinge& hinge : scene.hinges()) {
+    numbers.hinges.emplace_back(
+        hinge_numbers(scene.positions(), hinge, material_of(scene.bodies(), hinge.vertices[0])));
   }
   return numbers;
 }
@@ -83,6 +105,14 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
           tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)], mode);
     }
   }
+  numbers.hinges.resize(tissue.hinges().size());
+  for (Index h = 0; h < static_cast<Index>(numbers.hinges.size()); ++h) {
+    if (tissue.is_hinge_alive(h)) {
+      const Hinge& hinge = tissue.hinges()[h];
+      const Body& body = tissue.bodies()[tissue.body_of_vertex(hinge.vertices[0])];
+      numbers.hinges[h] = hinge_numbers(positions, hinge, body.material);
+    }
+  }
   return numbers;
 }
 
@@ -93,6 +123,13 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
                             "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
                             "the compliance mode");
     }
+  }
+}
+
+void check_hinges(std::span<const Hinge> hinges, ProjectionMode mode) {
+  if (!hinges.empty() && mode == ProjectionMode::fraction) {
+    throw InvalidArgument("the " + std::to_string(hinges.size()) +
+                          " hinges have a rigidity and no fraction: they need the compliance mode");
   }
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
@@ -34,10 +35,14 @@ struct TetNumbers {
   std::optional<Numbers<NeoHookeanConstraint>> neo_hookean;
 };
 
+/// Of a hinge, where it is alive.
+using HingeNumbers = std::optional<Numbers<BendingConstraint>>;
+
 /// Of some tissue.
 struct ConstraintNumbers {
-  std::vector<EdgeNumbers> edges;  ///< [edge_count]
-  std::vector<TetNumbers> tets;    ///< [tet_count]
+  std::vector<EdgeNumbers> edges;    ///< [edge_count]
+  std::vector<TetNumbers> tets;      ///< [tet_count]
+  std::vector<HingeNumbers> hinges;  ///< [hinge_count]
 };
 
 /// What materials make of a scene's rest shape.
@@ -50,6 +55,9 @@ struct ConstraintNumbers {
 
 /// @throws InvalidArgument  naming the Neo-Hookean body in fraction mode
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
+
+/// @throws InvalidArgument  if there are any in fraction mode
+void check_hinges(std::span<const Hinge> hinges, ProjectionMode mode);
 
 /// Whether any material has damping.
 [[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;

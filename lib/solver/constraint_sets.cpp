@@ -13,6 +13,7 @@
 #include "solver/neo_hookean_record.h"
 #include "solver/room_to_grow.h"
 #include "tissue/split_tets.h"
+#include "tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {
@@ -117,7 +118,7 @@ struct NewConstraint {
   ConstraintRecord<Constraint> record;
 };
 
-// Tetrahedra or links at vertices that an edit removed them from.
+// Tetrahedra, links or hinges at vertices that an edit removed them from.
 using GoneAtVertices = std::pmr::vector<std::pair<Index, Index>>;  // ascending
 
 }  // namespace
@@ -161,6 +162,11 @@ TetNumbers ConstraintData::numbers_of_tet(Index tet) const {
   return numbers;
 }
 
+HingeNumbers ConstraintData::numbers_of_hinge(Index hinge) const {
+  const auto& bendings = of<BendingConstraint>();
+  return bendings.is_alive(hinge) ? HingeNumbers(bendings.record(hinge).parameters) : std::nullopt;
+}
+
 /// Follows one change, step by step in the order in which the tissue did, so that groups fill as
 /// they did when constraints and tissue changed at once.
 class ConstraintSets::Edit {
@@ -172,6 +178,7 @@ class ConstraintSets::Edit {
         change_(change),
         gone_tets_(state_.scratch.get()),
         gone_links_(state_.scratch.get()),
+        gone_hinges_(state_.scratch.get()),
         reshaped_(state_.scratch.get()) {
     for (std::size_t i = 0; i < change.reshaped_tets.size(); ++i) {
       reshaped_.emplace_back(change.reshaped_tets[i].tet, static_cast<Index>(i));
@@ -200,6 +207,9 @@ class ConstraintSets::Edit {
     move_corners();
     replace_parents(first_parent);
     std::ranges::for_each(links.subspan(asked_links), [&](Index l) { remove_link(l); });
+    for (const Index hinge : change_.removed_hinges) {
+      remove<BendingConstraint>(hinge);
+    }
     add_bodies();
     for (auto l = static_cast<std::size_t>(change_.first_new_link); l < tissue_.links().size();
          ++l) {
@@ -506,10 +516,17 @@ class ConstraintSets::Edit {
         limits.push_back({id, vertices, {places, *numbers.edges[i].limit}});
       }
     }
+    std::vector<NewConstraint<BendingConstraint>> bendings;
+    for (std::size_t i = 0; i < numbers.hinges.size(); ++i) {
+      const Index id = change_.first_new_hinge + static_cast<Index>(i);
+      const auto& vertices = tissue_.hinges()[id].vertices;
+      bendings.push_back({id, vertices, {state_.places_of(vertices), *numbers.hinges[i]}});
+    }
     add_apart(std::move(volumes));
     add_apart(std::move(distances));
     add_apart(std::move(neo_hookeans));
     add_apart(std::move(limits));
+    add_apart(std::move(bendings));
   }
 
   // Adds constraints of vertices that have none yet: coloured by themselves, as those of a scene.
@@ -567,6 +584,12 @@ class ConstraintSets::Edit {
       gone_links_.emplace_back(tissue_.links()[link].first, link);
       gone_links_.emplace_back(tissue_.links()[link].second, link);
     }
+    for (const Index hinge : change_.removed_hinges) {
+      for (const Index v : tissue_.hinges()[hinge].vertices) {
+        gone_hinges_.emplace_back(v, hinge);
+      }
+    }
+    std::ranges::sort(gone_hinges_);
     std::ranges::sort(gone_tets_);
     std::ranges::sort(gone_links_);
   }
@@ -611,6 +634,10 @@ class ConstraintSets::Edit {
         for_each_at(vertex, tissue_.links_at(vertex), gone_links_,
                     [&](Index link) { visit(set.group_of(sets_.distance_ids.of_link(link))); });
         break;
+      case Element::hinge:
+        for_each_at(vertex, tissue_.hinges_at(vertex), gone_hinges_,
+                    [&](Index hinge) { visit(set.group_of(hinge)); });
+        break;
     }
   }
 
@@ -647,7 +674,7 @@ class ConstraintSets::Edit {
   SolverState& state_;
   const Tissue& tissue_;
   const TissueChange& change_;
-  GoneAtVertices gone_tets_, gone_links_;
+  GoneAtVertices gone_tets_, gone_links_, gone_hinges_;
   using Reshaped = std::pair<Index, Index>;  // tetrahedron, entry of reshaped_tets
   std::pmr::vector<Reshaped> reshaped_;      // ascending
   bool has_found_gone_ = false;
@@ -658,10 +685,24 @@ void ConstraintSets::reserve(const SpareRoom& spare) {
   const auto edges = static_cast<std::size_t>(spare.edges);
   const auto links = static_cast<std::size_t>(spare.links);
   distance_ids.reserve(edges, links);
-  reserve_groups<DistanceConstraint>(*this, edges + links);
-  reserve_groups<VolumeConstraint>(*this, tets);
-  reserve_groups<NeoHookeanConstraint>(*this, tets);
-  reserve_groups<StrainLimitConstraint>(*this, edges);
+  for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& set) {
+    switch (KindOf<Constraint>::kElement) {
+      case Element::edge_or_link:
+        reserve_groups<Constraint>(*this, edges + links);
+        break;
+      case Element::edge:
+        reserve_groups<Constraint>(*this, edges);
+        break;
+      case Element::tet:
+        reserve_groups<Constraint>(*this, tets);
+        break;
+      case Element::hinge:  // come with bodies alone
+        if (set.group_count() > 0) {
+          set.reserve(kHingesOfTet * tets, {});
+        }
+        break;
+    }
+  });
 }
 
 std::size_t ConstraintSets::memory_bytes() const noexcept {
@@ -690,6 +731,7 @@ void ConstraintSets::validate(const Tissue& tissue, const TopologyEdit& edit) co
                            [&](Index edge) { return tissue.edge_tets()[edge]; });
   }
   check_materials(edit.new_bodies.bodies(), state_.options.mode);
+  check_hinges(edit.new_bodies.hinges(), state_.options.mode);
 }
 
 void ConstraintSets::follow(const Tissue& tissue, const TissueChange& change) noexcept {

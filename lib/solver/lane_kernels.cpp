@@ -353,30 +353,32 @@ HWY_FLATTEN void end_vertices(const FallingRange& range, const Vec3<float>& grav
 
 template <class Constraint>
 constexpr ConstraintKernels<Constraint> kernels_of() {
-  return {&project<Constraint, ProjectionMode::fraction, false>,
-          &project<Constraint, ProjectionMode::compliance, false>,
-          &project<Constraint, ProjectionMode::compliance, true>, &measure<Constraint>};
+  using Kind = KindOf<Constraint>;
+  ConstraintKernels<Constraint> kernels{};
+  if constexpr (Kind::kHasFraction) {
+    kernels.project_fraction = &project<Constraint, ProjectionMode::fraction, false>;
+    kernels.project_compliance = kernels.project_damped = kernels.project_fraction;
+  }
+  if constexpr (Kind::kHasCompliance) {
+    kernels.project_compliance = &project<Constraint, ProjectionMode::compliance, false>;
+    kernels.project_damped = &project<Constraint, ProjectionMode::compliance, true>;
+  }
+  if constexpr (Kind::kIsMeasured) {
+    kernels.measure = &measure<Constraint>;
+  }
+  return kernels;
 }
 
-constexpr ConstraintKernels<NeoHookeanConstraint> neo_hookean_kernels() {
-  return {nullptr, &project<NeoHookeanConstraint, ProjectionMode::compliance, false>,
-          &project<NeoHookeanConstraint, ProjectionMode::compliance, true>,
-          &measure<NeoHookeanConstraint>};
-}
-
-// Limits are alike in all modes.
-constexpr ConstraintKernels<StrainLimitConstraint> strain_limit_kernels() {
-  constexpr auto* kProject = &project<StrainLimitConstraint, ProjectionMode::fraction, false>;
-  return {kProject, kProject, kProject, nullptr};
+template <class... Constraints>
+constexpr AllConstraintKernels<Constraints...> all_kernels(
+    AllConstraintKernels<Constraints...> /*kinds*/) {
+  return {kernels_of<Constraints>()...};
 }
 
 }  // namespace
 
 extern const LaneKernels kernels;
-constinit const LaneKernels kernels{kernels_of<DistanceConstraint>(),
-                                    kernels_of<VolumeConstraint>(),
-                                    neo_hookean_kernels(),
-                                    strain_limit_kernels(),
+constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintKernels>{}),
                                     PBDSURG_LANES_NAME,
                                     &predict,
                                     &update_velocities,

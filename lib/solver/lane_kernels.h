@@ -6,14 +6,11 @@
 /// (lane_kernels.cpp): plain functions over plain arrays. Each works on a part of its array, cut at
 /// multiples of kBlockLanes, and gives every element the same bits wherever the cuts are.
 
-#include "pbdsurg/constraints/distance.h"
-#include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/constraints/strain_limit.h"
-#include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/types.h"
 
 #include "solver/constraint_block.h"
+#include "solver/constraint_kinds.h"
 #include "solver/particle.h"
 #include "solver/vertex_rows.h"
 
@@ -74,11 +71,12 @@ struct Prediction {
   Vec3<float> kick;  ///< m/s, of the external force
 };
 
+/// Those of all kinds.
+template <class... Constraints>
+struct AllConstraintKernels : ConstraintKernels<Constraints>... {};
+
 /// All loops for one instruction set and one MathMode.
-struct LaneKernels : ConstraintKernels<DistanceConstraint>,
-                     ConstraintKernels<VolumeConstraint>,
-                     ConstraintKernels<NeoHookeanConstraint>,
-                     ConstraintKernels<StrainLimitConstraint> {
+struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   const char* name;
   void (*predict)(const VertexRange&, const Prediction&);
   void (*update_velocities)(const VertexRange&, float inverse_h);

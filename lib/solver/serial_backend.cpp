@@ -67,9 +67,11 @@ class SerialBackend final : public Backend {
       begin_vertices(data, lengths);
       if (data.options.mode == ProjectionMode::compliance &&
           data.options.method == SolverMethod::projection) {
-        reset_multipliers(data.sets.of<DistanceConstraint>());
-        reset_multipliers(data.sets.of<VolumeConstraint>());
-        reset_multipliers(data.sets.of<NeoHookeanConstraint>());
+        data.sets.for_each_set([]<class Constraint>(ConstraintSlots<Constraint>& slots) {
+          if constexpr (KindOf<Constraint>::kHasCompliance) {
+            reset_multipliers(slots);
+          }
+        });
       }
       place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
       find_contacts(data, report);

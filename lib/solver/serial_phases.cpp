@@ -65,22 +65,21 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
 }
 
 template <class Constraint>
-void project_compliant_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
-                             const Substep<float>& substep) {
-  if (data.sets.has_damping) {
-    project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
-  } else {
-    project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
-  }
-}
-
-template <class Constraint>
 void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
                    const Substep<float>& substep) {
-  if (data.options.mode == ProjectionMode::fraction) {
-    project_group<Constraint, ProjectionMode::fraction, false>(data, slots, group, substep);
-  } else {
-    project_compliant_group(data, slots, group, substep);
+  using Kind = KindOf<Constraint>;
+  if constexpr (Kind::kHasFraction) {
+    if (!Kind::kHasCompliance || data.options.mode == ProjectionMode::fraction) {
+      project_group<Constraint, ProjectionMode::fraction, false>(data, slots, group, substep);
+      return;
+    }
+  }
+  if constexpr (Kind::kHasCompliance) {
+    if (data.sets.has_damping) {
+      project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
+    } else {
+      project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
+    }
   }
 }
 
@@ -116,10 +115,12 @@ void project_contacts(SolverData& data, Index tool) {
 void project_serially(SolverData& data, const Phase& phase, const Substep<float>& substep) {
   switch (phase.kind) {
     case PhaseKind::distance:
-      project_group(data, data.sets.of<DistanceConstraint>(), phase.color, substep);
-      break;
     case PhaseKind::volume:
-      project_group(data, data.sets.of<VolumeConstraint>(), phase.color, substep);
+    case PhaseKind::neo_hookean:
+    case PhaseKind::strain_limit:
+    case PhaseKind::bending:
+      data.sets.visit_set(phase.kind,
+                          [&](auto& slots) { project_group(data, slots, phase.color, substep); });
       break;
     case PhaseKind::joint:
       // Tetrahedra of one colour share no vertex: all edges at one place, then those at the next,
@@ -129,12 +130,6 @@ void project_serially(SolverData& data, const Phase& phase, const Substep<float>
                       data.sets.joint_group(phase.color, place), substep);
       }
       project_group(data, data.sets.of<VolumeConstraint>(), phase.color, substep);
-      break;
-    case PhaseKind::neo_hookean:
-      project_compliant_group(data, data.sets.of<NeoHookeanConstraint>(), phase.color, substep);
-      break;
-    case PhaseKind::strain_limit:
-      project_group(data, data.sets.of<StrainLimitConstraint>(), phase.color, substep);
       break;
     case PhaseKind::vertex:
       break;  // see solve_vertices()

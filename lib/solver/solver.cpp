@@ -131,6 +131,7 @@ const SolverData& solver_data(const Solver& solver) {
 Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) {
   check_options(options);
   check_materials(tissue.bodies(), options.mode);
+  check_hinges(tissue.hinges(), options.mode);
   check_vertex_method(tissue.bodies(), tissue.links(), options);
   if (tissue.vertex_count() > kMostParticles) {
     throw InvalidArgument("the scene has " + std::to_string(tissue.vertex_count()) +

@@ -98,9 +98,11 @@ class ThreadedBackend final : public Backend {
         kernels_.begin_vertices(falling, way_of_fall(data, state.substep));
       }
       if (data.options.mode == ProjectionMode::compliance && !moves_vertices) {
-        reset_multipliers(data.sets.of<DistanceConstraint>(), thread);
-        reset_multipliers(data.sets.of<VolumeConstraint>(), thread);
-        reset_multipliers(data.sets.of<NeoHookeanConstraint>(), thread);
+        data.sets.for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& slots) {
+          if constexpr (KindOf<Constraint>::kHasCompliance) {
+            reset_multipliers(slots, thread);
+          }
+        });
       }
       team_.barrier(thread);
       if (thread == 0) {
@@ -157,25 +159,13 @@ class ThreadedBackend final : public Backend {
       project_serially(data, stage.phase, state.substep);
       return;
     }
-    switch (stage.phase.kind) {
-      case PhaseKind::distance:
-        project_group(data, data.sets.of<DistanceConstraint>(), stage.group, state, thread,
-                      threads);
-        break;
-      case PhaseKind::volume:
-        project_group(data, data.sets.of<VolumeConstraint>(), stage.group, state, thread, threads);
-        break;
-      case PhaseKind::neo_hookean:
-        project_group(data, data.sets.of<NeoHookeanConstraint>(), stage.group, state, thread,
-                      threads);
-        break;
-      case PhaseKind::strain_limit:
-        project_group(data, data.sets.of<StrainLimitConstraint>(), stage.group, state, thread,
-                      threads);
-        break;
-      default:
-        project_serially(data, stage.phase, state.substep);
-        break;
+    bool is_elastic = false;
+    data.sets.visit_set(stage.phase.kind, [&](auto& slots) {
+      is_elastic = true;
+      project_group(data, slots, stage.group, state, thread, threads);
+    });
+    if (!is_elastic) {
+      project_serially(data, stage.phase, state.substep);
     }
   }
 
@@ -256,16 +246,12 @@ class ThreadedBackend final : public Backend {
     for (const Phase& phase : data.plan.phases) {
       switch (phase.kind) {
         case PhaseKind::distance:
-          add_stage(data, phase, data.sets.of<DistanceConstraint>(), phase.color);
-          break;
         case PhaseKind::volume:
-          add_stage(data, phase, data.sets.of<VolumeConstraint>(), phase.color);
-          break;
         case PhaseKind::neo_hookean:
-          add_stage(data, phase, data.sets.of<NeoHookeanConstraint>(), phase.color);
-          break;
         case PhaseKind::strain_limit:
-          add_stage(data, phase, data.sets.of<StrainLimitConstraint>(), phase.color);
+        case PhaseKind::bending:
+          data.sets.visit_set(
+              phase.kind, [&](const auto& slots) { add_stage(data, phase, slots, phase.color); });
           break;
         case PhaseKind::joint:
           if (phase.serial) {
@@ -283,7 +269,8 @@ class ThreadedBackend final : public Backend {
           add_stage(phase, phase.color,
                     data.vertex_method.blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
           break;
-        default:
+        case PhaseKind::attachment:
+        case PhaseKind::contact:
           add_stage(phase, phase.color, 0);
           break;
       }
@@ -303,8 +290,10 @@ class ThreadedBackend final : public Backend {
       return;
     }
     // in the time that sixteen distances take, some 20 ns
-    constexpr Index kBlockCost =
-        std::is_same_v<Constraint, NeoHookeanConstraint> ? 6 : Constraint::kVertexCount / 2;
+    constexpr Index kBlockCost = std::is_same_v<Constraint, NeoHookeanConstraint> ? 6
+                                 : std::is_same_v<Constraint, BendingConstraint>
+                                     ? 5
+                                     : Constraint::kVertexCount / 2;
     constexpr Index kMeetingCost = 8;
     const Index saved = kBlockCost * static_cast<Index>(slots.blocks(group).size()) *
                         (team_.size() - 1) / team_.size();

@@ -32,17 +32,24 @@ auto vertices_of(const std::vector<Element>& elements) {
 }  // namespace
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
-                           std::vector<VertexSpring> springs, const ColoringOptions& coloring)
+                           std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
+                           const ColoringOptions& coloring)
     : tets_(std::move(tets)),
       tet_alive_(tets_.size(), true),
       given_(std::move(springs)),
       spring_alive_(given_.size(), true),
+      given_hinges_(std::move(hinges)),
+      hinge_alive_(given_hinges_.size(), true),
       places_(moves.size()),
       needs_(moves.size()),
       is_touched_(moves.size(), false) {
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
   springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_)));
+  if (!given_hinges_.empty()) {
+    hinges_at_ =
+        lists_at(vertex_count, std::span<const std::array<Index, 4>>(vertices_of(given_hinges_)));
+  }
   const auto is_positive = [](float damping) { return damping > 0; };
   has_damping_ = std::any_of(tets_.begin(), tets_.end(),
                              [&](const VertexTet& tet) {
@@ -51,7 +58,9 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
                                                   is_positive);
                              }) ||
                  std::any_of(given_.begin(), given_.end(),
-                             [](const VertexSpring& spring) { return spring.damping > 0; });
+                             [](const VertexSpring& spring) { return spring.damping > 0; }) ||
+                 std::any_of(given_hinges_.begin(), given_hinges_.end(),
+                             [](const VertexHinge& hinge) { return hinge.damping > 0; });
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
   const Coloring colors = color_vertices(moves, coloring);
@@ -65,7 +74,8 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   }
   const auto key = [&](Index v) {
     const Rows& needs = needs_[v];
-    return std::tuple(colors.color_of[v], needs.volumes, needs.springs, needs.pulls, v);
+    return std::tuple(colors.color_of[v], needs.volumes, needs.springs, needs.pulls, needs.hinges,
+                      v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
@@ -99,6 +109,7 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
   };
   append(tets_);
   append(given_);
+  append(given_hinges_);
   const IndexLists blocks =
       find_vertex_constraints(ConstraintVertices(free, static_cast<Index>(moves.size())));
   return color_constraints(ConstraintVertices(blocks, free.list_count()), options);
@@ -117,41 +128,47 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   block.pulls.first = static_cast<Index>(pulls_.size());
   block.springs.first = static_cast<Index>(springs_.size());
   block.volumes.first = static_cast<Index>(volumes_.size());
+  block.hinges.first = static_cast<Index>(hinges_.size());
   count_rows(block);
   blocks_.push_back(block);
 
   pulls_.resize(static_cast<std::size_t>(block.pulls.first + block.pulls.count));
   springs_.resize(static_cast<std::size_t>(block.springs.first + block.springs.count));
   volumes_.resize(static_cast<std::size_t>(block.volumes.first + block.volumes.count));
+  hinges_.resize(static_cast<std::size_t>(block.hinges.first + block.hinges.count));
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
+    damped_hinges_.resize(hinges_.size());
   }
   const auto is_damped = [](const auto& row) { return row.damping > 0; };
   for (const Index v : vertices) {
     find_neighborhood(v);
     write_rows(v);
-    const auto& [pulls, springs, volumes] = neighborhood_;
+    const auto& [pulls, springs, volumes, hinges] = neighborhood_;
     blocks_.back().is_damped |= std::any_of(springs.begin(), springs.end(), is_damped) ||
-                                std::any_of(volumes.begin(), volumes.end(), is_damped);
+                                std::any_of(volumes.begin(), volumes.end(), is_damped) ||
+                                std::any_of(hinges.begin(), hinges.end(), is_damped);
   }
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
-  block.pulls.count = block.springs.count = block.volumes.count = 0;
+  block.pulls.count = block.springs.count = block.volumes.count = block.hinges.count = 0;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     const Rows& needs = needs_[place_at(block.corners[lane])];
     block.pulls.count = std::max(block.pulls.count, needs.pulls);
     block.springs.count = std::max(block.springs.count, needs.springs);
     block.volumes.count = std::max(block.volumes.count, needs.volumes);
+    block.hinges.count = std::max(block.hinges.count, needs.hinges);
   }
 }
 
 void VertexBlocks::find_neighborhood(Index vertex) {
-  auto& [pulls, springs, volumes] = neighborhood_;
+  auto& [pulls, springs, volumes, hinges] = neighborhood_;
   pulls.clear();
   springs.clear();
   volumes.clear();
+  hinges.clear();
   const auto is_damped = [&](const Pull& pull) { return pull.damping > 0; };
   for (const Index t : tets_at_[vertex]) {
     if (!tet_alive_[t]) {
@@ -202,8 +219,24 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
+  for (const Index h : given_hinges_.empty() ? std::span<const Index>() : hinges_at_[vertex]) {
+    const VertexHinge& hinge = given_hinges_[h];
+    if (!hinge_alive_[h] || !(hinge.stiffness > 0)) {
+      continue;
+    }
+    std::array<Index, 4> v = hinge.vertices;
+    if (vertex == v[1] || vertex == v[3]) {  // by half a turn
+      v = {v[1], v[0], v[3], v[2]};
+    }
+    const bool is_opposite = vertex == v[2];
+    hinges.push_back({{v[1], is_opposite ? v[0] : v[2], v[3]},
+                      is_opposite,
+                      hinge.stiffness,
+                      hinge.rest,
+                      hinge.damping});
+  }
   needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
-                    static_cast<Index>(volumes.size())};
+                    static_cast<Index>(volumes.size()), static_cast<Index>(hinges.size())};
 }
 
 void VertexBlocks::write_rows(Index vertex) noexcept {
@@ -253,6 +286,23 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.stiffness[lane] = row.stiffness[lane];
       damped.target[lane] = row.target[lane];
       damped.damping[lane] = volume.damping / 36;
+    }
+  }
+  for (Index i = 0; i < block.hinges.count; ++i) {
+    const Bend hinge =
+        entry(neighborhood_.hinges, i, Bend{{vertex, vertex, vertex}, false, 0, 0, 0});
+    HingeRow& row = hinges_[block.hinges.first + i];
+    for (int k = 0; k < 3; ++k) {
+      row.neighbors[k][lane] = offset_of(hinge.neighbors[k]);
+    }
+    row.stiffness[lane] = hinge.stiffness;
+    row.rest[lane] = hinge.rest;
+    row.is_opposite[lane] = hinge.is_opposite ? 1.0F : 0.0F;
+    if (has_damping_) {
+      DampedRow& damped = damped_hinges_[block.hinges.first + i];
+      damped.stiffness[lane] = hinge.stiffness;
+      damped.target[lane] = hinge.rest;
+      damped.damping[lane] = hinge.damping;
     }
   }
 }
@@ -305,6 +355,14 @@ void VertexBlocks::remove_spring(Index spring) {
   }
 }
 
+void VertexBlocks::remove_hinge(Index hinge) {
+  hinge_journal_.push_back(hinge);
+  hinge_alive_[hinge] = false;
+  for (const Index v : given_hinges_[hinge].vertices) {
+    touch(v);
+  }
+}
+
 void VertexBlocks::refresh() {
   for (const Index v : touched_) {
     is_touched_[v] = false;
@@ -317,6 +375,7 @@ void VertexBlocks::refresh() {
     block.pulls.count = std::max(block.pulls.count, before.pulls.count);
     block.springs.count = std::max(block.springs.count, before.springs.count);
     block.volumes.count = std::max(block.volumes.count, before.volumes.count);
+    block.hinges.count = std::max(block.hinges.count, before.hinges.count);
     write_rows(v);
     count_rows(block);
   }
@@ -326,6 +385,7 @@ void VertexBlocks::refresh() {
 void VertexBlocks::begin_edit() noexcept {
   tet_journal_.clear();
   spring_journal_.clear();
+  hinge_journal_.clear();
 }
 
 void VertexBlocks::undo() {
@@ -345,13 +405,21 @@ void VertexBlocks::undo() {
       touch(v);
     }
   }
+  for (; !hinge_journal_.empty(); hinge_journal_.pop_back()) {
+    hinge_alive_[hinge_journal_.back()] = true;
+    for (const Index v : given_hinges_[hinge_journal_.back()].vertices) {
+      touch(v);
+    }
+  }
 }
 
 std::size_t VertexBlocks::memory_bytes() const noexcept {
   const auto bytes = [](const auto&... arrays) {
     return (... + (arrays.size() * sizeof(arrays[0])));
   };
-  return bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
+  return bytes(given_hinges_, hinges_at_.entries, hinges_, damped_hinges_, hinge_journal_) +
+         (given_hinges_.empty() ? 0 : bytes(hinges_at_.offsets)) +
+         bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
                springs_at_.entries, blocks_, pulls_, springs_, volumes_, damped_springs_,
                damped_volumes_, places_, needs_, tet_journal_, spring_journal_, touched_);
 }

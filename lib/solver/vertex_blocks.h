@@ -36,7 +36,15 @@ struct VertexSpring {
   float damping = 0;    ///< N s/m, >= 0
 };
 
-/// Free vertices in colours: no tetrahedron and no spring joins two of one colour.
+/// What a hinge adds.
+struct VertexHinge {
+  std::array<Index, 4> vertices{};
+  float stiffness = 0;  ///< N m, >= 0
+  float rest = 0;       ///< BendingConstraint::kRest
+  float damping = 0;    ///< N m s, >= 0
+};
+
+/// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour.
 ///
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
@@ -49,9 +57,11 @@ class VertexBlocks {
   /// @param moves     [vertex_count] whether a vertex is free
   /// @param tets      [tet_count] those without weights, stiffness and damping do nothing
   /// @param springs   [spring_count] likewise
+  /// @param hinges    [hinge_count] likewise
   /// @param coloring  of the vertices, without max_colors
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
-               std::vector<VertexSpring> springs, const ColoringOptions& coloring);
+               std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
+               const ColoringOptions& coloring);
 
   [[nodiscard]] Index color_count() const noexcept {
     return static_cast<Index>(first_block_.size()) - 1;
@@ -63,11 +73,11 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data()};
+    return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data(), hinges_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
-    return {blocks_.data(), springs_.data(), volumes_.data(), damped_springs_.data(),
-            damped_volumes_.data()};
+    return {blocks_.data(),         springs_.data(),        volumes_.data(),      hinges_.data(),
+            damped_springs_.data(), damped_volumes_.data(), damped_hinges_.data()};
   }
 
   /// All arrays, for those who keep a copy of them.
@@ -76,10 +86,12 @@ class VertexBlocks {
     std::span<const PullRow> pulls;
     std::span<const SpringRow> springs;
     std::span<const VolumeRow> volumes;
-    std::span<const DampedRow> damped_springs, damped_volumes;  ///< empty without damping
+    std::span<const HingeRow> hinges;
+    std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_, pulls_, springs_, volumes_, damped_springs_, damped_volumes_};
+    return {blocks_, pulls_,          springs_,        volumes_,
+            hinges_, damped_springs_, damped_volumes_, damped_hinges_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -109,6 +121,7 @@ class VertexBlocks {
   void remove_tet(Index tet);
   void set_spring_rest(Index spring, float rest);
   void remove_spring(Index spring);
+  void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
 
   /// Vertices whose rows refresh() will rebuild.
@@ -142,13 +155,19 @@ class VertexBlocks {
     std::array<Index, 3> face;
     float stiffness, target, damping;
   };
+  struct Bend {
+    std::array<Index, 3> neighbors;  // as in HingeRow
+    bool is_opposite;
+    float stiffness, rest, damping;
+  };
   struct Neighborhood {
     std::vector<Pull> pulls;
     std::vector<Spring> springs;
     std::vector<Volume> volumes;
+    std::vector<Bend> hinges;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0;
   };
 
   template <class Element>
@@ -167,11 +186,14 @@ class VertexBlocks {
   void write_lane(const VertexBlock& block, Index lane) noexcept;
   void count_rows(VertexBlock& block) noexcept;
 
-  std::vector<VertexTet> tets_;      // [tet_count]
-  std::vector<bool> tet_alive_;      // [tet_count]
-  std::vector<VertexSpring> given_;  // [spring_count]
-  std::vector<bool> spring_alive_;   // [spring_count]
-  IndexLists tets_at_, springs_at_;  // [vertex_count] all that there ever were
+  std::vector<VertexTet> tets_;            // [tet_count]
+  std::vector<bool> tet_alive_;            // [tet_count]
+  std::vector<VertexSpring> given_;        // [spring_count]
+  std::vector<bool> spring_alive_;         // [spring_count]
+  std::vector<VertexHinge> given_hinges_;  // [hinge_count]
+  std::vector<bool> hinge_alive_;          // [hinge_count]
+  IndexLists tets_at_, springs_at_;        // [vertex_count] all that there ever were
+  IndexLists hinges_at_;                   // likewise; none if there is no hinge
   bool has_damping_ = false;
 
   std::vector<Index> first_block_{0};  // [color_count + 1]
@@ -179,13 +201,16 @@ class VertexBlocks {
   std::vector<PullRow> pulls_;
   std::vector<SpringRow> springs_;
   std::vector<VolumeRow> volumes_;
+  std::vector<HingeRow> hinges_;
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
+  std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
   std::vector<Place> places_;              // [vertex_count]
   std::vector<Rows> needs_;                // [vertex_count]
 
   std::vector<Before<VertexTet>> tet_journal_;
   std::vector<Before<VertexSpring>> spring_journal_;
+  std::vector<Index> hinge_journal_;  // removed
   std::vector<Index> touched_;
   std::vector<bool> is_touched_;  // [vertex_count]
   Neighborhood neighborhood_;     // of the vertex at hand

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/core/host_device.h"
@@ -16,6 +17,26 @@
 #include "solver/vertex_rows.h"
 
 namespace pbdsurg {
+
+/// The vertices of a hinge in their order.
+template <class Scalar>
+struct RowHinge {
+  Vec3<Scalar> x[4];
+
+  template <class Condition>
+  PBDSURG_DEVICE RowHinge(const Vec3<Scalar>& own, const Vec3<Scalar>& second,
+                          const Vec3<Scalar>& other, const Vec3<Scalar>& fourth,
+                          const Condition& is_opposite) {
+    const auto choose = [&](const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
+      return Vec3<Scalar>{select(is_opposite, a.x, b.x), select(is_opposite, a.y, b.y),
+                          select(is_opposite, a.z, b.z)};
+    };
+    x[0] = choose(other, own);
+    x[1] = second;
+    x[2] = choose(own, other);
+    x[3] = fourth;
+  }
+};
 
 /// Adds what the rows of a block tell to the energies of its vertices. Not a number, or infinite,
 /// where a neighbour is.
@@ -41,6 +62,27 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
                       access.position(volumes[i].face[0]), access.position(volumes[i].face[1]),
                       access.position(volumes[i].face[2]));
   }
+  const HingeRow* const hinges = rows.hinges + block.hinges.first;
+  for (Index i = 0; i < block.hinges.count; ++i) {
+    const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
+    const RowHinge<Scalar> hinge(x, access.position(hinges[i].neighbors[0]),
+                                 access.position(hinges[i].neighbors[1]),
+                                 access.position(hinges[i].neighbors[2]), is_opposite);
+    energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
+                     is_opposite);
+  }
+}
+
+/// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
+/// do not add up, and beyond half a turn the shorter way is the other.
+/// @param turn  C towards which, from rest
+/// @return      BendingConstraint::kRest
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Scalar turned_rest(Scalar rest, Scalar turn) {
+  const Scalar across = Scalar(4) * (rest + turn);
+  const Scalar along = Scalar(16) - rest * turn;
+  const auto is_beyond = across * across > along * along;
+  return Scalar(4) * select(is_beyond, -along, across) / select(is_beyond, across, along);
 }
 
 /// Sets stiffness and target of the damped rows of a block for a substep: see VertexBlocks.
@@ -73,6 +115,20 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
     const Vec3<Scalar> face =
         cross(access.position(row.face[1]) - a, access.position(row.face[2]) - a);
     set(rows.damped_volumes[i], dot(a - x, face), row.stiffness, row.target);
+  }
+  for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+    HingeRow& row = rows.hinges[i];
+    const DampedRow& from = rows.damped_hinges[i];
+    const RowHinge<Scalar> hinge(
+        x, access.position(row.neighbors[0]), access.position(row.neighbors[1]),
+        access.position(row.neighbors[2]), access.load(row.is_opposite) > Scalar(0));
+    const Scalar rest = access.load(from.target);
+    const Scalar start = BendingConstraint::value(hinge.x, rest);
+    const Scalar damping = access.load(from.damping) * inverse_dt;
+    const Scalar sum = access.load(from.stiffness) + damping;
+    const auto is_usable_start = (start * start < Scalar(kInfinity)) & (sum > Scalar(0));
+    access.store(sum, row.stiffness);
+    access.store(select(is_usable_start, turned_rest(rest, damping / sum * start), rest), row.rest);
   }
 }
 

@@ -236,12 +236,24 @@ VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> t
     const Link& link = data.tissue->links()[l];
     set_spring(data.sets.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
   }
+  std::vector<VertexHinge> hinges(data.tissue->hinges().size());
+  for (std::size_t h = 0; h < hinges.size(); ++h) {
+    const auto id = static_cast<Index>(h);
+    const auto& bendings = data.sets.of<BendingConstraint>();
+    hinges[h].vertices = data.places_of(data.tissue->hinges()[h].vertices);
+    if (bendings.is_alive(id)) {
+      const auto& numbers = bendings.record(id).parameters;
+      hinges[h].stiffness = 1 / numbers[BendingConstraint::kStiffness];
+      hinges[h].rest = numbers[BendingConstraint::kRest];
+      hinges[h].damping = numbers[BendingConstraint::kDamping] * hinges[h].stiffness;
+    }
+  }
   std::vector<bool> moves;
   for (const Particle& p : data.particles) {
     moves.push_back(p.w > 0);
   }
-  method.blocks =
-      VertexBlocks(moves, std::move(tets), std::move(springs), vertex_coloring(data.options));
+  method.blocks = VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
+                               vertex_coloring(data.options));
   method.flights = data.particles;
   method.first_holds.assign(data.particles.size(), kInvalidIndex);
   method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
@@ -418,6 +430,9 @@ void VertexFollower::remove(const TissueChange& change) {
   }
   for (const Index link : change.removed_links) {
     blocks.remove_spring(data_.sets.distance_ids.of_link(link));
+  }
+  for (const Index hinge : change.removed_hinges) {
+    blocks.remove_hinge(hinge);
   }
 }
 

@@ -53,6 +53,18 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
                         c);
     }
   }
+  const HingeRow* const hinges = rows.hinges + block.hinges.first;
+  for (Index i = 0; i < block.hinges.count; ++i) {
+    const Vec3<float> a = access.position(hinges[i].neighbors[0]);
+    const Vec3<float> b = access.position(hinges[i].neighbors[1]);
+    const Vec3<float> c = access.position(hinges[i].neighbors[2]);
+    const float rest = access.load(hinges[i].rest);
+    if (is_finite_way(a - x) && is_finite_way(b - x) && is_finite_way(c - x)) {
+      const bool is_opposite = access.load(hinges[i].is_opposite) > 0;
+      energy.add_hinge(access.load(hinges[i].stiffness), rest,
+                       RowHinge<float>(x, a, b, c, is_opposite).x, is_opposite);
+    }
+  }
 }
 
 /// Passes over several contacts at one vertex, each pushing no more than the others leave to it.

@@ -36,6 +36,15 @@ struct alignas(64) VolumeRow {
   float target[kBlockLanes];            ///< 6 m^3
 };
 
+/// A hinge, turned so that the vertex is the first or, opposite the edge, the third of it. Of the
+/// others, the second, the third or else the first, and the fourth.
+struct alignas(64) HingeRow {
+  ParticleOffset neighbors[3][kBlockLanes];
+  float stiffness[kBlockLanes];    ///< N m
+  float rest[kBlockLanes];         ///< BendingConstraint::kRest
+  float is_opposite[kBlockLanes];  ///< 1 or 0
+};
+
 /// What damping makes a row's stiffness and target from, in each substep.
 struct alignas(64) DampedRow {
   float stiffness[kBlockLanes];
@@ -54,7 +63,7 @@ struct alignas(64) VertexBlock {
   ParticleOffset corners[kBlockLanes];
   Index lane_count;
   bool is_damped;  ///< whether some row is
-  RowRange pulls, springs, volumes;
+  RowRange pulls, springs, volumes, hinges;
 };
 
 /// All of them.
@@ -63,6 +72,7 @@ struct VertexRows {
   const PullRow* pulls;
   const SpringRow* springs;
   const VolumeRow* volumes;
+  const HingeRow* hinges;
 };
 
 /// Those that damping changes.
@@ -70,8 +80,10 @@ struct DampedRows {
   const VertexBlock* blocks;
   SpringRow* springs;
   VolumeRow* volumes;
+  HingeRow* hinges;
   const DampedRow* damped_springs;  ///< [springs]
   const DampedRow* damped_volumes;  ///< [volumes]
+  const DampedRow* damped_hinges;   ///< [hinges]
 };
 
 /// One bit a lane of a block, the first lane's the lowest.

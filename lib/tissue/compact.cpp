@@ -87,6 +87,8 @@ std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
   copy->edge_tets = data.edge_tets;
   copy->links = data.links;
   copy->link_alive = data.link_alive;
+  copy->hinges = data.hinges;
+  copy->hinge_alive = data.hinge_alive;
   copy->version = data.version;
   return copy;
 }
@@ -118,6 +120,19 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
     link.second = ids.vertices[link.second];
     made.links.push_back(link);
     made.link_alive.push_back(1);
+  }
+  for (Index h = 0; h < data.hinges.size(); ++h) {
+    if (data.hinge_alive[h] == 0) {
+      ids.hinges.push_back(kInvalidIndex);
+      continue;
+    }
+    ids.hinges.push_back(made.hinges.size());
+    Hinge hinge = data.hinges[h];
+    for (Index& v : hinge.vertices) {
+      v = ids.vertices[v];
+    }
+    made.hinges.push_back(hinge);
+    made.hinge_alive.push_back(1);
   }
   connect(made);
   for (Index e = 0; e < data.edges.size(); ++e) {

@@ -28,8 +28,7 @@ void add_vertices(TissueData& data, const Scene& scene, const FirstIds& first) {
       data.later_vertex_bodies.push_back(id);
     }
   }
-  data.vertex_tets.resize(static_cast<std::size_t>(data.vertex_count()));
-  data.vertex_links.resize(static_cast<std::size_t>(data.vertex_count()));
+  data.resize_vertex_lists();
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     data.set_mass(first.vertex + v, scene.masses()[v]);
   }

@@ -8,7 +8,8 @@
 
 namespace pbdsurg {
 
-/// Adds a scene's bodies, without its links, behind all that is there. Cost: proportional to them.
+/// Adds a scene's bodies, without its links and hinges, behind all that is there. Cost:
+/// proportional to them.
 void add_bodies(TissueData& data, const Scene& scene);
 
 }  // namespace pbdsurg

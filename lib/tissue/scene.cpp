@@ -2,14 +2,18 @@
 #include "pbdsurg/tissue/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/mesh/topology.h"
 
 #include "core/check.h"
+#include "mesh/hinge_shape.h"
 #include "tissue/scene_checks.h"
 
 namespace pbdsurg {
@@ -49,6 +53,30 @@ void check_material(const std::string& what, const Material& material) {
     throw InvalidArgument(what + ": max_stretch is " + std::to_string(material.max_stretch) +
                           "; it must be > 1, or infinite for no limit");
   }
+}
+
+// Beside its place on the surface.
+// @param vertices  in range
+void check_hinge(const std::string& what, const Hinge& hinge,
+                 std::span<const Eigen::Vector3d> positions) {
+  check_positive((what + ": its rigidity").c_str(), hinge.rigidity, " N m");
+  Vec3<double> x[4];
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d& position = positions[hinge.vertices[i]];
+    x[i] = {position.x(), position.y(), position.z()};
+  }
+  const double compliance = 1 / (hinge.rigidity * checked_hinge_shape(x, what));
+  constexpr double kLeastCompliance = 1e-12;  // 1/(N m): stiffer than anything
+  if (!(compliance >= kLeastCompliance && compliance <= kLargestCompliance)) {
+    throw InvalidArgument(what + " has compliance " + describe(compliance) +
+                          " 1/(N m); it must be in [1e-12, 1e12]");
+  }
+}
+
+std::array<Index, 4> sorted_ends(std::array<Index, 4> hinge) {
+  std::sort(hinge.begin(), hinge.begin() + 2);
+  std::sort(hinge.begin() + 2, hinge.end());
+  return hinge;
 }
 
 }  // namespace
@@ -171,7 +199,104 @@ void Scene::append(const Scene& other) {
     link.second += first_vertex;
     both.links_.push_back(link);
   }
+  for (Hinge hinge : other.hinges_) {
+    std::ranges::for_each(hinge.vertices, [&](Index& v) { v += first_vertex; });
+    both.hinges_.push_back(hinge);
+  }
   *this = std::move(both);
+}
+
+Index Scene::add_hinge(const Hinge& hinge) {
+  const std::string what = "hinge " + std::to_string(hinges_.size());
+  const std::array<Index, 4>& v = hinge.vertices;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (v[i] < 0 || v[i] >= vertex_count()) {
+      throw InvalidArgument(what + " refers to vertex " + std::to_string(v[i]) +
+                            "; ids must be in [0, " + std::to_string(vertex_count()) + ")");
+    }
+    if (std::find(v.begin(), v.begin() + i, v[i]) != v.begin() + i) {
+      throw InvalidArgument(what + " has vertex " + std::to_string(v[i]) +
+                            " twice; its four vertices must differ");
+    }
+  }
+  const auto body = std::upper_bound(bodies_.begin(), bodies_.end(), v[0],
+                                     [](Index id, const Body& b) { return id < b.first_vertex; }) -
+                    1;
+  const auto tets = std::span<const Tet>(tets_).subspan(body->first_tet, body->tet_count);
+  for (const Index opposite : {v[2], v[3]}) {
+    const auto count = std::ranges::count_if(tets, [&](const Tet& tet) {
+      const auto has = [&](Index vertex) { return std::ranges::count(tet, vertex) > 0; };
+      return has(v[0]) && has(v[1]) && has(opposite);
+    });
+    if (count != 1) {
+      throw InvalidArgument(what + ": triangle (" + std::to_string(v[0]) + ", " +
+                            std::to_string(v[1]) + ", " + std::to_string(opposite) +
+                            ") belongs to " + std::to_string(count) + " tetrahedra of body '" +
+                            body->name + "'; it must belong to one, on the surface");
+    }
+  }
+  const auto same = std::ranges::find(hinges_, sorted_ends(v),
+                                      [](const Hinge& each) { return sorted_ends(each.vertices); });
+  if (same != hinges_.end()) {
+    throw InvalidArgument(what + " joins the triangles of hinge " +
+                          std::to_string(same - hinges_.begin()) +
+                          "; two triangles have one hinge");
+  }
+  check_hinge(what, hinge, positions_);
+  hinges_.push_back(hinge);
+  return static_cast<Index>(hinges_.size()) - 1;
+}
+
+Index Scene::add_hinges(Index body_index, float rigidity) {
+  const Body& where = body(body_index);
+  if (where.tet_count == 0) {
+    throw InvalidArgument("body '" + where.name +
+                          "' has no tetrahedra, and so no surface to hinge");
+  }
+  struct Side {
+    Edge edge;       // smaller vertex first
+    Index triangle;  // of the surface
+    Index opposite;
+    bool is_turned;  // the triangle has the larger vertex first
+  };
+  const std::vector<BoundaryTriangle> surface =
+      find_boundary(std::span<const Tet>(tets_).subspan(where.first_tet, where.tet_count));
+  std::vector<Side> sides;
+  sides.reserve(3 * surface.size());
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    const Triangle& v = surface[t].vertices;
+    for (int i = 0; i < 3; ++i) {
+      const Index a = v[i], b = v[(i + 1) % 3];
+      sides.push_back(
+          {{std::min(a, b), std::max(a, b)}, static_cast<Index>(t), v[(i + 2) % 3], a > b});
+    }
+  }
+  std::ranges::sort(sides, {},
+                    [](const Side& side) { return std::pair(side.edge, side.triangle); });
+  std::vector<std::array<Index, 4>> known;  // those with a hinge already
+  for (const Hinge& hinge : hinges_) {
+    known.push_back(sorted_ends(hinge.vertices));
+  }
+  std::ranges::sort(known);
+  std::vector<Hinge> added;
+  for (auto first = sides.begin(); first != sides.end();) {
+    const auto end = std::find_if(first, sides.end(),
+                                  [&](const Side& side) { return side.edge != first->edge; });
+    if (end - first == 2) {
+      const Side& left = first->is_turned ? first[1] : first[0];  // wound along the edge
+      const Side& right = first->is_turned ? first[0] : first[1];
+      added.push_back({{left.edge[0], left.edge[1], left.opposite, right.opposite}, rigidity});
+      const std::string what = "hinge " + std::to_string(hinges_.size() + added.size() - 1);
+      check_hinge(what, added.back(), positions_);
+      if (std::ranges::binary_search(known, sorted_ends(added.back().vertices))) {
+        throw InvalidArgument(what + " joins triangles of body '" + where.name +
+                              "' that have a hinge already; two triangles have one hinge");
+      }
+    }
+    first = end;
+  }
+  hinges_.insert(hinges_.end(), added.begin(), added.end());
+  return static_cast<Index>(added.size());
 }
 
 void Scene::set_gravity(const Eigen::Vector3f& gravity) {

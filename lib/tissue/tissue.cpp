@@ -52,6 +52,8 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
   data.tet_masses = UndoArray(std::move(tet_masses));
   data.links = UndoArray(std::vector<Link>(scene.links().begin(), scene.links().end()));
   data.link_alive = UndoArray(std::vector<std::uint8_t>(scene.links().size(), 1));
+  data.hinges = UndoArray(std::vector<Hinge>(scene.hinges().begin(), scene.hinges().end()));
+  data.hinge_alive = UndoArray(std::vector<std::uint8_t>(scene.hinges().size(), 1));
   connect(data);
   return made;
 }
@@ -59,8 +61,8 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
 void clear(TissueChange& change) {
   for (std::vector<Index>* const ids :
        {&change.removed_tets, &change.removed_edges, &change.removed_edge_ends,
-        &change.removed_links, &change.emptied_vertices, &change.weighed_vertices,
-        &change.corner_edges, &change.moved_edges}) {
+        &change.removed_links, &change.removed_hinges, &change.emptied_vertices,
+        &change.weighed_vertices, &change.corner_edges, &change.moved_edges}) {
     ids->clear();
   }
   change.reshaped_tets.clear();
@@ -91,8 +93,9 @@ std::size_t bytes_of(const TissueChange& change) {
              edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
              edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
-             change.removed_links, change.emptied_vertices, change.weighed_vertices,
-             change.reshaped_tets, change.corner_edges, change.moved_edges, change.parted_edges);
+             change.removed_links, change.removed_hinges, change.emptied_vertices,
+             change.weighed_vertices, change.reshaped_tets, change.corner_edges, change.moved_edges,
+             change.parted_edges);
 }
 
 void begin_edit(TissueData& data, const TopologyEdit& edit) {
@@ -105,6 +108,7 @@ void begin_edit(TissueData& data, const TopologyEdit& edit) {
   change.first_new_vertex = data.vertex_count();
   change.first_new_tet = data.tets.size();
   change.first_new_link = data.links.size();
+  change.first_new_hinge = data.hinges.size();
   change.first_new_edge = data.edges.size();
   change.first_new_body = data.bodies.size();
   change.version_before = data.version;
@@ -137,6 +141,12 @@ void carry_out(TissueData& data, const TopologyEdit& edit) {
     link.first += data.change.first_vertex_of_bodies();
     link.second += data.change.first_vertex_of_bodies();
     data.add_link(link);
+  }
+  for (Hinge hinge : edit.new_bodies.hinges()) {
+    for (Index& v : hinge.vertices) {
+      v += data.change.first_vertex_of_bodies();
+    }
+    data.add_hinge(hinge);
   }
 }
 
@@ -302,6 +312,11 @@ std::span<const Index> Tissue::links_at(Index vertex) const {
   return data_->vertex_links[vertex];
 }
 
+std::span<const Index> Tissue::hinges_at(Index vertex) const {
+  check_id("vertex", vertex, static_cast<std::size_t>(data_->vertex_count()));
+  return data_->hinges_at(vertex);
+}
+
 std::span<const Tet> Tissue::tets() const noexcept {
   return data_->tets.values();
 }
@@ -328,6 +343,9 @@ std::span<const Index> Tissue::edge_tets() const noexcept {
 std::span<const Link> Tissue::links() const noexcept {
   return data_->links.values();
 }
+std::span<const Hinge> Tissue::hinges() const noexcept {
+  return data_->hinges.values();
+}
 
 bool Tissue::is_tet_alive(Index tet) const {
   check_id("tet", tet, data_->tets.values().size());
@@ -342,6 +360,11 @@ bool Tissue::is_edge_alive(Index edge) const {
 bool Tissue::is_link_alive(Index link) const {
   check_id("link", link, data_->links.values().size());
   return data_->link_alive[link] != 0;
+}
+
+bool Tissue::is_hinge_alive(Index hinge) const {
+  check_id("hinge", hinge, data_->hinges.values().size());
+  return data_->hinge_alive[hinge] != 0;
 }
 
 const Eigen::Vector3f& Tissue::gravity() const noexcept {
@@ -367,6 +390,13 @@ void Tissue::reserve(std::size_t vertices, std::size_t tets, std::size_t edges, 
   data.vertex_tets.reserve(vertices, 4 * kTetsAtVertex * tets, 4 * tets);
   data.vertex_links.reserve(vertices, 2 * kLinksAtVertex * links, 2 * links);
   pbdsurg::reserve(data.change, vertices, tets, edges, links);
+  if (data.hinges.size() > 0) {  // which go with tetrahedra
+    constexpr std::size_t kHingesAtVertex = 32;
+    const std::size_t hinges = kHingesOfTet * tets;
+    data.hinge_alive.reserve(0, hinges);
+    data.vertex_hinges.reserve(vertices, kHingesAtVertex * vertices, 4 * hinges);
+    data.change.removed_hinges.reserve(std::min(hinges, kEntriesOfEdit));
+  }
 }
 
 std::size_t Tissue::memory_bytes() const noexcept {

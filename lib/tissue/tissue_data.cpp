@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tissue/tissue_data.h"
 
+#include <array>
 #include <atomic>
 #include <numeric>
 #include <utility>
@@ -10,19 +11,29 @@
 namespace pbdsurg {
 namespace {
 
-IndexLists find_vertex_links(Index vertex_count, std::span<const Link> links) {
+std::array<Index, 2> vertices_of(const Link& link) {
+  return {link.first, link.second};
+}
+std::array<Index, 4> vertices_of(const Hinge& hinge) {
+  return hinge.vertices;
+}
+
+template <class Element>
+IndexLists find_at_vertices(Index vertex_count, std::span<const Element> elements) {
   IndexLists lists;
   lists.offsets.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
-  for (const Link& link : links) {
-    ++lists.offsets[link.first + 1];
-    ++lists.offsets[link.second + 1];
+  for (const Element& element : elements) {
+    for (const Index v : vertices_of(element)) {
+      ++lists.offsets[v + 1];
+    }
   }
   std::partial_sum(lists.offsets.begin(), lists.offsets.end(), lists.offsets.begin());
   lists.entries.resize(static_cast<std::size_t>(lists.offsets.back()));
   std::vector<Index> next(lists.offsets.begin(), lists.offsets.end() - 1);
-  for (std::size_t l = 0; l < links.size(); ++l) {
-    lists.entries[next[links[l].first]++] = static_cast<Index>(l);
-    lists.entries[next[links[l].second]++] = static_cast<Index>(l);
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    for (const Index v : vertices_of(elements[i])) {
+      lists.entries[next[v]++] = static_cast<Index>(i);
+    }
   }
   return lists;
 }
@@ -39,7 +50,10 @@ void connect(TissueData& data) {
     }
   }
   data.vertex_tets = VertexLists(find_vertex_tets(data.vertex_count(), data.tets.values()));
-  data.vertex_links = VertexLists(find_vertex_links(data.vertex_count(), data.links.values()));
+  data.vertex_links = VertexLists(find_at_vertices(data.vertex_count(), data.links.values()));
+  if (data.hinges.size() > 0) {
+    data.vertex_hinges = VertexLists(find_at_vertices(data.vertex_count(), data.hinges.values()));
+  }
   data.edges = UndoArray(std::move(edges));
   data.tet_edges = UndoArray(std::move(tet_edges));
   data.edge_tets = UndoArray(std::move(edge_tets));
@@ -106,8 +120,7 @@ void TissueData::add_vertex(const NewVertex& vertex) {
   fixed.push_back(fixed[vertex.first] != 0 && fixed[vertex.second] != 0 ? 1 : 0);
   masses.push_back(0);
   later_vertex_bodies.push_back(body);
-  vertex_tets.resize(static_cast<std::size_t>(vertex_count()));
-  vertex_links.resize(static_cast<std::size_t>(vertex_count()));
+  resize_vertex_lists();
 }
 
 Index TissueData::add_edge(const Edge& ends) {
@@ -131,6 +144,25 @@ void TissueData::add_link(const Link& link) {
   link_alive.push_back(1);
   vertex_links.insert(link.first, id);
   vertex_links.insert(link.second, id);
+}
+
+void TissueData::add_hinge(const Hinge& hinge) {
+  const Index id = hinges.size();
+  hinges.push_back(hinge);
+  hinge_alive.push_back(1);
+  resize_vertex_lists();  // the first of all
+  for (const Index v : hinge.vertices) {
+    vertex_hinges.insert(v, id);
+  }
+}
+
+void TissueData::resize_vertex_lists() {
+  const auto count = static_cast<std::size_t>(vertex_count());
+  vertex_tets.resize(count);
+  vertex_links.resize(count);
+  if (hinges.size() > 0) {
+    vertex_hinges.resize(count);
+  }
 }
 
 }  // namespace pbdsurg

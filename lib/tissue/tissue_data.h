@@ -22,6 +22,9 @@ namespace pbdsurg {
 
 using TetEdges = std::array<Index, 6>;
 
+/// That go with a tetrahedron: of two triangles of the surface, more or less.
+inline constexpr std::size_t kHingesOfTet = 6;
+
 struct TissueData {
   Eigen::Vector3f gravity{0, 0, 0};
   UndoArray<Body> bodies;
@@ -38,10 +41,13 @@ struct TissueData {
   UndoArray<std::uint8_t> tet_alive;  // [tet_count]
   UndoArray<double> tet_masses;       // [tet_count] kg
 
-  UndoArray<Edge> edges;               // [edge_count]
-  UndoArray<Index> edge_tets;          // [edge_count] live tetrahedra around each
-  UndoArray<Link> links;               // [link_count]
-  UndoArray<std::uint8_t> link_alive;  // [link_count]
+  UndoArray<Edge> edges;                // [edge_count]
+  UndoArray<Index> edge_tets;           // [edge_count] live tetrahedra around each
+  UndoArray<Link> links;                // [link_count]
+  UndoArray<std::uint8_t> link_alive;   // [link_count]
+  UndoArray<Hinge> hinges;              // [hinge_count]
+  UndoArray<std::uint8_t> hinge_alive;  // [hinge_count]
+  VertexLists vertex_hinges;            // [vertex_count] of the living; empty where there are none
 
   std::uint64_t identity = 0;
   std::uint64_t version = 0;
@@ -65,8 +71,12 @@ struct TissueData {
     visit(rest_positions), visit(fixed), visit(masses), visit(vertex_tets), visit(vertex_links);
     visit(tets), visit(tet_edges), visit(tet_alive), visit(tet_masses);
     visit(edges), visit(edge_tets), visit(links), visit(link_alive);
+    visit(hinges), visit(hinge_alive), visit(vertex_hinges);
   }
 
+  [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const noexcept {
+    return hinges.size() == 0 ? std::span<const Index>() : vertex_hinges[vertex];
+  }
   [[nodiscard]] Index body_of_vertex(Index vertex) const noexcept;
   [[nodiscard]] Index body_of_tet(Index tet) const noexcept;
   [[nodiscard]] Index first_later_vertex(Index body) const noexcept;
@@ -79,6 +89,8 @@ struct TissueData {
   Index add_edge(const Edge& ends);
   Index add_tet(const Tet& vertices, Index body, double mass);
   void add_link(const Link& link);
+  void add_hinge(const Hinge& hinge);
+  void resize_vertex_lists();  // to the vertices that there are
 };
 
 /// Calls visit(vertex), visit(tet) for those of a body, dead ones, too; ids ascend. Cost: O(those
@@ -108,7 +120,7 @@ void for_each_tet_of(const TissueData& data, Index body, Visit visit) {
   }
 }
 
-/// Finds edges and adjacency of tetrahedra and links that live, all of them.
+/// Finds edges and adjacency of tetrahedra, links and hinges that live, all of them.
 void connect(TissueData& data);
 
 /// Another at each call.

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
@@ -38,6 +39,7 @@ struct HostStages {
     volumes.assign(records.volumes.size(), {});
     joints.assign(7 * records.joints.size(), {});
     neo_hookeans.assign(records.neo_hookeans.size(), {});
+    bendings.assign(records.bendings.size(), {});
   }
 
   /// As the device writes words.
@@ -56,6 +58,8 @@ struct HostStages {
           return records.neo_hookeans.data();
         case DeviceArray::strain_limits:
           return records.strain_limits.data();
+        case DeviceArray::bendings:
+          return records.bendings.data();
         case DeviceArray::tubes:
           return records.tubes.data();
         case DeviceArray::particles:
@@ -67,6 +71,8 @@ struct HostStages {
         case DeviceArray::volume_rows:
         case DeviceArray::damped_spring_rows:
         case DeviceArray::damped_volume_rows:
+        case DeviceArray::hinge_rows:
+        case DeviceArray::damped_hinge_rows:
           break;
       }
       throw Error("a plan of stages writes array " + std::to_string(static_cast<int>(array)));
@@ -167,6 +173,13 @@ struct HostStages {
                                        substep);
         break;
       }
+      case PhaseKind::bending: {
+        const BendingRecord& record = records.bendings[i];
+        const float parameters[] = {record.rest, record.stiffness, record.damping};
+        project<BendingConstraint>(record.places, parameters, bendings[i].values, particles,
+                                   previous, substep);
+        break;
+      }
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
@@ -193,7 +206,7 @@ struct HostStages {
                               previous, substep);
   }
 
-  std::vector<Multipliers<1>> distances, volumes, joints;
+  std::vector<Multipliers<1>> distances, volumes, joints, bendings;
   std::vector<Multipliers<9>> neo_hookeans;
 };
 

@@ -88,8 +88,8 @@ std::string difference(const std::vector<Particle>& device, const std::vector<Pa
 }
 
 std::string name_of(const Stage& stage) {
-  constexpr std::array kNames{"distance",     "volume", "joint",      "neo_hookean",
-                              "strain_limit", "vertex", "attachment", "contact"};
+  constexpr std::array kNames{"distance", "volume", "joint",      "neo_hookean", "strain_limit",
+                              "bending",  "vertex", "attachment", "contact"};
   return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
          std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
          std::to_string(stage.level_count);
@@ -273,6 +273,7 @@ std::string row_difference(Device& device, const VertexBlocks& blocks) {
   const VertexArrays& there = device.vertices.arrays();
   const std::vector<SpringRow> springs = device.all(there.springs, host.springs.size());
   const std::vector<VolumeRow> volumes = device.all(there.volumes, host.volumes.size());
+  const std::vector<HingeRow> hinges = device.all(there.hinges, host.hinges.size());
   for (const VertexBlock& block : host.blocks) {
     for (const std::string& text :
          {row_difference("stiffness", springs, host.springs, block.springs, block.lane_count,
@@ -282,7 +283,11 @@ std::string row_difference(Device& device, const VertexBlocks& blocks) {
           row_difference("volume stiffness", volumes, host.volumes, block.volumes, block.lane_count,
                          &VolumeRow::stiffness),
           row_difference("target", volumes, host.volumes, block.volumes, block.lane_count,
-                         &VolumeRow::target)}) {
+                         &VolumeRow::target),
+          row_difference("hinge stiffness", hinges, host.hinges, block.hinges, block.lane_count,
+                         &HingeRow::stiffness),
+          row_difference("hinge rest", hinges, host.hinges, block.hinges, block.lane_count,
+                         &HingeRow::rest)}) {
       if (!text.empty()) {
         return text;
       }

@@ -89,6 +89,9 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::strain_limit:
         add_contents(records.strain_limits, stage, contents);
         break;
+      case PhaseKind::bending:
+        add_contents(records.bendings, stage, contents);
+        break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:

@@ -48,6 +48,8 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
       return visit(records.volumes);
     case PhaseKind::neo_hookean:
       return visit(records.neo_hookeans);
+    case PhaseKind::bending:
+      return visit(records.bendings);
     case PhaseKind::strain_limit:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:

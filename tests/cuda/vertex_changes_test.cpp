@@ -39,6 +39,8 @@ struct HostRows {
     volumes.assign(arrays.volumes.begin(), arrays.volumes.end());
     damped_springs.assign(arrays.damped_springs.begin(), arrays.damped_springs.end());
     damped_volumes.assign(arrays.damped_volumes.begin(), arrays.damped_volumes.end());
+    hinges.assign(arrays.hinges.begin(), arrays.hinges.end());
+    damped_hinges.assign(arrays.damped_hinges.begin(), arrays.damped_hinges.end());
   }
 
   /// As the device writes words.
@@ -54,7 +56,8 @@ struct HostRows {
   /// Moves all vertices of a stage, the last first, as if no tool were there.
   void solve(const Stage& stage, std::vector<Particle>& particles,
              const std::vector<Particle>& flights, float relaxation) {
-    const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data()};
+    const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data(),
+                          hinges.data()};
     for (Index b = stage.first + stage.count; b-- > stage.first;) {
       for (Index lane = blocks[b].lane_count; lane-- > 0;) {
         Particle& p = at(particles.data(), blocks[b].corners[lane]);
@@ -74,8 +77,9 @@ struct HostRows {
   }
 
   void prepare(const std::vector<Particle>& previous) {
-    const DampedRows rows{blocks.data(), springs.data(), volumes.data(), damped_springs.data(),
-                          damped_volumes.data()};
+    const DampedRows rows{blocks.data(),       springs.data(),        volumes.data(),
+                          hinges.data(),       damped_springs.data(), damped_volumes.data(),
+                          damped_hinges.data()};
     for (const VertexBlock& block : blocks) {
       for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
         add_damping(rows, block, LaneAccess{previous.data(), lane}, kSubstep.inverse_dt);
@@ -87,7 +91,8 @@ struct HostRows {
   std::vector<PullRow> pulls;
   std::vector<SpringRow> springs;
   std::vector<VolumeRow> volumes;
-  std::vector<DampedRow> damped_springs, damped_volumes;
+  std::vector<HingeRow> hinges;
+  std::vector<DampedRow> damped_springs, damped_volumes, damped_hinges;
 
  private:
   std::span<std::byte> bytes_of(DeviceArray array) {
@@ -105,12 +110,17 @@ struct HostRows {
         return bytes(damped_springs);
       case DeviceArray::damped_volume_rows:
         return bytes(damped_volumes);
+      case DeviceArray::hinge_rows:
+        return bytes(hinges);
+      case DeviceArray::damped_hinge_rows:
+        return bytes(damped_hinges);
       case DeviceArray::distances:
       case DeviceArray::distance_damping:
       case DeviceArray::volumes:
       case DeviceArray::joints:
       case DeviceArray::neo_hookeans:
       case DeviceArray::strain_limits:
+      case DeviceArray::bendings:
       case DeviceArray::tubes:
       case DeviceArray::particles:
       case DeviceArray::velocities:

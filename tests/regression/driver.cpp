@@ -39,6 +39,8 @@ int number_of(PhaseKind kind) {
       return 6;
     case PhaseKind::contact:
       return 7;
+    case PhaseKind::bending:
+      return 8;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

@@ -304,6 +304,7 @@ class FakeDevice final : public Backend {
     volumes_ = {data.sets.of<VolumeConstraint>(), data.tissue->tets().size()};
     neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
     strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
+    bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
     blocks_ = data.vertex_method.blocks;
     own_.others.resize(data.others.size());
     own_.options = data.options;
@@ -336,15 +337,23 @@ class FakeDevice final : public Backend {
         case PhaseKind::neo_hookean:
           neo_hookeans_.set_serial(phase.color);
           break;
-        default:
+        case PhaseKind::strain_limit:
           strain_limits_.set_serial(phase.color);
           break;
+        case PhaseKind::bending:
+          bendings_.set_serial(phase.color);
+          break;
+        case PhaseKind::vertex:
+        case PhaseKind::attachment:
+        case PhaseKind::contact:
+          break;  // not among a solver's constraints
       }
     }
     own_.sets.of<DistanceConstraint>() = distances_.make_slots();
     own_.sets.of<VolumeConstraint>() = volumes_.make_slots();
     own_.sets.of<NeoHookeanConstraint>() = neo_hookeans_.make_slots();
     own_.sets.of<StrainLimitConstraint>() = strain_limits_.make_slots();
+    own_.sets.of<BendingConstraint>() = bendings_.make_slots();
   }
 
   // Topology as far as a step reads it, which edits of the live tissue do not reach.
@@ -397,7 +406,14 @@ class FakeDevice final : public Backend {
         case PhaseKind::strain_limit:
           strain_limits_.take_over(data.sets.of<StrainLimitConstraint>(), id);
           break;
-        default:
+        case PhaseKind::bending:
+          bendings_.take_over(data.sets.of<BendingConstraint>(), id);
+          break;
+        case PhaseKind::joint:
+        case PhaseKind::attachment:
+        case PhaseKind::contact:
+          throw Error("a change of no constraint");
+        case PhaseKind::vertex:
           blocks.insert(data.vertex_method.blocks.place_of(id).block);
           break;
       }
@@ -406,6 +422,7 @@ class FakeDevice final : public Backend {
     refresh(volumes_, data);
     refresh(neo_hookeans_, data);
     refresh(strain_limits_, data);
+    refresh(bendings_, data);
     take_over_blocks(data.vertex_method.blocks, blocks);
     if (changes.watched) {
       watched_ = data.watched_places;
@@ -456,7 +473,8 @@ class FakeDevice final : public Backend {
       if (!named.contains(b) && !(equal(before.blocks, after.blocks, {b, 1}) &&
                                   equal(before.pulls, after.pulls, block.pulls) &&
                                   equal(before.springs, after.springs, block.springs) &&
-                                  equal(before.volumes, after.volumes, block.volumes))) {
+                                  equal(before.volumes, after.volumes, block.volumes) &&
+                                  equal(before.hinges, after.hinges, block.hinges))) {
         throw Error("nobody told of a change in block " + std::to_string(b));
       }
     }
@@ -492,6 +510,7 @@ class FakeDevice final : public Backend {
   DeviceRecords<VolumeConstraint> volumes_;
   DeviceRecords<NeoHookeanConstraint> neo_hookeans_;
   DeviceRecords<StrainLimitConstraint> strain_limits_;
+  DeviceRecords<BendingConstraint> bendings_;
   VertexBlocks blocks_;  // as taken over: a step changes those in own_
   std::vector<Index> watched_;
   std::unique_ptr<Backend> serial_ = make_serial_backend();

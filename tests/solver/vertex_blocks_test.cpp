@@ -7,6 +7,7 @@
 
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/scene.h"
 
 #include "solver/lane_access.h"
 #include "solver/vertex_kernel.h"
@@ -25,6 +26,7 @@ struct Sample {
   std::vector<bool> moves;
   std::vector<VertexTet> tets;
   std::vector<VertexSpring> springs;
+  std::vector<VertexHinge> hinges;
   std::vector<Particle> particles;
 
   Sample() {
@@ -49,9 +51,17 @@ struct Sample {
     for (const Edge& edge : edges) {
       springs.push_back({edge, 2.0F, 9e-4F, 1e-4F});
     }
+    Scene scene;
+    scene.add_body("box", mesh);
+    scene.add_hinges(0, 1);
+    for (const Hinge& hinge : scene.hinges()) {
+      hinges.push_back({hinge.vertices, 1e-5F, 0.1F, 1e-9F});
+    }
   }
 
-  [[nodiscard]] VertexBlocks build() const { return {moves, tets, springs, {.repair = true}}; }
+  [[nodiscard]] VertexBlocks build() const {
+    return {moves, tets, springs, hinges, {.repair = true}};
+  }
 };
 
 struct Entry {
@@ -124,7 +134,11 @@ TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbo
   for (const auto& [a, b] : sample.edges) {
     CHECK((color_of[a] == kInvalidIndex || color_of[a] != color_of[b]));
   }
-  CHECK(blocks.color_count() <= 9);
+  for (const VertexHinge& hinge : sample.hinges) {
+    const Index a = hinge.vertices[2], b = hinge.vertices[3];
+    CHECK((color_of[a] == kInvalidIndex || color_of[a] != color_of[b]));
+  }
+  CHECK(blocks.color_count() <= 11);
 }
 
 // Would catch two threads at one vertex: what fills a block up reads its own vertices alone.
@@ -133,7 +147,7 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
   const Sample sample;
   const VertexBlocks blocks = sample.build();
   const VertexRows rows = blocks.rows();
-  Index padded = 0;
+  Index padded = 0, padded_hinges = 0;
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index i = 0; i < block.volumes.count; ++i) {
@@ -151,6 +165,21 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
         CHECK(row.stiffness[lane] == row.stiffness[block.lane_count - 1]);
       }
     }
+    for (Index i = 0; i < block.hinges.count; ++i) {
+      const HingeRow& row = rows.hinges[block.hinges.first + i];
+      for (Index lane = 0; lane < block.lane_count; ++lane) {
+        if (row.stiffness[lane] == 0) {
+          ++padded_hinges;
+          CHECK(row.neighbors[0][lane] == block.corners[lane]);
+          CHECK(row.neighbors[2][lane] == block.corners[lane]);
+        }
+      }
+      for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
+        CHECK(row.neighbors[1][lane] == row.neighbors[1][block.lane_count - 1]);
+        CHECK(row.is_opposite[lane] == row.is_opposite[block.lane_count - 1]);
+        CHECK(row.rest[lane] == row.rest[block.lane_count - 1]);
+      }
+    }
     for (Index i = 0; i < block.pulls.count; ++i) {
       const PullRow& row = rows.pulls[block.pulls.first + i];
       for (Index lane = block.lane_count; lane < kBlockLanes; ++lane) {
@@ -160,6 +189,7 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
     }
   }
   CHECK(padded > 0);
+  CHECK(padded_hinges > 0);
 }
 
 TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[property]") {
@@ -190,8 +220,16 @@ TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[pro
     }
     springs.push_back(sample.springs[s]);
   }
+  std::vector<VertexHinge> hinges;
+  for (Index h = 0; h < static_cast<Index>(sample.hinges.size()); ++h) {
+    if (h % 3 == 1) {
+      changed.remove_hinge(h);
+    } else {
+      hinges.push_back(sample.hinges[h]);
+    }
+  }
   changed.refresh();
-  VertexBlocks made(sample.moves, kept, springs, {.repair = true});
+  VertexBlocks made(sample.moves, kept, springs, hinges, {.repair = true});
   check_equal(changed, made, sample.particles);
 
   // and so are those that a substep makes of them
@@ -213,11 +251,14 @@ TEST_CASE("vertex blocks: rows that no vertex of a block needs any more go", "[u
   for (Index s = 0; s < static_cast<Index>(sample.springs.size()); ++s) {
     blocks.remove_spring(s);
   }
+  for (Index h = 0; h < static_cast<Index>(sample.hinges.size()); ++h) {
+    blocks.remove_hinge(h);
+  }
   blocks.refresh();
 
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = blocks.rows().blocks[b];
-    CHECK(block.pulls.count + block.springs.count + block.volumes.count == 0);
+    CHECK(block.pulls.count + block.springs.count + block.volumes.count + block.hinges.count == 0);
   }
 }
 
@@ -225,7 +266,7 @@ TEST_CASE("vertex blocks: rows that no vertex of a block needs any more go", "[u
 TEST_CASE("vertex blocks: damping resists what has changed since the start", "[unit]") {
   const std::vector<bool> moves{true, false};
   const float damping = 3e-3F, inverse_dt = 1e3F;
-  VertexBlocks blocks(moves, {}, {{{0, 1}, 2.0F, 0.01F, damping}}, {});
+  VertexBlocks blocks(moves, {}, {{{0, 1}, 2.0F, 0.01F, damping}}, {}, {});
   std::vector<Particle> particles{{0, 0, 0, 1}, {0.012F, 0, 0, 0}};
   blocks.prepare({0, 1}, particles, inverse_dt);
 
@@ -233,6 +274,21 @@ TEST_CASE("vertex blocks: damping resists what has changed since the start", "[u
   particles[1].x = 0.013F;
   CHECK(energies(blocks, particles)[0].energy.force.x ==
         Approx(2 * 0.003 + damping * 0.001 * inverse_dt).epsilon(1e-4));
+}
+
+// Would catch a dashpot of tangents, which is none where they grow: near half a turn.
+TEST_CASE("vertex blocks: a damped hinge is drawn to rest from where it starts", "[unit]") {
+  const double rest = GENERATE(-3.0, -0.4, 0.0, 0.7, 3.0);  // rad
+  const double bent = GENERATE(-3.1, -0.2, 1.5, 3.1);
+  const double share = GENERATE(0.0, 0.25, 1.0);
+  const double pi = std::acos(-1.0);
+  const auto turn_of = [](double angle) { return 4 * std::tan(angle / 4); };
+  const auto way = [&](double angle) { return std::remainder(angle, 2 * pi); };
+  const double start = turn_of(way(bent - rest));
+  const double target = 4 * std::atan(turned_rest(turn_of(rest), share * start) / 4);
+  const double expected = rest + 4 * std::atan(share * start / 4);
+  CHECK(std::abs(target) <= pi + 1e-9);
+  CHECK(std::abs(way(target - expected)) < 1e-9);
 }
 
 }  // namespace pbdsurg

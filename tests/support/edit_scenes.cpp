@@ -102,6 +102,23 @@ EditScene make_solids() {
   return {"solids and a thread", std::move(scene)};
 }
 
+EditScene make_hinged_bodies() {
+  const TetMesh plate = make_box({3, 3, 1}, kEdge, 0.1, 6);
+  const TetMesh tube = make_box({2, 1, 1}, kEdge, 0.1, 7);
+  Material walls = elastic_material(tube, 1000, 20e3);
+  walls.has_volume_constraints = false;
+  Scene scene;
+  scene.add_body("plate", plate, {.model = ElasticModel::neo_hookean, .damping = 1e-3F});
+  scene.add_body("tube", tube, walls);
+  scene.add_hinges(0, 1e-5F);
+  scene.add_hinges(1, 1e-6F);
+  for (Index v = 0; v < tube.vertex_count(); ++v) {
+    scene.add_link({v, plate.vertex_count() + v, 1e-3F, kLink});
+  }
+  scene.fix_vertices(0, std::array<Index, 3>{0, 1, 2});
+  return {"hinged bodies", std::move(scene)};
+}
+
 EditScene make_joined_bodies() {
   const TetMesh lower = make_box({2, 2, 1}, kEdge, 0.1, 5);
   std::vector<Eigen::Vector3d> points(lower.positions().begin(), lower.positions().end());
@@ -130,6 +147,7 @@ const std::vector<EditScene>& edit_scenes() {
     all.push_back(make_linked_bodies());
     all.push_back(make_solids());
     all.push_back(make_joined_bodies());
+    all.push_back(make_hinged_bodies());
     return all;
   }();
   return scenes;
@@ -154,7 +172,7 @@ std::vector<SolverOptions> edit_options(const EditScene& scene) {
   const bool has_solid = std::ranges::any_of(scene.scene.bodies(), [](const Body& body) {
     return body.material.model == ElasticModel::neo_hookean;
   });
-  if (has_solid) {  // whose energy fractions do not follow
+  if (has_solid || !scene.scene.hinges().empty()) {  // whose energy fractions do not follow
     all.pop_back();
   }
   return all;

@@ -76,6 +76,28 @@ void LiveModel::add_bodies(const Scene& added) {
     links.push_back(link);
   }
   link_alive.resize(links.size(), true);
+  for (Hinge hinge : added.hinges()) {
+    for (Index& v : hinge.vertices) {
+      v += first_vertex;
+    }
+    hinges.push_back(hinge);
+  }
+  hinge_alive.resize(hinges.size(), true);
+}
+
+// A hinge needs both its triangles, of tetrahedra that were there before.
+void LiveModel::end_hinges(std::size_t tet_count_before) {
+  for (std::size_t h = 0; h < hinges.size(); ++h) {
+    const auto& v = hinges[h].vertices;
+    for (const Index opposite : {v[2], v[3]}) {
+      bool is_there = false;
+      for (std::size_t t = 0; t < tet_count_before && hinge_alive[h]; ++t) {
+        const auto has = [&](Index vertex) { return std::ranges::count(tets[t], vertex) > 0; };
+        is_there = is_there || (tet_alive[t] && has(v[0]) && has(v[1]) && has(opposite));
+      }
+      hinge_alive[h] = hinge_alive[h] && is_there;
+    }
+  }
 }
 
 void LiveModel::remove_body(Index body) {
@@ -102,6 +124,7 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
     link_alive[l] = false;
   }
   const Index first_new_vertex = vertex_count();
+  const std::size_t tet_count_before = tets.size();
   for (const NewVertex& vertex : edit.new_vertices) {
     const Eigen::Vector3d along = points[vertex.second] - points[vertex.first];
     points.push_back(points[vertex.first] + double{vertex.share} * along);
@@ -128,6 +151,7 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const NewTet& tet : edit.new_tets) {
     tet_alive[tet.parent] = false;
   }
+  end_hinges(tet_count_before);
   links.insert(links.end(), edit.new_links.begin(), edit.new_links.end());
   link_alive.resize(links.size(), true);
   add_bodies(edit.new_bodies);

@@ -38,6 +38,8 @@ struct LiveModel {
   std::vector<float> rest_volumes;      // [tet_count] m^3
   std::vector<Link> links;              // [link_count]
   std::vector<bool> link_alive;         // [link_count] unless an end has lost its tissue
+  std::vector<Hinge> hinges;            // [hinge_count]
+  std::vector<bool> hinge_alive;        // [hinge_count]
   std::map<Edge, float> rest_lengths;   // m, of edges that are or were
   std::map<Edge, float> limits;         // m, the same where stretch is limited
   bool has_grown = false;               // whether edits brought vertices or tetrahedra
@@ -45,6 +47,7 @@ struct LiveModel {
  private:
   void add_bodies(const Scene& added);
   void remove_body(Index body);
+  void end_hinges(std::size_t tet_count_before);
   void change_volume(const RestVolumeChange& change);
   void move_corner(const CornerMove& move);
   void add_tet(const NewTet& tet, const TopologyEdit& edit, Index first_new_vertex);

@@ -213,6 +213,46 @@ void compare_distances(const LiveModel& model, const Solver& solver, const Fresh
   }
 }
 
+void compare_hinges(const LiveModel& model, const Solver& solver) {
+  const Tissue& tissue = solver.tissue();
+  require(tissue.hinges().size() == model.hinges.size(), "hinges",
+          index_of(tissue.hinges().size()));
+  std::vector<std::vector<Index>> at(model.points.size());  // [vertex]
+  for (std::size_t h = 0; h < model.hinges.size(); ++h) {
+    require(tissue.hinges()[h].vertices == model.hinges[h].vertices &&
+                tissue.hinges()[h].rigidity == model.hinges[h].rigidity,
+            "hinge", index_of(h));
+    require(tissue.is_hinge_alive(index_of(h)) == model.hinge_alive[h], "hinge alive", index_of(h));
+    for (const Index v : model.hinges[h].vertices) {
+      if (model.hinge_alive[h]) {
+        at[v].push_back(index_of(h));
+      }
+    }
+    const auto& bendings = inspect(solver).sets.of<BendingConstraint>();
+    require(bendings.is_alive(index_of(h)) == model.hinge_alive[h], "bending alive", index_of(h));
+    if (model.hinge_alive[h]) {
+      const Hinge& hinge = model.hinges[h];
+      Vec3<double> x[4];
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Vector3d& point = model.points[hinge.vertices[k]];
+        x[k] = {point.x(), point.y(), point.z()};
+      }
+      const HingeAtRest rest = hinge_at_rest(x, hinge.rigidity);
+      const auto record = bendings.record(index_of(h));
+      const Body& body = model.bodies[model.vertex_bodies[hinge.vertices[0]]];
+      require(record.places == inspect(solver).places_of(hinge.vertices) &&
+                  std::abs(record.parameters[BendingConstraint::kRest] - rest.turn) < kRounding &&
+                  is_near(record.parameters[BendingConstraint::kStiffness], 1 / rest.stiffness,
+                          kRounding) &&
+                  record.parameters[BendingConstraint::kDamping] == body.material.damping,
+              "bending of hinge", index_of(h));
+    }
+  }
+  for (Index v = 0; v < model.vertex_count(); ++v) {
+    require(std::ranges::equal(tissue.hinges_at(v), at[v]), "hinges at vertex", v);
+  }
+}
+
 void compare_tets(const LiveModel& model, const Solver& solver) {
   const SolverData& data = inspect(solver);
   for (std::size_t i = 0; i < model.tets.size(); ++i) {
@@ -294,14 +334,10 @@ void compare_groups(const ConstraintSlots<Constraint>& slots, const SolverData& 
 }
 
 void compare_colors(const SolverData& data) {
-  std::vector<bool> distances(
-      static_cast<std::size_t>(data.sets.of<DistanceConstraint>().group_count()));
-  std::vector<bool> volumes(
-      static_cast<std::size_t>(data.sets.of<VolumeConstraint>().group_count()));
-  std::vector<bool> neo_hookeans(
-      static_cast<std::size_t>(data.sets.of<NeoHookeanConstraint>().group_count()));
-  std::vector<bool> strain_limits(
-      static_cast<std::size_t>(data.sets.of<StrainLimitConstraint>().group_count()));
+  std::map<PhaseKind, std::vector<bool>> is_serial;  // of the groups of a kind of constraint
+  data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+    is_serial[KindOf<Constraint>::kPhase].resize(static_cast<std::size_t>(slots.group_count()));
+  });
   std::map<std::pair<Index, Index>, Index> domain_of;  // of (level, place)
   const auto claim = [&](const auto& slots, Index group, const Phase& phase) {
     if (data.sets.domain_counts.size() > 1) {
@@ -316,37 +352,23 @@ void compare_colors(const SolverData& data) {
   };
   for (const Phase& phase : data.sets.phases) {
     const auto color = static_cast<std::size_t>(phase.color);
-    switch (phase.kind) {
-      case PhaseKind::distance:
-        distances[color] = phase.serial;
-        claim(data.sets.of<DistanceConstraint>(), phase.color, phase);
-        break;
-      case PhaseKind::joint:
-        for (Index place = 0; place < 6; ++place) {
-          distances[data.sets.joint_group(phase.color, place)] = phase.serial;
-        }
-        [[fallthrough]];
-      case PhaseKind::volume:
-        volumes[color] = phase.serial;
-        claim(data.sets.of<VolumeConstraint>(), phase.color, phase);
-        break;
-      case PhaseKind::neo_hookean:
-        neo_hookeans[color] = phase.serial;
-        claim(data.sets.of<NeoHookeanConstraint>(), phase.color, phase);
-        break;
-      case PhaseKind::strain_limit:
-        strain_limits[color] = phase.serial;
-        claim(data.sets.of<StrainLimitConstraint>(), phase.color, phase);
-        break;
-      default:
-        require(false, "kind of a constraint's phase", static_cast<Index>(phase.kind));
+    if (phase.kind == PhaseKind::joint) {
+      for (Index place = 0; place < 6; ++place) {
+        is_serial[PhaseKind::distance][data.sets.joint_group(phase.color, place)] = phase.serial;
+      }
     }
+    bool is_elastic = false;
+    data.sets.visit_set(phase.kind,
+                        [&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+                          is_elastic = true;
+                          is_serial[KindOf<Constraint>::kPhase][color] = phase.serial;
+                          claim(slots, phase.color, phase);
+                        });
+    require(is_elastic, "kind of a constraint's phase", static_cast<Index>(phase.kind));
   }
-  compare_groups(data.sets.of<DistanceConstraint>(), data, distances, "group of distances");
-  compare_groups(data.sets.of<VolumeConstraint>(), data, volumes, "group of volumes");
-  compare_groups(data.sets.of<NeoHookeanConstraint>(), data, neo_hookeans, "group of neo-hookeans");
-  compare_groups(data.sets.of<StrainLimitConstraint>(), data, strain_limits,
-                 "group of strain limits");
+  data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+    compare_groups(slots, data, is_serial[KindOf<Constraint>::kPhase], "group of constraints");
+  });
 }
 
 void compare_plan(const SolverData& data) {
@@ -411,6 +433,7 @@ std::string difference(const LiveModel& model, const Solver& solver) {
     compare_masses(model, solver, fresh);
     compare_distances(model, solver, fresh);
     compare_tets(model, solver);
+    compare_hinges(model, solver);
     compare_owners(model, solver, fresh);
     compare_colors(inspect(solver));
     compare_plan(inspect(solver));

@@ -38,33 +38,19 @@ inline bool is_plan_valid(const SolverData& data) {
   const auto self = [](Index id) { return id; };
   for (const Phase& phase : data.sets.phases) {
     std::map<Index, Index> users;
-    switch (phase.kind) {
-      case PhaseKind::distance:
-        visit(phase, data.sets.of<DistanceConstraint>(), phase.color, users, self);
-        break;
-      case PhaseKind::joint:
-        for (Index place = 0; place < 6; ++place) {
-          visit(phase, data.sets.of<DistanceConstraint>(),
-                data.sets.joint_group(phase.color, place), users, [&](Index distance) {
-                  const Index owner =
-                      data.sets.edge_owners[data.sets.distance_ids.edge_of(distance)];
-                  is_valid =
-                      is_valid && data.sets.of<VolumeConstraint>().group_of(owner) == phase.color;
-                  return owner;
-                });
-        }
-        visit(phase, data.sets.of<VolumeConstraint>(), phase.color, users, self);
-        break;
-      case PhaseKind::volume:
-        visit(phase, data.sets.of<VolumeConstraint>(), phase.color, users, self);
-        break;
-      case PhaseKind::neo_hookean:
-        visit(phase, data.sets.of<NeoHookeanConstraint>(), phase.color, users, self);
-        break;
-      default:
-        visit(phase, data.sets.of<StrainLimitConstraint>(), phase.color, users, self);
-        break;
+    if (phase.kind == PhaseKind::joint) {
+      for (Index place = 0; place < 6; ++place) {
+        visit(phase, data.sets.of<DistanceConstraint>(), data.sets.joint_group(phase.color, place),
+              users, [&](Index distance) {
+                const Index owner = data.sets.edge_owners[data.sets.distance_ids.edge_of(distance)];
+                is_valid =
+                    is_valid && data.sets.of<VolumeConstraint>().group_of(owner) == phase.color;
+                return owner;
+              });
+      }
     }
+    data.sets.visit_set(phase.kind,
+                        [&](const auto& slots) { visit(phase, slots, phase.color, users, self); });
   }
   return is_valid;
 }

@@ -69,6 +69,9 @@ Scene make_bodies(const Solver& solver, Choices& choices) {
     const TetMesh mesh = make_mesh(choices);
     const Index body =
         scene.add_body(name, mesh, make_material(mesh, solver.options().mode, choices));
+    if (!solver.tissue().hinges().empty() && choices.below(2) == 0) {
+      scene.add_hinges(body, 1e-6F * (1 + choices.below(100)));
+    }
     if (choices.below(2) == 0) {
       const auto any = [](Index) { return true; };
       const auto all = find_all(static_cast<std::size_t>(mesh.vertex_count()), any);

@@ -43,6 +43,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
   for (Index v = 0; v < static_cast<Index>(data.particles.size()); ++v) {
     digest.mix_all(data.tissue->tets_at(v));
     digest.mix_all(data.tissue->links_at(v));
+    digest.mix_all(data.tissue->hinges_at(v));
   }
   digest.mix(data.sets.distance_ids.count());
   digest.mix_all(tissue.tet_alive.values());
@@ -58,10 +59,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(link.first);
     digest.mix(link.second);
   }
-  mix_slots(digest, data.sets.of<DistanceConstraint>());
-  mix_slots(digest, data.sets.of<VolumeConstraint>());
-  mix_slots(digest, data.sets.of<NeoHookeanConstraint>());
-  mix_slots(digest, data.sets.of<StrainLimitConstraint>());
+  data.sets.for_each_set([&](const auto& slots) { mix_slots(digest, slots); });
   for (std::size_t edge = 0; edge < data.tissue->edges().size(); ++edge) {
     digest.mix(data.sets.edge_owners[static_cast<Index>(edge)]);
   }
@@ -102,6 +100,17 @@ inline std::uint64_t digest_of(const SolverData& data) {
       if (rows.damped_volumes.empty()) {
         digest.mix_all(rows.volumes[i].stiffness);
         digest.mix_all(rows.volumes[i].target);
+      }
+    }
+    digest.mix(block.hinges.count);
+    for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+      for (const auto& corners : rows.hinges[i].neighbors) {
+        digest.mix_all(corners);
+      }
+      digest.mix_all(rows.hinges[i].is_opposite);
+      if (rows.damped_hinges.empty()) {
+        digest.mix_all(rows.hinges[i].stiffness);
+        digest.mix_all(rows.hinges[i].rest);
       }
     }
   }

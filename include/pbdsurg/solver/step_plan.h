@@ -39,6 +39,7 @@ enum class PhaseKind : std::uint8_t {
   joint,
   neo_hookean,   ///< tetrahedra of Neo-Hookean bodies
   strain_limit,  ///< edges of bodies whose stretch is limited
+  bending,       ///< hinges
   /// Vertices, each moved to the least energy that its neighbours leave it, contacts and grasps
   /// among them: the one kind of the vertex-block method, beside strain limits.
   vertex,

@@ -5,6 +5,7 @@
 /// What is simulated: bodies, materials, fixed vertices, links between bodies, gravity.
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,10 +38,17 @@ struct Link {
   Stiffness stiffness;
 };
 
+/// Two triangles of a body's surface that share an edge and resist a change of the angle between
+/// them: a capsule or serosa that is stiffer than the tissue below. See constraints/bending.h.
+struct Hinge {
+  std::array<Index, 4> vertices{};  ///< scene vertices: the ends of the edge, then one a triangle
+  float rigidity = 0;               ///< N m, the flexural rigidity of the plate that it is part of
+};
+
 /// A scene description. Solvers copy what they need: a scene may be changed or dropped afterwards.
 ///
-/// Vertices, tetrahedra and links have one numbering across all bodies, in the order in which they
-/// were added; a body's local vertex v is scene vertex body(b).first_vertex + v.
+/// Vertices, tetrahedra, links and hinges have one numbering across all bodies, in the order in
+/// which they were added; a body's local vertex v is scene vertex body(b).first_vertex + v.
 class PBDSURG_API Scene {
  public:
   /// Adds a body at rest.
@@ -70,6 +78,23 @@ class PBDSURG_API Scene {
   /// @throws InvalidArgument  naming the vertex that is out of range or has no tissue, or if both
   ///                          are the same or a value is out of range
   Index add_link(const Link& link);
+
+  /// Hinges two neighbouring triangles of a body's surface. Cost: O(tetrahedra of the body +
+  /// hinges).
+  /// @return  the hinge's index
+  /// @throws InvalidArgument  naming the hinge and what is wrong with it: a vertex out of range or
+  ///                          listed twice, a triangle that is not on the surface of a body, or has
+  ///                          a hinge over that edge to the same neighbour already, or has next to
+  ///                          no height over the edge; a rigidity that is not positive and finite,
+  ///                          or gives a compliance out of [1e-12, 1e12] 1/(N m)
+  Index add_hinge(const Hinge& hinge);
+
+  /// Hinges all neighbouring triangles of a body's surface: at every edge of two such triangles.
+  /// Edges where more than two meet get none. Cost: O(T log T).
+  /// @param rigidity  N m, see flexural_rigidity()
+  /// @return          how many were added
+  /// @throws InvalidArgument  as add_hinge(), or if the body has no tetrahedra; then none is added
+  Index add_hinges(Index body, float rigidity);
 
   /// Acceleration of free vertices, m/s^2. Default: earth's, downwards along y.
   /// @throws InvalidArgument  if it is not finite
@@ -108,6 +133,9 @@ class PBDSURG_API Scene {
   /// [link_count]
   [[nodiscard]] std::span<const Link> links() const noexcept { return links_; }
 
+  /// [hinge_count]
+  [[nodiscard]] std::span<const Hinge> hinges() const noexcept { return hinges_; }
+
  private:
   Body& append_body(std::string name, std::span<const Eigen::Vector3d> positions,
                     std::span<const double> masses, std::size_t tet_count,
@@ -119,6 +147,7 @@ class PBDSURG_API Scene {
   std::vector<bool> fixed_;
   std::vector<Tet> tets_;
   std::vector<Link> links_;
+  std::vector<Hinge> hinges_;
   Eigen::Vector3f gravity_{0, -9.81F, 0};
 };
 

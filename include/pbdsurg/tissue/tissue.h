@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Living tissue: bodies, tetrahedra, edges and links, and the edits that change them.
+/// Living tissue: bodies, tetrahedra, edges, links and hinges, and the edits that change them.
 
 #include <Eigen/Core>
 #include <array>
@@ -40,8 +40,9 @@ struct TissueVersion {
 /// can be undone, the last.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
-/// and links to a vertex that it was the last to use. Where tetrahedra give way to others, mass and
-/// rest volume stay. A body that goes keeps its number and its name.
+/// and links to a vertex that it was the last to use; what takes away a triangle of the surface, or
+/// moves a corner of it, takes the hinges of that triangle. Where tetrahedra give way to others,
+/// mass and rest volume stay. A body that goes keeps its number and its name.
 ///
 /// Not thread-safe; a Solver on a device may step meanwhile, see Solver::start_step(). It must
 /// outlive its followers, and stays where it is in memory.
@@ -135,11 +136,13 @@ class PBDSURG_API Tissue {
   /// Whether the scene fixed it, or it lies between two that are fixed.
   [[nodiscard]] bool is_fixed(Index vertex) const;
 
-  /// Live tetrahedra at a vertex, and live links, ascending. Valid until the next edit.
+  /// Live tetrahedra at a vertex, live links, and live hinges, ascending. Valid until the next
+  /// edit.
   [[nodiscard]] std::span<const Index> tets_at(Index vertex) const;
   [[nodiscard]] std::span<const Index> links_at(Index vertex) const;
+  [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const;
 
-  // --- tetrahedra, edges, links --------------------------------------------------------------
+  // --- tetrahedra, edges, links, hinges ------------------------------------------------------
 
   /// [tet_count] corners of every tetrahedron there ever was.
   [[nodiscard]] std::span<const Tet> tets() const noexcept;
@@ -161,9 +164,13 @@ class PBDSURG_API Tissue {
   /// [link_count] as given to the scene and to edits.
   [[nodiscard]] std::span<const Link> links() const noexcept;
 
+  /// [hinge_count] as given to the scene and to edits.
+  [[nodiscard]] std::span<const Hinge> hinges() const noexcept;
+
   [[nodiscard]] bool is_tet_alive(Index tet) const;
   [[nodiscard]] bool is_edge_alive(Index edge) const;
   [[nodiscard]] bool is_link_alive(Index link) const;
+  [[nodiscard]] bool is_hinge_alive(Index hinge) const;
 
   /// m/s^2, of the scene
   [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept;

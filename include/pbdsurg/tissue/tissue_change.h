@@ -29,8 +29,8 @@ struct PartedEdge {
 
 /// An edit and its consequences. Each list is in the order of events, which were: links removed as
 /// asked, new vertices, moves of links, removals of tetrahedra, moves of corners, new tetrahedra
-/// and the removal of their parents, links lost with tissue, new bodies, new links. Vertices keep
-/// their ids for ever.
+/// and the removal of their parents, links lost with tissue, new bodies, new links, new hinges.
+/// Vertices keep their ids for ever.
 struct TissueChange {
   TopologyEdit edit{};
   /// As asked, then those of removed bodies, then parents of new ones, each once.
@@ -39,7 +39,8 @@ struct TissueChange {
   std::vector<Index> removed_edges{};  ///< whose last tetrahedron was removed
   /// [removed_tets] how many of removed_edges had gone when the tetrahedron had.
   std::vector<Index> removed_edge_ends{};
-  std::vector<Index> removed_links{};  ///< as asked, then those to an emptied vertex
+  std::vector<Index> removed_links{};   ///< as asked, then those to an emptied vertex
+  std::vector<Index> removed_hinges{};  ///< of which a triangle went or changed
   /// That lost their last tetrahedron, or were particles: they stop, and tools let go.
   std::vector<Index> emptied_vertices{};
   std::vector<Index> weighed_vertices{};  ///< whose mass may be another; some more than once
@@ -53,6 +54,7 @@ struct TissueChange {
   Index first_new_vertex = 0;
   Index first_new_tet = 0;
   Index first_new_link = 0;
+  Index first_new_hinge = 0;
   Index first_new_edge = 0;
   Index first_new_body = 0;          ///< of edit.new_bodies.bodies()[0]
   std::uint64_t version_before = 0;  ///< Tissue::version() before the edit

@@ -61,8 +61,8 @@ struct NewTet {
 /// What to change, all at once: see Tissue::apply(). Ids are those of the tissue, which never
 /// change meaning. What is new gets the ids that follow: new_vertices[i] is vertex vertex_count() +
 /// i, new_tets[i] tetrahedron tets().size() + i, new_links[i] link links().size() + i, as they are
-/// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra and links
-/// of new_bodies follow all of these, in the order of that scene.
+/// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra, links
+/// and hinges of new_bodies follow all of these, in the order of that scene.
 struct TopologyEdit {
   std::vector<Index> remove_tets{};
   std::vector<Index> remove_links{};
@@ -76,9 +76,9 @@ struct TopologyEdit {
   std::vector<LinkMove> link_moves{};
   std::vector<NewTet> new_tets{};
   std::vector<Link> new_links{};
-  /// Bodies that come in, and links between these: at rest where the scene has them, without
-  /// speed, in all copies. Links to what is there already go to new_links. The scene's gravity is
-  /// of no account.
+  /// Bodies that come in, with their hinges and the links between them: at rest where the scene has
+  /// them, without speed, in all copies. Links to what is there already go to new_links. The
+  /// scene's gravity is of no account.
   Scene new_bodies{};
 };
 
