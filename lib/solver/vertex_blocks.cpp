@@ -20,7 +20,7 @@ IndexLists lists_at(Index vertex_count, std::span<const std::array<Index, kArity
 }
 
 template <class Element>
-auto vertices_of(const std::vector<Element>& elements) {
+auto vertices_of(std::span<const Element> elements) {
   std::vector<decltype(Element::vertices)> vertices;
   vertices.reserve(elements.size());
   for (const Element& element : elements) {
@@ -35,32 +35,27 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
                            std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
                            const ColoringOptions& coloring)
     : tets_(std::move(tets)),
-      tet_alive_(tets_.size(), true),
       given_(std::move(springs)),
-      spring_alive_(given_.size(), true),
       given_hinges_(std::move(hinges)),
-      hinge_alive_(given_hinges_.size(), true),
       places_(moves.size()),
       needs_(moves.size()),
       is_touched_(moves.size(), false) {
   const auto vertex_count = static_cast<Index>(moves.size());
-  tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_)));
-  springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_)));
-  if (!given_hinges_.empty()) {
-    hinges_at_ =
-        lists_at(vertex_count, std::span<const std::array<Index, 4>>(vertices_of(given_hinges_)));
+  tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_.values())));
+  springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_.values())));
+  if (given_hinges_.size() > 0) {
+    hinges_at_ = lists_at(
+        vertex_count, std::span<const std::array<Index, 4>>(vertices_of(given_hinges_.values())));
   }
   const auto is_positive = [](float damping) { return damping > 0; };
-  has_damping_ = std::any_of(tets_.begin(), tets_.end(),
-                             [&](const VertexTet& tet) {
-                               return tet.volume_damping > 0 ||
-                                      std::any_of(tet.edge_damping.begin(), tet.edge_damping.end(),
-                                                  is_positive);
-                             }) ||
-                 std::any_of(given_.begin(), given_.end(),
-                             [](const VertexSpring& spring) { return spring.damping > 0; }) ||
-                 std::any_of(given_hinges_.begin(), given_hinges_.end(),
-                             [](const VertexHinge& hinge) { return hinge.damping > 0; });
+  const auto is_damped = [](const auto& element) { return element.damping > 0; };
+  has_damping_ = std::ranges::any_of(tets_.values(),
+                                     [&](const VertexTet& tet) {
+                                       return is_positive(tet.volume_damping) ||
+                                              std::ranges::any_of(tet.edge_damping, is_positive);
+                                     }) ||
+                 std::ranges::any_of(given_.values(), is_damped) ||
+                 std::ranges::any_of(given_hinges_.values(), is_damped);
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
   const Coloring colors = color_vertices(moves, coloring);
@@ -107,9 +102,9 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
       free.offsets.push_back(static_cast<Index>(free.entries.size()));
     }
   };
-  append(tets_);
-  append(given_);
-  append(given_hinges_);
+  append(tets_.values());
+  append(given_.values());
+  append(given_hinges_.values());
   const IndexLists blocks =
       find_vertex_constraints(ConstraintVertices(free, static_cast<Index>(moves.size())));
   return color_constraints(ConstraintVertices(blocks, free.list_count()), options);
@@ -171,9 +166,6 @@ void VertexBlocks::find_neighborhood(Index vertex) {
   hinges.clear();
   const auto is_damped = [&](const Pull& pull) { return pull.damping > 0; };
   for (const Index t : tets_at_[vertex]) {
-    if (!tet_alive_[t]) {
-      continue;
-    }
     const VertexTet& tet = tets_[t];
     const auto here = std::find(tet.vertices.begin(), tet.vertices.end(), vertex);
     const auto corner = static_cast<int>(here - tet.vertices.begin());
@@ -209,7 +201,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
 
   for (const Index s : springs_at_[vertex]) {
     const VertexSpring& spring = given_[s];
-    if (spring_alive_[s] && (spring.stiffness > 0 || spring.damping > 0)) {
+    if (spring.stiffness > 0 || spring.damping > 0) {
       const Index other = spring.vertices[spring.vertices[0] == vertex ? 1 : 0];
       springs.push_back({other, spring.stiffness, spring.rest, spring.damping});
     }
@@ -219,9 +211,9 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
-  for (const Index h : given_hinges_.empty() ? std::span<const Index>() : hinges_at_[vertex]) {
+  for (const Index h : given_hinges_.size() == 0 ? std::span<const Index>() : hinges_at_[vertex]) {
     const VertexHinge& hinge = given_hinges_[h];
-    if (!hinge_alive_[h] || !(hinge.stiffness > 0)) {
+    if (!(hinge.stiffness > 0)) {
       continue;
     }
     std::array<Index, 4> v = hinge.vertices;
@@ -316,51 +308,41 @@ void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
   }
 }
 
-void VertexBlocks::touch(Index vertex) {
-  if (places_[vertex].block != kInvalidIndex && !is_touched_[vertex]) {
-    is_touched_[vertex] = true;
-    touched_.push_back(vertex);
+void VertexBlocks::touch(std::span<const Index> vertices) {
+  for (const Index v : vertices) {
+    if (places_[v].block != kInvalidIndex && !is_touched_[v]) {
+      is_touched_[v] = true;
+      touched_.push_back(v);
+    }
   }
+}
+
+template <class Element>
+void VertexBlocks::set(UndoArray<Element>& elements, Index id, const Element& terms) {
+  elements.set(id, terms);
+  touch(terms.vertices);
 }
 
 void VertexBlocks::set_tet(Index tet, const VertexTet& terms) {
-  tet_journal_.push_back({tet, tets_[tet], tet_alive_[tet]});
-  tets_[tet] = terms;
-  for (const Index v : terms.vertices) {
-    touch(v);
-  }
+  set(tets_, tet, terms);
 }
 
 void VertexBlocks::remove_tet(Index tet) {
-  tet_journal_.push_back({tet, tets_[tet], tet_alive_[tet]});
-  tet_alive_[tet] = false;
-  for (const Index v : tets_[tet].vertices) {
-    touch(v);
-  }
+  set_tet(tet, {.vertices = tets_[tet].vertices});
 }
 
 void VertexBlocks::set_spring_rest(Index spring, float rest) {
-  spring_journal_.push_back({spring, given_[spring], spring_alive_[spring]});
-  given_[spring].rest = rest;
-  for (const Index v : given_[spring].vertices) {
-    touch(v);
-  }
+  VertexSpring changed = given_[spring];
+  changed.rest = rest;
+  set(given_, spring, changed);
 }
 
 void VertexBlocks::remove_spring(Index spring) {
-  spring_journal_.push_back({spring, given_[spring], spring_alive_[spring]});
-  spring_alive_[spring] = false;
-  for (const Index v : given_[spring].vertices) {
-    touch(v);
-  }
+  set(given_, spring, {.vertices = given_[spring].vertices});
 }
 
 void VertexBlocks::remove_hinge(Index hinge) {
-  hinge_journal_.push_back(hinge);
-  hinge_alive_[hinge] = false;
-  for (const Index v : given_hinges_[hinge].vertices) {
-    touch(v);
-  }
+  set(given_hinges_, hinge, {.vertices = given_hinges_[hinge].vertices});
 }
 
 void VertexBlocks::refresh() {
@@ -383,45 +365,29 @@ void VertexBlocks::refresh() {
 }
 
 void VertexBlocks::begin_edit() noexcept {
-  tet_journal_.clear();
-  spring_journal_.clear();
-  hinge_journal_.clear();
+  tets_.begin_edit();
+  given_.begin_edit();
+  given_hinges_.begin_edit();
 }
 
 void VertexBlocks::undo() {
-  for (; !tet_journal_.empty(); tet_journal_.pop_back()) {
-    const auto& [tet, terms, is_alive] = tet_journal_.back();
-    tets_[tet] = terms;
-    tet_alive_[tet] = is_alive;
-    for (const Index v : terms.vertices) {
-      touch(v);
-    }
-  }
-  for (; !spring_journal_.empty(); spring_journal_.pop_back()) {
-    const auto& [spring, given, is_alive] = spring_journal_.back();
-    given_[spring] = given;
-    spring_alive_[spring] = is_alive;
-    for (const Index v : given.vertices) {
-      touch(v);
-    }
-  }
-  for (; !hinge_journal_.empty(); hinge_journal_.pop_back()) {
-    hinge_alive_[hinge_journal_.back()] = true;
-    for (const Index v : given_hinges_[hinge_journal_.back()].vertices) {
-      touch(v);
-    }
-  }
+  const auto undo = [&](auto& elements) {
+    elements.undo([&](Index id) { touch(elements[id].vertices); });
+  };
+  undo(tets_);
+  undo(given_);
+  undo(given_hinges_);
 }
 
 std::size_t VertexBlocks::memory_bytes() const noexcept {
   const auto bytes = [](const auto&... arrays) {
     return (... + (arrays.size() * sizeof(arrays[0])));
   };
-  return bytes(given_hinges_, hinges_at_.entries, hinges_, damped_hinges_, hinge_journal_) +
-         (given_hinges_.empty() ? 0 : bytes(hinges_at_.offsets)) +
-         bytes(tets_, given_, tets_at_.offsets, tets_at_.entries, springs_at_.offsets,
-               springs_at_.entries, blocks_, pulls_, springs_, volumes_, damped_springs_,
-               damped_volumes_, places_, needs_, tet_journal_, spring_journal_, touched_);
+  return tets_.memory_bytes() + given_.memory_bytes() + given_hinges_.memory_bytes() +
+         (hinges_at_.entries.empty() ? 0 : bytes(hinges_at_.offsets)) +
+         bytes(tets_at_.offsets, tets_at_.entries, springs_at_.offsets, springs_at_.entries,
+               hinges_at_.entries, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
+               damped_volumes_, damped_hinges_, places_, needs_, touched_);
 }
 
 }  // namespace pbdsurg

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/core/undo_array.h"
 #include "pbdsurg/mesh/topology.h"
 
 #include "solver/particle.h"
@@ -170,30 +171,23 @@ class VertexBlocks {
     Index pulls = 0, springs = 0, volumes = 0, hinges = 0;
   };
 
-  template <class Element>
-  struct Before {
-    Index id;
-    Element element;
-    bool is_alive;
-  };
-
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
                                         const ColoringOptions& options) const;
   void append_block(std::span<const Index> vertices);
-  void touch(Index vertex);
+  void touch(std::span<const Index> vertices);
+  template <class Element>
+  void set(UndoArray<Element>& elements, Index id, const Element& terms);
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
   void count_rows(VertexBlock& block) noexcept;
 
-  std::vector<VertexTet> tets_;            // [tet_count]
-  std::vector<bool> tet_alive_;            // [tet_count]
-  std::vector<VertexSpring> given_;        // [spring_count]
-  std::vector<bool> spring_alive_;         // [spring_count]
-  std::vector<VertexHinge> given_hinges_;  // [hinge_count]
-  std::vector<bool> hinge_alive_;          // [hinge_count]
-  IndexLists tets_at_, springs_at_;        // [vertex_count] all that there ever were
-  IndexLists hinges_at_;                   // likewise; none if there is no hinge
+  // What is removed keeps its vertices and has no terms any more.
+  UndoArray<VertexTet> tets_;            // [tet_count]
+  UndoArray<VertexSpring> given_;        // [spring_count]
+  UndoArray<VertexHinge> given_hinges_;  // [hinge_count]
+  IndexLists tets_at_, springs_at_;      // [vertex_count] all that there ever were
+  IndexLists hinges_at_;                 // likewise; none if there is no hinge
   bool has_damping_ = false;
 
   std::vector<Index> first_block_{0};  // [color_count + 1]
@@ -208,9 +202,6 @@ class VertexBlocks {
   std::vector<Place> places_;              // [vertex_count]
   std::vector<Rows> needs_;                // [vertex_count]
 
-  std::vector<Before<VertexTet>> tet_journal_;
-  std::vector<Before<VertexSpring>> spring_journal_;
-  std::vector<Index> hinge_journal_;  // removed
   std::vector<Index> touched_;
   std::vector<bool> is_touched_;  // [vertex_count]
   Neighborhood neighborhood_;     // of the vertex at hand

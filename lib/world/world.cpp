@@ -77,6 +77,7 @@ struct World::Data {
   std::unique_ptr<Solver> solver;
   std::vector<std::unique_ptr<Burner>> burners;
   std::map<Index, std::unique_ptr<Surface>> surfaces;  // by body id
+  std::unique_ptr<LivePieces> pieces;
 
   // for the next step
   std::vector<ProgramEdit> edits;
@@ -411,6 +412,11 @@ Index World::join(BodyId first, BodyId second, const JoinOptions& options) {
   return static_cast<Index>(links.size());
 }
 
+Index World::add_hinges(BodyId body, float rigidity) {
+  data_->check_is_scene("what stiffens a surface");
+  return data_->scene.add_hinges(data_->bodies.in_tissue(body), rigidity);
+}
+
 void World::set_gravity(const Eigen::Vector3f& gravity) {
   data_->check_is_scene("gravity");
   data_->scene.set_gravity(gravity);
@@ -555,6 +561,15 @@ const Surface& World::surface(BodyId body) {
     surface->refresh(*data.solver, data.heat_of(body));
   }
   return *surface;
+}
+
+const LivePieces& World::pieces() {
+  Data& data = *data_;
+  data.make_solver();
+  if (data.pieces == nullptr) {
+    data.pieces = std::make_unique<LivePieces>(*data.tissue);
+  }
+  return *data.pieces;
 }
 
 BodyId World::find_body(const std::string& name) const {

@@ -102,6 +102,7 @@ TEST_CASE("edit merge: a scene takes in another", "[unit]") {
   other.fix_vertices(0, std::vector<Index>{3});
   other.add_particles("p", std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}}, 2e-3);
   other.add_link({0, 8, 1e-3F, {}});
+  const Index hinges = other.add_hinges(0, 1e-3F);
   scene.append(other);
   REQUIRE(scene.bodies().size() == 3);
   CHECK(scene.body(1).first_vertex == 2);
@@ -111,6 +112,8 @@ TEST_CASE("edit merge: a scene takes in another", "[unit]") {
   CHECK(scene.is_fixed(5));
   CHECK_FALSE(scene.is_fixed(4));
   CHECK(scene.links()[0].second == 10);
+  REQUIRE(static_cast<Index>(scene.hinges().size()) == hinges);
+  CHECK(scene.hinges()[0].vertices[3] == other.hinges()[0].vertices[3] + 2);
   CHECK(scene.masses()[11] == 2e-3);
   CHECK_THROWS_AS(scene.append(other), InvalidArgument);  // names are taken; nothing has changed
   CHECK(scene.vertex_count() == 12);

@@ -569,6 +569,8 @@ TEST_CASE("world: one that was moved from says so, and what it was goes on", "[u
       [&] { gone.undo(); },
       [&] { gone.compact(); },
       [&] { (void)gone.surface(body); },
+      [&] { (void)gone.pieces(); },
+      [&] { gone.add_hinges(body, 1e-3F); },
       [&] { (void)gone.find_body("lower"); },
       [&] { (void)gone.tissue_of(body); },
       [&] { (void)gone.body_in_tissue(body); },
@@ -652,11 +654,15 @@ TEST_CASE("world: the scene comes before the solver", "[unit]") {
   check_refused([&] { world.join(first, second, {.density = -1}); }, "density");
   CHECK(world.join(first, second, testing::kJoin) > 0);
   check_refused([&] { world.add_body("third", testing::slab(0), TissueRecord{}); }, "density");
+  check_refused([&] { world.add_hinges(first, -1); }, "rigidity");
+  CHECK(world.add_hinges(first, 1e-6F) > 0);
+  check_refused([&] { world.add_hinges(first, 1e-6F); }, "have a hinge already");
   world.add_tool({});
   const char* const rule = "comes before the solver is made";
   check_refused([&] { world.fix(first, {0}); }, rule);
   check_refused([&] { world.fix(first, [](const auto&) { return true; }); }, rule);
   check_refused([&] { world.join(first, second); }, rule);
+  check_refused([&] { world.add_hinges(first, 1e-6F); }, rule);
   check_refused([&] { world.set_gravity({0, 0, 0}); }, rule);
   CHECK(world.step(kDt).ok());
 }
@@ -699,6 +705,41 @@ TEST_CASE("world: of a whole scene, there is one tissue a body", "[unit]") {
   CHECK(world.tissue_of(world.find_body("b")).name == "liver");
   CHECK(world.step(kDt).ok());
   CHECK(world.strands().whole_count() == strands.whole_count());
+}
+
+// Would catch pieces that stay behind, and a second follower for who asks again.
+TEST_CASE("world: pieces follow edits, bodies, undo and compaction", "[unit]") {
+  World world;
+  const BodyId slab = world.add_body("slab", testing::slab(0), tissues::fat());
+  world.fix(slab, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
+  const LivePieces& pieces = world.pieces();
+  CHECK(pieces.count() == 1);
+  CHECK(pieces.is_anchored(0));
+
+  TopologyEdit divide;  // all tetrahedra at the middle
+  const Tissue& tissue = world.tissue();
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    const auto x = [&](Index v) { return tissue.rest_positions()[v].x(); };
+    const auto [low, high] = std::ranges::minmax(tissue.tets()[t], {}, x);
+    if (x(low) < 3.5 * testing::kEdge && x(high) > 3.5 * testing::kEdge) {
+      divide.remove_tets.push_back(t);
+    }
+  }
+  world.edit(divide);
+  REQUIRE(world.step(kDt).ok());
+  REQUIRE(pieces.count() == 2);
+  const Index freed = pieces.first_freed();
+  CHECK(pieces.is_anchored(1 - freed) != pieces.is_anchored(freed));
+  world.undo();
+  CHECK(pieces.count() == 1);
+  world.edit(divide);
+  world.add_body("other", testing::slab(7e-3), tissues::fat());
+  REQUIRE(world.step(kDt).ok());
+  CHECK(pieces.count() == 3);
+  world.compact();
+  CHECK(&world.pieces() == &pieces);
+  CHECK(pieces.tet_count(0) + pieces.tet_count(1) + pieces.tet_count(2) ==
+        static_cast<Index>(world.tissue().tets().size()));
 }
 
 // Would catch a follower that is called after its end, and an undo that half happens.

@@ -54,11 +54,19 @@ class UndoArray {
 
   /// Back to where begin_edit() was called.
   void undo() {
+    undo([](Index) {});
+  }
+
+  /// Likewise.
+  /// @param visit  void(Index i), after each write taken back to an entry that there was before
+  template <class Visit>
+  void undo(Visit&& visit) {
     values_.resize(static_cast<std::size_t>(size_before_));
-    for (auto entry = log_.rbegin(); entry != log_.rend(); ++entry) {
-      values_[static_cast<std::size_t>(entry->first)] = entry->second;
+    for (; !log_.empty(); log_.pop_back()) {
+      const auto& [i, value] = log_.back();
+      values_[static_cast<std::size_t>(i)] = value;
+      visit(i);
     }
-    log_.clear();
   }
 
   /// Makes room for so many more values, and for writes of an edit to so many of them.

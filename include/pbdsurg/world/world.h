@@ -24,6 +24,7 @@
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/world/surface.h"
 
 namespace pbdsurg {
@@ -141,7 +142,7 @@ class PBDSURG_API World {
   /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
   BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
 
-  // The next four come before the solver is made.
+  // The next five come before the solver is made.
   // @throws InvalidArgument  if it is, or there is no such body; and as Scene and ConnectiveTissue
 
   /// Holds vertices of a body where they are, for good.
@@ -157,6 +158,11 @@ class PBDSURG_API World {
   /// and burn.
   /// @return  how many there are
   Index join(BodyId first, BodyId second, const JoinOptions& options = {});
+
+  /// Gives the body's surface the bending stiffness of a plate: a capsule, a serosa.
+  /// @param rigidity  N m, see flexural_rigidity()
+  /// @return          how many hinges that takes
+  Index add_hinges(BodyId body, float rigidity);
 
   /// m/s^2. Default: earth's, downwards along y.
   void set_gravity(const Eigen::Vector3f& gravity);
@@ -215,7 +221,7 @@ class PBDSURG_API World {
   void edit(const TopologyEdit& edit);
 
   /// Takes back the last edit of the tissue: Tissue::undo(). A body that came with it has gone for
-  /// good. Refused if a surface or a cautery was asked for since.
+  /// good. Refused if a surface, pieces or a cautery was asked for since.
   void undo();
 
   /// New ids, memory and colours of what lives, between two steps: see Compaction. Ids of bodies
@@ -226,6 +232,8 @@ class PBDSURG_API World {
 
   /// Follows the body from here on; the same for all who ask.
   [[nodiscard]] const Surface& surface(BodyId body);
+  /// What of the tissue hangs together; follows from here on, the same for all who ask.
+  [[nodiscard]] const LivePieces& pieces();
   /// @throws InvalidArgument  naming the bodies that there are
   [[nodiscard]] BodyId find_body(const std::string& name) const;
   /// Its number in tissue(), which functions on the parts take; until the next compact().
