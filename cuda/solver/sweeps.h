@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 
 #include "solver/changes.h"
 #include "solver/device_arrays.h"

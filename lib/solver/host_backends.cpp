@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/solver/solver.h"
 
 namespace pbdsurg {
 

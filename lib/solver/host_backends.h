@@ -6,11 +6,11 @@
 
 #include <memory>
 
+#include "pbdsurg/solver/solver_options.h"
+
 #include "solver/backend.h"
 
 namespace pbdsurg {
-
-struct SolverOptions;
 
 /// One thread, every operation in IEEE single precision and in the order of the plan: the
 /// definition of correct.

@@ -16,6 +16,8 @@
 
 namespace pbdsurg {
 
+class Solver;
+
 /// The parts follow the tissue in the order in which each needs those before it.
 class SolverData : public SolverState {
  public:

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 
 #include "solver/constraint_numbers.h"
 #include "solver/vertex_blocks.h"

@@ -4,7 +4,7 @@
 /// @file
 /// What a solver refuses of its options, whatever the scene is.
 
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 
 namespace pbdsurg {
 

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 
 #include "solver/backend.h"
 #include "solver/changes.h"

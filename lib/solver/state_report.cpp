@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "solver/load_store.h"
+#include "solver/solver_data.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,11 +5,13 @@
 /// What a step has to report of the state that it leaves.
 
 #include "pbdsurg/core/export.h"
+#include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_report.h"
 
-#include "solver/solver_data.h"
-
 namespace pbdsurg {
+
+struct CopyState;
+class SolverData;
 
 /// Vertices that are not finite.
 void report_vertices(const SolverData& data, StepReport& report);

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/core/thread_wait.h"
 
 namespace pbdsurg {
 

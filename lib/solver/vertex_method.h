@@ -11,7 +11,7 @@
 
 #include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/export.h"
-#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/tissue/tissue.h"
 
 #include "solver/vertex_method_state.h"

@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/solver/solver.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 
 #include "solver/step_team.h"

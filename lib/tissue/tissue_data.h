@@ -13,12 +13,15 @@
 #include <vector>
 
 #include "pbdsurg/core/undo_array.h"
-#include "pbdsurg/tissue/tissue.h"
+#include "pbdsurg/tissue/scene.h"
+#include "pbdsurg/tissue/tissue_change.h"
 
 #include "tissue/follower_list.h"
 #include "tissue/vertex_lists.h"
 
 namespace pbdsurg {
+
+class Tissue;
 
 using TetEdges = std::array<Index, 6>;
 

@@ -12,108 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/coloring/color.h"
-#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/ids.h"
 #include "pbdsurg/core/owned.h"
-#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
+#include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
 #include "pbdsurg/solver/tool.h"
 #include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {
-
-/// Who executes the step plan.
-enum class BackendKind : std::uint8_t {
-  /// The fastest that the program, the machine and the scene allow: cuda, else threaded, else
-  /// serial; Solver::backend_name() says which.
-  automatic,
-  serial,    ///< one thread, the definition of correct
-  threaded,  ///< threads and vector registers, of the best instruction set that the machine has
-  /// A CUDA device, for programs that link pbdsurg::cuda (or pbdsurg::pbdsurg, which has all). The
-  /// state lives on the device: reading all of it each step costs more than watching a part.
-  cuda,
-};
-
-/// What a step finds new positions with.
-enum class SolverMethod : std::uint8_t {
-  projection,  ///< constraint by constraint: PBD or XPBD, as ProjectionMode says
-  /// Vertex by vertex, each to the least energy that its neighbours leave it (Chen et al. 2024,
-  /// "Vertex Block Descent"). Compliance mode only, and no compliance may be zero.
-  vertex_block,
-};
-
-/// How numbers are rounded.
-enum class MathMode : std::uint8_t {
-  /// Fused multiply-adds and refined estimates of reciprocals where the backend has them: the same
-  /// bits in every run on one instruction set, for any number of threads.
-  fast,
-  /// IEEE single precision, operation by operation: the serial backend's bits for the same plan, so
-  /// name a composition to compare backends.
-  strict,
-};
-
-/// How the CUDA backend brings a step to its device.
-enum class DeviceStrategy : std::uint8_t {
-  automatic,  ///< the fastest that the device and the scene allow
-  stream,     ///< one launch a phase
-  graph,      ///< the whole step recorded once, launched as one
-  /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
-  cluster,
-};
-
-/// How much edits may add before memory has to be found for it.
-struct SpareRoom {
-  Index vertices = 0;
-  Index tets = 0;   ///< about 40 bytes a tetrahedron for each colour of them
-  Index edges = 0;  ///< about 30 bytes an edge, or a link, for each colour of distances
-  Index links = 0;
-};
-
-/// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
-/// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
-///
-/// What another option leaves without a reader is refused, unless it is at its default.
-/// BackendKind::automatic takes the options of every backend; seed and threads of a colouring go
-/// with every algorithm.
-struct PBDSURG_API SolverOptions {
-  SolverMethod method = SolverMethod::projection;
-  ProjectionMode mode = ProjectionMode::compliance;
-  int substeps = 10;   ///< per step, >= 1
-  int iterations = 1;  ///< sweeps over all phases per substep, >= 1
-  /// 1/s, >= 0: a rate of drag against the world; each substep divides speeds by 1 + damping h.
-  float damping = 0;
-  /// In [1, 2), of the vertex-block method: in all sweeps of a substep but the last, vertices go
-  /// this much further than to their least energy, so that motion crosses a body in fewer sweeps.
-  /// Where stiff bars had four sweeps a substep, 1.6 left their ends 1.5 to 25 times closer to
-  /// where endless sweeps would; with two, 1.5 to 2.5 times. Soft tissue wants 1.3. Too much for
-  /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
-  /// none. Of a single sweep nothing is left for it.
-  float over_relaxation = 1;
-  Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
-  /// Of the scene, >= 1, stepped together: see Solver.
-  Index copies = 1;
-  BackendKind backend = BackendKind::automatic;
-  MathMode math = MathMode::fast;  ///< the serial backend is always strict
-  DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
-  /// Of the threaded backend: 0 for one a processor, which has eight at most. Others have 1.
-  int threads = 0;
-  ThreadWait wait = ThreadWait::yield;  ///< of the threaded backend
-  /// How constraints of each type are coloured, and so the order of work; or vertices, for the
-  /// vertex-block method, which takes saturation for the natural order and no max_colors.
-  ColoringOptions coloring{.repair = true};
-  /// With the vertex-block method of strain limits alone, and never joint.
-  PlanComposition composition = PlanComposition::automatic;
-  SpareRoom spare{};  ///< each >= 0
-
-  /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
-  /// the random colouring disc.
-  [[nodiscard]] static SolverOptions paper();
-};
 
 /// The moving part of a copy's state. Restores only into a solver of the same tissue, into any of
 /// its copies, and only while the topology is what it was, or is so again by undo.
