@@ -375,32 +375,26 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
           next_round.raw = load_shared(next);
           next_head = load_shared(next_stage + 16 * thread);
         };
-        switch (round.kind()) {
-          case PhaseKind::distance:
-            project_round<DistanceConstraint, kMode, kDamped>(memory, work, substep, load_next);
-            break;
-          case PhaseKind::volume:
-            project_round<VolumeConstraint, kMode, kDamped>(memory, work, substep, load_next);
-            break;
-          case PhaseKind::neo_hookean:
-            if constexpr (kSolids) {
-              project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
-            }
-            break;
-          case PhaseKind::bending:
-            if constexpr (kSolids) {
-              project_round<BendingConstraint, kMode, kDamped>(memory, work, substep, load_next);
-            }
-            break;
-          case PhaseKind::strain_limit:
-          case PhaseKind::joint:  // no cluster projects this and those that follow
-          case PhaseKind::vertex:
-          case PhaseKind::attachment:
-          case PhaseKind::contact:
-          default:  // without it, each round would be tested for being none of all these
-            project_round<StrainLimitConstraint, ProjectionMode::fraction, false>(
-                memory, work, substep, load_next);
-            break;
+        const auto limit_strain = [&] {
+          project_round<StrainLimitConstraint, ProjectionMode::fraction, false>(memory, work,
+                                                                                substep, load_next);
+        };
+        // No switch: it would test each round for the kinds that this kernel leaves out, too.
+        const PhaseKind kind = round.kind();
+        if (kind == PhaseKind::distance) {
+          project_round<DistanceConstraint, kMode, kDamped>(memory, work, substep, load_next);
+        } else if (kind == PhaseKind::volume) {
+          project_round<VolumeConstraint, kMode, kDamped>(memory, work, substep, load_next);
+        } else if constexpr (kSolids) {
+          if (kind == PhaseKind::neo_hookean) {
+            project_round<NeoHookeanConstraint, kMode, kDamped>(memory, work, substep, load_next);
+          } else if (kind == PhaseKind::bending) {
+            project_round<BendingConstraint, kMode, kDamped>(memory, work, substep, load_next);
+          } else {
+            limit_strain();
+          }
+        } else {
+          limit_strain();
         }
       } else {
         next_round.raw = load_shared(next);
