@@ -9,7 +9,7 @@
 namespace pbdsurg {
 HingeAtRest hinge_at_rest(const Vec3<double> (&x)[4], double rigidity) {
   check_positive("the flexural rigidity of a hinge", rigidity, " N m");
-  const double stiffness = rigidity * checked_hinge_shape(x, "a hinge");
+  const double stiffness = rigidity * checked_hinge_shape(x, "a hinge", {0, 1, 2, 3});
   check_positive("the stiffness of a hinge", stiffness, " N m");
   const double edge = std::hypot(x[1].x - x[0].x, x[1].y - x[0].y, x[1].z - x[0].z);
   // in units of the edge, whose square any number type holds

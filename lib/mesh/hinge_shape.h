@@ -5,9 +5,11 @@
 /// The shape of two triangles with a common edge.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
+#include "pbdsurg/core/types.h"
 #include "pbdsurg/core/vec3.h"
 
 #include "core/check.h"
@@ -15,12 +17,14 @@
 namespace pbdsurg {
 
 /// |e|^2 / (A1 + A2), of the edge (x0, x1) and the triangles with x2 and with x3.
-/// @param x     m
-/// @param what  the hinge's name
+/// @param x         m
+/// @param what      the hinge's name
+/// @param vertices  those of its vertices
 /// @throws InvalidArgument  naming the vertex or the edge, if a coordinate is not finite, or the
 ///                          height of a triangle over the edge, or the edge, is not more than 1e-6
 ///                          of the triangle's longest edge
-inline double checked_hinge_shape(const Vec3<double> (&x)[4], const std::string& what) {
+inline double checked_hinge_shape(const Vec3<double> (&x)[4], const std::string& what,
+                                  const std::array<Index, 4>& vertices) {
   const auto distance = [](const Vec3<double>& a, const Vec3<double>& b) {
     return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z);
   };
@@ -35,8 +39,8 @@ inline double checked_hinge_shape(const Vec3<double> (&x)[4], const std::string&
   for (int i = 0; i < 4; ++i) {
     for (const double coordinate : {x[i].x, x[i].y, x[i].z}) {
       check(std::isfinite(coordinate),
-            ("a coordinate of vertex " + std::to_string(i) + " of " + what).c_str(), coordinate,
-            "finite");
+            ("a coordinate of vertex " + std::to_string(vertices[i]) + " of " + what).c_str(),
+            coordinate, "finite");
     }
   }
   const double edge = distance(x[0], x[1]);
@@ -47,8 +51,9 @@ inline double checked_hinge_shape(const Vec3<double> (&x)[4], const std::string&
     check_length("the edge of " + what, edge, longest);
     const Vec3<double> axis = (1 / edge) * (x[1] - x[0]);
     const double height = distance(cross(axis, x[opposite] - x[0]), {});
-    check_length("the height of vertex " + std::to_string(opposite) + " over the edge of " + what,
-                 height, longest);
+    check_length(
+        "the height of vertex " + std::to_string(vertices[opposite]) + " over the edge of " + what,
+        height, longest);
     height_sum += height;
   }
   return 2 * edge / height_sum;

@@ -126,9 +126,9 @@ void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
   }
 }
 
-void check_hinges(std::span<const Hinge> hinges, ProjectionMode mode) {
-  if (!hinges.empty() && mode == ProjectionMode::fraction) {
-    throw InvalidArgument("the " + std::to_string(hinges.size()) +
+void check_hinges(std::size_t count, ProjectionMode mode) {
+  if (count > 0 && mode == ProjectionMode::fraction) {
+    throw InvalidArgument("the " + std::to_string(count) +
                           " hinges have a rigidity and no fraction: they need the compliance mode");
   }
 }

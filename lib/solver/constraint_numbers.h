@@ -57,7 +57,7 @@ struct ConstraintNumbers {
 void check_materials(std::span<const Body> bodies, ProjectionMode mode);
 
 /// @throws InvalidArgument  if there are any in fraction mode
-void check_hinges(std::span<const Hinge> hinges, ProjectionMode mode);
+void check_hinges(std::size_t count, ProjectionMode mode);
 
 /// Whether any material has damping.
 [[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;

@@ -210,6 +210,9 @@ class ConstraintSets::Edit {
     for (const Index hinge : change_.removed_hinges) {
       remove<BendingConstraint>(hinge);
     }
+    for (const Index hinge : change_.moved_hinges) {
+      set_places<BendingConstraint>(hinge, tissue_.hinges()[hinge].vertices);
+    }
     add_bodies();
     for (auto l = static_cast<std::size_t>(change_.first_new_link); l < tissue_.links().size();
          ++l) {
@@ -731,7 +734,7 @@ void ConstraintSets::validate(const Tissue& tissue, const TopologyEdit& edit) co
                            [&](Index edge) { return tissue.edge_tets()[edge]; });
   }
   check_materials(edit.new_bodies.bodies(), state_.options.mode);
-  check_hinges(edit.new_bodies.hinges(), state_.options.mode);
+  check_hinges(edit.new_bodies.hinges().size(), state_.options.mode);
 }
 
 void ConstraintSets::follow(const Tissue& tissue, const TissueChange& change) noexcept {

@@ -1,5 +1,5 @@
 pbdsurg_room(solver
-  HEADERS compaction.h solver.h step_plan.h step_report.h tool.h
+  HEADERS compaction.h solver.h solver_options.h step_plan.h step_report.h tool.h
   SOURCES build_constraints.cpp choose_lane_kernels.cpp compaction.cpp constraint_numbers.cpp
           constraint_sets.cpp contact_stage.cpp cuda_hook.cpp edge_owners.cpp host_backends.cpp
           neo_hookean_record.cpp nested_domains.cpp serial_backend.cpp serial_phases.cpp solver.cpp

@@ -131,7 +131,11 @@ const SolverData& solver_data(const Solver& solver) {
 Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) {
   check_options(options);
   check_materials(tissue.bodies(), options.mode);
-  check_hinges(tissue.hinges(), options.mode);
+  std::size_t hinge_count = 0;
+  for (Index h = 0; h < static_cast<Index>(tissue.hinges().size()); ++h) {
+    hinge_count += tissue.is_hinge_alive(h) ? 1 : 0;
+  }
+  check_hinges(hinge_count, options.mode);
   check_vertex_method(tissue.bodies(), tissue.links(), options);
   if (tissue.vertex_count() > kMostParticles) {
     throw InvalidArgument("the scene has " + std::to_string(tissue.vertex_count()) +

@@ -49,7 +49,6 @@ std::pmr::vector<EdgeUse> find_uses(const TissueData& data) {
 }
 
 void move_corner(TissueData& data, const CornerMove& move) {
-  remove_hinges(data, move.tet, move.from);
   Tet vertices = data.tets[move.tet];
   std::ranges::replace(vertices, move.from, move.to);
   data.set_tet(move.tet, vertices, data.tet_edges[move.tet]);

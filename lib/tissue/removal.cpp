@@ -2,8 +2,9 @@
 #include "tissue/removal.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
+
+#include "tissue/hinges.h"
 
 namespace pbdsurg {
 
@@ -30,40 +31,12 @@ void remove_link(TissueData& data, Index link) {
   data.change.removed_links.push_back(link);
 }
 
-void remove_hinges(TissueData& data, Index tet, Index corner) {
-  if (data.hinges.size() == 0) {
-    return;
-  }
-  const Tet corners = data.tets[tet];
-  const auto is_corner = [&](Index v) { return std::ranges::find(corners, v) != corners.end(); };
-  const auto has_triangle = [&](const std::array<Index, 4>& v) {
-    return is_corner(v[0]) && is_corner(v[1]) && (is_corner(v[2]) || is_corner(v[3]));
-  };
-  const auto remove_at = [&](Index vertex) {
-    std::size_t i = 0;
-    while (i < data.hinges_at(vertex).size()) {
-      const Index hinge = data.hinges_at(vertex)[i];
-      if (!has_triangle(data.hinges[hinge].vertices)) {
-        ++i;
-        continue;
-      }
-      data.hinge_alive.set(hinge, 0);
-      for (const Index v : data.hinges[hinge].vertices) {
-        data.vertex_hinges.erase(v, hinge);
-      }
-      data.change.removed_hinges.push_back(hinge);
-    }
-  };
-  if (corner != kInvalidIndex) {
-    remove_at(corner);
-  } else {  // a triangle has one of any two corners
-    remove_at(corners[0]);
-    remove_at(corners[1]);
-  }
+void remove_tet(TissueData& data, Index tet) {
+  remove_hinges(data, tet);
+  take_out_tet(data, tet);
 }
 
-void remove_tet(TissueData& data, Index tet) {
-  remove_hinges(data, tet, kInvalidIndex);
+void take_out_tet(TissueData& data, Index tet) {
   data.tet_alive.set(tet, 0);
   data.change.removed_tets.push_back(tet);
   for (const Index edge : data.tet_edges[tet]) {

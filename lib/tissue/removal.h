@@ -17,12 +17,11 @@ void prefetch_removals(const TissueData& data, std::span<const Index> tets);
 
 void remove_link(TissueData& data, Index link);
 
-/// Removes hinges with a triangle of a live tetrahedron.
-/// @param corner  of that triangle; kInvalidIndex for any
-void remove_hinges(TissueData& data, Index tet, Index corner);
-
 /// Removes a tetrahedron, its hinges and edges that it was the last to use.
 void remove_tet(TissueData& data, Index tet);
+
+/// Likewise, but for its hinges.
+void take_out_tet(TissueData& data, Index tet);
 
 /// A vertex loses a tetrahedron; without any it stops.
 void take_from_vertex(TissueData& data, Index vertex, Index tet);

@@ -65,7 +65,7 @@ void check_hinge(const std::string& what, const Hinge& hinge,
     const Eigen::Vector3d& position = positions[hinge.vertices[i]];
     x[i] = {position.x(), position.y(), position.z()};
   }
-  const double compliance = 1 / (hinge.rigidity * checked_hinge_shape(x, what));
+  const double compliance = 1 / (hinge.rigidity * checked_hinge_shape(x, what, hinge.vertices));
   constexpr double kLeastCompliance = 1e-12;  // 1/(N m): stiffer than anything
   if (!(compliance >= kLeastCompliance && compliance <= kLargestCompliance)) {
     throw InvalidArgument(what + " has compliance " + describe(compliance) +
@@ -286,7 +286,8 @@ Index Scene::add_hinges(Index body_index, float rigidity) {
       const Side& left = first->is_turned ? first[1] : first[0];  // wound along the edge
       const Side& right = first->is_turned ? first[0] : first[1];
       added.push_back({{left.edge[0], left.edge[1], left.opposite, right.opposite}, rigidity});
-      const std::string what = "hinge " + std::to_string(hinges_.size() + added.size() - 1);
+      const std::string what = "the hinge at edge (" + std::to_string(left.edge[0]) + ", " +
+                               std::to_string(left.edge[1]) + ")";
       check_hinge(what, added.back(), positions_);
       if (std::ranges::binary_search(known, sorted_ends(added.back().vertices))) {
         throw InvalidArgument(what + " joins triangles of body '" + where.name +

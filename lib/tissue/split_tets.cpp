@@ -96,7 +96,7 @@ void replace_parents(TissueData& data, const TopologyEdit& edit) {
   data.change.first_removed_parent = static_cast<Index>(data.change.removed_tets.size());
   for (const NewTet& tet : edit.new_tets) {
     if (data.tet_alive[tet.parent] != 0) {
-      remove_tet(data, tet.parent);
+      take_out_tet(data, tet.parent);
     }
   }
 }

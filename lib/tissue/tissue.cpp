@@ -10,6 +10,7 @@
 
 #include "core/check.h"
 #include "tissue/edit_checks.h"
+#include "tissue/hinges.h"
 #include "tissue/new_bodies.h"
 #include "tissue/part_tissue.h"
 #include "tissue/removal.h"
@@ -61,8 +62,9 @@ std::unique_ptr<TissueData> make_data(const Scene& scene) {
 void clear(TissueChange& change) {
   for (std::vector<Index>* const ids :
        {&change.removed_tets, &change.removed_edges, &change.removed_edge_ends,
-        &change.removed_links, &change.removed_hinges, &change.emptied_vertices,
-        &change.weighed_vertices, &change.corner_edges, &change.moved_edges}) {
+        &change.removed_links, &change.removed_hinges, &change.moved_hinges,
+        &change.emptied_vertices, &change.weighed_vertices, &change.corner_edges,
+        &change.moved_edges}) {
     ids->clear();
   }
   change.reshaped_tets.clear();
@@ -93,9 +95,9 @@ std::size_t bytes_of(const TissueChange& change) {
              edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
              edit.new_tets, edit.new_links) +
          sum(change.removed_tets, change.removed_edges, change.removed_edge_ends,
-             change.removed_links, change.removed_hinges, change.emptied_vertices,
-             change.weighed_vertices, change.reshaped_tets, change.corner_edges, change.moved_edges,
-             change.parted_edges);
+             change.removed_links, change.removed_hinges, change.moved_hinges,
+             change.emptied_vertices, change.weighed_vertices, change.reshaped_tets,
+             change.corner_edges, change.moved_edges, change.parted_edges);
 }
 
 void begin_edit(TissueData& data, const TopologyEdit& edit) {
@@ -129,8 +131,10 @@ void carry_out(TissueData& data, const TopologyEdit& edit) {
   for (const Index body : edit.remove_bodies) {
     remove_body(data, body);
   }
+  const PartedHinges parted(data, edit);
   move_corners(data, edit);
   replace_parents(data, edit);
+  parted.settle(data, edit);
   sum_masses(data);
   remove_links_of_emptied(data);
   add_bodies(data, edit.new_bodies);
@@ -396,6 +400,8 @@ void Tissue::reserve(std::size_t vertices, std::size_t tets, std::size_t edges, 
     data.hinge_alive.reserve(0, hinges);
     data.vertex_hinges.reserve(vertices, kHingesAtVertex * vertices, 4 * hinges);
     data.change.removed_hinges.reserve(std::min(hinges, kEntriesOfEdit));
+    data.change.moved_hinges.reserve(std::min(hinges, kEntriesOfEdit));
+    data.hinges.reserve(0, hinges);
   }
 }
 

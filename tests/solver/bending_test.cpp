@@ -179,6 +179,14 @@ TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[
   CHECK(solver.tissue().hinges().empty());
   scene.add_hinges(0, 1e-3F);
   CHECK_THROWS_WITH(Solver(scene, options), ContainsSubstring("compliance mode"));
+
+  Tissue gone(scene);  // hinges that there were
+  gone.apply({.remove_tets = {0}});
+  CHECK_THROWS_WITH(Solver(gone, options), ContainsSubstring("hinges"));
+  edit = {.remove_bodies = {0}};
+  edit.new_bodies.add_body("other", box);
+  gone.apply(edit);
+  CHECK_NOTHROW(Solver(gone, options));
 }
 
 // Would catch hinges that a compaction drops, mixes up or takes back to rest.

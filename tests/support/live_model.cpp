@@ -85,17 +85,57 @@ void LiveModel::add_bodies(const Scene& added) {
   hinge_alive.resize(hinges.size(), true);
 }
 
-// A hinge needs both its triangles, of tetrahedra that were there before.
-void LiveModel::end_hinges(std::size_t tet_count_before) {
+std::vector<LiveModel::HingeTets> LiveModel::hinge_tets() const {
+  std::vector<HingeTets> found(hinges.size(), {kInvalidIndex, kInvalidIndex});
   for (std::size_t h = 0; h < hinges.size(); ++h) {
     const auto& v = hinges[h].vertices;
-    for (const Index opposite : {v[2], v[3]}) {
-      bool is_there = false;
-      for (std::size_t t = 0; t < tet_count_before && hinge_alive[h]; ++t) {
-        const auto has = [&](Index vertex) { return std::ranges::count(tets[t], vertex) > 0; };
-        is_there = is_there || (tet_alive[t] && has(v[0]) && has(v[1]) && has(opposite));
+    for (std::size_t t = 0; t < tets.size() && hinge_alive[h]; ++t) {
+      const auto has = [&](Index vertex) { return std::ranges::count(tets[t], vertex) > 0; };
+      for (std::size_t side = 0; side < 2; ++side) {
+        if (tet_alive[t] && has(v[0]) && has(v[1]) && has(v[2 + side])) {
+          found[h][side] = static_cast<Index>(t);
+        }
       }
-      hinge_alive[h] = hinge_alive[h] && is_there;
+    }
+  }
+  return found;
+}
+
+// Both its triangles are there, in the tetrahedra or in parts of them, and share the edge.
+void LiveModel::follow_hinges(const std::vector<HingeTets>& before, const TopologyEdit& edit,
+                              Index first_new_vertex, std::size_t first_new_tet) {
+  const auto comes_of = [&](Index vertex, Index origin) {
+    if (vertex < first_new_vertex) {
+      return vertex == origin;
+    }
+    const NewVertex& made = edit.new_vertices[vertex - first_new_vertex];
+    return made.first == origin && made.second == origin;
+  };
+  for (std::size_t h = 0; h < hinges.size(); ++h) {
+    std::array<std::array<Index, 3>, 2> sides{};
+    bool is_whole = hinge_alive[h];
+    for (std::size_t side = 0; side < 2 && is_whole; ++side) {
+      is_whole = false;
+      for (std::size_t t = 0; t < tets.size(); ++t) {
+        const Index origin =
+            t < first_new_tet ? static_cast<Index>(t) : edit.new_tets[t - first_new_tet].parent;
+        std::array<Index, 3> now{kInvalidIndex, kInvalidIndex, kInvalidIndex};
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Index vertex = hinges[h].vertices[k == 2 ? 2 + side : k];
+          for (const Index corner : tets[t]) {
+            now[k] = comes_of(corner, vertex) ? corner : now[k];
+          }
+        }
+        if (tet_alive[t] && origin == before[h][side] &&
+            std::ranges::count(now, kInvalidIndex) == 0) {
+          sides[side] = now;
+          is_whole = true;
+        }
+      }
+    }
+    hinge_alive[h] = is_whole && sides[0][0] == sides[1][0] && sides[0][1] == sides[1][1];
+    if (hinge_alive[h]) {
+      hinges[h].vertices = {sides[0][0], sides[0][1], sides[0][2], sides[1][2]};
     }
   }
 }
@@ -124,7 +164,8 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
     link_alive[l] = false;
   }
   const Index first_new_vertex = vertex_count();
-  const std::size_t tet_count_before = tets.size();
+  const std::size_t first_new_tet = tets.size();
+  const std::vector<HingeTets> hinge_tets_before = hinge_tets();
   for (const NewVertex& vertex : edit.new_vertices) {
     const Eigen::Vector3d along = points[vertex.second] - points[vertex.first];
     points.push_back(points[vertex.first] + double{vertex.share} * along);
@@ -151,7 +192,7 @@ void LiveModel::apply(const Solver& solver, const TopologyEdit& edit) {
   for (const NewTet& tet : edit.new_tets) {
     tet_alive[tet.parent] = false;
   }
-  end_hinges(tet_count_before);
+  follow_hinges(hinge_tets_before, edit, first_new_vertex, first_new_tet);
   links.insert(links.end(), edit.new_links.begin(), edit.new_links.end());
   link_alive.resize(links.size(), true);
   add_bodies(edit.new_bodies);

@@ -47,7 +47,10 @@ struct LiveModel {
  private:
   void add_bodies(const Scene& added);
   void remove_body(Index body);
-  void end_hinges(std::size_t tet_count_before);
+  using HingeTets = std::array<Index, 2>;  // that have its triangles
+  [[nodiscard]] std::vector<HingeTets> hinge_tets() const;
+  void follow_hinges(const std::vector<HingeTets>& before, const TopologyEdit& edit,
+                     Index first_new_vertex, std::size_t first_new_tet);
   void change_volume(const RestVolumeChange& change);
   void move_corner(const CornerMove& move);
   void add_tet(const NewTet& tet, const TopologyEdit& edit, Index first_new_vertex);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -149,25 +151,44 @@ TEST_CASE("hinge: goes with a triangle of its own, and comes back with it", "[un
   const Index tet = scene.body(1).first_tet + 4;
   const std::set<Index> all = hinges_of(tissue, tet, kInvalidIndex);
   REQUIRE(!all.empty());
-  const Index corner = tissue.hinges()[*all.begin()].vertices[0];
+  const std::vector<Hinge> before(tissue.hinges().begin(), tissue.hinges().end());
+  const auto ends_at = [&](Index h, Index vertex) {
+    return before[h].vertices[0] == vertex || before[h].vertices[1] == vertex;
+  };
+  const Index corner = before[*all.begin()].vertices[0];
   REQUIRE(std::ranges::count(tissue.tets()[tet], corner) == 1);
 
   TopologyEdit edit;
-  std::set<Index> lost = all;
+  std::set<Index> lost, moved;
   SECTION("removed") {
     edit.remove_tets = {tet};
+    lost = all;
   }
   SECTION("parted") {
     edit.new_vertices = {{corner, corner}};
     edit.corner_moves = {{tet, corner, tissue.vertex_count()}};
-    lost = hinges_of(tissue, tet, corner);
-    CHECK(lost.size() <= all.size());
+    for (const Index h : hinges_of(tissue, tet, corner)) {
+      const auto& v = before[h].vertices;
+      const bool has_both = has_triangle(tissue.tets()[tet], v[0], v[1], v[2]) &&
+                            has_triangle(tissue.tets()[tet], v[0], v[1], v[3]);
+      (ends_at(h, corner) && !has_both ? lost : moved).insert(h);
+    }
+    CHECK(!lost.empty());
   }
   SECTION("split") {
     const auto [a, b, c, d] = tissue.tets()[tet];
     const Index middle = tissue.vertex_count();
     edit.new_vertices = {{a, b, 0.5F}};
     edit.new_tets = {{tet, {middle, b, c, d}}, {tet, {a, middle, c, d}}};
+    for (const Index h : all) {  // what has a triangle with both ends of the edge
+      const auto& v = before[h].vertices;
+      for (const Index opposite : {v[2], v[3]}) {
+        const auto has = [&](Index x) { return ends_at(h, x) || opposite == x; };
+        if (has_triangle(tissue.tets()[tet], v[0], v[1], opposite) && has(a) && has(b)) {
+          lost.insert(h);
+        }
+      }
+    }
   }
   SECTION("with its body") {
     edit.remove_bodies = {1};
@@ -179,6 +200,12 @@ TEST_CASE("hinge: goes with a triangle of its own, and comes back with it", "[un
   CHECK(std::set<Index>(change.removed_hinges.begin(), change.removed_hinges.end()) == lost);
   CHECK(change.removed_hinges.size() == lost.size());
   CHECK(dead_hinges(tissue) == lost);
+  CHECK(std::set<Index>(change.moved_hinges.begin(), change.moved_hinges.end()) == moved);
+  for (const Index h : moved) {
+    std::array<Index, 4> expected = before[h].vertices;
+    std::ranges::replace(expected, corner, change.first_new_vertex);
+    CHECK(tissue.hinges()[h].vertices == expected);
+  }
   for (Index v = 0; v < tissue.vertex_count(); ++v) {
     for (const Index hinge : tissue.hinges_at(v)) {
       CHECK(std::ranges::count(tissue.hinges()[hinge].vertices, v) == 1);
@@ -187,11 +214,52 @@ TEST_CASE("hinge: goes with a triangle of its own, and comes back with it", "[un
   }
   tissue.undo();
   CHECK(dead_hinges(tissue).empty());
-  for (const Index hinge : lost) {
+  for (Index hinge = 0; hinge < static_cast<Index>(before.size()); ++hinge) {
+    CHECK(tissue.hinges()[hinge].vertices == before[hinge].vertices);
     for (const Index v : tissue.hinges()[hinge].vertices) {
       CHECK(std::ranges::count(tissue.hinges_at(v), hinge) == 1);
     }
   }
+}
+
+// Would catch a cut after which the side that got the copies bends more easily than the other.
+TEST_CASE("hinge: of two sides that a cut parts, both keep theirs", "[unit]") {
+  Tissue tissue(make_scene({4, 2, 1}));
+  const auto x = [&](Index v) { return tissue.rest_positions()[v].x(); };
+  const double middle = 2 * kEdge, tolerance = 0.1 * kEdge;
+  const auto [first, last] =
+      std::ranges::minmax(tissue.rest_positions(), {}, [](const auto& p) { return p.x(); });
+  REQUIRE(first.x() + last.x() == testing::Approx(2 * middle).margin(tolerance));
+  TopologyEdit edit;
+  std::map<Index, Index> copies;
+  const Body& body = tissue.bodies()[1];
+  for (Index t = body.first_tet; t < body.first_tet + body.tet_count; ++t) {
+    const Tet& tet = tissue.tets()[t];
+    if (std::ranges::none_of(tet, [&](Index v) { return x(v) > middle + tolerance; })) {
+      continue;
+    }
+    for (const Index v : tet) {
+      if (std::abs(x(v) - middle) < tolerance) {
+        const auto next = static_cast<Index>(tissue.vertex_count() + copies.size());
+        const auto [copy, is_new] = copies.try_emplace(v, next);
+        if (is_new) {
+          edit.new_vertices.push_back({v, v});
+        }
+        edit.corner_moves.push_back({t, v, copy->second});
+      }
+    }
+  }
+  REQUIRE(!copies.empty());
+  std::set<Index> across;  // a triangle on either side
+  for (Index h = 0; h < static_cast<Index>(tissue.hinges().size()); ++h) {
+    const auto& v = tissue.hinges()[h].vertices;
+    if (std::abs(x(v[0]) - middle) < tolerance && std::abs(x(v[1]) - middle) < tolerance) {
+      across.insert(h);
+    }
+  }
+  REQUIRE(!across.empty());
+  tissue.apply(edit);
+  CHECK(dead_hinges(tissue) == across);
 }
 
 // Would catch arrays that a scene without hinges pays for.

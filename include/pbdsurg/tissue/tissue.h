@@ -40,9 +40,10 @@ struct TissueVersion {
 /// can be undone, the last.
 ///
 /// A removed tetrahedron takes with it its share of mass, the edges that it was the last to use,
-/// and links to a vertex that it was the last to use; what takes away a triangle of the surface, or
-/// moves a corner of it, takes the hinges of that triangle. Where tetrahedra give way to others,
-/// mass and rest volume stay. A body that goes keeps its number and its name.
+/// links to a vertex that it was the last to use, and hinges of its triangles. Where tetrahedra
+/// give way to others, mass and rest volume stay. A hinge follows its two triangles, through
+/// parting and splitting, for as long as they are there and share its edge. A body that goes keeps
+/// its number and its name.
 ///
 /// Not thread-safe; a Solver on a device may step meanwhile, see Solver::start_step(). It must
 /// outlive its followers, and stays where it is in memory.

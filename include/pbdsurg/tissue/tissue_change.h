@@ -29,7 +29,8 @@ struct PartedEdge {
 
 /// An edit and its consequences. Each list is in the order of events, which were: links removed as
 /// asked, new vertices, moves of links, removals of tetrahedra, moves of corners, new tetrahedra
-/// and the removal of their parents, links lost with tissue, new bodies, new links, new hinges.
+/// and the removal of their parents, hinges of these and of moved corners, links lost with tissue,
+/// new bodies, new links, new hinges.
 /// Vertices keep their ids for ever.
 struct TissueChange {
   TopologyEdit edit{};
@@ -39,8 +40,10 @@ struct TissueChange {
   std::vector<Index> removed_edges{};  ///< whose last tetrahedron was removed
   /// [removed_tets] how many of removed_edges had gone when the tetrahedron had.
   std::vector<Index> removed_edge_ends{};
-  std::vector<Index> removed_links{};   ///< as asked, then those to an emptied vertex
-  std::vector<Index> removed_hinges{};  ///< of which a triangle went or changed
+  std::vector<Index> removed_links{};  ///< as asked, then those to an emptied vertex
+  /// Of removed tetrahedra, then of triangles that no longer share an edge.
+  std::vector<Index> removed_hinges{};
+  std::vector<Index> moved_hinges{};  ///< whose triangles have copies of vertices now
   /// That lost their last tetrahedron, or were particles: they stop, and tools let go.
   std::vector<Index> emptied_vertices{};
   std::vector<Index> weighed_vertices{};  ///< whose mass may be another; some more than once

@@ -159,8 +159,9 @@ class PBDSURG_API World {
   /// @return  how many there are
   Index join(BodyId first, BodyId second, const JoinOptions& options = {});
 
-  /// Gives the body's surface the bending stiffness of a plate: a capsule, a serosa.
-  /// @param rigidity  N m, see flexural_rigidity()
+  /// Gives the body's surface the bending stiffness of a plate, a capsule or serosa: see
+  /// Scene::add_hinges(). Bodies that come later bring theirs by edit().
+  /// @param rigidity  N m, flexural_rigidity() of constraints/bending.h
   /// @return          how many hinges that takes
   Index add_hinges(BodyId body, float rigidity);
 

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What edits of tissue do to hinges: one lives as long as its two triangles do, and share an edge.
+
+#include <array>
+#include <memory_resource>
+#include <vector>
+
+#include "pbdsurg/tissue/topology_edit.h"
+
+#include "tissue/tissue_data.h"
+
+namespace pbdsurg {
+
+/// Removes the hinges of a live tetrahedron's triangles.
+void remove_hinges(TissueData& data, Index tet);
+
+/// Hinges of tetrahedra that an edit parts or splits. Their triangles go to the tetrahedra that
+/// come of these, and may have copies of their vertices then.
+class PartedHinges {
+ public:
+  /// Before corners move.
+  PartedHinges(const TissueData& data, const TopologyEdit& edit);
+
+  /// Once tetrahedra are what they are to be. Hinges whose triangles have no edge in common any
+  /// more are removed, others follow. Cost: O(n log n) in hinges and tetrahedra that were split.
+  void settle(TissueData& data, const TopologyEdit& edit) const;
+
+ private:
+  struct Parted {
+    Index hinge;
+    std::array<Index, 2> tets;  // of its triangles, before
+
+    bool operator==(const Parted&) const = default;
+  };
+
+  std::pmr::vector<Parted> hinges_;  // ascending
+};
+
+}  // namespace pbdsurg
