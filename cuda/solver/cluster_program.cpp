@@ -60,12 +60,10 @@ std::optional<ClusterProgram> ClusterProgram::make(std::span<const Stage> stages
 ClusterProgram::ClusterProgram(std::span<const Stage> stages, const StageRecords& records,
                                bool is_damped, GrowthRoom room)
     : is_damped_(is_damped), room_(room), stages_(stages.begin(), stages.end()) {
-  numbers(DeviceArray::distances) = numbers_of(records.distances);
   numbers(DeviceArray::distance_damping) = numbers_of(records.distance_damping);
-  numbers(DeviceArray::volumes) = numbers_of(records.volumes);
-  numbers(DeviceArray::neo_hookeans) = numbers_of(records.neo_hookeans);
-  numbers(DeviceArray::strain_limits) = numbers_of(records.strain_limits);
-  numbers(DeviceArray::bendings) = numbers_of(records.bendings);
+  records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
+    numbers(array_of(KindOf<Constraint>::kPhase)) = numbers_of(list);
+  });
 }
 
 void ClusterProgram::make_schedule(Index place_count, std::span<const PlaceRun> ordered,

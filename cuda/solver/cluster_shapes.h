@@ -5,12 +5,14 @@
 /// How each kind of constraint lies in its records and in the words of a cluster.
 
 #include <algorithm>
+#include <array>
 
-#include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_plan.h"
 
 #include "solver/cluster_layout.h"
+#include "solver/constraint_kinds.h"
+#include "solver/record_table.h"
 #include "solver/records.h"
 #include "solver/stages.h"
 
@@ -39,16 +41,15 @@ struct ClusterShape {
   }
 };
 
-template <class Record>
-inline constexpr Index kSizeOf = sizeof(Record) / sizeof(float);
-
-inline constexpr ClusterShape kClusterShapes[] = {
-    {PhaseKind::distance, DeviceArray::distances, 2, 2, kSizeOf<DistanceRecord>, 1},
-    {PhaseKind::volume, DeviceArray::volumes, 4, 3, kSizeOf<VolumeRecord>, 1},
-    {PhaseKind::neo_hookean, DeviceArray::neo_hookeans, 4, NeoHookeanConstraint::kParameterCount,
-     kSizeOf<NeoHookeanRecord>, NeoHookeanConstraint::kMultiplierCount},
-    {PhaseKind::strain_limit, DeviceArray::strain_limits, 2, 1, kSizeOf<StrainLimitRecord>, 0},
-    {PhaseKind::bending, DeviceArray::bendings, 4, 3, kSizeOf<BendingRecord>, 1}};
+template <class... Constraints>
+struct ClusterShapesOf {
+  ClusterShape shapes[sizeof...(Constraints)] = {
+      {KindOf<Constraints>::kPhase, array_of(KindOf<Constraints>::kPhase),
+       Constraints::kVertexCount, kRecordParameters<Constraints>,
+       sizeof(Record<Constraints>) / sizeof(float),
+       KindOf<Constraints>::kHasCompliance ? Constraints::kMultiplierCount : 0}...};
+};
+inline constexpr auto kClusterShapes = std::to_array(ForAllConstraints<ClusterShapesOf>{}.shapes);
 
 /// Words of the largest kind.
 inline constexpr Index kMostWords =

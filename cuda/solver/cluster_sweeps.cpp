@@ -54,11 +54,9 @@ Index phase_time(Index phase_size, Index block_count) {
 // Whether a plan has records for constraints to come: then a program has room for them.
 bool has_spare_records(const StageRecords& records) {
   const auto is_spare = [](const auto& record) { return record.places[0] < 0; };
-  return std::ranges::any_of(records.distances, is_spare) ||
-         std::ranges::any_of(records.volumes, is_spare) ||
-         std::ranges::any_of(records.neo_hookeans, is_spare) ||
-         std::ranges::any_of(records.strain_limits, is_spare) ||
-         std::ranges::any_of(records.bendings, is_spare);
+  bool is_any = false;
+  records.for_each_list([&](const auto& list) { is_any |= std::ranges::any_of(list, is_spare); });
+  return is_any;
 }
 
 class ClusterSweeps final : public Sweeps {
@@ -66,8 +64,9 @@ class ClusterSweeps final : public Sweeps {
   explicit ClusterSweeps(const SolverData& data) : kernels_(kernels_of(data.options)) {
     kind_.mode = data.options.mode;
     kind_.is_damped = data.sets.has_damping && kind_.mode == ProjectionMode::compliance;
-    kind_.has_solids = data.sets.of<NeoHookeanConstraint>().group_count() > 0 ||
-                       data.sets.of<BendingConstraint>().group_count() > 0;
+    data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+      kind_.has_solids |= !KindOf<Constraint>::kHasFraction && slots.group_count() > 0;
+    });
     sweep_count_ = data.options.iterations;
   }
 

@@ -5,6 +5,7 @@
 /// Constraints on a device, in the order of the stages.
 
 #include <cstddef>
+#include <tuple>
 
 #include "buffer.cuh"
 #include "solver/device_arrays.h"
@@ -27,13 +28,12 @@ class ConstraintBuffers {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
-  DeviceBuffer<DistanceRecord> distances_;
+  template <class... Constraints>
+  using Buffers = std::tuple<DeviceBuffer<Record<Constraints>>...>;
+
+  ForAllConstraints<Buffers> records_;
   DeviceBuffer<float> distance_damping_;
-  DeviceBuffer<VolumeRecord> volumes_;
   DeviceBuffer<JointRecord> joints_;
-  DeviceBuffer<NeoHookeanRecord> neo_hookeans_;
-  DeviceBuffer<StrainLimitRecord> strain_limits_;
-  DeviceBuffer<BendingRecord> bendings_;
   DeviceBuffer<TubeRecord> tubes_;
   DeviceBuffer<Index> level_ends_;
   DeviceBuffer<float> multipliers_;  // of all kinds

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/host_device.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/core/vec3.h"
 
@@ -56,25 +57,36 @@ struct VertexArrays {
 
 inline constexpr Index kOnlyTouched = -2;
 
-/// Constraints in the order of the stages, and multipliers that sweeps hand to the next: these are
-/// those of the first copy, and so on every multiplier_count.
-struct ConstraintArrays {
-  const DistanceRecord* distances;
-  const float* distance_damping;  ///< [distance] s
-  float* distance_multipliers;    ///< [distance]
-  const VolumeRecord* volumes;
-  float* volume_multipliers;  ///< [volume]
-  const JointRecord* joints;
-  float* joint_multipliers;  ///< [7][joint] of six edges, then of the volume
-  const NeoHookeanRecord* neo_hookeans;
-  float* neo_hookean_multipliers;  ///< [9][neo_hookean]
-  const StrainLimitRecord* strain_limits;
-  const BendingRecord* bendings;
-  float* bending_multipliers;  ///< [bending]
-  const TubeRecord* tubes;
-  const Index* level_ends;  ///< of serial stages
-  Index distance_count, volume_count, joint_count, neo_hookean_count, bending_count, tube_count;
-  std::size_t multiplier_count;  ///< of a copy, all kinds together
+/// Constraints of a kind, in the order of the stages.
+template <class Constraint>
+struct KindArrays {
+  const Record<Constraint>* records = nullptr;  ///< [count]
+  float* multipliers = nullptr;  ///< [Constraint::kMultiplierCount][count] of the first copy
+  Index count = 0;
+
+  bool operator==(const KindArrays&) const = default;
+};
+
+template <class... Constraints>
+struct ArraysOfKinds : KindArrays<Constraints>... {
+  template <class Constraint>
+  PBDSURG_HOST_DEVICE const KindArrays<Constraint>& of() const noexcept {
+    return *this;
+  }
+
+  bool operator==(const ArraysOfKinds&) const = default;
+};
+
+/// All constraints, and multipliers that sweeps hand to the next: these are those of the first
+/// copy, and so on every multiplier_count.
+struct ConstraintArrays : ForAllConstraints<ArraysOfKinds> {
+  const float* distance_damping = nullptr;  ///< [distance] s
+  const JointRecord* joints = nullptr;      ///< [joint_count]
+  float* joint_multipliers = nullptr;       ///< [7][joint] of six edges, then of the volume
+  const TubeRecord* tubes = nullptr;        ///< [tube_count]
+  const Index* level_ends = nullptr;        ///< of serial stages
+  Index joint_count = 0, tube_count = 0;
+  std::size_t multiplier_count = 0;  ///< of a copy, all kinds together
 
   bool operator==(const ConstraintArrays&) const = default;
 };

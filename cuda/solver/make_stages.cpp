@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <tuple>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -107,24 +108,14 @@ class StagePlan::Builder {
   // Calls visit(slots, records) with the constraints of a kind.
   template <class Visit>
   void visit_kind(PhaseKind kind, Visit visit) {
-    switch (kind) {
-      case PhaseKind::distance:
-        return visit(data_.sets.of<DistanceConstraint>(), records_.distances);
-      case PhaseKind::volume:
-        return visit(data_.sets.of<VolumeConstraint>(), records_.volumes);
-      case PhaseKind::joint:
-        return visit(data_.sets.of<VolumeConstraint>(), records_.joints);
-      case PhaseKind::neo_hookean:
-        return visit(data_.sets.of<NeoHookeanConstraint>(), records_.neo_hookeans);
-      case PhaseKind::strain_limit:
-        return visit(data_.sets.of<StrainLimitConstraint>(), records_.strain_limits);
-      case PhaseKind::bending:
-        return visit(data_.sets.of<BendingConstraint>(), records_.bendings);
-      case PhaseKind::vertex:
-      case PhaseKind::attachment:
-      case PhaseKind::contact:
-        break;  // not among a solver's constraints
-    }
+    data_.sets.visit_set(kind, [&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+      if constexpr (std::is_same_v<Constraint, VolumeConstraint>) {
+        if (kind == PhaseKind::joint) {
+          return visit(slots, records_.joints);
+        }
+      }
+      visit(slots, records_.of<Constraint>());
+    });
   }
 
   std::vector<Index>& pools(PhaseKind kind) {
@@ -224,7 +215,7 @@ class StagePlan::Builder {
         add_record(kind, id);
       }
       add_spare(pool, spare, records);
-      records_.distance_damping.resize(records_.distances.size());
+      records_.distance_damping.resize(records_.of<DistanceConstraint>().size());
       plan_.stages_.push_back({kind, first, count + spare, 0, 0, spare});
     });
   }
@@ -290,36 +281,18 @@ class StagePlan::Builder {
   }
 
   void add_record(PhaseKind kind, Index id) {
-    switch (kind) {
-      case PhaseKind::distance: {
-        const auto distance = data_.sets.of<DistanceConstraint>().record(id);
-        records_.distances.push_back(to_record(distance));
-        records_.distance_damping.push_back(distance.parameters[DistanceConstraint::kDamping]);
-        break;
-      }
-      case PhaseKind::volume:
-        records_.volumes.push_back(to_record(data_.sets.of<VolumeConstraint>().record(id)));
-        break;
-      case PhaseKind::neo_hookean:
-        records_.neo_hookeans.push_back(
-            to_record(data_.sets.of<NeoHookeanConstraint>().record(id)));
-        break;
-      case PhaseKind::strain_limit:
-        records_.strain_limits.push_back(
-            to_record(data_.sets.of<StrainLimitConstraint>().record(id)));
-        break;
-      case PhaseKind::bending:
-        records_.bendings.push_back(to_record(data_.sets.of<BendingConstraint>().record(id)));
-        break;
-      case PhaseKind::joint:
-        records_.joints.push_back(to_joint_record(data_, id));
-        note_owned(id);
-        break;
-      case PhaseKind::vertex:
-      case PhaseKind::attachment:
-      case PhaseKind::contact:
-        break;  // not among a solver's constraints
+    if (kind == PhaseKind::joint) {
+      records_.joints.push_back(to_joint_record(data_, id));
+      note_owned(id);
+      return;
     }
+    data_.sets.visit_set(kind, [&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+      const auto record = slots.record(id);
+      records_.of<Constraint>().push_back(to_record<Constraint>(record));
+      if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {
+        records_.distance_damping.push_back(record.parameters[DistanceConstraint::kDamping]);
+      }
+    });
   }
 
   void note_owned(Index tet) {

@@ -4,12 +4,9 @@
 /// @file
 /// Projection of one stage: a thread a constraint.
 
-#include "pbdsurg/constraints/bending.h"
-#include "pbdsurg/constraints/distance.h"
-#include "pbdsurg/constraints/neo_hookean.h"
-#include "pbdsurg/constraints/strain_limit.h"
-#include "pbdsurg/constraints/volume.h"
+#include <type_traits>
 
+#include "solver/constraint_kinds.h"
 #include "solver/kernel_support.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -39,73 +36,34 @@ __device__ inline Surroundings of_copy(Surroundings around) {
   return around;
 }
 
-struct DistanceSource {
-  using Constraint = DistanceConstraint;
-  using Record = DistanceRecord;
-  const Record* records;
-  const float* damping;
+/// Records of a kind, which have all that it needs.
+template <class Kind>
+struct Source {
+  using Constraint = Kind;
+  const Record<Kind>* records;
 
   template <bool kDamped>
-  __device__ void parameters(const Record& record, Index i,
-                             float (&out)[Constraint::kParameterCount]) const {
-    out[Constraint::kRest] = record.rest;
-    out[Constraint::kStiffness] = record.stiffness;
-    out[Constraint::kDamping] = kDamped ? __ldg(damping + i) : 0.0F;
-  }
-};
-
-struct VolumeSource {
-  using Constraint = VolumeConstraint;
-  using Record = VolumeRecord;
-  const Record* records;
-
-  template <bool kDamped>
-  __device__ void parameters(const Record& record, Index,
-                             float (&out)[Constraint::kParameterCount]) const {
-    out[Constraint::kRest] = record.rest;
-    out[Constraint::kStiffness] = record.stiffness;
-    out[Constraint::kDamping] = record.damping;
-  }
-};
-
-struct NeoHookeanSource {
-  using Constraint = NeoHookeanConstraint;
-  using Record = NeoHookeanRecord;
-  const Record* records;
-
-  template <bool kDamped>
-  __device__ void parameters(const Record& record, Index,
-                             float (&out)[Constraint::kParameterCount]) const {
+  __device__ void parameters(const Record<Kind>& record, Index,
+                             float (&out)[Kind::kParameterCount]) const {
 #pragma unroll
-    for (int p = 0; p < Constraint::kParameterCount; ++p) {
+    for (int p = 0; p < Kind::kParameterCount; ++p) {
       out[p] = record.parameters[p];
     }
   }
 };
 
-struct StrainLimitSource {
-  using Constraint = StrainLimitConstraint;
-  using Record = StrainLimitRecord;
-  const Record* records;
+template <>
+struct Source<DistanceConstraint> {
+  using Constraint = DistanceConstraint;
+  const Record<Constraint>* records;
+  const float* damping;
 
   template <bool kDamped>
-  __device__ void parameters(const Record& record, Index,
+  __device__ void parameters(const Record<Constraint>& record, Index i,
                              float (&out)[Constraint::kParameterCount]) const {
-    out[Constraint::kLimit] = record.limit;
-  }
-};
-
-struct BendingSource {
-  using Constraint = BendingConstraint;
-  using Record = BendingRecord;
-  const Record* records;
-
-  template <bool kDamped>
-  __device__ void parameters(const Record& record, Index,
-                             float (&out)[Constraint::kParameterCount]) const {
-    out[Constraint::kRest] = record.rest;
-    out[Constraint::kStiffness] = record.stiffness;
-    out[Constraint::kDamping] = record.damping;
+    out[Constraint::kRest] = record.parameters[Constraint::kRest];
+    out[Constraint::kStiffness] = record.parameters[Constraint::kStiffness];
+    out[Constraint::kDamping] = kDamped ? __ldg(damping + i) : 0.0F;
   }
 };
 
@@ -142,10 +100,10 @@ __device__ Damped<float, kVertices> load_start(const Particle* previous,
   return damping;
 }
 
-template <class Source, ProjectionMode kMode, bool kDamped>
-__device__ void project(const Source& source, const typename Source::Record& record, Index i,
-                        const Surroundings& around) {
-  using Constraint = typename Source::Constraint;
+template <class Records, ProjectionMode kMode, bool kDamped>
+__device__ void project(const Records& source, const Record<typename Records::Constraint>& record,
+                        Index i, const Surroundings& around) {
+  using Constraint = typename Records::Constraint;
   Corners<Constraint::kVertexCount> corners;
   corners.load(around.particles, record.places);
   float parameters[Constraint::kParameterCount];
@@ -174,32 +132,32 @@ __device__ void project(const Source& source, const typename Source::Record& rec
 }
 
 /// Records [first, first + count).
-template <class Source, ProjectionMode kMode, bool kDamped>
+template <class Records, ProjectionMode kMode, bool kDamped>
 __global__ void __launch_bounds__(kStageThreads)
-    project_stage(Source source, Index first, Index count, Surroundings around) {
+    project_stage(Records source, Index first, Index count, Surroundings around) {
   const Index i = first + thread_index();
   const bool is_used = thread_index() < count;
-  typename Source::Record record;
+  Record<typename Records::Constraint> record;
   if (is_used) {  // no kernel of this step writes it
     record = load_constant(source.records + i);
   }
   wait_for_previous();
   if (is_used && record.places[0] >= 0) {
-    project<Source, kMode, kDamped>(source, record, i, of_copy(around));
+    project<Records, kMode, kDamped>(source, record, i, of_copy(around));
   }
 }
 
 /// Level after level, by one block.
-template <class Source, ProjectionMode kMode, bool kDamped>
+template <class Records, ProjectionMode kMode, bool kDamped>
 __global__ void __launch_bounds__(kSerialThreads)
-    project_levels(Source source, Index first, const Index* level_ends, Index level_count,
+    project_levels(Records source, Index first, const Index* level_ends, Index level_count,
                    Surroundings around) {
   wait_for_previous();
   around = of_copy(around);
   for (Index level = 0; level < level_count; ++level) {
     const Index end = __ldg(level_ends + level);
     for (Index i = first + static_cast<Index>(threadIdx.x); i < end; i += kSerialThreads) {
-      project<Source, kMode, kDamped>(source, load_constant(source.records + i), i, around);
+      project<Records, kMode, kDamped>(source, load_constant(source.records + i), i, around);
     }
     first = end;
     __syncthreads();
@@ -289,35 +247,36 @@ __global__ void __launch_bounds__(kStageThreads)
   }
 }
 
-template <class Source, ProjectionMode kMode, bool kDamped>
-void launch_stage(const Source& source, const Stage& stage, const Index* level_ends,
+template <class Records, ProjectionMode kMode, bool kDamped>
+void launch_stage(const Records& source, const Stage& stage, const Index* level_ends,
                   const Surroundings& around, const Launch& how) {
   if (stage.level_count > 0) {
     launch(how, "launching a serial phase", 1, kSerialThreads,
-           project_levels<Source, kMode, kDamped>, source, stage.first,
+           project_levels<Records, kMode, kDamped>, source, stage.first,
            level_ends + stage.first_level, stage.level_count, around);
   } else {
     launch(how, "launching a phase", blocks_for(stage.count, kStageThreads), kStageThreads,
-           project_stage<Source, kMode, kDamped>, source, stage.first, stage.count, around);
+           project_stage<Records, kMode, kDamped>, source, stage.first, stage.count, around);
   }
 }
 
-template <class Source>
-void launch_compliant_stage(const Source& source, const Stage& stage, const Index* level_ends,
+template <class Records>
+void launch_compliant_stage(const Records& source, const Stage& stage, const Index* level_ends,
                             const Projection& projection, const Surroundings& around,
                             const Launch& how) {
   if (projection.is_damped) {
-    launch_stage<Source, ProjectionMode::compliance, true>(source, stage, level_ends, around, how);
+    launch_stage<Records, ProjectionMode::compliance, true>(source, stage, level_ends, around, how);
   } else {
-    launch_stage<Source, ProjectionMode::compliance, false>(source, stage, level_ends, around, how);
+    launch_stage<Records, ProjectionMode::compliance, false>(source, stage, level_ends, around,
+                                                             how);
   }
 }
 
-template <class Source>
-void launch_stage(const Source& source, const Stage& stage, const Index* level_ends,
+template <class Records>
+void launch_stage(const Records& source, const Stage& stage, const Index* level_ends,
                   const Projection& projection, const Surroundings& around, const Launch& how) {
   if (projection.mode == ProjectionMode::fraction) {
-    launch_stage<Source, ProjectionMode::fraction, false>(source, stage, level_ends, around, how);
+    launch_stage<Records, ProjectionMode::fraction, false>(source, stage, level_ends, around, how);
   } else {
     launch_compliant_stage(source, stage, level_ends, projection, around, how);
   }
@@ -329,6 +288,18 @@ void launch_joints(const JointRecord* records, const Stage& stage, const Surroun
   launch(how, "launching a joint phase", blocks_for(stage.count, kStageThreads), kStageThreads,
          project_joints<kMode, kDamped>, records, stage.first, stage.count, around);
 }
+
+template <class Constraint>
+struct TypeOf {};
+
+/// Calls launch(TypeOf<Constraint>()) for the kind that a stage has, if it has one.
+template <class... Constraints>
+struct Launcher {
+  template <class Launch>
+  static void launch(PhaseKind kind, Launch launch) {
+    (void)((KindOf<Constraints>::kPhase == kind && (launch(TypeOf<Constraints>()), true)) || ...);
+  }
+};
 
 void project(const Stage& stage, const Projection& projection, const DeviceState& state,
              const ConstraintArrays& constraints, const StepInput* input, const Launch& how) {
@@ -343,47 +314,33 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
                         projection.takes_multipliers,
                         projection.leaves_multipliers};
   };
-  const Index* const ends = constraints.level_ends;
-  switch (stage.kind) {
-    case PhaseKind::distance:
-      launch_stage(DistanceSource{constraints.distances, constraints.distance_damping}, stage, ends,
-                   projection, around(constraints.distance_multipliers, constraints.distance_count),
-                   how);
-      break;
-    case PhaseKind::volume:
-      launch_stage(VolumeSource{constraints.volumes}, stage, ends, projection,
-                   around(constraints.volume_multipliers, constraints.volume_count), how);
-      break;
-    case PhaseKind::joint: {
-      const Surroundings there = around(constraints.joint_multipliers, constraints.joint_count);
-      if (projection.mode == ProjectionMode::fraction) {
-        launch_joints<ProjectionMode::fraction, false>(constraints.joints, stage, there, how);
-      } else if (projection.is_damped) {
-        launch_joints<ProjectionMode::compliance, true>(constraints.joints, stage, there, how);
-      } else {
-        launch_joints<ProjectionMode::compliance, false>(constraints.joints, stage, there, how);
-      }
-      break;
+  if (stage.kind == PhaseKind::joint) {
+    const Surroundings there = around(constraints.joint_multipliers, constraints.joint_count);
+    if (projection.mode == ProjectionMode::fraction) {
+      launch_joints<ProjectionMode::fraction, false>(constraints.joints, stage, there, how);
+    } else if (projection.is_damped) {
+      launch_joints<ProjectionMode::compliance, true>(constraints.joints, stage, there, how);
+    } else {
+      launch_joints<ProjectionMode::compliance, false>(constraints.joints, stage, there, how);
     }
-    case PhaseKind::neo_hookean:
-      launch_compliant_stage(
-          NeoHookeanSource{constraints.neo_hookeans}, stage, ends, projection,
-          around(constraints.neo_hookean_multipliers, constraints.neo_hookean_count), how);
-      break;
-    case PhaseKind::strain_limit:  // alike in all modes, and without memory
-      launch_stage<StrainLimitSource, ProjectionMode::fraction, false>(
-          StrainLimitSource{constraints.strain_limits}, stage, ends, around(nullptr, 0), how);
-      break;
-    case PhaseKind::bending:
-      launch_compliant_stage(BendingSource{constraints.bendings}, stage, ends, projection,
-                             around(constraints.bending_multipliers, constraints.bending_count),
-                             how);
-      break;
-    case PhaseKind::vertex:
-    case PhaseKind::attachment:
-    case PhaseKind::contact:
-      break;  // see solve_vertices() and tools; no stage is of the other kinds
   }
+  ForAllConstraints<Launcher>::launch(stage.kind, [&]<class Constraint>(TypeOf<Constraint>) {
+    const KindArrays<Constraint>& kind = constraints.of<Constraint>();
+    const Surroundings there = around(kind.multipliers, kind.count);
+    Source<Constraint> source{};
+    source.records = kind.records;
+    if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {
+      source.damping = constraints.distance_damping;
+    }
+    if constexpr (!KindOf<Constraint>::kHasCompliance) {  // alike in all modes
+      launch_stage<Source<Constraint>, ProjectionMode::fraction, false>(
+          source, stage, constraints.level_ends, there, how);
+    } else if constexpr (!KindOf<Constraint>::kHasFraction) {
+      launch_compliant_stage(source, stage, constraints.level_ends, projection, there, how);
+    } else {
+      launch_stage(source, stage, constraints.level_ends, projection, there, how);
+    }
+  });
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ enum class Holder : std::uint8_t { distance, volume, neo_hookean, strain_limit, 
 inline constexpr int kHolderCount = 6;
 
 /// Of constraints of a kind.
-[[nodiscard]] inline Holder holder_of(PhaseKind kind) noexcept {
+[[nodiscard]] constexpr Holder holder_of(PhaseKind kind) noexcept {
   switch (kind) {
     case PhaseKind::distance:
       return Holder::distance;
@@ -44,7 +44,7 @@ inline constexpr int kHolderCount = 6;
 }
 
 /// The array of the records that stages of a kind project.
-[[nodiscard]] inline DeviceArray array_of(PhaseKind kind) noexcept {
+[[nodiscard]] constexpr DeviceArray array_of(PhaseKind kind) noexcept {
   switch (kind) {
     case PhaseKind::distance:
       return DeviceArray::distances;

@@ -5,23 +5,30 @@
 /// Constraints as kernels read them: records of whole 16-byte words. Places are as in SolverData.
 /// Where the first place is negative, a constraint was removed and does nothing.
 
-#include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/core/types.h"
+
+#include "solver/constraint_kinds.h"
 
 namespace pbdsurg::cuda {
 
-struct alignas(16) DistanceRecord {
-  Index places[2];
-  float rest;       ///< m
-  float stiffness;  ///< as in DistanceConstraint
-};
+/// How many parameters a record has, the first of its kind's. What damps a distance lies in an
+/// array of its own, so that records of undamped ones are one word.
+template <class Constraint>
+inline constexpr int kRecordParameters = Constraint::kParameterCount;
+template <>
+inline constexpr int kRecordParameters<DistanceConstraint> = DistanceConstraint::kDamping;
 
-struct alignas(16) VolumeRecord {
-  Index places[4];
-  float rest;       ///< m^3
-  float stiffness;  ///< as in VolumeConstraint
-  float damping;    ///< s
-  float unused;
+constexpr int round_to_words(int numbers) {
+  return (numbers + 3) / 4 * 4;
+}
+
+template <class Constraint>
+struct alignas(16) Record {
+  Index places[Constraint::kVertexCount];
+  /// Of the kind; zero beyond them.
+  float parameters[round_to_words(Constraint::kVertexCount + kRecordParameters<Constraint>) -
+                   Constraint::kVertexCount];
 };
 
 /// A tetrahedron of a joint plan. An edge that another tetrahedron owns has a negative rest length.
@@ -34,25 +41,6 @@ struct alignas(16) JointRecord {
   float unused;
   float edge_rest[6];       ///< m, in the order of kTetEdges
   float edge_stiffness[6];  ///< as in DistanceConstraint
-};
-
-struct alignas(16) NeoHookeanRecord {
-  Index places[4];
-  float parameters[NeoHookeanConstraint::kParameterCount];
-};
-
-struct alignas(16) StrainLimitRecord {
-  Index places[2];
-  float limit;  ///< m
-  float unused;
-};
-
-struct alignas(16) BendingRecord {
-  Index places[4];
-  float rest;       ///< as in BendingConstraint
-  float stiffness;  ///< likewise
-  float damping;    ///< s
-  float unused;
 };
 
 /// A tetrahedron that is only watched for inversion.

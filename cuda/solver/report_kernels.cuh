@@ -68,24 +68,24 @@ __device__ inline void see_volume(const Vec3<float> (&x)[4], float rest, Seen& s
 
 __device__ inline void see_distances(const Particle* particles, const ConstraintArrays& all,
                                      Seen& seen) {
-  for (Index i = thread_index(); i < all.distance_count; i += thread_count()) {
-    const DistanceRecord record = load_constant(all.distances + i);
+  for (Index i = thread_index(); i < all.of<DistanceConstraint>().count; i += thread_count()) {
+    const auto record = load_constant(all.of<DistanceConstraint>().records + i);
     if (record.places[0] >= 0) {
       Vec3<float> x[2];
       load_corners(particles, record.places, x);
-      see_distance(x, record.rest, seen);
+      see_distance(x, record.parameters[DistanceConstraint::kRest], seen);
     }
   }
 }
 
 __device__ inline void see_volumes(const Particle* particles, const ConstraintArrays& all,
                                    Seen& seen) {
-  for (Index i = thread_index(); i < all.volume_count; i += thread_count()) {
-    const VolumeRecord record = load_constant(all.volumes + i);
+  for (Index i = thread_index(); i < all.of<VolumeConstraint>().count; i += thread_count()) {
+    const auto record = load_constant(all.of<VolumeConstraint>().records + i);
     if (record.places[0] >= 0) {
       Vec3<float> x[4];
       load_corners(particles, record.places, x);
-      see_volume(x, record.rest, seen);
+      see_volume(x, record.parameters[VolumeConstraint::kRest], seen);
     }
   }
 }
@@ -109,8 +109,8 @@ __device__ inline void see_joints(const Particle* particles, const ConstraintArr
 
 __device__ inline void see_neo_hookeans(const Particle* particles, const ConstraintArrays& all,
                                         Seen& seen) {
-  for (Index i = thread_index(); i < all.neo_hookean_count; i += thread_count()) {
-    const NeoHookeanRecord record = load_constant(all.neo_hookeans + i);
+  for (Index i = thread_index(); i < all.of<NeoHookeanConstraint>().count; i += thread_count()) {
+    const auto record = load_constant(all.of<NeoHookeanConstraint>().records + i);
     if (record.places[0] >= 0) {
       Vec3<float> x[4];
       load_corners(particles, record.places, x);
@@ -200,9 +200,9 @@ __global__ void __launch_bounds__(kReportThreads)
 void report(const DeviceState& state, const ConstraintArrays& constraints, StepInput* input,
             const StepOutput& output, const Launch& how) {
   Index most = state.capacity;
-  for (const Index count :
-       {constraints.distance_count, constraints.volume_count, constraints.joint_count,
-        constraints.neo_hookean_count, constraints.tube_count}) {
+  for (const Index count : {constraints.of<DistanceConstraint>().count,
+                            constraints.of<VolumeConstraint>().count, constraints.joint_count,
+                            constraints.of<NeoHookeanConstraint>().count, constraints.tube_count}) {
     most = most < count ? count : most;
   }
   const int needed = blocks_for(most, kReportThreads);

@@ -115,68 +115,41 @@ void StagePlan::note_owner(const SolverData& data, Index distance) {
 
 // Of each record touched, what its holder is after all changes: so words listed twice are alike.
 void StagePlan::write_records(const SolverData& data, std::vector<WordChange>& words) const {
-  const auto& distances = data.sets.of<DistanceConstraint>();
   const auto& volumes = data.sets.of<VolumeConstraint>();
   for (const RecordTable::Record& record : table_.touched()) {
     const auto& [array, index] = record;
     const Index id = table_.holder_of(record);
-    const auto write = [&, array = array, index = index](const auto& slots) {
-      using Record = decltype(to_record(slots.record(id)));
-      if (id != kInvalidIndex && slots.is_alive(id)) {
-        write_record(array, index, to_record(slots.record(id)), words);
+    const bool has_holder = id != kInvalidIndex;
+    if (array == DeviceArray::joints) {
+      if (has_holder && volumes.is_alive(id)) {
+        write_record(array, index, to_joint_record(data, id), words);
       } else {
-        write_nothing<Record>(array, index, words);
+        write_nothing<JointRecord>(array, index, words);
       }
-    };
-    switch (array) {
-      case DeviceArray::distances:
-        write(distances);
-        if (id != kInvalidIndex && distances.is_alive(id)) {
-          const auto parameters = distances.record(id).parameters;
-          words.push_back({DeviceArray::distance_damping, static_cast<std::uint32_t>(index),
-                           std::bit_cast<std::uint32_t>(parameters[DistanceConstraint::kDamping])});
-        }
-        break;
-      case DeviceArray::volumes:
-        write(volumes);
-        break;
-      case DeviceArray::neo_hookeans:
-        write(data.sets.of<NeoHookeanConstraint>());
-        break;
-      case DeviceArray::strain_limits:
-        write(data.sets.of<StrainLimitConstraint>());
-        break;
-      case DeviceArray::bendings:
-        write(data.sets.of<BendingConstraint>());
-        break;
-      case DeviceArray::joints:
-        if (id != kInvalidIndex && volumes.is_alive(id)) {
-          write_record(array, index, to_joint_record(data, id), words);
-        } else {
-          write_nothing<JointRecord>(array, index, words);
-        }
-        break;
-      case DeviceArray::tubes:
-        if (id != kInvalidIndex && is_tube(data, id)) {
-          write_record(array, index, to_tube_record(data, id), words);
-        } else {
-          write_nothing<TubeRecord>(array, index, words);
-        }
-        break;
-      case DeviceArray::distance_damping:
-      case DeviceArray::particles:
-      case DeviceArray::velocities:
-      case DeviceArray::cluster:
-      case DeviceArray::vertex_blocks:
-      case DeviceArray::pull_rows:
-      case DeviceArray::spring_rows:
-      case DeviceArray::volume_rows:
-      case DeviceArray::hinge_rows:
-      case DeviceArray::damped_spring_rows:
-      case DeviceArray::damped_volume_rows:
-      case DeviceArray::damped_hinge_rows:
-        break;  // no pool has records of these
+    } else if (array == DeviceArray::tubes) {
+      if (has_holder && is_tube(data, id)) {
+        write_record(array, index, to_tube_record(data, id), words);
+      } else {
+        write_nothing<TubeRecord>(array, index, words);
+      }
     }
+    data.sets.for_each_set([&, array = array, index = index]<class Constraint>(
+                               const ConstraintSlots<Constraint>& slots) {
+      if (array != array_of(KindOf<Constraint>::kPhase)) {
+        return;
+      }
+      if (!has_holder || !slots.is_alive(id)) {
+        write_nothing<Record<Constraint>>(array, index, words);
+        return;
+      }
+      const auto now = slots.record(id);
+      write_record(array, index, to_record<Constraint>(now), words);
+      if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {
+        words.push_back(
+            {DeviceArray::distance_damping, static_cast<std::uint32_t>(index),
+             std::bit_cast<std::uint32_t>(now.parameters[DistanceConstraint::kDamping])});
+      }
+    });
   }
 }
 

@@ -4,6 +4,8 @@
 /// @file
 /// Records of constraints in the order of the stages, and how they are made of a solver's data.
 
+#include <algorithm>
+#include <tuple>
 #include <vector>
 
 #include "pbdsurg/core/types.h"
@@ -13,25 +15,45 @@
 
 namespace pbdsurg::cuda {
 
+/// Of each kind, a list.
+template <class... Constraints>
+class RecordLists {
+ public:
+  template <class Constraint>
+  [[nodiscard]] std::vector<Record<Constraint>>& of() noexcept {
+    return std::get<std::vector<Record<Constraint>>>(lists_);
+  }
+  template <class Constraint>
+  [[nodiscard]] const std::vector<Record<Constraint>>& of() const noexcept {
+    return std::get<std::vector<Record<Constraint>>>(lists_);
+  }
+
+  /// Calls visit(list) for each kind.
+  template <class Visit>
+  void for_each_list(Visit visit) const {
+    (visit(of<Constraints>()), ...);
+  }
+
+ private:
+  std::tuple<std::vector<Record<Constraints>>...> lists_;
+};
+
 /// A stage may end with spare records, which do nothing until edits bring constraints.
-struct StageRecords {
-  std::vector<DistanceRecord> distances;
+struct StageRecords : ForAllConstraints<RecordLists> {
   std::vector<float> distance_damping;  ///< [distance] s
-  std::vector<VolumeRecord> volumes;
   std::vector<JointRecord> joints;
-  std::vector<NeoHookeanRecord> neo_hookeans;
-  std::vector<StrainLimitRecord> strain_limits;
-  std::vector<BendingRecord> bendings;
   std::vector<TubeRecord> tubes;
   std::vector<Index> level_ends;  ///< of serial stages, among the records of their kind
 };
 
-// Of live constraints, as they are now.
-[[nodiscard]] DistanceRecord to_record(const ConstraintRecord<DistanceConstraint>& from);
-[[nodiscard]] VolumeRecord to_record(const ConstraintRecord<VolumeConstraint>& from);
-[[nodiscard]] NeoHookeanRecord to_record(const ConstraintRecord<NeoHookeanConstraint>& from);
-[[nodiscard]] StrainLimitRecord to_record(const ConstraintRecord<StrainLimitConstraint>& from);
-[[nodiscard]] BendingRecord to_record(const ConstraintRecord<BendingConstraint>& from);
+/// Of a live constraint, as it is now.
+template <class Constraint>
+[[nodiscard]] Record<Constraint> to_record(const ConstraintRecord<Constraint>& from) {
+  Record<Constraint> record{};
+  std::copy(from.places.begin(), from.places.end(), record.places);
+  std::copy_n(from.parameters.begin(), kRecordParameters<Constraint>, record.parameters);
+  return record;
+}
 
 /// The volume of a tetrahedron of a joint plan and the edges that it owns.
 [[nodiscard]] JointRecord to_joint_record(const SolverData& data, Index tet);

@@ -104,28 +104,31 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
         {array, static_cast<std::uint32_t>(index * static_cast<Index>(sizeof record / 4) + word),
          std::bit_cast<std::uint32_t>(value)});
   };
-  change(DeviceArray::distances, records.distances[7], 7, records.distances[7].rest, 0.25F);
+  change(DeviceArray::distances, records.of<DistanceConstraint>()[7], 7,
+         records.of<DistanceConstraint>()[7].parameters[DistanceConstraint::kRest], 0.25F);
   change(DeviceArray::distance_damping, records.distance_damping[8], 8, records.distance_damping[8],
          0.125F);
-  change(DeviceArray::volumes, records.volumes[3], 3, records.volumes[3].stiffness, 0.5F);
-  change(DeviceArray::volumes, records.volumes[4], 4, records.volumes[4].damping, 0.75F);
-  change(DeviceArray::strain_limits, records.strain_limits[1], 1, records.strain_limits[1].limit,
-         2);
+  change(DeviceArray::volumes, records.of<VolumeConstraint>()[3], 3,
+         records.of<VolumeConstraint>()[3].parameters[VolumeConstraint::kStiffness], 0.5F);
+  change(DeviceArray::volumes, records.of<VolumeConstraint>()[4], 4,
+         records.of<VolumeConstraint>()[4].parameters[VolumeConstraint::kDamping], 0.75F);
+  change(DeviceArray::strain_limits, records.of<StrainLimitConstraint>()[1], 1,
+         records.of<StrainLimitConstraint>()[1].parameters[StrainLimitConstraint::kLimit], 2);
   for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
-    auto& record = records.neo_hookeans[5];
+    auto& record = records.of<NeoHookeanConstraint>()[5];
     change(DeviceArray::neo_hookeans, record, 5, record.parameters[p],
            3.0F + static_cast<float>(p));
   }
   changes.push_back({DeviceArray::tubes, 0, 1});  // of no sweep
   CHECK(follow() == 4 + (is_damped ? 1 : 0) + NeoHookeanConstraint::kParameterCount);
 
-  const VolumeRecord removed = records.volumes[2];
-  records.volumes[2].places[0] = kInvalidIndex;
-  changes.push_back({DeviceArray::volumes, 2 * sizeof(VolumeRecord) / 4,
+  const Record<VolumeConstraint> removed = records.of<VolumeConstraint>()[2];
+  records.of<VolumeConstraint>()[2].places[0] = kInvalidIndex;
+  changes.push_back({DeviceArray::volumes, 2 * sizeof(Record<VolumeConstraint>) / 4,
                      static_cast<std::uint32_t>(kInvalidIndex)});
   CHECK(follow() == 1);  // it lets its vertices pass
 
-  records.volumes[2] = removed;  // it comes back, by all its words
+  records.of<VolumeConstraint>()[2] = removed;  // it comes back, by all its words
   const auto numbers = testing::numbers_of(records, PhaseKind::volume, 2);
   for (std::uint32_t w = 0; w < numbers.size(); ++w) {
     changes.push_back(

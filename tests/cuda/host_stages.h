@@ -9,16 +9,14 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
-#include "pbdsurg/constraints/bending.h"
-#include "pbdsurg/constraints/distance.h"
-#include "pbdsurg/constraints/neo_hookean.h"
-#include "pbdsurg/constraints/strain_limit.h"
-#include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "solver/constraint_kinds.h"
 #include "solver/load_store.h"
 #include "solver/serial_phases.h"
 #include "solver/stage_plan.h"
@@ -35,47 +33,34 @@ struct HostStages {
 
   /// Before a substep.
   void forget() {
-    distances.assign(records.distances.size(), {});
-    volumes.assign(records.volumes.size(), {});
+    records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
+      multipliers_of<Constraint>().assign(list.size(), {});
+    });
     joints.assign(7 * records.joints.size(), {});
-    neo_hookeans.assign(records.neo_hookeans.size(), {});
-    bendings.assign(records.bendings.size(), {});
   }
 
   /// As the device writes words.
   void write(const std::vector<WordChange>& words) {
     const auto start = [&](DeviceArray array) -> void* {
-      switch (array) {
-        case DeviceArray::distances:
-          return records.distances.data();
-        case DeviceArray::distance_damping:
-          return records.distance_damping.data();
-        case DeviceArray::volumes:
-          return records.volumes.data();
-        case DeviceArray::joints:
-          return records.joints.data();
-        case DeviceArray::neo_hookeans:
-          return records.neo_hookeans.data();
-        case DeviceArray::strain_limits:
-          return records.strain_limits.data();
-        case DeviceArray::bendings:
-          return records.bendings.data();
-        case DeviceArray::tubes:
-          return records.tubes.data();
-        case DeviceArray::particles:
-        case DeviceArray::velocities:
-        case DeviceArray::cluster:
-        case DeviceArray::vertex_blocks:
-        case DeviceArray::pull_rows:
-        case DeviceArray::spring_rows:
-        case DeviceArray::volume_rows:
-        case DeviceArray::damped_spring_rows:
-        case DeviceArray::damped_volume_rows:
-        case DeviceArray::hinge_rows:
-        case DeviceArray::damped_hinge_rows:
-          break;
+      if (array == DeviceArray::distance_damping) {
+        return records.distance_damping.data();
       }
-      throw Error("a plan of stages writes array " + std::to_string(static_cast<int>(array)));
+      if (array == DeviceArray::joints) {
+        return records.joints.data();
+      }
+      if (array == DeviceArray::tubes) {
+        return records.tubes.data();
+      }
+      void* found = nullptr;
+      records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>&) {
+        if (array == array_of(KindOf<Constraint>::kPhase)) {
+          found = records.of<Constraint>().data();
+        }
+      });
+      if (found == nullptr) {
+        throw Error("a plan of stages writes array " + std::to_string(static_cast<int>(array)));
+      }
+      return found;
     };
     for (const WordChange& change : words) {
       std::memcpy(static_cast<char*>(start(change.array)) + sizeof change.value * change.word,
@@ -102,9 +87,9 @@ struct HostStages {
   StagePlan plan;
 
  private:
-  template <int kCount>
+  template <class Constraint>
   struct Multipliers {
-    float values[kCount] = {};
+    float values[Constraint::kMultiplierCount] = {};
   };
 
   template <class Constraint, std::size_t kVertices>
@@ -125,7 +110,7 @@ struct HostStages {
     }
     constexpr auto kCompliance = ProjectionMode::compliance;
     if (mode == ProjectionMode::fraction) {
-      if constexpr (!std::is_same_v<Constraint, NeoHookeanConstraint>) {
+      if constexpr (KindOf<Constraint>::kHasFraction) {
         Constraint::template project<ProjectionMode::fraction>(x, w, parameters, substep,
                                                                multipliers);
       }
@@ -141,50 +126,21 @@ struct HostStages {
 
   void project(PhaseKind kind, Index i, std::vector<Particle>& particles,
                const std::vector<Particle>& previous, const Substep<float>& substep) {
-    switch (kind) {
-      case PhaseKind::distance: {
-        const DistanceRecord& record = records.distances[i];
-        const float parameters[] = {record.rest, record.stiffness, records.distance_damping[i]};
-        project<DistanceConstraint>(record.places, parameters, distances[i].values, particles,
-                                    previous, substep);
-        break;
-      }
-      case PhaseKind::volume: {
-        const VolumeRecord& record = records.volumes[i];
-        const float parameters[] = {record.rest, record.stiffness, record.damping};
-        project<VolumeConstraint>(record.places, parameters, volumes[i].values, particles, previous,
-                                  substep);
-        break;
-      }
-      case PhaseKind::joint:
-        project_joint(i, particles, previous, substep);
-        break;
-      case PhaseKind::neo_hookean: {
-        const NeoHookeanRecord& record = records.neo_hookeans[i];
-        project<NeoHookeanConstraint>(record.places, record.parameters, neo_hookeans[i].values,
-                                      particles, previous, substep);
-        break;
-      }
-      case PhaseKind::strain_limit: {
-        const StrainLimitRecord& record = records.strain_limits[i];
-        const float parameters[] = {record.limit};
-        float none[1] = {};
-        project<StrainLimitConstraint>(record.places, parameters, none, particles, previous,
-                                       substep);
-        break;
-      }
-      case PhaseKind::bending: {
-        const BendingRecord& record = records.bendings[i];
-        const float parameters[] = {record.rest, record.stiffness, record.damping};
-        project<BendingConstraint>(record.places, parameters, bendings[i].values, particles,
-                                   previous, substep);
-        break;
-      }
-      case PhaseKind::vertex:
-      case PhaseKind::attachment:
-      case PhaseKind::contact:
-        break;  // others project these
+    if (kind == PhaseKind::joint) {
+      project_joint(i, particles, previous, substep);
     }
+    records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
+      if (kind != KindOf<Constraint>::kPhase) {
+        return;
+      }
+      float parameters[Constraint::kParameterCount];
+      std::copy_n(list[i].parameters, kRecordParameters<Constraint>, parameters);
+      if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {
+        parameters[Constraint::kDamping] = records.distance_damping[i];
+      }
+      project<Constraint>(list[i].places, parameters, multipliers_of<Constraint>()[i].values,
+                          particles, previous, substep);
+    });
   }
 
   void project_joint(Index i, std::vector<Particle>& particles,
@@ -206,8 +162,16 @@ struct HostStages {
                               previous, substep);
   }
 
-  std::vector<Multipliers<1>> distances, volumes, joints, bendings;
-  std::vector<Multipliers<9>> neo_hookeans;
+  template <class... Constraints>
+  using Lists = std::tuple<std::vector<Multipliers<Constraints>>...>;
+
+  template <class Constraint>
+  std::vector<Multipliers<Constraint>>& multipliers_of() {
+    return std::get<std::vector<Multipliers<Constraint>>>(multipliers_);
+  }
+
+  ForAllConstraints<Lists> multipliers_;
+  std::vector<Multipliers<DistanceConstraint>> joints;  // [7][joint] of edges, then of the volume
 };
 
 /// Takes all out of rest.

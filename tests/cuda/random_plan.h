@@ -40,7 +40,7 @@ class RandomPlan {
         const auto first = static_cast<Index>(all.size());
         stages.push_back({kind, first, count + spare});
         all.resize(all.size() + static_cast<std::size_t>(count + spare));
-        records.distance_damping.resize(records.distances.size(), 0);
+        records.distance_damping.resize(records.of<DistanceConstraint>().size(), 0);
         for (Index i = 0; i < count + spare; ++i) {
           std::ranges::fill(all[first + i].places, kInvalidIndex);
           if (i < count) {

@@ -70,27 +70,27 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
     std::vector<Words> contents;
     switch (stage.kind) {
       case PhaseKind::distance:
-        add_contents(records.distances, stage, contents);
+        add_contents(records.of<DistanceConstraint>(), stage, contents);
         for (Index i = stage.first, next = 0; i < stage.first + stage.count; ++i) {
-          if (records.distances[i].places[0] >= 0) {
+          if (records.of<DistanceConstraint>()[i].places[0] >= 0) {
             contents[next++].push_back(words_of(records.distance_damping[i])[0]);
           }
         }
         break;
       case PhaseKind::volume:
-        add_contents(records.volumes, stage, contents);
+        add_contents(records.of<VolumeConstraint>(), stage, contents);
         break;
       case PhaseKind::joint:
         add_contents(records.joints, stage, contents);
         break;
       case PhaseKind::neo_hookean:
-        add_contents(records.neo_hookeans, stage, contents);
+        add_contents(records.of<NeoHookeanConstraint>(), stage, contents);
         break;
       case PhaseKind::strain_limit:
-        add_contents(records.strain_limits, stage, contents);
+        add_contents(records.of<StrainLimitConstraint>(), stage, contents);
         break;
       case PhaseKind::bending:
-        add_contents(records.bendings, stage, contents);
+        add_contents(records.of<BendingConstraint>(), stage, contents);
         break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
@@ -351,13 +351,14 @@ TEST_CASE("cuda growth: stages have the spare records that were asked for, and n
     CHECK((records.size() > count) == (spare > 0));
     CHECK(records.size() >= count + static_cast<std::size_t>(spare));
   };
-  check(stages.records.distances, solver.tissue().edges().size());
-  check(stages.records.volumes, solver.tissue().tets().size());
-  check(stages.records.strain_limits, solver.tissue().edges().size());
-  CHECK(stages.records.distance_damping.size() == stages.records.distances.size());
+  check(stages.records.of<DistanceConstraint>(), solver.tissue().edges().size());
+  check(stages.records.of<VolumeConstraint>(), solver.tissue().tets().size());
+  check(stages.records.of<StrainLimitConstraint>(), solver.tissue().edges().size());
+  CHECK(stages.records.distance_damping.size() == stages.records.of<DistanceConstraint>().size());
   const auto count_empty = [&](std::span<const Stage> all) {
     return std::ranges::count_if(all, [&](const Stage& stage) {
-      return stage.kind == PhaseKind::volume && stages.records.volumes[stage.first].places[0] < 0;
+      return stage.kind == PhaseKind::volume &&
+             stages.records.of<VolumeConstraint>()[stage.first].places[0] < 0;
     });
   };
   CHECK((count_empty(stages.plan.stages()) > 0) == (spare > 0));

@@ -137,9 +137,9 @@ TEST_CASE("cuda stages: domains of one level are one stage, a serial phase is cu
                                           static_cast<std::size_t>(end - first));
       };
       if (stage.kind == PhaseKind::distance) {
-        check_independent(part(stages.records.distances));
+        check_independent(part(stages.records.of<DistanceConstraint>()));
       } else {
-        check_independent(part(stages.records.volumes));
+        check_independent(part(stages.records.of<VolumeConstraint>()));
       }
       first = end;
     }

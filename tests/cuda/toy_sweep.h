@@ -43,13 +43,13 @@ template <class Visit>
 auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
   switch (kind) {
     case PhaseKind::distance:
-      return visit(records.distances);
+      return visit(records.of<DistanceConstraint>());
     case PhaseKind::volume:
-      return visit(records.volumes);
+      return visit(records.of<VolumeConstraint>());
     case PhaseKind::neo_hookean:
-      return visit(records.neo_hookeans);
+      return visit(records.of<NeoHookeanConstraint>());
     case PhaseKind::bending:
-      return visit(records.bendings);
+      return visit(records.of<BendingConstraint>());
     case PhaseKind::strain_limit:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:
@@ -57,7 +57,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::contact:
       break;
   }
-  return visit(records.strain_limits);
+  return visit(records.of<StrainLimitConstraint>());
 }
 
 inline std::span<Index> places_of(StageRecords& records, PhaseKind kind, Index i) {
