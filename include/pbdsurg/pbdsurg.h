@@ -61,6 +61,7 @@
 #include "pbdsurg/mesh/write.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"
 #include "pbdsurg/solver/tool.h"
