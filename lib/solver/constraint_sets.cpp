@@ -12,8 +12,8 @@
 
 #include "solver/neo_hookean_record.h"
 #include "solver/room_to_grow.h"
+#include "tissue/hinges.h"
 #include "tissue/split_tets.h"
-#include "tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {

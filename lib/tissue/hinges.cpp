@@ -8,6 +8,8 @@
 
 #include "pbdsurg/mesh/topology.h"
 
+#include "tissue/tissue_data.h"
+
 namespace pbdsurg {
 namespace {
 

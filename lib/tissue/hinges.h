@@ -5,14 +5,18 @@
 /// What edits of tissue do to hinges: one lives as long as its two triangles do, and share an edge.
 
 #include <array>
+#include <cstddef>
 #include <memory_resource>
 #include <vector>
 
 #include "pbdsurg/tissue/topology_edit.h"
 
-#include "tissue/tissue_data.h"
-
 namespace pbdsurg {
+
+struct TissueData;
+
+/// That go with a tetrahedron: of two triangles of the surface, more or less.
+inline constexpr std::size_t kHingesOfTet = 6;
 
 /// Removes the hinges of a live tetrahedron's triangles.
 void remove_hinges(TissueData& data, Index tet);

@@ -25,9 +25,6 @@ class Tissue;
 
 using TetEdges = std::array<Index, 6>;
 
-/// That go with a tetrahedron: of two triangles of the surface, more or less.
-inline constexpr std::size_t kHingesOfTet = 6;
-
 struct TissueData {
   Eigen::Vector3f gravity{0, 0, 0};
   UndoArray<Body> bodies;

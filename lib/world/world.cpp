@@ -121,8 +121,8 @@ void World::Data::check_is_scene(const char* what) const {
   if (solver != nullptr) {
     throw InvalidArgument(
         std::string(what) +
-        " comes before the solver is made, which the first tool, cautery, surface "
-        "or step does");
+        " comes before the solver is made, which the first tool, cautery, surface, "
+        "look at pieces or step does");
   }
 }
 

@@ -114,7 +114,7 @@ class PBDSURG_API Scene {
   /// @throws InvalidArgument  naming the bodies that there are
   [[nodiscard]] BodyId find_body(const std::string& name) const;
 
-  /// Adds all bodies of another scene, behind its own, and their links. Gravity stays.
+  /// Adds all bodies of another scene, behind its own, their links and hinges. Gravity stays.
   /// @throws InvalidArgument  as add_body(); then nothing has changed
   void append(const Scene& other);
 

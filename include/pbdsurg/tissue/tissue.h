@@ -165,7 +165,7 @@ class PBDSURG_API Tissue {
   /// [link_count] as given to the scene and to edits.
   [[nodiscard]] std::span<const Link> links() const noexcept;
 
-  /// [hinge_count] as given to the scene and to edits.
+  /// [hinge_count] as they are now, or were last: parting gives them copies of vertices.
   [[nodiscard]] std::span<const Hinge> hinges() const noexcept;
 
   [[nodiscard]] bool is_tet_alive(Index tet) const;

@@ -30,8 +30,7 @@ struct PartedEdge {
 /// An edit and its consequences. Each list is in the order of events, which were: links removed as
 /// asked, new vertices, moves of links, removals of tetrahedra, moves of corners, new tetrahedra
 /// and the removal of their parents, hinges of these and of moved corners, links lost with tissue,
-/// new bodies, new links, new hinges.
-/// Vertices keep their ids for ever.
+/// new bodies, new links, new hinges. Vertices keep their ids for ever.
 struct TissueChange {
   TopologyEdit edit{};
   /// As asked, then those of removed bodies, then parents of new ones, each once.
