@@ -147,8 +147,9 @@ void PartedHinges::settle(TissueData& data, const TopologyEdit& edit) const {
     if (data.tet_alive[tet] != 0) {
       return find_at(tet);
     }
-    for (const auto& [parent, child] : std::ranges::equal_range(children, tet, {}, &Child::first)) {
-      if (const std::optional<Triangle> found = find_at(child)) {
+    for (auto child = std::ranges::lower_bound(children, tet, {}, &Child::first);
+         child != children.end() && child->first == tet; ++child) {
+      if (const std::optional<Triangle> found = find_at(child->second)) {
         return found;
       }
     }
