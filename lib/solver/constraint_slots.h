@@ -111,7 +111,9 @@ class ConstraintSlots {
 
   /// Prefetches where a constraint is; once that is near, what remove() needs.
   void prefetch_location(Index id) const noexcept {
-    __builtin_prefetch(locations_.data() + id);  // which may be none, and is not read
+    if (id < static_cast<Index>(locations_.size())) {  // a kind that nobody uses has none
+      __builtin_prefetch(&locations_[id]);
+    }
   }
   void prefetch_removal(Index id) const noexcept {
     if (!is_alive(id)) {
