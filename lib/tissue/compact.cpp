@@ -68,6 +68,27 @@ UndoArray<Value> moved_array(const std::vector<Index>& ids, std::size_t count,
   return UndoArray(moved<Value>(ids, count, [&](Index i) { return from[i]; }));
 }
 
+// Appends what lives, with other ends.
+// @return  [old id] new id
+template <class Element, class SetEnds>
+std::vector<Index> keep_living(const UndoArray<Element>& from,
+                               const UndoArray<std::uint8_t>& from_alive, UndoArray<Element>& to,
+                               UndoArray<std::uint8_t>& to_alive, SetEnds set_ends) {
+  std::vector<Index> ids;
+  for (Index i = 0; i < from.size(); ++i) {
+    if (from_alive[i] == 0) {
+      ids.push_back(kInvalidIndex);
+      continue;
+    }
+    ids.push_back(to.size());
+    Element element = from[i];
+    set_ends(element);
+    to.push_back(element);
+    to_alive.push_back(1);
+  }
+  return ids;
+}
+
 }  // namespace
 
 std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
@@ -109,31 +130,16 @@ std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   }));
   made.tet_alive = UndoArray(std::vector<std::uint8_t>(tet_count, 1));
   made.tet_masses = moved_array(ids.tets, tet_count, data.tet_masses);
-  for (Index l = 0; l < data.links.size(); ++l) {
-    if (data.link_alive[l] == 0) {
-      ids.links.push_back(kInvalidIndex);
-      continue;
-    }
-    ids.links.push_back(made.links.size());
-    Link link = data.links[l];
-    link.first = ids.vertices[link.first];
-    link.second = ids.vertices[link.second];
-    made.links.push_back(link);
-    made.link_alive.push_back(1);
-  }
-  for (Index h = 0; h < data.hinges.size(); ++h) {
-    if (data.hinge_alive[h] == 0) {
-      ids.hinges.push_back(kInvalidIndex);
-      continue;
-    }
-    ids.hinges.push_back(made.hinges.size());
-    Hinge hinge = data.hinges[h];
-    for (Index& v : hinge.vertices) {
-      v = ids.vertices[v];
-    }
-    made.hinges.push_back(hinge);
-    made.hinge_alive.push_back(1);
-  }
+  ids.links =
+      keep_living(data.links, data.link_alive, made.links, made.link_alive, [&](Link& link) {
+        link.first = ids.vertices[link.first];
+        link.second = ids.vertices[link.second];
+      });
+  ids.hinges =
+      keep_living(data.hinges, data.hinge_alive, made.hinges, made.hinge_alive, [&](Hinge& hinge) {
+        std::ranges::transform(hinge.vertices, hinge.vertices.begin(),
+                               [&](Index v) { return ids.vertices[v]; });
+      });
   connect(made);
   for (Index e = 0; e < data.edges.size(); ++e) {
     const auto [a, b] = data.edges[e];
