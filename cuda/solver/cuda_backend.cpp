@@ -285,7 +285,7 @@ class CudaBackend final : public Backend {
                            has_cluster ? std::span<const Stage>() : plan_.open_stages(),
                            tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                          data.options.substeps};
+                          step_program(data.options)};
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;

@@ -2,32 +2,81 @@
 #include "solver/device_step.h"
 
 namespace pbdsurg::cuda {
+namespace {
 
-void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
-  const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices] =
-      step.arrays;
-  const StepKernels& kernels = *step.kernels;
-  const bool has_tools = step.arrays.has_tools();
-  const bool moves_vertices = state.falling != nullptr;
-  const auto advance = moves_vertices ? kernels.advance_falling : kernels.advance;
-  for (Index substep = 0; substep < step.substeps; ++substep) {
-    const bool is_first = substep == 0;
-    // the first follows what is no kernel
-    advance(state, input, !is_first, true,
-            {launch.stream, launch.overlaps && !is_first, launch.copies});
-    if (has_pushers) {
-      kernels.find_contacts(state, tools, input, substep, launch);
-    }
-    if (moves_vertices && (has_tools || vertices.is_damped)) {
-      kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch);
-    }
-    sweeps.enqueue(step.arrays, substep, launch);
-    if (has_tools) {
-      kernels.collect_forces(state, tools, input, launch);
+class Enqueuer {
+ public:
+  Enqueuer(const DeviceStep& step, Sweeps& sweeps, const Launch& launch)
+      : step_(step), sweeps_(sweeps), launch_(launch) {}
+
+  void run(StepOperation operation, Index substep) {
+    const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices] =
+        step_.arrays;
+    const StepKernels& kernels = *step_.kernels;
+    const bool has_tools = step_.arrays.has_tools();
+    switch (operation) {
+      case StepOperation::predict: {
+        Launch launch = launch_;
+        launch.overlaps = launch_.overlaps && substep > 0;  // the first follows what is no kernel
+        advance(substep > 0, true, launch);
+        break;
+      }
+      case StepOperation::extrapolate:
+      case StepOperation::measure_fall:
+      case StepOperation::update_velocities:
+        break;  // see advance()
+      case StepOperation::clear_multipliers:
+        break;  // the first sweep reads none
+      case StepOperation::find_contacts:
+        if (has_pushers) {
+          kernels.find_contacts(state, tools, input, substep, launch_);
+        }
+        break;
+      case StepOperation::gather_holds:
+        break;  // see damp_rows
+      case StepOperation::damp_rows:
+        if (has_tools || vertices.is_damped) {
+          kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
+        }
+        break;
+      case StepOperation::sweep:
+        sweeps_.enqueue(step_.arrays, substep, launch_);
+        break;
+      case StepOperation::collect_forces:
+        if (has_tools) {
+          kernels.collect_forces(state, tools, input, launch_);
+        }
+        break;
     }
   }
-  advance(state, input, true, false, launch);
-  kernels.report(state, constraints, input, step.output, launch);
+
+  void finish() {
+    advance(true, false, launch_);
+    step_.kernels->report(step_.arrays.state, step_.arrays.constraints, step_.arrays.input,
+                          step_.output, launch_);
+  }
+
+ private:
+  // What ends a substep and what begins the next: all that each vertex does for itself.
+  void advance(bool ends, bool begins, const Launch& launch) {
+    const DeviceState& state = step_.arrays.state;
+    const auto kernel =
+        state.falling != nullptr ? step_.kernels->advance_falling : step_.kernels->advance;
+    kernel(state, step_.arrays.input, ends, begins, launch);
+  }
+
+  const DeviceStep& step_;
+  Sweeps& sweeps_;
+  const Launch& launch_;
+};
+
+}  // namespace
+
+void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
+  Enqueuer enqueuer(step, sweeps, launch);
+  run_step(step.program,
+           [&](StepOperation operation, int substep) { enqueuer.run(operation, substep); });
+  enqueuer.finish();
 }
 
 }  // namespace pbdsurg::cuda

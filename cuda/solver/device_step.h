@@ -6,6 +6,7 @@
 
 #include "solver/device_arrays.h"
 #include "solver/step_kernels.h"
+#include "solver/step_program.h"
 #include "solver/sweeps.h"
 
 namespace pbdsurg::cuda {
@@ -15,12 +16,13 @@ struct DeviceStep {
   const StepKernels* kernels = nullptr;
   SweepArrays arrays;
   StepOutput output{};
-  int substeps = 0;
+  StepProgram program{};
 
   bool operator==(const DeviceStep&) const = default;
 };
 
-/// Enqueues predictions, contacts, sweeps, velocities, forces on tools and the report.
+/// Enqueues the program and the report. The end of a substep and the prediction of the next are one
+/// launch.
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch);
 
 }  // namespace pbdsurg::cuda

@@ -71,8 +71,8 @@ struct DeviceLane {
   }
 };
 
-/// As advance_vertices(), with what the host does in begin_vertices() and end_vertices(). The share
-/// of falling stays in a register, too; the velocity before a substep is needed at its end.
+/// As advance_vertices(), with what the host does in extrapolate_vertices() and measure_fall(). The
+/// share of falling stays in a register, too; the velocity before a substep is needed at its end.
 template <bool kEnds, bool kBegins>
 __global__ void __launch_bounds__(kVertexThreads)
     advance_falling_vertices(DeviceState state, const StepInput* input) {

@@ -329,7 +329,7 @@ HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
   return {Lanes(v.x), Lanes(v.y), Lanes(v.z)};
 }
 
-HWY_FLATTEN void begin_vertices(const FallingRange& range, const Vec3<float>& fall) {
+HWY_FLATTEN void extrapolate(const FallingRange& range, const Vec3<float>& fall) {
   for_each_falling_lanes<true>(
       range, [&](const VertexPointers& vertices, Particle* flights, const float* falling) {
         ParticleLanes p = load_interleaved(&vertices.particles->x);
@@ -339,7 +339,7 @@ HWY_FLATTEN void begin_vertices(const FallingRange& range, const Vec3<float>& fa
       });
 }
 
-HWY_FLATTEN void end_vertices(const FallingRange& range, const Vec3<float>& gravity_per_square,
+HWY_FLATTEN void measure_fall(const FallingRange& range, const Vec3<float>& gravity_per_square,
                               float inverse_dt) {
   for_each_falling_lanes<false>(
       range, [&](const VertexPointers& vertices, const Particle*, float* falling) {
@@ -384,7 +384,7 @@ constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintK
                                     &update_velocities,
                                     &solve_vertices,
                                     &add_damping,
-                                    &begin_vertices,
-                                    &end_vertices};
+                                    &extrapolate,
+                                    &measure_fall};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

@@ -89,9 +89,9 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   void (*add_damping)(const DampedRows&, const Particle* start, float inverse_dt, Index first,
                       Index last);
 
-  // as begin_vertices() and end_vertices()
-  void (*begin_vertices)(const FallingRange&, const Vec3<float>& fall);
-  void (*end_vertices)(const FallingRange&, const Vec3<float>& gravity_per_square,
+  // StepOperation, of the vertex-block method
+  void (*extrapolate)(const FallingRange&, const Vec3<float>& fall);
+  void (*measure_fall)(const FallingRange&, const Vec3<float>& gravity_per_square,
                        float inverse_dt);
 };
 

@@ -8,6 +8,7 @@
 #include "solver/serial_phases.h"
 #include "solver/solver_data.h"
 #include "solver/state_report.h"
+#include "solver/step_program.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
@@ -29,7 +30,7 @@ void predict(SolverData& data, float h) {
 }
 
 template <class Constraint>
-void reset_multipliers(ConstraintSlots<Constraint>& slots) {
+void clear_multipliers(ConstraintSlots<Constraint>& slots) {
   for (Index group = 0; group < slots.group_count(); ++group) {
     const auto blocks = slots.multipliers(group);
     std::fill(blocks.begin(), blocks.end(), MultiplierBlock<Constraint>{});
@@ -44,11 +45,92 @@ void update_velocities(SolverData& data, float h) {
   }
 }
 
+// What each operation of a step means.
+class SerialStep {
+ public:
+  SerialStep(SolverData& data, float dt)
+      : data_(data),
+        h_(dt / static_cast<float>(data.options.substeps)),
+        lengths_{1 / h_, 1 / (h_ * h_)} {}
+
+  StepReport run() {
+    begin_tools(data_);
+    run_step(step_program(data_.options),
+             [&](StepOperation operation, int substep) { run(operation, substep); });
+    end_tools(data_);
+    report_vertices(data_, report_);
+    report_constraints(data_, report_);
+    report_tubes(data_, report_);
+    return report_;
+  }
+
+ private:
+  void run(StepOperation operation, int substep) {
+    const auto substeps = static_cast<float>(data_.options.substeps);
+    switch (operation) {
+      case StepOperation::predict:
+        predict(data_, h_);
+        break;
+      case StepOperation::extrapolate:
+        extrapolate_vertices(data_, lengths_);
+        break;
+      case StepOperation::clear_multipliers:
+        data_.sets.for_each_set([]<class Constraint>(ConstraintSlots<Constraint>& slots) {
+          if constexpr (KindOf<Constraint>::kHasCompliance) {
+            clear_multipliers(slots);
+          }
+        });
+        break;
+      case StepOperation::find_contacts:
+        place_tools(data_, static_cast<float>(substep + 1) / substeps);
+        find_contacts(data_, report_);
+        break;
+      case StepOperation::gather_holds:
+        gather_holds(data_);
+        break;
+      case StepOperation::damp_rows:
+        damp_rows(data_, lengths_);
+        break;
+      case StepOperation::sweep:
+        for (int iteration = 0; iteration < data_.options.iterations; ++iteration) {
+          sweep(iteration);
+        }
+        break;
+      case StepOperation::collect_forces:
+        collect_tool_forces(data_, lengths_.inverse_dt_squared / substeps);
+        break;
+      case StepOperation::measure_fall:
+        measure_fall(data_, lengths_);
+        break;
+      case StepOperation::update_velocities:
+        update_velocities(data_, h_);
+        break;
+    }
+  }
+
+  void sweep(int iteration) {
+    const VertexState state =
+        vertex_state(data_, lengths_, relaxation_of(data_.options, iteration));
+    for (const Phase& phase : data_.plan.phases) {
+      if (phase.kind == PhaseKind::vertex) {
+        solve_vertices(data_, state, phase.color);
+      } else {
+        project_serially(data_, phase, lengths_);
+      }
+    }
+  }
+
+  SolverData& data_;
+  float h_;  // s
+  Substep<float> lengths_;
+  StepReport report_;
+};
+
 class SerialBackend final : public Backend {
  public:
   [[nodiscard]] const char* name() const noexcept override { return "serial"; }
 
-  void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
+  void start_step(SolverData& data, float dt) override { report_ = SerialStep(data, dt).run(); }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
 
   [[nodiscard]] Maker maker() const override {
@@ -56,49 +138,6 @@ class SerialBackend final : public Backend {
   }
 
  private:
-  static StepReport step(SolverData& data, float dt) {
-    StepReport report;
-    const int substeps = data.options.substeps;
-    const float h = dt / static_cast<float>(substeps);
-    const Substep<float> lengths{1 / h, 1 / (h * h)};
-    begin_tools(data);
-    for (int substep = 1; substep <= substeps; ++substep) {
-      predict(data, h);
-      begin_vertices(data, lengths);
-      if (data.options.mode == ProjectionMode::compliance &&
-          data.options.method == SolverMethod::projection) {
-        data.sets.for_each_set([]<class Constraint>(ConstraintSlots<Constraint>& slots) {
-          if constexpr (KindOf<Constraint>::kHasCompliance) {
-            reset_multipliers(slots);
-          }
-        });
-      }
-      place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
-      find_contacts(data, report);
-      hold_vertices(data);
-      prepare_vertices(data, lengths);
-      for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-        const VertexState state =
-            vertex_state(data, lengths, relaxation_of(data.options, iteration));
-        for (const Phase& phase : data.plan.phases) {
-          if (phase.kind == PhaseKind::vertex) {
-            solve_vertices(data, state, phase.color);
-          } else {
-            project_serially(data, phase, lengths);
-          }
-        }
-      }
-      end_vertices(data, lengths);
-      update_velocities(data, h);
-      collect_tool_forces(data, lengths.inverse_dt_squared / static_cast<float>(substeps));
-    }
-    end_tools(data);
-    report_vertices(data, report);
-    report_constraints(data, report);
-    report_tubes(data, report);
-    return report;
-  }
-
   StepReport report_;
 };
 

@@ -13,6 +13,7 @@
 #include "solver/serial_phases.h"
 #include "solver/solver_data.h"
 #include "solver/state_report.h"
+#include "solver/step_program.h"
 #include "solver/step_team.h"
 #include "solver/vertex_method.h"
 
@@ -63,6 +64,14 @@ class ThreadedBackend final : public Backend {
     Residual distances, volumes, neo_hookeans;
   };
 
+  // What stays the same for a thread throughout a step.
+  struct Turn {
+    ProjectionState state;
+    Prediction prediction;
+    VertexRange vertices;
+    int thread;
+  };
+
   StepReport step(SolverData& data, float dt) {
     plan_stages(data);
     StepReport report;
@@ -78,61 +87,92 @@ class ThreadedBackend final : public Backend {
     return report;
   }
 
-  // What one thread does in a step. Thread 0 alone looks after tools and small phases.
+  // What one thread does in a step. Thread 0 alone looks after tools and small phases. Each thread
+  // has the same vertices in all operations, so it waits for others only where it needs theirs.
   void step(SolverData& data, float dt, int thread, StepReport& report) {
-    const int substeps = data.options.substeps;
-    const float h = dt / static_cast<float>(substeps);
-    const ProjectionState state{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}};
-    const Prediction prediction{h, 1 / (1 + data.options.damping * h), h * load(data.gravity)};
-    const VertexRange vertices = vertices_of(data, thread);
-    const bool moves_vertices = data.options.method == SolverMethod::vertex_block;
-    const FallingRange falling{vertices, data.vertex_method.flights.data(), data.falling.data()};
-    const Part blocks = part_of(static_cast<std::size_t>(data.vertex_method.blocks.block_count()),
-                                thread, team_.size());
+    const float h = dt / static_cast<float>(data.options.substeps);
+    const Turn turn{{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}},
+                    {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
+                    vertices_of(data, thread),
+                    thread};
     if (thread == 0) {
       begin_tools(data);
     }
-    for (int substep = 1; substep <= substeps; ++substep) {
-      kernels_.predict(vertices, prediction);
-      if (moves_vertices) {
-        kernels_.begin_vertices(falling, way_of_fall(data, state.substep));
-      }
-      if (data.options.mode == ProjectionMode::compliance && !moves_vertices) {
-        data.sets.for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& slots) {
-          if constexpr (KindOf<Constraint>::kHasCompliance) {
-            reset_multipliers(slots, thread);
-          }
-        });
-      }
-      team_.barrier(thread);
-      if (thread == 0) {
-        place_tools(data, static_cast<float>(substep) / static_cast<float>(substeps));
-        find_contacts(data, report);
-        hold_vertices(data);
-      }
-      if (moves_vertices && data.vertex_method.blocks.has_damping()) {
-        kernels_.add_damping(data.vertex_method.blocks.damped_rows(), data.previous.data(),
-                             state.substep.inverse_dt, blocks.first, blocks.last);
-      }
-      for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-        sweep(data, state,
-              vertex_state(data, state.substep, relaxation_of(data.options, iteration)), thread);
-      }
-      team_.barrier(thread);
-      if (moves_vertices) {
-        kernels_.end_vertices(falling, gravity_per_square(data), state.substep.inverse_dt);
-      }
-      kernels_.update_velocities(vertices, state.substep.inverse_dt);
-      if (thread == 0) {
-        collect_tool_forces(data, state.substep.inverse_dt_squared / static_cast<float>(substeps));
-      }
-    }
+    run_step(step_program(data.options), [&](StepOperation operation, int substep) {
+      run(operation, substep, data, turn, report);
+    });
     if (thread == 0) {
       end_tools(data);
     }
     residuals_[thread] = {measure(data, data.sets.of<DistanceConstraint>(), thread),
                           measure(data, data.sets.of<VolumeConstraint>(), thread),
                           measure(data, data.sets.of<NeoHookeanConstraint>(), thread)};
+  }
+
+  void run(StepOperation operation, int substep, SolverData& data, const Turn& turn,
+           StepReport& report) {
+    const auto substeps = static_cast<float>(data.options.substeps);
+    const int thread = turn.thread;
+    const Substep<float>& lengths = turn.state.substep;
+    switch (operation) {
+      case StepOperation::predict:
+        kernels_.predict(turn.vertices, turn.prediction);
+        break;
+      case StepOperation::extrapolate:
+        kernels_.extrapolate(falling_range(data, turn), way_of_fall(data, lengths));
+        break;
+      case StepOperation::clear_multipliers:
+        data.sets.for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& slots) {
+          if constexpr (KindOf<Constraint>::kHasCompliance) {
+            clear_multipliers(slots, thread);
+          }
+        });
+        break;
+      case StepOperation::find_contacts:
+        team_.barrier(thread);
+        if (thread == 0) {
+          place_tools(data, static_cast<float>(substep + 1) / substeps);
+          find_contacts(data, report);
+        }
+        break;
+      case StepOperation::gather_holds:
+        if (thread == 0) {
+          gather_holds(data);
+        }
+        break;
+      case StepOperation::damp_rows:
+        damp_rows(data, turn);
+        break;
+      case StepOperation::sweep:
+        for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
+          sweep(data, turn.state,
+                vertex_state(data, lengths, relaxation_of(data.options, iteration)), thread);
+        }
+        team_.barrier(thread);
+        break;
+      case StepOperation::collect_forces:
+        if (thread == 0) {
+          collect_tool_forces(data, lengths.inverse_dt_squared / substeps);
+        }
+        break;
+      case StepOperation::measure_fall:
+        kernels_.measure_fall(falling_range(data, turn), gravity_per_square(data),
+                              lengths.inverse_dt);
+        break;
+      case StepOperation::update_velocities:
+        kernels_.update_velocities(turn.vertices, lengths.inverse_dt);
+        break;
+    }
+  }
+
+  void damp_rows(SolverData& data, const Turn& turn) {
+    VertexBlocks& blocks = data.vertex_method.blocks;
+    if (blocks.has_damping()) {
+      const Part part =
+          part_of(static_cast<std::size_t>(blocks.block_count()), turn.thread, team_.size());
+      kernels_.add_damping(blocks.damped_rows(), data.previous.data(),
+                           turn.state.substep.inverse_dt, part.first, part.last);
+    }
   }
 
   void sweep(SolverData& data, const ProjectionState& state, const VertexState& vertex_state,
@@ -210,7 +250,7 @@ class ThreadedBackend final : public Backend {
   }
 
   template <class Constraint>
-  void reset_multipliers(ConstraintSlots<Constraint>& slots, int thread) {
+  void clear_multipliers(ConstraintSlots<Constraint>& slots, int thread) {
     for (Index group = 0; group < slots.group_count(); ++group) {
       const BlockRange<Constraint> range = blocks_of(slots, group, thread, team_.size());
       std::fill(range.multipliers + range.first, range.multipliers + range.last,
@@ -225,6 +265,10 @@ class ThreadedBackend final : public Backend {
     const Part part = part_of(blocks.size(), thread, threads);
     return {blocks.data(), slots.multipliers(group).data(), slots.size(group), part.first,
             part.last};
+  }
+
+  static FallingRange falling_range(SolverData& data, const Turn& turn) {
+    return {turn.vertices, data.vertex_method.flights.data(), data.falling.data()};
   }
 
   // Cut at multiples of a block, as the kernels want it.

@@ -132,7 +132,7 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
   }
 }
 
-/// Where the sweeps of a substep start: see begin_vertices().
+/// Where the sweeps of a substep start: see extrapolate_vertices().
 /// @param flight   m, where the vertex would be without its rows
 /// @param w        1/kg
 /// @param falling  as in Snapshot

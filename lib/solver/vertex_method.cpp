@@ -285,10 +285,7 @@ Vec3<float> gravity_per_square(const SolverData& data) noexcept {
   return (square > 0 ? 1 / square : 0.0F) * gravity;
 }
 
-void begin_vertices(SolverData& data, const Substep<float>& substep) {
-  if (!is_used(data)) {
-    return;
-  }
+void extrapolate_vertices(SolverData& data, const Substep<float>& substep) {
   VertexMethod& method = data.vertex_method;
   const Vec3<float> fall = way_of_fall(data, substep);
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
@@ -298,10 +295,7 @@ void begin_vertices(SolverData& data, const Substep<float>& substep) {
   }
 }
 
-void hold_vertices(SolverData& data) {
-  if (!is_used(data)) {
-    return;
-  }
+void gather_holds(SolverData& data) {
   VertexMethod& method = data.vertex_method;
   for (const VertexHold& hold : method.holds) {
     method.first_holds[hold.place] = kInvalidIndex;
@@ -329,7 +323,7 @@ void hold_vertices(SolverData& data) {
   }
 }
 
-void prepare_vertices(SolverData& data, const Substep<float>& substep) {
+void damp_rows(SolverData& data, const Substep<float>& substep) {
   VertexBlocks& blocks = data.vertex_method.blocks;
   if (blocks.has_damping()) {
     blocks.prepare({0, blocks.block_count()}, data.previous, substep.inverse_dt);
@@ -377,10 +371,7 @@ void solve_vertices(SolverData& data, const VertexState& state, Index color) {
   }
 }
 
-void end_vertices(SolverData& data, const Substep<float>& substep) {
-  if (!is_used(data)) {
-    return;
-  }
+void measure_fall(SolverData& data, const Substep<float>& substep) {
   const Vec3<float> gravity = gravity_per_square(data);
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
     const Velocity& velocity = data.velocities[v];

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// The vertex-block method within a step. Nothing here does anything for other methods.
+/// The vertex-block method: what it keeps, and its operations within a step (step_program.h).
 
 #include <optional>
 #include <span>
@@ -44,9 +44,7 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 /// Makes room for what tools can touch and hold, so that no step allocates.
 void reserve_holds(SolverData& data);
 
-// A substep: begin_vertices(), then the search for contacts; hold_vertices() and
-// prepare_vertices(); sweeps; end_vertices() before velocities change. Kernels on registers stand
-// in for some of these.
+// Operations of a substep. Kernels on registers stand in for some of these.
 
 /// m, what gravity adds to the way of a substep.
 [[nodiscard]] PBDSURG_API Vec3<float> way_of_fall(const SolverData& data,
@@ -55,15 +53,15 @@ void reserve_holds(SolverData& data);
 /// s^2/m, gravity over its square; zero without gravity.
 [[nodiscard]] PBDSURG_API Vec3<float> gravity_per_square(const SolverData& data) noexcept;
 
-/// After prediction: lets the sweeps start where vertices would be if they went on as they did.
+/// Lets the sweeps start where vertices would be if they went on as they did.
 /// What rests would else fall first, and sweeps that are too few would not bring it back.
-void begin_vertices(SolverData& data, const Substep<float>& substep);
+void extrapolate_vertices(SolverData& data, const Substep<float>& substep);
 
 /// Finds out which vertices tools touch or hold.
-void hold_vertices(SolverData& data);
+void gather_holds(SolverData& data);
 
 /// Makes damping felt.
-void prepare_vertices(SolverData& data, const Substep<float>& substep);
+void damp_rows(SolverData& data, const Substep<float>& substep);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
 [[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
@@ -78,7 +76,7 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBi
 void solve_vertices(SolverData& data, const VertexState& state, Index color);
 
 /// After the sweeps.
-void end_vertices(SolverData& data, const Substep<float>& substep);
+void measure_fall(SolverData& data, const Substep<float>& substep);
 
 /// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
 /// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.

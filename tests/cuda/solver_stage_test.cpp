@@ -339,7 +339,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   const float h = kTimeStep / 2;
   const Substep<float> lengths{1 / h, 1 / (h * h)};
   const auto end_substep = [&] {
-    end_vertices(data, lengths);
+    measure_fall(data, lengths);
     for (std::size_t place = 0; place < data.velocities.size(); ++place) {
       const Vec3<float> v =
           lengths.inverse_dt * (load(data.particles[place]) - load(data.previous[place]));
@@ -362,7 +362,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
         store(p, load(p) + h * (1.0F * Vec3<float>{v.x, v.y, v.z} + h * load(data.gravity)));
       }
     }
-    begin_vertices(data, lengths);
+    extrapolate_vertices(data, lengths);
     kernels.advance_falling(state, input, substep > 0, true, launch);
     CHECK(difference(device.of_places(state.previous), data.previous).empty());
     CHECK(difference(device.of_places(state.flights), data.vertex_method.flights).empty());
@@ -370,8 +370,8 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
 
     place_tools(data, substep == 0 ? 0.5F : 1.0F);
     find_contacts(data, report);
-    hold_vertices(data);
-    prepare_vertices(data, lengths);
+    gather_holds(data);
+    damp_rows(data, lengths);
     if (has_tools) {
       contacts += report.contacts;
       kernels.find_contacts(state, tools, input, substep, launch);

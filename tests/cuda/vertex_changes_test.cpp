@@ -146,7 +146,7 @@ bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
   data.vertex_method.flights = data.particles;
   const std::vector<Particle> flights = data.particles;
   std::vector<Particle> particles = data.particles;
-  prepare_vertices(data, kSubstep);
+  damp_rows(data, kSubstep);
   rows.prepare(start);
   for (const float relaxation : {1.6F, 1.0F}) {
     const VertexState state = vertex_state(data, kSubstep, relaxation);

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/step_program.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+// -1 if it is not there
+std::ptrdiff_t place_of(const StepProgram& program, StepOperation operation) {
+  const auto found = std::ranges::find(program.operations, operation);
+  return found == program.operations.end() ? -1 : found - program.operations.begin();
+}
+
+}  // namespace
+
+// Would catch an executor's loop that leaves out a substep or runs operations out of order.
+TEST_CASE("step program: runs its operations in order, once a substep", "[unit]") {
+  const StepProgram program = step_program({.substeps = 3});
+  std::vector<std::pair<StepOperation, int>> run, expected;
+  run_step(program, [&](StepOperation operation, int substep) {
+    run.push_back({operation, substep});
+  });
+  for (int substep = 0; substep < 3; ++substep) {
+    for (const StepOperation operation : program.operations) {
+      expected.push_back({operation, substep});
+    }
+  }
+  CHECK(run == expected);
+  CHECK(!run.empty());
+}
+
+// Would catch a method whose sweeps see the contacts, or whose tools feel the forces, of another
+// substep.
+TEST_CASE("step program: every method predicts, finds contacts, sweeps, then looks back",
+          "[unit]") {
+  for (const SolverOptions& options : {SolverOptions{}, SolverOptions::paper(),
+                                       SolverOptions{.method = SolverMethod::vertex_block}}) {
+    const StepProgram program = step_program(options);
+    CHECK(program.substeps == options.substeps);
+    CHECK(program.operations.front() == StepOperation::predict);
+    CHECK(program.operations.back() == StepOperation::update_velocities);
+    CHECK(std::ranges::count(program.operations, StepOperation::sweep) == 1);
+    const std::ptrdiff_t contacts = place_of(program, StepOperation::find_contacts);
+    const std::ptrdiff_t sweep = place_of(program, StepOperation::sweep);
+    CHECK(contacts > 0);
+    CHECK(sweep > contacts);
+    CHECK(place_of(program, StepOperation::collect_forces) > sweep);
+    CHECK(place_of(program, StepOperation::extrapolate) < contacts);
+    CHECK(place_of(program, StepOperation::clear_multipliers) < sweep);
+  }
+}
+
+// Would catch a program that costs a method what only another needs.
+TEST_CASE("step program: methods leave out what they have no use for", "[unit]") {
+  const auto has = [](const SolverOptions& options, StepOperation operation) {
+    return place_of(step_program(options), operation) >= 0;
+  };
+  const SolverOptions compliances{.mode = ProjectionMode::compliance};
+  const SolverOptions fractions{.mode = ProjectionMode::fraction};
+  const SolverOptions blocks{.method = SolverMethod::vertex_block};
+  CHECK(has(compliances, StepOperation::clear_multipliers));
+  CHECK_FALSE(has(fractions, StepOperation::clear_multipliers));
+  CHECK_FALSE(has(blocks, StepOperation::clear_multipliers));
+  for (const StepOperation operation : {StepOperation::extrapolate, StepOperation::gather_holds,
+                                        StepOperation::damp_rows, StepOperation::measure_fall}) {
+    CHECK(has(blocks, operation));
+    CHECK_FALSE(has(compliances, operation));
+    CHECK_FALSE(has(fractions, operation));
+  }
+}
+
+}  // namespace pbdsurg
