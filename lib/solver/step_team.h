@@ -24,33 +24,54 @@ class StepTeam {
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(workers_.size()) + 1; }
 
-  /// Calls job(thread) on every thread of the team; returns when all have returned.
+  /// Calls job(thread) on the first threads of the team; returns when all have returned. The others
+  /// sleep on.
+  /// @param threads  1 to size()
   template <class Job>
-  void run(const Job& job) {
-    start([](const void* object, int thread) { (*static_cast<const Job*>(object))(thread); }, &job);
+  void run(int threads, const Job& job) {
+    start([](const void* object, int thread) { (*static_cast<const Job*>(object))(thread); }, &job,
+          threads);
   }
 
-  /// All threads of a running job meet: what was written before is seen after.
-  void barrier(int thread) noexcept;
+  /// The same on every thread.
+  template <class Job>
+  void run(const Job& job) {
+    run(size(), job);
+  }
+
+  /// The threads of a running job meet: what was written before is seen after.
+  /// @return  whether this thread goes on: else thread 0 does the rest of the job alone
+  bool barrier(int thread) noexcept;
+
+  /// By thread 0, in a job: from the next meeting on it is alone, and passes all others at once.
+  void dissolve() noexcept;
+
+  /// Whether thread 0 is alone.
+  [[nodiscard]] bool is_alone() const noexcept { return seats_[0].threads == 1; }
 
  private:
   using Call = void (*)(const void* object, int thread);
 
-  // One line of cache for each thread, so that arriving costs the others one transfer.
-  struct alignas(128) Arrival {
-    std::atomic<std::uint32_t> count{0};
+  // Lines of cache of each thread, so that arriving costs the others one transfer.
+  struct Seat {
+    alignas(128) std::atomic<std::uint32_t> meetings{0};  // at which it has arrived
+    alignas(128) std::atomic<std::uint32_t> jobs{0};      // that it was given
+    int threads = 1;                                      // that it meets in its job
   };
 
-  void start(Call call, const void* object);
+  void start(Call call, const void* object, int threads);
   void work(int thread);
-  void wait_while(const std::atomic<std::uint32_t>& value, std::uint32_t old, ThreadWait how,
+  void meet(int thread) noexcept;
+  template <class IsOver>
+  void wait_until(const std::atomic<std::uint32_t>& value, IsOver is_over, ThreadWait how,
                   int spins) const noexcept;
 
   ThreadWait wait_;
-  std::vector<Arrival> arrivals_;  // [size()]
-  std::atomic<std::uint32_t> jobs_{0};
+  std::vector<Seat> seats_;  // [size()]
   Call call_ = nullptr;
   const void* object_ = nullptr;
+  int threads_ = 1;                             // of the last job
+  std::atomic<std::uint32_t> last_meeting_{0};  // of a job that was dissolved
   bool stop_ = false;
   std::vector<std::jthread> workers_;
 };

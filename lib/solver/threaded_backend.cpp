@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "solver/state_report.h"
 #include "solver/step_program.h"
 #include "solver/step_team.h"
+#include "solver/thread_choice.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
@@ -22,6 +25,8 @@ namespace {
 
 /// Whose work a stage is, if it is not one thread's.
 constexpr int kEverybody = -1;
+
+constexpr double kLongestLimit = 1e6;  // s: beyond, a step has no limit
 
 struct Stage {
   Phase phase;
@@ -45,9 +50,14 @@ class ThreadedBackend final : public Backend {
   ThreadedBackend(const LaneKernels& kernels, const SolverOptions& options)
       : kernels_(kernels),
         team_(resolve_threads(options.threads), options.wait),
+        threads_(team_.size()),
         residuals_(static_cast<std::size_t>(team_.size())) {
-    name_ = "threaded, " + std::to_string(team_.size()) +
-            (team_.size() == 1 ? " thread, " : " threads, ") + kernels_.name;
+    if (options.threads == 0) {
+      choice_.emplace(team_.size());
+    }
+    name_ = std::string("threaded, ") + (choice_ && team_.size() > 1 ? "up to " : "") +
+            std::to_string(team_.size()) + (team_.size() == 1 ? " thread, " : " threads, ") +
+            kernels_.name;
   }
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
@@ -64,18 +74,30 @@ class ThreadedBackend final : public Backend {
     Residual distances, volumes, neo_hookeans;
   };
 
-  // What stays the same for a thread throughout a step.
+  // A thread's part in a step.
   struct Turn {
     ProjectionState state;
     Prediction prediction;
     VertexRange vertices;
     int thread;
+    int threads;  // that share the work; 0 once another has taken over this one's part
+
+    [[nodiscard]] bool is_idle() const { return threads == 0; }
   };
 
   StepReport step(SolverData& data, float dt) {
+    using Clock = std::chrono::steady_clock;
+    using Seconds = std::chrono::duration<double>;
+    const Clock::time_point start = Clock::now();
+    threads_ = choice_ ? choice_->threads() : team_.size();
+    deadline_ = Clock::time_point::max();
+    if (choice_ && choice_->limit() < kLongestLimit) {
+      deadline_ = start + std::chrono::duration_cast<Clock::duration>(Seconds(choice_->limit()));
+    }
+    std::ranges::fill(residuals_, ThreadResidual{});
     plan_stages(data);
     StepReport report;
-    team_.run([&](int thread) { step(data, dt, thread, report); });
+    team_.run(threads_, [&](int thread) { step(data, dt, thread, report); });
     report_vertices(data, report);
     report_tubes(data, report);
     for (const ThreadResidual& residual : residuals_) {
@@ -84,6 +106,9 @@ class ThreadedBackend final : public Backend {
       report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
       report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
     }
+    if (choice_) {
+      choice_->took(Seconds(Clock::now() - start).count());
+    }
     return report;
   }
 
@@ -91,10 +116,11 @@ class ThreadedBackend final : public Backend {
   // has the same vertices in all operations, so it waits for others only where it needs theirs.
   void step(SolverData& data, float dt, int thread, StepReport& report) {
     const float h = dt / static_cast<float>(data.options.substeps);
-    const Turn turn{{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}},
-                    {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
-                    vertices_of(data, thread),
-                    thread};
+    Turn turn{{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}},
+              {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
+              vertices_of(data, thread, threads_),
+              thread,
+              threads_};
     if (thread == 0) {
       begin_tools(data);
     }
@@ -104,13 +130,31 @@ class ThreadedBackend final : public Backend {
     if (thread == 0) {
       end_tools(data);
     }
-    residuals_[thread] = {measure(data, data.sets.of<DistanceConstraint>(), thread),
-                          measure(data, data.sets.of<VolumeConstraint>(), thread),
-                          measure(data, data.sets.of<NeoHookeanConstraint>(), thread)};
+    if (!turn.is_idle()) {
+      residuals_[thread] = {measure(data, data.sets.of<DistanceConstraint>(), turn),
+                            measure(data, data.sets.of<VolumeConstraint>(), turn),
+                            measure(data, data.sets.of<NeoHookeanConstraint>(), turn)};
+    }
   }
 
-  void run(StepOperation operation, int substep, SolverData& data, const Turn& turn,
-           StepReport& report) {
+  // All threads meet; the first thread then does the rest of the step alone if that takes too long.
+  void meet(SolverData& data, Turn& turn) {
+    if (choice_ && turn.thread == 0 && !team_.is_alone() &&
+        deadline_ < std::chrono::steady_clock::now()) {
+      team_.dissolve();
+    }
+    if (!team_.barrier(turn.thread)) {
+      turn.threads = 0;
+    } else if (turn.threads > 1 && turn.thread == 0 && team_.is_alone()) {
+      turn.threads = 1;
+      turn.vertices = vertices_of(data, 0, 1);
+    }
+  }
+
+  void run(StepOperation operation, int substep, SolverData& data, Turn& turn, StepReport& report) {
+    if (turn.is_idle()) {
+      return;
+    }
     const auto substeps = static_cast<float>(data.options.substeps);
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
@@ -124,12 +168,12 @@ class ThreadedBackend final : public Backend {
       case StepOperation::clear_multipliers:
         data.sets.for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& slots) {
           if constexpr (KindOf<Constraint>::kHasCompliance) {
-            clear_multipliers(slots, thread);
+            clear_multipliers(slots, turn);
           }
         });
         break;
       case StepOperation::find_contacts:
-        team_.barrier(thread);
+        meet(data, turn);
         if (thread == 0) {
           place_tools(data, static_cast<float>(substep + 1) / substeps);
           find_contacts(data, report);
@@ -145,10 +189,11 @@ class ThreadedBackend final : public Backend {
         break;
       case StepOperation::sweep:
         for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-          sweep(data, turn.state,
-                vertex_state(data, lengths, relaxation_of(data.options, iteration)), thread);
+          sweep(data, vertex_state(data, lengths, relaxation_of(data.options, iteration)), turn);
         }
-        team_.barrier(thread);
+        if (!turn.is_idle()) {
+          meet(data, turn);
+        }
         break;
       case StepOperation::collect_forces:
         if (thread == 0) {
@@ -169,26 +214,29 @@ class ThreadedBackend final : public Backend {
     VertexBlocks& blocks = data.vertex_method.blocks;
     if (blocks.has_damping()) {
       const Part part =
-          part_of(static_cast<std::size_t>(blocks.block_count()), turn.thread, team_.size());
+          part_of(static_cast<std::size_t>(blocks.block_count()), turn.thread, turn.threads);
       kernels_.add_damping(blocks.damped_rows(), data.previous.data(),
                            turn.state.substep.inverse_dt, part.first, part.last);
     }
   }
 
-  void sweep(SolverData& data, const ProjectionState& state, const VertexState& vertex_state,
-             int thread) {
+  void sweep(SolverData& data, const VertexState& vertex_state, Turn& turn) {
     for (const Stage& stage : stages_) {
-      if (stage.is_met_before) {
-        team_.barrier(thread);
+      if (stage.is_met_before && !turn.is_idle()) {
+        meet(data, turn);
       }
+      if (turn.is_idle()) {
+        return;
+      }
+      const bool is_shared = stage.owner == kEverybody;
+      if (!is_shared && stage.owner != turn.thread && turn.threads > 1) {
+        continue;
+      }
+      const int thread = is_shared ? turn.thread : 0, threads = is_shared ? turn.threads : 1;
       if (stage.phase.kind == PhaseKind::vertex) {
-        if (stage.owner == kEverybody || stage.owner == thread) {
-          solve_vertices(data, vertex_state, stage, thread);
-        }
-      } else if (stage.owner == kEverybody) {
-        project(data, stage, state, thread, team_.size());
-      } else if (stage.owner == thread) {
-        project(data, stage, state, 0, 1);
+        solve_vertices(data, vertex_state, stage, thread, threads);
+      } else {
+        project(data, stage, turn.state, thread, threads);
       }
     }
   }
@@ -210,10 +258,10 @@ class ThreadedBackend final : public Backend {
   }
 
   // Blocks of a colour get longer towards its end, so the threads take turns.
-  void solve_vertices(SolverData& data, const VertexState& state, const Stage& stage, int thread) {
+  void solve_vertices(SolverData& data, const VertexState& state, const Stage& stage, int thread,
+                      int threads) {
     const VertexRows rows = data.vertex_method.blocks.rows();
     const auto [first, count] = data.vertex_method.blocks.blocks(stage.group);
-    const int threads = stage.owner == kEverybody ? team_.size() : 1;
     for (Index block = first + thread; block < first + count; block += threads) {
       const LaneBits left = kernels_.solve_vertices(rows, state, block);
       if (left != 0) {
@@ -237,12 +285,12 @@ class ThreadedBackend final : public Backend {
   }
 
   template <class Constraint>
-  Residual measure(SolverData& data, ConstraintSlots<Constraint>& slots, int thread) {
+  Residual measure(SolverData& data, ConstraintSlots<Constraint>& slots, const Turn& turn) {
     const ConstraintKernels<Constraint>& kernels = kernels_;
     Residual sum;
     for (Index group = 0; group < slots.group_count(); ++group) {
-      const Residual residual =
-          kernels.measure(blocks_of(slots, group, thread, team_.size()), data.particles.data());
+      const Residual residual = kernels.measure(blocks_of(slots, group, turn.thread, turn.threads),
+                                                data.particles.data());
       sum.largest = std::max(sum.largest, residual.largest);
       sum.inverted += residual.inverted;
     }
@@ -250,9 +298,9 @@ class ThreadedBackend final : public Backend {
   }
 
   template <class Constraint>
-  void clear_multipliers(ConstraintSlots<Constraint>& slots, int thread) {
+  void clear_multipliers(ConstraintSlots<Constraint>& slots, const Turn& turn) {
     for (Index group = 0; group < slots.group_count(); ++group) {
-      const BlockRange<Constraint> range = blocks_of(slots, group, thread, team_.size());
+      const BlockRange<Constraint> range = blocks_of(slots, group, turn.thread, turn.threads);
       std::fill(range.multipliers + range.first, range.multipliers + range.last,
                 MultiplierBlock<Constraint>{});
     }
@@ -272,10 +320,10 @@ class ThreadedBackend final : public Backend {
   }
 
   // Cut at multiples of a block, as the kernels want it.
-  [[nodiscard]] VertexRange vertices_of(SolverData& data, int thread) const {
+  [[nodiscard]] static VertexRange vertices_of(SolverData& data, int thread, int threads) {
     const auto count = static_cast<Index>(data.particles.size());
     const Part part =
-        part_of((data.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, team_.size());
+        part_of((data.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, threads);
     return {data.particles.data(), data.previous.data(), data.velocities.data(),
             std::min(count, part.first * kBlockLanes), std::min(count, part.last * kBlockLanes)};
   }
@@ -327,7 +375,7 @@ class ThreadedBackend final : public Backend {
     const Index domains = data.sets.domain_counts[phase.level];
     if (domains > 1) {
       const auto owner =
-          static_cast<int>(std::min<Index>(domains, team_.size()) * phase.domain / domains);
+          static_cast<int>(std::min<Index>(domains, threads_) * phase.domain / domains);
       const bool follows_level = !stages_.empty() && stages_.back().phase.level == phase.level &&
                                  stages_.back().phase.kind != PhaseKind::vertex;
       stages_.push_back({phase, group, owner, !follows_level});
@@ -339,8 +387,8 @@ class ThreadedBackend final : public Backend {
                                      ? 5
                                      : Constraint::kVertexCount / 2;
     constexpr Index kMeetingCost = 8;
-    const Index saved = kBlockCost * static_cast<Index>(slots.blocks(group).size()) *
-                        (team_.size() - 1) / team_.size();
+    const Index saved =
+        kBlockCost * static_cast<Index>(slots.blocks(group).size()) * (threads_ - 1) / threads_;
     add_stage(phase, group, !phase.serial && saved > kMeetingCost ? kEverybody : 0);
   }
 
@@ -353,6 +401,9 @@ class ThreadedBackend final : public Backend {
 
   const LaneKernels& kernels_;
   StepTeam team_;
+  std::optional<ThreadChoice> choice_;              // where nobody said how many
+  int threads_;                                     // that begin a step
+  std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
   std::vector<Stage> stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]
   StepReport report_;

@@ -88,7 +88,9 @@ struct PBDSURG_API SolverOptions {
   BackendKind backend = BackendKind::automatic;
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
   DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
-  /// Of the threaded backend: 0 for one a processor, which has eight at most. Others have 1.
+  /// Of the threaded backend, eight a processor at most; others have 1. With 0, as many as steps
+  /// are seen to be faster with, up to one a processor: fewer where there is little work, or where
+  /// other programs are busy. The bits are the same.
   int threads = 0;
   ThreadWait wait = ThreadWait::yield;  ///< of the threaded backend
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
