@@ -6,6 +6,8 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/processors.h"
+
 namespace pbdsurg {
 
 int resolve_threads(int threads) {
@@ -13,7 +15,7 @@ int resolve_threads(int threads) {
     throw InvalidArgument("threads is " + std::to_string(threads) +
                           "; it must be >= 1, or 0 for one a processor");
   }
-  const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int processors = processor_count();
   // no use for many more, and a slip of the finger should not start a million
   return threads == 0 ? processors : std::min(threads, 8 * processors);
 }

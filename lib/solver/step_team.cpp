@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/step_team.h"
 
+#include "core/processors.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -25,7 +27,7 @@ void pause() noexcept {
 StepTeam::StepTeam(int threads, ThreadWait wait)
     : wait_(wait), seats_(static_cast<std::size_t>(threads)) {
   // who shares a processor with those it waits for must leave it
-  if (wait == ThreadWait::spin && threads > static_cast<int>(std::thread::hardware_concurrency())) {
+  if (wait == ThreadWait::spin && threads > processor_count()) {
     wait_ = ThreadWait::yield;
   }
   workers_.reserve(static_cast<std::size_t>(threads) - 1);
