@@ -43,7 +43,7 @@ StepTeam::StepTeam(int threads, ThreadWait wait)
 StepTeam::~StepTeam() {
   stop_ = true;
   for (int thread = 1; thread < size(); ++thread) {
-    seats_[thread].jobs.fetch_add(1, std::memory_order_release);
+    seats_[thread].jobs.fetch_add(1, std::memory_order_seq_cst);
     seats_[thread].jobs.notify_all();
   }
 }
@@ -58,7 +58,7 @@ void StepTeam::start(Call call, const void* object, int threads) {
   for (int thread = 1; thread < threads; ++thread) {
     Seat& seat = seats_[thread];
     seat.meetings.store(meeting, std::memory_order_relaxed);  // it may have missed some jobs
-    seat.jobs.fetch_add(1, std::memory_order_release);
+    seat.jobs.fetch_add(1, std::memory_order_seq_cst);
     seat.jobs.notify_all();
   }
   call(object, 0);
@@ -69,9 +69,7 @@ void StepTeam::start(Call call, const void* object, int threads) {
 void StepTeam::work(int thread) {
   Seat& seat = seats_[thread];
   for (std::uint32_t done = 0;; ++done) {
-    wait_until(
-        seat.jobs, [done](std::uint32_t jobs) { return jobs != done; }, ThreadWait::block,
-        wait_ == ThreadWait::block ? kSpinsBeforeYield : kSpinsBeforeSleep);
+    wait_for_job(seat, done);
     if (stop_) {
       return;
     }
@@ -104,35 +102,45 @@ void StepTeam::meet(int thread) noexcept {
   if (seat.threads == 1) {
     return;
   }
-  std::atomic<std::uint32_t>& mine = seat.meetings;
-  const std::uint32_t meeting = mine.load(std::memory_order_relaxed) + 1;
-  mine.store(meeting, std::memory_order_release);
-  mine.notify_all();
+  const std::uint32_t meeting = seat.meetings.load(std::memory_order_relaxed) + 1;
+  // Either this sees who falls asleep, or who falls asleep sees this, as all is sequentially
+  // consistent. Without a sleeper nobody is called: idle threads of the team would make that slow.
+  seat.meetings.store(meeting, std::memory_order_seq_cst);
+  if (seat.sleepers.load(std::memory_order_seq_cst) > 0) {
+    seat.meetings.notify_all();
+  }
   for (int other = 0; other < seat.threads; ++other) {
-    // the counts wrap around
-    const auto has_arrived = [meeting](std::uint32_t count) {
-      return static_cast<std::int32_t>(count - meeting) >= 0;
-    };
     if (other != thread) {
-      wait_until(seats_[other].meetings, has_arrived, wait_, kSpinsBeforeYield);
+      wait_for(seats_[other], meeting);
     }
   }
 }
 
-template <class IsOver>
-void StepTeam::wait_until(const std::atomic<std::uint32_t>& value, IsOver is_over, ThreadWait how,
-                          int spins) const noexcept {
+void StepTeam::wait_for_job(const Seat& seat, std::uint32_t done) const noexcept {
+  const int spins = wait_ == ThreadWait::block ? kSpinsBeforeYield : kSpinsBeforeSleep;
+  for (int spin = 0; seat.jobs.load(std::memory_order_acquire) == done; ++spin) {
+    if (spin < spins) {
+      pause();
+    } else {
+      seat.jobs.wait(done, std::memory_order_acquire);
+    }
+  }
+}
+
+void StepTeam::wait_for(Seat& seat, std::uint32_t meeting) const noexcept {
   for (int spin = 0;; ++spin) {
-    const std::uint32_t seen = value.load(std::memory_order_acquire);
-    if (is_over(seen)) {
+    const std::uint32_t seen = seat.meetings.load(std::memory_order_acquire);
+    if (static_cast<std::int32_t>(seen - meeting) >= 0) {  // counts wrap around
       return;
     }
-    if (spin < spins || (how == ThreadWait::spin && spin < kMostSpins)) {
+    if (spin < kSpinsBeforeYield || (wait_ == ThreadWait::spin && spin < kMostSpins)) {
       pause();
-    } else if (how == ThreadWait::yield && spin < spins + kMostYields) {
+    } else if (wait_ == ThreadWait::yield && spin < kSpinsBeforeYield + kMostYields) {
       std::this_thread::yield();
     } else {
-      value.wait(seen, std::memory_order_acquire);
+      seat.sleepers.fetch_add(1, std::memory_order_seq_cst);
+      seat.meetings.wait(seen, std::memory_order_seq_cst);
+      seat.sleepers.fetch_sub(1, std::memory_order_relaxed);
     }
   }
 }

@@ -55,6 +55,7 @@ class StepTeam {
   // Lines of cache of each thread, so that arriving costs the others one transfer.
   struct Seat {
     alignas(128) std::atomic<std::uint32_t> meetings{0};  // at which it has arrived
+    std::atomic<int> sleepers{0};                         // who wait for that asleep
     alignas(128) std::atomic<std::uint32_t> jobs{0};      // that it was given
     int threads = 1;                                      // that it meets in its job
   };
@@ -62,9 +63,8 @@ class StepTeam {
   void start(Call call, const void* object, int threads);
   void work(int thread);
   void meet(int thread) noexcept;
-  template <class IsOver>
-  void wait_until(const std::atomic<std::uint32_t>& value, IsOver is_over, ThreadWait how,
-                  int spins) const noexcept;
+  void wait_for_job(const Seat& seat, std::uint32_t done) const noexcept;
+  void wait_for(Seat& seat, std::uint32_t meeting) const noexcept;
 
   ThreadWait wait_;
   std::vector<Seat> seats_;  // [size()]
