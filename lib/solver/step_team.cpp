@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/step_team.h"
 
+#include <chrono>
+
 #include "core/processors.h"
 
 namespace pbdsurg {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 // In pauses of some 20 to 50 ns each. Yielding costs more than a barrier takes when all are
-// running; a sleeper takes tens of microseconds to wake.
+// running; a sleeper takes microseconds to tens of them to wake.
 constexpr int kSpinsBeforeYield = 64;
 constexpr int kSpinsBeforeSleep = 1000;
-// Who waits longer than this waits for a thread that another program keeps from its processor.
-constexpr int kMostSpins = 20'000;
-constexpr int kMostYields = 32;
+// Who waits for longer lets others work: a thread's own part of a step, or another program.
+constexpr std::chrono::microseconds kLongestYield{50};
+constexpr std::chrono::microseconds kLongestSpin{200};
 
 void pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
@@ -93,6 +97,9 @@ bool StepTeam::barrier(int thread) noexcept {
 }
 
 void StepTeam::dissolve() noexcept {
+  if (is_alone()) {  // others may still have to see at which meeting they left
+    return;
+  }
   last_meeting_.store(seats_[0].meetings.load(std::memory_order_relaxed) + 1,
                       std::memory_order_relaxed);
 }
@@ -109,6 +116,7 @@ void StepTeam::meet(int thread) noexcept {
   if (seat.sleepers.load(std::memory_order_seq_cst) > 0) {
     seat.meetings.notify_all();
   }
+  // Thread 0 first: once it has arrived, all seats have counts of this job.
   for (int other = 0; other < seat.threads; ++other) {
     if (other != thread) {
       wait_for(seats_[other], meeting);
@@ -128,21 +136,34 @@ void StepTeam::wait_for_job(const Seat& seat, std::uint32_t done) const noexcept
 }
 
 void StepTeam::wait_for(Seat& seat, std::uint32_t meeting) const noexcept {
-  for (int spin = 0;; ++spin) {
-    const std::uint32_t seen = seat.meetings.load(std::memory_order_acquire);
-    if (static_cast<std::int32_t>(seen - meeting) >= 0) {  // counts wrap around
+  const auto has_arrived = [meeting](std::uint32_t count) {
+    return static_cast<std::int32_t>(count - meeting) >= 0;  // counts wrap around
+  };
+  for (int spin = 0; spin < kSpinsBeforeYield; ++spin) {
+    if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
       return;
     }
-    if (spin < kSpinsBeforeYield || (wait_ == ThreadWait::spin && spin < kMostSpins)) {
-      pause();
-    } else if (wait_ == ThreadWait::yield && spin < kSpinsBeforeYield + kMostYields) {
-      std::this_thread::yield();
-    } else {
-      seat.sleepers.fetch_add(1, std::memory_order_seq_cst);
-      seat.meetings.wait(seen, std::memory_order_seq_cst);
-      seat.sleepers.fetch_sub(1, std::memory_order_relaxed);
+    pause();
+  }
+  if (wait_ != ThreadWait::block) {
+    const bool spins = wait_ == ThreadWait::spin;
+    const Clock::time_point end = Clock::now() + (spins ? kLongestSpin : kLongestYield);
+    while (Clock::now() < end) {
+      if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
+        return;
+      }
+      spins ? pause() : std::this_thread::yield();
     }
   }
+  seat.sleepers.fetch_add(1, std::memory_order_seq_cst);
+  for (;;) {
+    const std::uint32_t seen = seat.meetings.load(std::memory_order_seq_cst);
+    if (has_arrived(seen)) {
+      break;
+    }
+    seat.meetings.wait(seen, std::memory_order_seq_cst);
+  }
+  seat.sleepers.fetch_sub(1, std::memory_order_relaxed);
 }
 
 }  // namespace pbdsurg

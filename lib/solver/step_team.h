@@ -27,6 +27,7 @@ class StepTeam {
   /// Calls job(thread) on the first threads of the team; returns when all have returned. The others
   /// sleep on.
   /// @param threads  1 to size()
+  /// @param job      does not throw
   template <class Job>
   void run(int threads, const Job& job) {
     start([](const void* object, int thread) { (*static_cast<const Job*>(object))(thread); }, &job,
@@ -46,7 +47,7 @@ class StepTeam {
   /// By thread 0, in a job: from the next meeting on it is alone, and passes all others at once.
   void dissolve() noexcept;
 
-  /// Whether thread 0 is alone.
+  /// By thread 0: whether it is alone.
   [[nodiscard]] bool is_alone() const noexcept { return seats_[0].threads == 1; }
 
  private:
@@ -67,7 +68,7 @@ class StepTeam {
   void wait_for(Seat& seat, std::uint32_t meeting) const noexcept;
 
   ThreadWait wait_;
-  std::vector<Seat> seats_;  // [size()]
+  std::vector<Seat> seats_;  // [at least size()]
   Call call_ = nullptr;
   const void* object_ = nullptr;
   int threads_ = 1;                             // of the last job

@@ -184,7 +184,7 @@ class ThreadedBackend final : public Backend {
           gather_holds(data);
         }
         break;
-      case StepOperation::damp_rows:
+      case StepOperation::damp_rows:  // all have met since the prediction: see find_contacts
         damp_rows(data, turn);
         break;
       case StepOperation::sweep:
@@ -195,7 +195,7 @@ class ThreadedBackend final : public Backend {
           meet(data, turn);
         }
         break;
-      case StepOperation::collect_forces:
+      case StepOperation::collect_forces:  // all have met since the sweeps
         if (thread == 0) {
           collect_tool_forces(data, lengths.inverse_dt_squared / substeps);
         }

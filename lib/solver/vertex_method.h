@@ -75,7 +75,7 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBi
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(SolverData& data, const VertexState& state, Index color);
 
-/// After the sweeps.
+/// After the sweeps, and before velocities change.
 void measure_fall(SolverData& data, const Substep<float>& substep);
 
 /// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out

@@ -50,9 +50,22 @@ TEST_CASE("step program: every method predicts, finds contacts, sweeps, then loo
     CHECK(contacts > 0);
     CHECK(sweep > contacts);
     CHECK(place_of(program, StepOperation::collect_forces) > sweep);
-    CHECK(place_of(program, StepOperation::extrapolate) < contacts);
     CHECK(place_of(program, StepOperation::clear_multipliers) < sweep);
   }
+}
+
+// Would catch vertices that start from another substep's prediction, feel another one's tools or
+// damping, or measure how they fall by velocities that have changed already.
+TEST_CASE("step program: vertex blocks have their own operations where these belong", "[unit]") {
+  const StepProgram program = step_program({.method = SolverMethod::vertex_block});
+  const auto at = [&](StepOperation operation) { return place_of(program, operation); };
+  CHECK(at(StepOperation::extrapolate) == at(StepOperation::predict) + 1);
+  CHECK(at(StepOperation::gather_holds) > at(StepOperation::find_contacts));
+  CHECK(at(StepOperation::gather_holds) < at(StepOperation::sweep));
+  CHECK(at(StepOperation::damp_rows) > at(StepOperation::extrapolate));
+  CHECK(at(StepOperation::damp_rows) < at(StepOperation::sweep));
+  CHECK(at(StepOperation::measure_fall) > at(StepOperation::sweep));
+  CHECK(at(StepOperation::measure_fall) < at(StepOperation::update_velocities));
 }
 
 // Would catch a program that costs a method what only another needs.

@@ -65,8 +65,8 @@ TEST_CASE("step team: after a job is dissolved, the first thread does the rest a
     std::vector<int> rounds(4, 0);
     team.run([&](int thread) {
       for (int round = 0; round < kRounds; ++round) {
-        if (thread == 0 && round == job) {
-          team.dissolve();
+        if (thread == 0 && round >= job) {
+          team.dissolve();  // the second time it is alone
         }
         if (!team.barrier(thread)) {
           return;

@@ -8,15 +8,14 @@
 
 namespace pbdsurg {
 
-/// What a backend's threads do while they wait for each other within a step. Between steps they
-/// sleep, and in a step after about a millisecond, as then the thread they wait for has lost its
-/// processor to another program.
+/// What a backend's threads do while they wait for each other within a step. All sleep in the end,
+/// and between steps.
 enum class ThreadWait : std::uint8_t {
-  /// stay on the processor: fastest, for a machine with processors to spare; as yield where there
-  /// are fewer processors than threads
+  /// stay on the processor for 200 us: fastest, for a machine with processors to spare; as yield
+  /// where there are fewer processors than threads
   spin,
-  yield,  ///< spin for about a microsecond, then offer the processor to others
-  block,  ///< spin for a few microseconds, then sleep
+  yield,  ///< spin for about a microsecond, then offer the processor to others, for 50 us
+  block,  ///< spin for about a microsecond
 };
 
 }  // namespace pbdsurg
