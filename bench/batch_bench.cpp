@@ -14,6 +14,7 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/solver/solver.h"
 
+#include "support/executors.h"
 #include "support/paper_step.h"
 #include "support/timing.h"
 
@@ -27,11 +28,11 @@ const Scene& scene() {
   return row;
 }
 
-SolverOptions options_of(BackendKind backend, DeviceStrategy strategy, Index copies) {
+SolverOptions options_of(const Executor& executor, DeviceStrategy strategy, Index copies) {
   SolverOptions options = SolverOptions::paper();
   options.coloring = {.repair = true};
   options.copies = copies;
-  options.backend = backend;
+  options.executor = executor;
   options.device_strategy = strategy;
   return options;
 }
@@ -58,9 +59,9 @@ std::uint64_t hash_alone(const SolverOptions& options, Index copy, Index copies,
   return solver.state_hash();
 }
 
-void BM_copies(benchmark::State& state, BackendKind backend, DeviceStrategy strategy) {
+void BM_copies(benchmark::State& state, const Executor& executor, DeviceStrategy strategy) {
   const auto copies = static_cast<Index>(state.range(0));
-  const SolverOptions options = options_of(backend, strategy, copies);
+  const SolverOptions options = options_of(executor, strategy, copies);
   Solver solver(scene(), options);
   state.SetLabel(std::string(solver.backend_name()) + "; " + solver.plan().name);
   for (Index copy = 0; copy < copies; ++copy) {
@@ -90,10 +91,10 @@ void BM_copies(benchmark::State& state, BackendKind backend, DeviceStrategy stra
   state.counters["bytes_per_copy"] = static_cast<double>(solver.memory_bytes()) / copies;
 }
 
-void register_copies(const char* name, BackendKind backend, DeviceStrategy strategy,
+void register_copies(const char* name, const Executor& executor, DeviceStrategy strategy,
                      const std::vector<Index>& counts) {
   for (const Index copies : counts) {
-    benchmark::RegisterBenchmark((std::string("copies/") + name).c_str(), BM_copies, backend,
+    benchmark::RegisterBenchmark((std::string("copies/") + name).c_str(), BM_copies, executor,
                                  strategy)
         ->Arg(copies)
         ->Iterations(copies < 1000 ? 200 : 40)
@@ -105,7 +106,7 @@ void register_copies(const char* name, BackendKind backend, DeviceStrategy strat
 // Whether there is a device; says why not.
 bool has_device() {
   try {
-    const Solver solver(Scene{}, {.backend = BackendKind::cuda});
+    static_cast<void>(programs::device());
     return true;
   } catch (const BackendUnavailable& error) {
     std::fprintf(stderr, "no copies on a device: %s\n", error.what());
@@ -117,15 +118,16 @@ bool has_device() {
 }  // namespace pbdsurg::bench
 
 int main(int argc, char** argv) {
-  using pbdsurg::BackendKind;
   using pbdsurg::DeviceStrategy;
   if (pbdsurg::bench::has_device()) {
     const std::vector<pbdsurg::Index> counts{1, 16, 64, 256, 1024};
-    pbdsurg::bench::register_copies("cuda", BackendKind::cuda, DeviceStrategy::automatic, counts);
-    pbdsurg::bench::register_copies("cuda_graph", BackendKind::cuda, DeviceStrategy::graph, counts);
+    pbdsurg::bench::register_copies("cuda", pbdsurg::programs::device(), DeviceStrategy::automatic,
+                                    counts);
+    pbdsurg::bench::register_copies("cuda_graph", pbdsurg::programs::device(),
+                                    DeviceStrategy::graph, counts);
   }
-  pbdsurg::bench::register_copies("threaded", BackendKind::threaded, DeviceStrategy::automatic,
-                                  {1, 4});
+  pbdsurg::bench::register_copies("threaded", pbdsurg::executor::threads(),
+                                  DeviceStrategy::automatic, {1, 4});
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
     return 1;

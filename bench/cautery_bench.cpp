@@ -24,14 +24,15 @@ constexpr int kUpdates = 250;       // 5 mm
 
 struct Organ {
   Organ(const TetMesh& mesh, int threads) {
+    const Executor executor = executor::threads(threads);
     Scene scene;
     const ThermalBody body{scene.add_body("liver", mesh, elastic_material(mesh, 1079, 6e3)),
                            tissues::liver().heat};
     scene.set_gravity(Eigen::Vector3f::Zero());  // the hook goes along the face at rest
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-    solver = std::make_unique<Solver>(scene, SolverOptions{.damping = 20, .threads = threads});
+    solver = std::make_unique<Solver>(scene, SolverOptions{.damping = 20, .executor = executor});
     CauteryOptions options;
-    options.heat.threads = options.potential.threads = threads;
+    options.heat.executor = options.potential.executor = executor;
     options.potential.region_radii = 5;  // so that the ball fits into both
     cautery = std::make_unique<Cautery>(solver->tissue(), std::span(&body, 1), options);
   }

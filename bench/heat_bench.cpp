@@ -14,6 +14,7 @@
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "support/executors.h"
 #include "support/meshes.h"
 #include "support/scenes.h"
 
@@ -51,13 +52,21 @@ std::vector<std::vector<HeatSource>> find_sources(const TetMesh& mesh,
 }
 
 // @param options  with active_rise 0: the whole organ takes part
-void BM_step(benchmark::State& state, const std::array<Index, 3>& cells,
-             const HeatOptions& options) {
+// Of an executor by name; a device solves systems of any size.
+HeatOptions heat_on(const char* executor, double active_rise) {
+  return {
+      .active_rise = active_rise, .executor = programs::executor_named(executor), .device_rows = 0};
+}
+
+constexpr double kRise = 0.1;  // K
+
+void BM_step(benchmark::State& state, const std::array<Index, 3>& cells, const char* executor,
+             double active_rise) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const auto sources = find_sources(mesh, cells);
   std::optional<HeatField> made;
   try {
-    made.emplace(mesh, tissues::liver().heat, ThermalModel{}, options);
+    made.emplace(mesh, tissues::liver().heat, ThermalModel{}, heat_on(executor, active_rise));
   } catch (const BackendUnavailable& error) {
     state.SkipWithError(error.what());
     return;
@@ -84,12 +93,6 @@ void BM_step(benchmark::State& state, const std::array<Index, 3>& cells,
 
 constexpr int kWarmSteps = 100;
 
-const HeatOptions kOneThread{.backend = FieldBackend::cpu};
-const HeatOptions kTwoThreads{.threads = 2, .backend = FieldBackend::cpu};
-const HeatOptions kDevice{.backend = FieldBackend::cuda};
-const HeatOptions kAllOneThread{.active_rise = 0, .backend = FieldBackend::cpu};
-const HeatOptions kAllDevice{.active_rise = 0, .backend = FieldBackend::cuda};
-
 // A field that was heated at one place, in tissue of its own.
 struct Warm {
   Warm(const TetMesh& mesh, const std::vector<HeatSource>& sources, const HeatOptions& options)
@@ -107,7 +110,7 @@ struct Warm {
 // An edit that removes 17 tetrahedra around a vertex, and its undo, of tissue and field.
 void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
-  Warm warm(mesh, find_sources(mesh, cells).front(), kOneThread);
+  Warm warm(mesh, find_sources(mesh, cells).front(), {});
   TopologyEdit edit;
   const Index middle =
       ((cells[2] / 2) * (cells[1] + 1) + cells[1] / 2) * (cells[0] + 1) + cells[0] / 2;
@@ -125,11 +128,13 @@ void BM_edit(benchmark::State& state, const std::array<Index, 3>& cells) {
 
 // An edit that takes a tetrahedron from what is warm, and the step after it.
 void BM_edit_and_step(benchmark::State& state, const std::array<Index, 3>& cells,
-                      const HeatOptions& options) {
+                      const char* executor) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const std::vector<HeatSource> sources = find_sources(mesh, cells).front();
+  HeatOptions options;
   std::optional<Warm> warm;
   try {
+    options = heat_on(executor, kRise);
     warm.emplace(mesh, sources, options);
   } catch (const BackendUnavailable& error) {
     state.SkipWithError(error.what());
@@ -153,26 +158,28 @@ void BM_edit_and_step(benchmark::State& state, const std::array<Index, 3>& cells
   state.counters["active"] = static_cast<double>(warm->field.active_vertices().size());
 }
 
-#define STEP(name, cells, options) \
-  BENCHMARK_CAPTURE(BM_step, name, cells, options)->Unit(benchmark::kMicrosecond)->UseRealTime()
-STEP(20k_1_thread, kSmall, kOneThread);
-STEP(20k_2_threads, kSmall, kTwoThreads);
-STEP(20k_device, kSmall, kDevice);
-STEP(200k_1_thread, kLarge, kOneThread);
-STEP(200k_2_threads, kLarge, kTwoThreads);
-STEP(200k_device, kLarge, kDevice);
-STEP(20k_all_active_1_thread, kSmall, kAllOneThread);
-STEP(20k_all_active_device, kSmall, kAllDevice);
+#define STEP(name, cells, executor, rise)                 \
+  BENCHMARK_CAPTURE(BM_step, name, cells, executor, rise) \
+      ->Unit(benchmark::kMicrosecond)                     \
+      ->UseRealTime()
+STEP(20k_1_thread, kSmall, "threads:1", kRise);
+STEP(20k_2_threads, kSmall, "threads:2", kRise);
+STEP(20k_device, kSmall, "cuda", kRise);
+STEP(200k_1_thread, kLarge, "threads:1", kRise);
+STEP(200k_2_threads, kLarge, "threads:2", kRise);
+STEP(200k_device, kLarge, "cuda", kRise);
+STEP(20k_all_active_1_thread, kSmall, "threads:1", 0.0);
+STEP(20k_all_active_device, kSmall, "cuda", 0.0);
 #undef STEP
 BENCHMARK_CAPTURE(BM_edit, 20k, kSmall)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(BM_edit, 200k, kLarge)->Unit(benchmark::kMicrosecond);
-#define EDIT_AND_STEP(name, cells, options)                 \
-  BENCHMARK_CAPTURE(BM_edit_and_step, name, cells, options) \
-      ->Unit(benchmark::kMicrosecond)                       \
+#define EDIT_AND_STEP(name, cells, executor)                 \
+  BENCHMARK_CAPTURE(BM_edit_and_step, name, cells, executor) \
+      ->Unit(benchmark::kMicrosecond)                        \
       ->UseRealTime()
-EDIT_AND_STEP(20k, kSmall, kOneThread);
-EDIT_AND_STEP(20k_device, kSmall, kDevice);
-EDIT_AND_STEP(200k, kLarge, kOneThread);
+EDIT_AND_STEP(20k, kSmall, "threads:1");
+EDIT_AND_STEP(20k_device, kSmall, "cuda");
+EDIT_AND_STEP(200k, kLarge, "threads:1");
 #undef EDIT_AND_STEP
 
 }  // namespace

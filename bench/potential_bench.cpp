@@ -15,6 +15,7 @@
 #include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "support/executors.h"
 #include "support/meshes.h"
 #include "support/scenes.h"
 
@@ -24,13 +25,13 @@ namespace {
 constexpr double kEdge = 1e-3;  // m
 
 struct Block {
-  Block(Index cells_a_side, int threads, FieldBackend backend)
+  Block(Index cells_a_side, const Executor& executor)
       : cells(cells_a_side),
         shape(testing::make_box({cells_a_side, cells_a_side, cells_a_side}, kEdge, 0.1)),
         tissue(testing::scene_of(shape)),
         mesh(tissue, std::array{ThermalBody{0, tissues::liver().heat}}),
         conductivities(shape.tets().size(), 0.3),
-        field(mesh, {.threads = threads, .backend = backend}),
+        field(mesh, {.executor = executor, .device_rows = 0}),
         side(kEdge * cells_a_side) {}
 
   void ground_lower_face() {
@@ -85,7 +86,6 @@ enum class Edit { none, tissue, ground };
 constexpr int kFrames = 100;  // then a fresh block
 
 void run(benchmark::State& state, bool is_whole, Edit edit) {
-  const FieldBackend backend = state.range(2) != 0 ? FieldBackend::cuda : FieldBackend::cpu;
   std::unique_ptr<Block> block;
   int frame = 0;
   double iterations = 0;
@@ -94,7 +94,9 @@ void run(benchmark::State& state, bool is_whole, Edit edit) {
     if (frame % kFrames == 0) {
       try {
         block = std::make_unique<Block>(static_cast<Index>(state.range(0)),
-                                        static_cast<int>(state.range(1)), backend);
+                                        state.range(2) != 0
+                                            ? programs::device()
+                                            : executor::threads(static_cast<int>(state.range(1))));
       } catch (const BackendUnavailable& error) {
         state.SkipWithError(error.what());
         return;

@@ -54,7 +54,7 @@ void run_steps(benchmark::State& state, const SolverOptions& options) {
 
 void BM_serial_step(benchmark::State& state, PlanComposition composition) {
   SolverOptions options = SolverOptions::paper();
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   options.composition = composition;
   run_steps(state, options);
 }
@@ -63,9 +63,8 @@ void BM_serial_step(benchmark::State& state, PlanComposition composition) {
 void BM_threaded_step(benchmark::State& state, PlanComposition composition, int threads,
                       MathMode math) {
   SolverOptions options = SolverOptions::paper();
-  options.backend = BackendKind::threaded;
   options.composition = composition;
-  options.threads = threads;
+  options.executor = executor::threads(threads);
   options.math = math;
   run_steps(state, options);
 }

@@ -17,6 +17,7 @@
 #include "pbdsurg/thermal/tissue_state.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "support/executors.h"
 #include "support/meshes.h"
 
 namespace pbdsurg::bench {
@@ -52,9 +53,9 @@ std::vector<std::vector<PatchVertex>> find_patches(const TetMesh& mesh,
 }
 
 struct Organ {
-  Organ(const TetMesh& mesh, bool is_whole, int threads, FieldBackend backend)
-      : heat(mesh, kLiver, {}, {.threads = threads, .backend = backend}),
-        potential(heat, {.threads = threads, .backend = backend}),
+  Organ(const TetMesh& mesh, bool is_whole, const Executor& executor, Index device_rows)
+      : heat(mesh, kLiver, {}, {.executor = executor, .device_rows = device_rows}),
+        potential(heat, {.executor = executor, .device_rows = device_rows}),
         conductivities(mesh.tets().size(), kLiver.electrical_conductivity) {
     std::vector<Index> ground;
     for (Index v = 0; v < mesh.vertex_count() && is_whole; ++v) {
@@ -97,7 +98,7 @@ struct Organ {
 };
 
 void BM_substep(benchmark::State& state, const std::array<Index, 3>& cells, bool is_whole,
-                int threads, FieldBackend backend) {
+                const char* executor, Index device_rows) {
   const TetMesh mesh = testing::make_box(cells, kEdge, 0.1);
   const auto patches = find_patches(mesh, cells);
   std::unique_ptr<Organ> organ;
@@ -107,7 +108,8 @@ void BM_substep(benchmark::State& state, const std::array<Index, 3>& cells, bool
     if (i == patches.size()) {
       state.PauseTiming();
       try {
-        organ = std::make_unique<Organ>(mesh, is_whole, threads, backend);
+        organ = std::make_unique<Organ>(mesh, is_whole, programs::executor_named(executor),
+                                        device_rows);
       } catch (const BackendUnavailable& error) {
         state.SkipWithError(error.what());
         break;
@@ -128,18 +130,18 @@ void BM_substep(benchmark::State& state, const std::array<Index, 3>& cells, bool
   state.counters["potential_iterations"] = {iterations, mean};
 }
 
-#define SUBSTEP(name, cells, is_whole)                                                         \
-  BENCHMARK_CAPTURE(BM_substep, name##_1_thread, cells, is_whole, 1, FieldBackend::cpu)        \
-      ->Unit(benchmark::kMicrosecond)                                                          \
-      ->UseRealTime();                                                                         \
-  BENCHMARK_CAPTURE(BM_substep, name##_2_threads, cells, is_whole, 2, FieldBackend::cpu)       \
-      ->Unit(benchmark::kMicrosecond)                                                          \
-      ->UseRealTime();                                                                         \
-  BENCHMARK_CAPTURE(BM_substep, name##_device, cells, is_whole, 1, FieldBackend::cuda)         \
-      ->Unit(benchmark::kMicrosecond)                                                          \
-      ->UseRealTime();                                                                         \
-  BENCHMARK_CAPTURE(BM_substep, name##_automatic, cells, is_whole, 1, FieldBackend::automatic) \
-      ->Unit(benchmark::kMicrosecond)                                                          \
+#define SUBSTEP(name, cells, is_whole)                                             \
+  BENCHMARK_CAPTURE(BM_substep, name##_1_thread, cells, is_whole, "threads:1", 0)  \
+      ->Unit(benchmark::kMicrosecond)                                              \
+      ->UseRealTime();                                                             \
+  BENCHMARK_CAPTURE(BM_substep, name##_2_threads, cells, is_whole, "threads:2", 0) \
+      ->Unit(benchmark::kMicrosecond)                                              \
+      ->UseRealTime();                                                             \
+  BENCHMARK_CAPTURE(BM_substep, name##_device, cells, is_whole, "cuda", 0)         \
+      ->Unit(benchmark::kMicrosecond)                                              \
+      ->UseRealTime();                                                             \
+  BENCHMARK_CAPTURE(BM_substep, name##_automatic, cells, is_whole, "best", 1000)   \
+      ->Unit(benchmark::kMicrosecond)                                              \
       ->UseRealTime()
 SUBSTEP(20k_ball, kSmall, false);
 SUBSTEP(20k_whole, kSmall, true);

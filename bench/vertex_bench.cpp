@@ -26,8 +26,9 @@ Scene make_scene(float damping) {
   return scene;
 }
 
-void BM_step(benchmark::State& state, SolverMethod method, BackendKind backend, float damping) {
-  SolverOptions options{.method = method, .backend = backend, .threads = 1};
+void BM_step(benchmark::State& state, SolverMethod method, bool is_serial, float damping) {
+  const Executor executor = is_serial ? executor::serial() : executor::threads(1);
+  SolverOptions options{.method = method, .executor = executor};
   Solver solver(make_scene(damping), options);
   state.SetLabel(solver.plan().name + ", " + solver.backend_name());
   state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
@@ -41,16 +42,11 @@ void BM_step(benchmark::State& state, SolverMethod method, BackendKind backend, 
 
 constexpr auto kVertices = SolverMethod::vertex_block;
 constexpr auto kTets = SolverMethod::projection;
-BENCHMARK_CAPTURE(BM_step, vertices, kVertices, BackendKind::automatic, 0.0F)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_step, vertices_damped, kVertices, BackendKind::automatic, 1e-3F)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_step, vertices_serial, kVertices, BackendKind::serial, 0.0F)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_step, tets, kTets, BackendKind::automatic, 0.0F)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_step, tets_damped, kTets, BackendKind::automatic, 1e-3F)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_step, vertices, kVertices, false, 0.0F)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_step, vertices_damped, kVertices, false, 1e-3F)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_step, vertices_serial, kVertices, true, 0.0F)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_step, tets, kTets, false, 0.0F)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_step, tets_damped, kTets, false, 1e-3F)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace pbdsurg::bench

@@ -33,17 +33,15 @@ endfunction()
 file(RELATIVE_PATH PBDSURG_TO_PREFIX "${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig" "${CMAKE_INSTALL_PREFIX}")
 set(PBDSURG_PC_REQUIRES "")
 set(PBDSURG_PC_LIBRARIES "")
-set(PBDSURG_PC_CUDA_LIBRARIES
-    "-Wl,--push-state,--no-as-needed -lpbdsurg_cuda -Wl,--pop-state")  # nobody calls it by name
+set(PBDSURG_PC_CUDA_LIBRARIES "-lpbdsurg_cuda")
 if(PBDSURG_IS_STATIC)
   set(PBDSURG_PC_REQUIRES "zlib libhwy")
   if(PBDSURG_HAS_METIS)
     string(APPEND PBDSURG_PC_LIBRARIES "-lmetis ")
   endif()
   string(APPEND PBDSURG_PC_LIBRARIES "-lpthread")
-  set(PBDSURG_PC_CUDA_LIBRARIES "-Wl,-u,pbdsurg_cuda_backend -lpbdsurg_cuda "
-      "-L${CUDAToolkit_LIBRARY_DIR} -lcudart_static -ldl -lrt -lpthread")
-  list(JOIN PBDSURG_PC_CUDA_LIBRARIES "" PBDSURG_PC_CUDA_LIBRARIES)
+  string(APPEND PBDSURG_PC_CUDA_LIBRARIES
+    " -L${CUDAToolkit_LIBRARY_DIR} -lcudart_static -ldl -lrt -lpthread")
 endif()
 pbdsurg_install_pkgconfig(pbdsurg)
 if(PBDSURG_HAS_CUDA)

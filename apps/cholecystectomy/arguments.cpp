@@ -61,6 +61,11 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       [](double scale) { return scale >= 0.01 && scale <= 10; },
       "length of the operation relative to the full script")
       ->default_str("1");
+  app.add_option("--executor", arguments.executor,
+                 "who steps: best (a CUDA device where there is one), serial, threads, threads:N, "
+                 "cuda or cuda:N")
+      ->type_name("NAME")
+      ->capture_default_str();
   app.add_flag("--no-pictures", arguments.no_pictures, "leave out pictures and plots");
   app.add_flag(
       "--paper", arguments.paper,

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "organ_files.h"
 
@@ -17,6 +18,7 @@ struct Arguments {
   OrganFiles organs;
   std::uint64_t seed = 1;
   double time_scale = 1;
+  std::string executor = "best";
   bool paper = false;
   bool no_pictures = false;
 };

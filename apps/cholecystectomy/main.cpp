@@ -17,6 +17,7 @@
 #include "recorders.h"
 #include "report.h"
 #include "simulation.h"
+#include "support/executors.h"
 #include "surgical_scene.h"
 #ifdef PBDSURG_HAS_PICTURES
 #include "pictures.h"
@@ -26,10 +27,11 @@ namespace cholecystectomy {
 namespace {
 
 // Small steps, with the damping of living tissue; or the paper's solver.
-pbdsurg::SolverOptions solver_options(bool paper) {
+pbdsurg::SolverOptions solver_options(const std::string& executor, bool paper) {
   pbdsurg::SolverOptions options =
       paper ? pbdsurg::SolverOptions::paper() : pbdsurg::SolverOptions{};
   options.damping = 60;
+  options.executor = pbdsurg::programs::executor_named(executor);
   return options;
 }
 
@@ -80,6 +82,7 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
 }
 
 int run(const Arguments& arguments) {
+  const pbdsurg::SolverOptions options = solver_options(arguments.executor, arguments.paper);
   OutputFolder folder(arguments.out);
   StageTimes times;
   const auto timed = [&](const char* stage, auto&& make) {
@@ -91,9 +94,8 @@ int run(const Arguments& arguments) {
     std::fprintf(stderr, "%s\n", note.c_str());
   }
   const SurgicalScene scene = timed("scene", [&] { return make_scene(loaded); });
-  Simulation simulation = timed("initialisation", [&] {
-    return Simulation(scene, solver_options(arguments.paper), arguments.seed, times);
-  });
+  Simulation simulation =
+      timed("initialisation", [&] { return Simulation(scene, options, arguments.seed, times); });
   for (const pbdsurg::Body& body : scene.scene.bodies()) {
     std::fprintf(stderr, "%-17s %6d vertices %6d tetrahedra\n", body.name.c_str(),
                  body.vertex_count, body.tet_count);

@@ -19,22 +19,21 @@
 #include "pbdsurg/core/write_file.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "color_backend.h"
 #include "commands.h"
 #include "mesh_file.h"
 #include "options.h"
+#include "support/executors.h"
 
 namespace pbdsurg {
 namespace {
 
 enum class Kind { distance, volume, joint, vertex };
-enum class Backend { cpu, cuda };
 
 struct Options {
   std::string path;
   Kind kind = Kind::volume;
   ColoringOptions coloring;
-  Backend backend = Backend::cpu;
+  std::string executor = "threads:1";
   UnitOptions unit;
   std::string output;
   std::string graph;
@@ -58,10 +57,6 @@ const char* name_of(Kind kind) {
 // What two constraints that conflict have in common.
 const char* shared_by(Kind kind) {
   return kind == Kind::vertex ? "tet" : "vertex";
-}
-
-const char* name_of(Backend backend) {
-  return backend == Backend::cpu ? "cpu" : "cuda";
 }
 
 const char* name_of(Palette palette) {
@@ -107,13 +102,14 @@ struct Timed {
 };
 
 Timed color(const Options& options, const ConstraintVertices& constraints) {
-  const auto algorithm = options.backend == Backend::cuda ? color_on_gpu : color_constraints;
-  if (options.backend == Backend::cuda) {
+  ColoringOptions how = options.coloring;
+  how.executor = programs::executor_named(options.executor);
+  if (how.executor.kind() == ExecutorKind::device) {
     // the first call also starts the driver and loads the kernels, a hundred times as long
-    (void)algorithm(constraints, options.coloring);
+    (void)color_constraints(constraints, how);
   }
   const auto start = std::chrono::steady_clock::now();
-  Coloring coloring = algorithm(constraints, options.coloring);
+  Coloring coloring = color_constraints(constraints, how);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
   return {std::move(coloring), time.count()};
 }
@@ -152,9 +148,8 @@ nlohmann::ordered_json to_json(const Options& options, const Constraints& constr
   if (options.coloring.algorithm == ColoringAlgorithm::greedy) {
     json["order"] = name_of(options.coloring.order);
   }
-  json["backend"] = name_of(options.backend);
+  json["executor"] = options.executor;
   json["seed"] = options.coloring.seed;
-  json["threads"] = options.coloring.threads;
   if (constraints.max_owned) {
     json["max_owned"] = *constraints.max_owned;
   }
@@ -177,7 +172,7 @@ void print_text(const Options& options, const Constraints& constraints,
     std::cout << "  edges of one tet    " << *constraints.max_owned << " at most\n";
   }
   std::cout << "  time                " << milliseconds << " ms, "
-            << name_of(options.coloring.algorithm) << " on " << name_of(options.backend) << '\n';
+            << name_of(options.coloring.algorithm) << " on " << options.executor << '\n';
 }
 
 /// @return  whether the colouring is valid
@@ -259,11 +254,12 @@ void add_color(CLI::App& app, int& status) {
       command
           .add_option("--shrink", coloring.disc.shrink, "Of this palette, from 1 on (default: 2)")
           ->type_name("S");
-  add_choice(command, "--backend", options->backend, by_name({Backend::cpu, Backend::cuda}),
-             "Default: cpu");
+  command
+      .add_option("--executor", options->executor,
+                  "best, serial, threads:N, cuda or cuda:N (default: threads:1); the colours are "
+                  "the same")
+      ->type_name("NAME");
   add_whole_number<std::uint64_t>(command, "--seed", coloring.seed, 0, "Default: 0");
-  add_whole_number(command, "--threads", coloring.threads, 0,
-                   "0 for one a processor (default: 1); the colours are the same");
   add_unit_options(command, options->unit);
   const CLI::Validator names_a_file(
       [](const std::string& path) {

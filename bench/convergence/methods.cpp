@@ -48,8 +48,7 @@ std::vector<Method> make_methods(const Cantilever& bar, float damping, int threa
     options.method = method;
     options.over_relaxation = over_relaxation;
     options.damping = damping;
-    options.backend = BackendKind::threaded;
-    options.threads = threads;
+    options.executor = executor::threads(threads);
     if (method == SolverMethod::projection) {
       options.composition = PlanComposition::nested;  // with the fewest waits
     }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "report.h"
+#include "support/executors.h"
 #include "support/gpu_times.h"
 #include "support/program.h"
 #include "support/sample.h"
@@ -45,10 +46,9 @@ std::list<NamedMesh> make_meshes(const Arguments& arguments, std::vector<std::st
   return meshes;
 }
 
-SolverOptions options_on(BackendKind backend, int threads) {
+SolverOptions options_on(const Executor& executor) {
   SolverOptions options = SolverOptions::paper();
-  options.backend = backend;
-  options.threads = backend == BackendKind::threaded ? threads : 0;
+  options.executor = executor;
   options.coloring = {.repair = true};
   options.composition = PlanComposition::automatic;
   return options;
@@ -57,18 +57,18 @@ SolverOptions options_on(BackendKind backend, int threads) {
 void run(const Arguments& arguments) {
   const int threads = thread_count(arguments.threads);
   std::vector<std::string> notes{"threads: " + std::to_string(threads)};
-  std::vector<std::pair<std::string, BackendKind>> backends{{"threaded", BackendKind::threaded}};
+  std::vector<std::pair<std::string, Executor>> executors{{"threaded", executor::threads(threads)}};
   if (const std::optional<std::string> why_not = why_no_gpu()) {
     notes.push_back("no cuda: " + *why_not);
   } else {
-    backends.emplace_back("cuda", BackendKind::cuda);
+    executors.emplace_back("cuda", programs::device());
   }
   const std::list<NamedMesh> meshes = make_meshes(arguments, notes);
   std::vector<Measured> all;
-  for (const auto& [name, backend] : backends) {
+  for (const auto& [name, executor] : executors) {
     for (const NamedMesh& mesh : meshes) {
       all.push_back({mesh.name, name, mesh.tets.tet_count(),
-                     measure_edits(mesh.tets, options_on(backend, threads), mesh.effort)});
+                     measure_edits(mesh.tets, options_on(executor), mesh.effort)});
       std::fprintf(stderr, "%s, %s: done\n", name.c_str(), mesh.name.c_str());
     }
     notes.push_back(name + ": " + all.back().run.backend);

@@ -50,7 +50,7 @@ class Neighbours {
 class Contender {
  public:
   Contender(const Scene& scene, int threads)
-      : solver_(scene, {.backend = BackendKind::threaded, .threads = threads}) {}
+      : solver_(scene, {.executor = executor::threads(threads)}) {}
 
   /// Steps for some time, so that the scheduler's slices are seen as they come.
   void run(double seconds) {

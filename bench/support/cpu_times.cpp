@@ -13,13 +13,12 @@ namespace pbdsurg::bench {
 namespace {
 
 SolverOptions on_serial(SolverOptions plan) {
-  plan.backend = BackendKind::serial;
+  plan.executor = executor::serial();
   return plan;
 }
 
 SolverOptions on_threads(SolverOptions plan, int threads, MathMode math = MathMode::fast) {
-  plan.backend = BackendKind::threaded;
-  plan.threads = threads;
+  plan.executor = executor::threads(threads);
   plan.math = math;
   return plan;
 }

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "support/executors.h"
 #include "support/repeated_step.h"
 
 namespace pbdsurg::bench {
@@ -26,7 +27,7 @@ constexpr double kBytesOfVolume = 32 + 4 * kBytesOfVertex;
 constexpr double kBytesOfJoint = 80 + 4 * kBytesOfVertex;
 
 SolverOptions on_gpu(SolverOptions plan, DeviceStrategy strategy) {
-  plan.backend = BackendKind::cuda;
+  plan.executor = programs::device();
   plan.device_strategy = strategy;
   return plan;
 }
@@ -125,7 +126,7 @@ double check_against_serial(const Scene& scene, const RepeatedStep& fast,
   SolverOptions strict_options = options;
   strict_options.math = MathMode::strict;
   SolverOptions serial_options = options;
-  serial_options.backend = BackendKind::serial;
+  serial_options.executor = executor::serial();
   serial_options.device_strategy = DeviceStrategy::automatic;
   RepeatedStep strict(scene, strict_options, conditions);
   RepeatedStep serial(scene, serial_options, conditions);
@@ -201,7 +202,7 @@ std::optional<std::string> why_no_gpu() {
   scene.add_link({0, 1, 1e-3F, {}});
   try {
     SolverOptions options;
-    options.backend = BackendKind::cuda;
+    options.executor = programs::device();
     const Solver solver(scene, options);
     return std::nullopt;
   } catch (const BackendUnavailable& error) {

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "support/executors.h"
 #include "support/repeated_step.h"
 
 namespace pbdsurg::bench {
@@ -16,12 +17,12 @@ std::vector<PlanTimes> time_steps(const Sample& sample, std::span<const Coloring
     SolverOptions options = SolverOptions::paper();
     options.coloring = colorings[i];
     for (std::size_t b = 0; b < kStepBackends.size(); ++b) {
-      options.backend = kStepBackends[b].kind;
-      options.device_strategy = kStepBackends[b].strategy;
-      const bool is_gpu = options.backend == BackendKind::cuda;
+      const bool is_gpu = kStepBackends[b].is_gpu;
       if (is_gpu && !has_gpu) {
         continue;
       }
+      options.executor = is_gpu ? programs::device() : executor::serial();
+      options.device_strategy = kStepBackends[b].strategy;
       const StepConditions conditions{.steps_before = is_gpu ? 1 : 0};
       options.composition = PlanComposition::separate;
       steps.emplace_back(RepeatedStep(scene, options, conditions), &times[i].separate[b]);

@@ -15,18 +15,17 @@
 
 namespace pbdsurg::bench {
 
-/// A backend and its column.
+/// Who steps, and its column.
 struct StepBackend {
-  BackendKind kind;
+  bool is_gpu;
   DeviceStrategy strategy;  ///< of a device
   const char* key;
   const char* title;
 };
 inline constexpr std::array<StepBackend, 3> kStepBackends{
-    {{BackendKind::serial, DeviceStrategy::automatic, "serial_ms", "step (serial), ms"},
-     {BackendKind::cuda, DeviceStrategy::automatic, "gpu_ms", "step (gpu), ms"},
-     {BackendKind::cuda, DeviceStrategy::stream, "gpu_stream_ms",
-      "step (gpu, one launch a phase), ms"}}};
+    {{false, DeviceStrategy::automatic, "serial_ms", "step (serial), ms"},
+     {true, DeviceStrategy::automatic, "gpu_ms", "step (gpu), ms"},
+     {true, DeviceStrategy::stream, "gpu_stream_ms", "step (gpu, one launch a phase), ms"}}};
 
 /// ms; none without a device
 using StepTimes = std::array<std::optional<double>, kStepBackends.size()>;

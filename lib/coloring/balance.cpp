@@ -15,8 +15,7 @@
 namespace pbdsurg {
 
 void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints, std::uint64_t seed,
-                      int threads) {
-  threads = resolve_threads(threads);
+                      const Executor& executor) {
   ColorTables tables = make_color_tables(coloring, constraints);
   const Index colored = count_from(tables.sizes, 0);
   if (colored == 0) {
@@ -49,7 +48,7 @@ void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
     program.drawn = drawn.data();
     program.targets = targets.data();
     program.unevenness = unevenness;
-    run_team(threads, program);
+    run_team(executor, program);
   });
   close_color_gaps(coloring);
   if (!is_even(color_sizes(coloring))) {

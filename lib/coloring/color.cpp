@@ -9,9 +9,10 @@
 #include "pbdsurg/coloring/repair.h"
 #include "pbdsurg/core/error.h"
 
+#include "coloring/coloring_device.h"
 #include "coloring/coloring_options.h"
 #include "coloring/disc_palette.h"
-#include "coloring/thread_team.h"
+#include "core/executor_state.h"
 
 namespace pbdsurg {
 namespace {
@@ -21,13 +22,26 @@ Coloring color_by_name(const ConstraintVertices& constraints, const ColoringOpti
     case ColoringAlgorithm::greedy:
       return color_greedy(constraints, options.order);
     case ColoringAlgorithm::luby:
-      return color_luby(constraints, options.seed, options.threads);
+      return color_luby(constraints, options.seed, options.executor);
     case ColoringAlgorithm::jones_plassmann:
       return color_jones_plassmann(constraints, options.seed);
     case ColoringAlgorithm::random_disc:
-      return color_random_disc(constraints, options.seed, options.threads, options.disc);
+      return color_random_disc(constraints, options.seed, options.executor, options.disc);
   }
   return {};  // checked before
+}
+
+// Null where the host is to colour.
+ColoringDevice* find_device(const ConstraintVertices& constraints, const ColoringOptions& options) {
+  const ExecutorState* const state = options.executor.state();
+  const bool is_sequential =
+      options.algorithm == ColoringAlgorithm::greedy &&
+      (options.order == GreedyOrder::smallest_last || options.order == GreedyOrder::saturation);
+  if (state == nullptr || is_sequential) {
+    return nullptr;
+  }
+  auto* const device = dynamic_cast<ColoringDevice*>(state->device());
+  return device != nullptr && device->pays_for(constraints) ? device : nullptr;
 }
 
 }  // namespace
@@ -66,7 +80,6 @@ void check_coloring_options(const ColoringOptions& options) {
                     "random_disc, not ") +
         name_of(options.algorithm));
   }
-  static_cast<void>(resolve_threads(options.threads));
   if (options.max_colors < 0) {
     throw InvalidArgument("max_colors is " + std::to_string(options.max_colors) +
                           "; it must be >= 1, or 0 for no limit");
@@ -75,15 +88,18 @@ void check_coloring_options(const ColoringOptions& options) {
 
 Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
   check_coloring_options(options);
+  if (ColoringDevice* const device = find_device(constraints, options)) {
+    return device->color(constraints, options);
+  }
   Coloring coloring = color_by_name(constraints, options);
   if (options.repair) {
-    repair_coloring(coloring, constraints, options.seed, options.threads, repair_swaps(options));
+    repair_coloring(coloring, constraints, options.seed, options.executor, repair_swaps(options));
   }
   if (options.max_colors > 0) {
-    limit_colors(coloring, constraints, options.max_colors, options.seed, options.threads);
+    limit_colors(coloring, constraints, options.max_colors, options.seed, options.executor);
   }
   if (options.balance) {
-    balance_coloring(coloring, constraints, options.seed, options.threads);
+    balance_coloring(coloring, constraints, options.seed, options.executor);
   }
   return coloring;
 }

@@ -10,8 +10,8 @@
 
 namespace pbdsurg {
 
-Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed, int threads) {
-  threads = resolve_threads(threads);
+Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed,
+                    const Executor& executor) {
   check_constraints(constraints);
   const Index count = constraints.constraint_count();
   Coloring coloring;
@@ -36,7 +36,7 @@ Coloring color_luby(const ConstraintVertices& constraints, std::uint64_t seed, i
     }
     program.more_rounds = more;
     program.more_colors = more + 3;
-    run_team(threads, program);
+    run_team(executor, program);
   });
   coloring.color_count = 1 + *std::max_element(coloring.color_of.begin(), coloring.color_of.end());
   return coloring;

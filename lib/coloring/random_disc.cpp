@@ -45,10 +45,9 @@ void check_disc_options(const RandomDiscOptions& options) {
   }
 }
 
-Coloring color_random_disc(const ConstraintVertices& constraints, std::uint64_t seed, int threads,
-                           const RandomDiscOptions& options) {
+Coloring color_random_disc(const ConstraintVertices& constraints, std::uint64_t seed,
+                           const Executor& executor, const RandomDiscOptions& options) {
   check_disc_options(options);
-  threads = resolve_threads(threads);
   const Index bound = clique_bound(constraints);
   const Index count = constraints.constraint_count();
   Coloring coloring;
@@ -89,7 +88,7 @@ Coloring color_random_disc(const ConstraintVertices& constraints, std::uint64_t 
       program.lists[0] = list.data();
       program.lists[1] = other_list.data();
       program.more = more;
-      run_team(threads, program);
+      run_team(executor, program);
     });
     pending.clear();
     for (Index c = 0; c < count; ++c) {

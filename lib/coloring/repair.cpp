@@ -18,7 +18,8 @@ namespace {
 
 // Down to the target or as near as it gets; with gives_up, what does not fit stays above it.
 void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, ColorTables& tables,
-                  Index target, bool gives_up, RepairSwaps swaps, std::uint64_t seed, int threads) {
+                  Index target, bool gives_up, RepairSwaps swaps, std::uint64_t seed,
+                  const Executor& executor) {
   HolderTable holders(coloring, constraints);
   const std::size_t count = coloring.color_of.size();
   std::vector<std::uint32_t> keys(static_cast<std::size_t>(constraints.vertex_count));
@@ -42,7 +43,7 @@ void lower_colors(Coloring& coloring, const ConstraintVertices& constraints, Col
     program.lists[1] = other_list.data();
     program.best = best.data();
     program.counts = counts;
-    run_team(threads, program);
+    run_team(executor, program);
   });
 }
 
@@ -57,29 +58,27 @@ void sort_colors(Coloring& coloring, ColorTables& tables, const ConstraintVertic
 }  // namespace
 
 void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints, std::uint64_t seed,
-                     int threads, RepairSwaps swaps) {
-  threads = resolve_threads(threads);
+                     const Executor& executor, RepairSwaps swaps) {
   ColorTables tables = make_color_tables(coloring, constraints);
   const Index bound = clique_bound(constraints);
   if (coloring.color_count > bound) {
-    lower_colors(coloring, constraints, tables, std::max(bound, 1), false, swaps, seed, threads);
+    lower_colors(coloring, constraints, tables, std::max(bound, 1), false, swaps, seed, executor);
   }
   close_color_gaps(coloring);
 }
 
 void limit_colors(Coloring& coloring, const ConstraintVertices& constraints, Index max_colors,
-                  std::uint64_t seed, int threads) {
+                  std::uint64_t seed, const Executor& executor) {
   if (max_colors < 1) {
     throw InvalidArgument("max_colors is " + std::to_string(max_colors) + "; it must be >= 1");
   }
-  threads = resolve_threads(threads);
   ColorTables tables = make_color_tables(coloring, constraints);
   if (coloring.color_count <= max_colors) {
     return;
   }
   sort_colors(coloring, tables, constraints);
   lower_colors(coloring, constraints, tables, max_colors, true, RepairSwaps::with_one, seed,
-               threads);
+               executor);
   for (Index& color : coloring.color_of) {
     color = color >= max_colors ? kOverflowColor : color;
   }

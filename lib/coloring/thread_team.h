@@ -5,14 +5,13 @@
 /// Teams (team.h) of CPU threads.
 
 #include <atomic>
-#include <barrier>
-#include <thread>
 #include <type_traits>
-#include <vector>
 
 #include "pbdsurg/core/types.h"
 
 #include "coloring/team.h"
+#include "core/executor_state.h"
+#include "core/step_team.h"
 
 namespace pbdsurg {
 
@@ -77,16 +76,15 @@ class SerialTeam {
 /// One of several threads. A group is one thread.
 class ThreadTeam {
  public:
-  ThreadTeam(Index thread, Index thread_count, std::barrier<>& barrier)
-      : thread_(thread), thread_count_(thread_count), barrier_(&barrier) {}
+  ThreadTeam(Index thread, StepTeam& team) : thread_(thread), team_(&team) {}
 
   [[nodiscard]] Index group() const noexcept { return thread_; }
-  [[nodiscard]] Index group_count() const noexcept { return thread_count_; }
+  [[nodiscard]] Index group_count() const noexcept { return team_->size(); }
   [[nodiscard]] Index lane() const noexcept { return 0; }
   [[nodiscard]] Index lane_count() const noexcept { return 1; }
   [[nodiscard]] Index worker() const noexcept { return thread_; }
-  [[nodiscard]] Index worker_count() const noexcept { return thread_count_; }
-  void barrier() { barrier_->arrive_and_wait(); }
+  [[nodiscard]] Index worker_count() const noexcept { return team_->size(); }
+  void barrier() noexcept { team_->barrier(thread_); }
 
   template <class F>
   SplitCounts split(Index count, F f, Index* one, Index* two = nullptr) {
@@ -125,48 +123,24 @@ class ThreadTeam {
 
  private:
   Index thread_;
-  Index thread_count_;
-  std::barrier<>* barrier_;
+  StepTeam* team_;
 };
 
-/// Runs program(team) on `threads` threads, the caller's among them; on the caller's alone where
-/// the system has no more, which changes nothing but the time.
-/// @param threads  >= 1
+/// Runs program(team) on the threads of an executor that names how many, else on the caller's
+/// alone.
 template <class Program>
-void run_team(int threads, const Program& program) {
-  enum Signal { wait, run, give_up };
-  if (threads > 1) {
-    std::barrier<> barrier(threads);
-    std::atomic<int> signal{wait};
-    std::vector<std::jthread> workers;
-    workers.reserve(static_cast<std::size_t>(threads) - 1);
-    try {
-      for (int thread = 1; thread < threads; ++thread) {
-        workers.emplace_back([&program, &barrier, &signal, thread, threads] {
-          signal.wait(wait);
-          if (signal == run) {
-            ThreadTeam team(thread, threads, barrier);
-            program(team);
-          }
-        });
-      }
-      signal = run;
-    } catch (...) {  // no more threads, or no memory for them
-      signal = give_up;
-    }
-    signal.notify_all();
-    if (signal == run) {
-      ThreadTeam team(0, threads, barrier);
+void run_team(const Executor& executor, const Program& program) {
+  ExecutorState* const state = executor.state();
+  const TeamLease lease(state, state != nullptr ? state->threads() : 1);
+  if (StepTeam* const threads = lease.team()) {
+    threads->run([&](int thread) {
+      ThreadTeam team(thread, *threads);
       program(team);
-      return;
-    }
+    });
+  } else {
+    SerialTeam team;
+    program(team);
   }
-  SerialTeam team;
-  program(team);
 }
-
-/// @return threads, at most eight a processor; for 0 one a processor
-/// @throws InvalidArgument  if it is negative
-[[nodiscard]] int resolve_threads(int threads);
 
 }  // namespace pbdsurg

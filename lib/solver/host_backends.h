@@ -20,7 +20,7 @@ std::unique_ptr<Backend> make_serial_backend();
 /// Null on a processor for whose vector registers nothing was compiled.
 std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options);
 
-/// @throws BackendUnavailable  see Solver
+/// The threaded one, unless the executor is serial or the processor has no vector registers for it.
 [[nodiscard]] std::unique_ptr<Backend> make_host_backend(const SolverOptions& options);
 
 }  // namespace pbdsurg

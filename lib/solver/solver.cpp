@@ -12,11 +12,12 @@
 #include "pbdsurg/core/random.h"
 
 #include "core/check.h"
+#include "core/executor_state.h"
 #include "solver/backend.h"
-#include "solver/cuda_hook.h"
 #include "solver/host_backends.h"
 #include "solver/neo_hookean_record.h"
 #include "solver/solver_data.h"
+#include "solver/solver_device.h"
 #include "solver/solver_input.h"
 #include "solver/solver_options.h"
 #include "solver/vertex_method.h"
@@ -43,27 +44,39 @@ std::unique_ptr<SolverData> make_data(const Tissue& tissue, SolverOptions option
   return build_solver_data(tissue, input_at_rest(tissue, options));
 }
 
-// Null if any will do and there is none.
-// @param data  made on the way
-std::unique_ptr<Backend> make_cuda_backend(const Tissue& tissue, const SolverOptions& options,
-                                           std::unique_ptr<SolverData>& data) {
-  const CudaHook* const hook = cuda_hook();
-  std::string why_not = "this program is not linked with pbdsurg::cuda";
-  if (hook != nullptr && hook->available(why_not)) {
-    data = make_data(tissue, options, device_composition(tissue, options));
+// @throws BackendUnavailable  if the device cannot
+std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverOptions& options) {
+  auto* const device = dynamic_cast<SolverDevice*>(options.executor.state()->device());
+  if (device == nullptr) {
+    throw BackendUnavailable(options.executor.name() + " steps no solvers");
+  }
+  std::unique_ptr<SolverData> data =
+      make_data(tissue, options, device_composition(tissue, options));
+  data->backend = device->make_backend(*data);
+  return data;
+}
+
+std::unique_ptr<SolverData> make_host_data(const Tissue& tissue, const SolverOptions& options) {
+  std::unique_ptr<SolverData> data = make_data(tissue, options, PlanComposition::nested);
+  data->backend = make_host_backend(options);
+  return data;
+}
+
+// @param options  with an executor
+std::unique_ptr<SolverData> make_data_with_backend(const Tissue& tissue, SolverOptions options) {
+  if (options.executor.kind() == ExecutorKind::device) {
+    const Executor instead = options.executor.state()->instead();
     try {
-      return hook->make(*data);
+      return make_device_data(tissue, options);
     } catch (const BackendUnavailable&) {  // for this tissue
-      if (options.backend == BackendKind::cuda) {
+      if (!instead) {
         throw;
       }
-      return nullptr;
     }
+    options.executor = instead;
+    options.device_strategy = DeviceStrategy::automatic;
   }
-  if (options.backend == BackendKind::cuda) {
-    throw BackendUnavailable("the CUDA backend is not available: " + why_not);
-  }
-  return nullptr;
+  return make_host_data(tissue, options);
 }
 
 CopyState& checked_copy(SolverData& data, Index copy) {
@@ -145,18 +158,12 @@ Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) 
   if (options.composition == PlanComposition::joint && tissue.version() != 0) {
     throw InvalidArgument("a joint plan is of tissue as a scene has it; this was edited");
   }
-  std::unique_ptr<SolverData> data;
-  std::unique_ptr<Backend> backend;
-  if (options.backend == BackendKind::cuda || options.backend == BackendKind::automatic) {
-    backend = make_cuda_backend(tissue, options, data);
+  SolverOptions wanted = options;
+  if (!wanted.executor) {
+    wanted.executor = executor::threads();
   }
-  if (backend == nullptr) {
-    backend = make_host_backend(options);
-    if (data == nullptr || options.composition == PlanComposition::automatic) {
-      data = make_data(tissue, options, PlanComposition::nested);
-    }
-  }
-  data->backend = std::move(backend);
+  wanted.coloring.executor = wanted.coloring.executor.or_else(wanted.executor);
+  std::unique_ptr<SolverData> data = make_data_with_backend(tissue, std::move(wanted));
   reserve_spare_room(tissue, options.spare);
   data->follow_tissue();
   data_ = std::move(data);

@@ -41,10 +41,6 @@ void check_ranges(const SolverOptions& options) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
   }
-  if (options.threads < 0) {
-    throw InvalidArgument("threads is " + std::to_string(options.threads) +
-                          "; it must be >= 1, or 0 for one a processor");
-  }
   if (options.copies < 1) {
     throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
   }
@@ -56,10 +52,8 @@ void check_ranges(const SolverOptions& options) {
                             "; it must be >= 0");
     }
   }
-  check_choice("backend kind", options.backend, BackendKind::cuda);
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
-  check_choice("way of waiting", options.wait, ThreadWait::block);
   check_choice("method", options.method, SolverMethod::vertex_block);
   check_choice("mode", options.mode, ProjectionMode::compliance);
   check_coloring_options(options.coloring);
@@ -70,33 +64,21 @@ void check_ranges(const SolverOptions& options) {
   throw InvalidArgument(option + ", which nothing would read; " + rule);
 }
 
-// An option that others leave without a reader would do nothing, in silence. The automatic backend
-// may become any of them.
+// An option that others leave without a reader would do nothing, in silence.
 void check_readers(const SolverOptions& options) {
   const bool moves_vertices = options.method == SolverMethod::vertex_block;
   if (options.over_relaxation != 1 && !moves_vertices) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
-  const bool may_take_any = options.backend == BackendKind::automatic;
-  if (!may_take_any && options.backend != BackendKind::threaded) {
-    if (options.threads > 1) {
-      refuse_unread("threads is " + std::to_string(options.threads),
-                    "it needs the threaded or the automatic backend");
-    }
-    if (options.wait != ThreadWait::yield) {
-      refuse_unread(options.wait == ThreadWait::spin ? "wait is spin" : "wait is block",
-                    "it needs the threaded or the automatic backend");
-    }
-  }
   if (options.device_strategy == DeviceStrategy::automatic) {
     return;
   }
-  if (!may_take_any && options.backend != BackendKind::cuda) {
+  if (!options.executor || options.executor.kind() != ExecutorKind::device) {
     constexpr const char* kNames[] = {"automatic", "stream", "graph", "cluster"};
     refuse_unread("device_strategy is " +
                       std::string(kNames[static_cast<std::size_t>(options.device_strategy)]),
-                  "it needs the cuda or the automatic backend");
+                  "it needs a CUDA device as executor");
   }
   if (options.device_strategy == DeviceStrategy::cluster && moves_vertices) {
     throw InvalidArgument(

@@ -7,7 +7,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "coloring/thread_team.h"
+#include "core/executor_state.h"
+#include "core/step_team.h"
 #include "solver/contact_stage.h"
 #include "solver/host_backends.h"
 #include "solver/lane_kernels.h"
@@ -16,7 +17,6 @@
 #include "solver/solver_data.h"
 #include "solver/state_report.h"
 #include "solver/step_program.h"
-#include "solver/step_team.h"
 #include "solver/thread_choice.h"
 #include "solver/vertex_method.h"
 
@@ -49,15 +49,12 @@ class ThreadedBackend final : public Backend {
  public:
   ThreadedBackend(const LaneKernels& kernels, const SolverOptions& options)
       : kernels_(kernels),
-        team_(resolve_threads(options.threads), options.wait),
-        threads_(team_.size()),
-        residuals_(static_cast<std::size_t>(team_.size())) {
-    if (options.threads == 0) {
-      choice_.emplace(team_.size());
+        executor_(options.executor),
+        residuals_(static_cast<std::size_t>(executor_.state()->most_threads())),
+        name_("threaded, " + executor_.name() + ", " + kernels_.name) {
+    if (executor_.state()->is_to_choose()) {
+      choice_.emplace(executor_.state()->most_threads());
     }
-    name_ = std::string("threaded, ") + (choice_ && team_.size() > 1 ? "up to " : "") +
-            std::to_string(team_.size()) + (team_.size() == 1 ? " thread, " : " threads, ") +
-            kernels_.name;
   }
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
@@ -89,7 +86,10 @@ class ThreadedBackend final : public Backend {
     using Clock = std::chrono::steady_clock;
     using Seconds = std::chrono::duration<double>;
     const Clock::time_point start = Clock::now();
-    threads_ = choice_ ? choice_->threads() : team_.size();
+    const int wanted = choice_ ? choice_->threads() : executor_.state()->most_threads();
+    const TeamLease lease(executor_.state(), wanted);
+    team_ = lease.team() != nullptr ? lease.team() : &alone_;
+    threads_ = std::min(wanted, team_->size());
     deadline_ = Clock::time_point::max();
     if (choice_ && choice_->limit() < kLongestLimit) {
       deadline_ = start + std::chrono::duration_cast<Clock::duration>(Seconds(choice_->limit()));
@@ -97,7 +97,7 @@ class ThreadedBackend final : public Backend {
     std::ranges::fill(residuals_, ThreadResidual{});
     plan_stages(data);
     StepReport report;
-    team_.run(threads_, [&](int thread) { step(data, dt, thread, report); });
+    team_->run(threads_, [&](int thread) { step(data, dt, thread, report); });
     report_vertices(data, report);
     report_tubes(data, report);
     for (const ThreadResidual& residual : residuals_) {
@@ -106,7 +106,7 @@ class ThreadedBackend final : public Backend {
       report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
       report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
     }
-    if (choice_) {
+    if (choice_ && threads_ == wanted) {
       choice_->took(Seconds(Clock::now() - start).count());
     }
     return report;
@@ -139,13 +139,13 @@ class ThreadedBackend final : public Backend {
 
   // All threads meet; the first thread then does the rest of the step alone if that takes too long.
   void meet(SolverData& data, Turn& turn) {
-    if (choice_ && turn.thread == 0 && !team_.is_alone() &&
+    if (choice_ && turn.thread == 0 && !team_->is_alone() &&
         deadline_ < std::chrono::steady_clock::now()) {
-      team_.dissolve();
+      team_->dissolve();
     }
-    if (!team_.barrier(turn.thread)) {
+    if (!team_->barrier(turn.thread)) {
       turn.threads = 0;
-    } else if (turn.threads > 1 && turn.thread == 0 && team_.is_alone()) {
+    } else if (turn.threads > 1 && turn.thread == 0 && team_->is_alone()) {
       turn.threads = 1;
       turn.vertices = vertices_of(data, 0, 1);
     }
@@ -400,9 +400,11 @@ class ThreadedBackend final : public Backend {
   }
 
   const LaneKernels& kernels_;
-  StepTeam team_;
+  Executor executor_;
+  StepTeam alone_{1};
+  StepTeam* team_ = &alone_;                        // of this step
   std::optional<ThreadChoice> choice_;              // where nobody said how many
-  int threads_;                                     // that begin a step
+  int threads_ = 1;                                 // that begin a step
   std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
   std::vector<Stage> stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]

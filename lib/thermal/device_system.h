@@ -2,16 +2,15 @@
 #pragma once
 
 /// @file
-/// Local systems that a device solves, and where pbdsurg::cuda, if a program links it, leaves word
-/// of its own. The core knows no more of it.
+/// Local systems that a device solves.
 
 #include <array>
 #include <memory>
 #include <span>
 
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 #include "pbdsurg/core/types.h"
-#include "pbdsurg/thermal/field_backend.h"
 
 #include "thermal/local_system.h"
 #include "thermal/system_rows.h"
@@ -54,44 +53,35 @@ class PBDSURG_API DeviceSystem {
   virtual LinearSolveReport solve(const DeviceSolve& input, std::span<double> x) = 0;
 };
 
-/// @return  a system on the device, never null
-/// @throws BackendUnavailable  if there is none, saying why
-using MakeDeviceSystem = std::unique_ptr<DeviceSystem> (*)();
+/// What heat and potential ask of a Device.
+class PBDSURG_API FieldDevice {
+ public:
+  virtual ~FieldDevice() = default;
 
-/// Called before main() by the static initialiser of pbdsurg::cuda, and by tests.
-/// @param make  or null
-/// @return      the one before, or null
-PBDSURG_API MakeDeviceSystem set_device_system_maker(MakeDeviceSystem make) noexcept;
+  /// @return  never null
+  /// @throws BackendUnavailable  if the device cannot, saying why
+  [[nodiscard]] virtual std::unique_ptr<DeviceSystem> make_system() = 0;
+};
 
-/// Rows from which an automatic choice asks a device. Measured on an H200 beside its Xeon: a
-/// potential in a ball of 1,100 vertices takes 0.16 to 0.18 ms there and 0.23 to 0.30 ms on one
-/// thread, of 850 vertices 0.12 and 0.10; heat of 1,040 rows takes as long on both, of 4,046 rows
-/// 0.22 and 0.38.
-inline constexpr Index kPotentialRowsWorthDevice = 1000;
-inline constexpr Index kHeatRowsWorthDevice = 1500;
-
-/// Whether a device solves, and the system on it: made once rows are worth it, or at construction
-/// where a device is asked for. A copy has the same wish, and makes a system of its own once it has
-/// rows for it.
+/// Whether a device solves, and the system on it, made once rows are worth it. A copy makes one of
+/// its own.
 class DeviceChoice {
  public:
-  /// @throws InvalidArgument     if the backend is none of FieldBackend
-  /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
-  explicit DeviceChoice(FieldBackend backend);
-  DeviceChoice(const DeviceChoice& other) noexcept : backend_(other.backend_) {}
+  /// @param device_rows  from which the executor solves, if it is a device
+  DeviceChoice(const Executor& executor, Index device_rows)
+      : executor_(executor), device_rows_(device_rows) {}
+  DeviceChoice(const DeviceChoice& other) noexcept
+      : executor_(other.executor_), device_rows_(other.device_rows_) {}
   DeviceChoice& operator=(const DeviceChoice&) = delete;
 
-  /// @param rows_worth  from which an automatic choice asks a device
-  /// @return            the system to solve so many rows with, valid while this lives; null: the
-  ///                    CPU is asked for, or the choice is automatic and there is no device or too
-  ///                    few rows
-  /// @throws Error      if a device cannot be opened, as the constructor
-  [[nodiscard]] DeviceSystem* find(Index rows, Index rows_worth);
+  /// @return  the system to solve so many rows with, valid while this lives; null: on the host
+  /// @throws BackendUnavailable  if the device cannot, and no other executor is to work instead
+  /// @throws Error               if the device fails
+  [[nodiscard]] DeviceSystem* find(Index rows);
 
  private:
-  void look();
-
-  FieldBackend backend_;
+  Executor executor_;
+  Index device_rows_;
   bool has_looked_ = false;               // for a device
   std::unique_ptr<DeviceSystem> system_;  // null: none
 };

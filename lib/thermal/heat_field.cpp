@@ -26,7 +26,7 @@ const HeatOptions& checked(const HeatOptions& options) {
   check(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance,
         "in (0, 1)");
   check_range("most_iterations", options.most_iterations, 1, 1e6);
-  check_range("threads", options.threads, 1, 256);
+  check_not_negative("device_rows", options.device_rows);
   return options;
 }
 
@@ -44,7 +44,7 @@ void check_power(const char* what, Index id, double power) {
 }  // namespace
 
 HeatField::RegionPointer::RegionPointer(const HeatOptions& options)
-    : region_(std::make_unique<HeatRegion>(options.threads, options.wait, options.backend)) {}
+    : region_(std::make_unique<HeatRegion>(options.executor, options.device_rows)) {}
 HeatField::RegionPointer::RegionPointer(const RegionPointer& other) {
   other.check();
   region_ = std::make_unique<HeatRegion>(*other.region_);
@@ -88,11 +88,6 @@ HeatField::HeatField(ThermalMesh mesh, const ThermalModel& model, const HeatOpti
     mesh_.tissue().add_follower(mesh_, FollowerRank::heat);  // which may be a copy
     mesh_.tissue().add_follower(*this, FollowerRank::heat);
   }
-}
-
-const std::shared_ptr<StepTeam>& HeatField::team() const {
-  region_.check();
-  return region_->team();
 }
 
 void HeatField::resize(std::size_t vertex_count) {

@@ -195,7 +195,7 @@ void HeatRegion::set_temperatures(const ThermalMesh& mesh, std::span<const doubl
 
 // Returns the device, if it has the system as it is now.
 DeviceSystem* HeatRegion::move_to_device() {
-  DeviceSystem* const device = device_.choice.find(system_.row_count(), kHeatRowsWorthDevice);
+  DeviceSystem* const device = device_.choice.find(system_.row_count());
   if (device == nullptr) {
     return nullptr;
   }
@@ -215,14 +215,14 @@ HeatRegion::Solution HeatRegion::solve(std::span<const double> added, std::span<
                                        std::span<double> x, const LinearSolveOptions& options) {
   try {
     if (DeviceSystem* const device = move_to_device()) {
-      return {device->solve({.added = added, .b = b, .options = options}, x), FieldBackend::cuda};
+      return {device->solve({.added = added, .b = b, .options = options}, x), true};
     }
   } catch (...) {
     device_.has_old_rows = true;
     throw;
   }
   system_.set_added(added);
-  return {system_.solve(b, x, options), FieldBackend::cpu};
+  return {system_.solve(b, x, options), false};
 }
 
 }  // namespace pbdsurg

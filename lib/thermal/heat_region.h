@@ -10,11 +10,9 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/thermal/thermal_mesh.h"
 
-#include "solver/step_team.h"
 #include "thermal/device_system.h"
 #include "thermal/local_system.h"
 
@@ -26,15 +24,9 @@ namespace pbdsurg {
 /// another order.
 class HeatRegion {
  public:
-  /// @param threads  >= 1, those that share large systems
-  /// @throws BackendUnavailable  if a device is asked for and there is none, saying why
-  HeatRegion(int threads, ThreadWait wait, FieldBackend backend)
-      : team_(threads > 1 ? std::make_shared<StepTeam>(threads, wait) : nullptr),
-        system_(team_.get()),
-        device_(backend) {}
-
-  /// Null for one thread.
-  [[nodiscard]] const std::shared_ptr<StepTeam>& team() const noexcept { return team_; }
+  /// @param device_rows  from which a device solves, where the executor is one
+  HeatRegion(const Executor& executor, Index device_rows)
+      : system_(executor), device_(executor, device_rows) {}
 
   [[nodiscard]] std::span<const Index> vertices() const noexcept { return vertices_; }
 
@@ -82,7 +74,7 @@ class HeatRegion {
 
   struct Solution {
     LinearSolveReport report;
-    FieldBackend backend;
+    bool is_on_device;
   };
 
   /// Solves the system with `added` on its diagonal, as LocalSystem.
@@ -93,7 +85,7 @@ class HeatRegion {
  private:
   // A copy knows no rows yet.
   struct Device {
-    explicit Device(FieldBackend wanted) : choice(wanted) {}
+    Device(const Executor& executor, Index rows) : choice(executor, rows) {}
     Device(const Device& other) : choice(other.choice) {}
     Device& operator=(const Device&) = delete;
 
@@ -109,7 +101,6 @@ class HeatRegion {
   void drop_gone(const ThermalMesh& mesh, bool needs_surfaces);
   [[nodiscard]] DeviceSystem* move_to_device();
 
-  std::shared_ptr<StepTeam> team_;  // shared by copies, which must not step at the same time
   LocalSystem system_;
   Device device_;
   std::vector<Index> vertices_;  // ascending

@@ -269,10 +269,10 @@ HeatReport HeatField::step(double dt, std::span<const HeatSource> sources,
   int rings = kRings;
   do {
     fill_rows(dt, sources, tet_sources);
-    const auto [solve, backend] = region_->solve(
+    const auto [solve, is_on_device] = region_->solve(
         added_, right_, increments_,
         {.tolerance = options_.tolerance, .most_iterations = options_.most_iterations});
-    report.backend = backend;
+    report.is_on_device = is_on_device;
     report.iterations += solve.iterations;
     report.residual = solve.residual;
     report.converged = solve.converged;

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "solver/step_team.h"
-#include "thermal/shared_work.h"
+#include "core/shared_work.h"
 
 namespace pbdsurg {
 namespace {
@@ -18,27 +17,15 @@ constexpr Index kRowsPerPiece = 128;
 // Of its own diagonal: a smaller pivot is what rounding leaves of a group that nothing holds.
 constexpr double kLeastPivot = 1e-12;
 
-struct Worker {
-  StepTeam* team;  // null: alone
-  int thread;
-  int count;
-
-  void barrier() const noexcept {
-    if (team != nullptr) {
-      team->barrier(thread);
-    }
+// Calls visit(piece) for a worker's share of the pieces.
+template <class Visit>
+void for_each_piece(const Worker& worker, Index pieces, Visit visit) {
+  const auto first = static_cast<Index>(std::int64_t{pieces} * worker.thread / worker.count);
+  const auto last = static_cast<Index>(std::int64_t{pieces} * (worker.thread + 1) / worker.count);
+  for (Index piece = first; piece < last; ++piece) {
+    visit(piece);
   }
-
-  // Calls visit(piece) for this worker's share of the pieces.
-  template <class Visit>
-  void for_each_piece(Index pieces, Visit visit) const {
-    const auto first = static_cast<Index>(std::int64_t{pieces} * thread / count);
-    const auto last = static_cast<Index>(std::int64_t{pieces} * (thread + 1) / count);
-    for (Index piece = first; piece < last; ++piece) {
-      visit(piece);
-    }
-  }
-};
+}
 
 double sum_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
@@ -50,9 +37,7 @@ template <class Job>
 void LocalSystem::share(int passes, const Job& job) const {
   const std::int64_t visits =
       row_count() < kRowsWorthThreads ? 0 : std::int64_t{row_count()} * passes;
-  share_work(team_, visits, [&](int thread, int count) {
-    job(Worker{count > 1 ? team_ : nullptr, thread, count});
-  });
+  share_work(executor_, visits, job);
 }
 
 void LocalSystem::set_rows(Index row_count, std::span<const Tet> tets) {
@@ -132,7 +117,7 @@ void LocalSystem::sum_row(Index row, std::span<const std::array<double, 6>> cond
 
 void LocalSystem::set_couplings(std::span<const std::array<double, 6>> conductances) {
   share(1, [&](const Worker& worker) {
-    worker.for_each_piece(piece_count(), [&](Index piece) {
+    for_each_piece(worker, piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         sum_row(row, conductances);
       }
@@ -162,7 +147,7 @@ SystemRows LocalSystem::rows() const noexcept {
 
 void LocalSystem::flows(std::span<const double> x, std::span<double> out) const {
   share(1, [&](const Worker& worker) {
-    worker.for_each_piece(piece_count(), [&](Index piece) {
+    for_each_piece(worker, piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         double flow = 0;
         for (Index e = starts_[row]; e < starts_[row + 1]; ++e) {
@@ -176,7 +161,7 @@ void LocalSystem::flows(std::span<const double> x, std::span<double> out) const 
 
 void LocalSystem::sum_at_corners(std::span<const double> values, std::span<double> out) const {
   share(1, [&](const Worker& worker) {
-    worker.for_each_piece(piece_count(), [&](Index piece) {
+    for_each_piece(worker, piece_count(), [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         out[row] = 0;
         for (Index i = row_tet_starts_[row]; i < row_tet_starts_[row + 1]; ++i) {
@@ -268,7 +253,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
                           bool starts_at_zero, const LinearSolveOptions& options,
                           LinearSolveReport& report) {
   const Index pieces = piece_count();
-  worker.for_each_piece(pieces, [&](Index piece) {
+  for_each_piece(worker, pieces, [&](Index piece) {
     double squares = 0, squares_of_zero = 0, total = 0;
     for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
       residual_[row] = direction_[row] = product_[row] = 0;
@@ -297,7 +282,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
   double squares = sum_of(sums_);
   if (scale == 0 && squares > 0) {
     worker.barrier();  // all have read the sums
-    worker.for_each_piece(pieces, [&](Index piece) {
+    for_each_piece(worker, pieces, [&](Index piece) {
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         x[row] = inverses_[row] > 0 ? 0 : x[row];
       }
@@ -320,7 +305,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
     }
     const double share_of_last = iterations == 0 ? 0 : product / last_product;
     last_product = product;
-    worker.for_each_piece(pieces, [&](Index piece) {
+    for_each_piece(worker, pieces, [&](Index piece) {
       const double constant = is_grouped_ ? correction[piece] : 0;
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         const double start = inverses_[row] > 0 ? constant : 0;
@@ -328,7 +313,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
       }
     });
     worker.barrier();
-    worker.for_each_piece(pieces, [&](Index piece) {
+    for_each_piece(worker, pieces, [&](Index piece) {
       double curvature = 0;
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         if (inverses_[row] == 0) {
@@ -350,7 +335,7 @@ void LocalSystem::iterate(const Worker& worker, std::span<const double> b, std::
       break;  // all that rounding leaves, or not a number from the caller
     }
     ++iterations;
-    worker.for_each_piece(pieces, [&](Index piece) {
+    for_each_piece(worker, pieces, [&](Index piece) {
       double squares_here = 0, total = 0;
       for (Index row = pieces_[piece]; row < pieces_[piece + 1]; ++row) {
         x[row] += length * direction_[row];

@@ -6,15 +6,15 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/types.h"
 
 #include "thermal/system_rows.h"
 
 namespace pbdsurg {
-
-class StepTeam;
 
 struct LinearSolveOptions {
   double tolerance = 1e-6;    ///< of the residual, relative to that of x = 0 on the free rows
@@ -48,8 +48,8 @@ class LocalSystem {
   /// them each time would cost as much as several iterations.
   static constexpr int kMostUsesOfInverse = 10;
 
-  /// @param team  shares the work on systems that are large enough; may be null; outlives this
-  explicit LocalSystem(StepTeam* team = nullptr) : team_(team) {}
+  /// @param executor  shares the work on systems that are large enough
+  explicit LocalSystem(Executor executor = {}) : executor_(std::move(executor)) {}
 
   /// Takes new rows, coupled where they share a tetrahedron; all couplings are then zero, nothing
   /// is added and nothing grouped. Cost: O(rows + tets).
@@ -112,7 +112,7 @@ class LocalSystem {
   void prepare();
   void invert_groups();
 
-  StepTeam* team_;
+  Executor executor_;
   std::vector<Index> row_tet_starts_;  // [row_count + 1]
   std::vector<RowTet> row_tets_;       // [4 tet_count] those of a row in the order of tets
   std::vector<Index> starts_;          // [row_count + 1]

@@ -16,14 +16,12 @@
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "coloring/thread_team.h"
 #include "core/check.h"
-#include "solver/step_team.h"
+#include "core/shared_work.h"
 #include "thermal/contact_region.h"
 #include "thermal/device_system.h"
 #include "thermal/local_system.h"
 #include "thermal/region_conductances.h"
-#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
@@ -48,7 +46,7 @@ void check_size(const char* what, std::span<T> values, Index count) {
   }
 }
 
-PotentialOptions checked(PotentialOptions options) {
+const PotentialOptions& checked(const PotentialOptions& options) {
   check(options.region_radii > 1 && std::isfinite(options.region_radii), "region_radii",
         options.region_radii, "> 1 and finite");
   check(options.tolerance > 0 && options.tolerance < 1, "tolerance", options.tolerance,
@@ -56,7 +54,7 @@ PotentialOptions checked(PotentialOptions options) {
   check(options.most_iterations >= 0, "most_iterations", options.most_iterations, ">= 0");
   check(options.conductivity_change >= 0, "conductivity_change", options.conductivity_change,
         ">= 0");
-  options.threads = resolve_threads(options.threads);
+  check_not_negative("device_rows", options.device_rows);
   return options;
 }
 
@@ -70,12 +68,11 @@ double film(const PatchVertex& touched, double coupling_sum) {
 }  // namespace
 
 struct PotentialField::Work final : Follower {
-  // @param shared  null: a team of its own
-  Work(const ThermalMesh& of, const PotentialOptions& wanted, std::shared_ptr<StepTeam> shared)
+  Work(const ThermalMesh& of, const PotentialOptions& wanted)
       : mesh(of),
         options(wanted),
-        team(shared ? std::move(shared) : std::make_shared<StepTeam>(wanted.threads, wanted.wait)),
-        device(wanted.backend),
+        system(wanted.executor),
+        device(wanted.executor, wanted.device_rows),
         around(of, wanted.region_radii) {
     if (!of.is_by_itself()) {
       of.tissue().add_follower(*this, FollowerRank::heat);
@@ -104,8 +101,7 @@ struct PotentialField::Work final : Follower {
 
   const ThermalMesh& mesh;
   PotentialOptions options;
-  std::shared_ptr<StepTeam> team;
-  LocalSystem system{team.get()};
+  LocalSystem system;
   DeviceChoice device;
   DeviceSystem* on_device = nullptr;  // that solves in this region; null: system does
   ContactRegion around;
@@ -121,14 +117,12 @@ struct PotentialField::Work final : Follower {
 };
 
 PotentialField::PotentialField(const ThermalMesh& mesh, const PotentialOptions& options)
-    : work_(std::make_unique<Work>(mesh, checked(options), nullptr)) {}
+    : work_(std::make_unique<Work>(mesh, checked(options))) {}
 
 PotentialField::PotentialField(const HeatField& field, const PotentialOptions& options) {
-  const PotentialOptions wanted = checked(options);
-  const std::shared_ptr<StepTeam>& team = field.team();
-  const bool is_alike =
-      field.options_.threads == wanted.threads && field.options_.wait == wanted.wait;
-  work_ = std::make_unique<Work>(field.mesh(), wanted, is_alike ? team : nullptr);
+  PotentialOptions wanted = checked(options);
+  wanted.executor = wanted.executor.or_else(field.executor());
+  work_ = std::make_unique<Work>(field.mesh(), wanted);
 }
 
 PotentialField::~PotentialField() = default;
@@ -251,7 +245,7 @@ void PotentialField::Work::enter_region() {
 }
 
 void PotentialField::Work::move_to_device() {
-  on_device = device.find(system.row_count(), kPotentialRowsWorthDevice);
+  on_device = device.find(system.row_count());
   if (on_device != nullptr && !on_device->set_rows(system.rows(), region().corners)) {
     on_device = nullptr;
   }
@@ -320,7 +314,7 @@ void PotentialField::Work::solve() {
             .has_converged = solution.converged,
             .vertex_count = static_cast<Index>(rows),
             .lost_count = around.patch_size() - static_cast<Index>(around.seeds().size()),
-            .backend = on_device != nullptr ? FieldBackend::cuda : FieldBackend::cpu};
+            .is_on_device = on_device != nullptr};
 }
 
 // With its heat, on the device.
@@ -345,9 +339,9 @@ void PotentialField::Work::sum_heat() {
     return;
   }
   const std::span<const Tet> corners = region().corners;
-  share_work(team.get(), std::ssize(corners), [&](int thread, int count) {
-    const std::size_t first = corners.size() * thread / count;
-    const std::size_t end = corners.size() * (thread + 1) / count;
+  share_work(options.executor, std::ssize(corners), [&](const Worker& worker) {
+    const std::size_t first = corners.size() * worker.thread / worker.count;
+    const std::size_t end = corners.size() * (worker.thread + 1) / worker.count;
     for (std::size_t i = first; i < end; ++i) {
       std::array<double, 4> at;
       std::ranges::transform(corners[i], at.begin(), [&](Index row) { return potentials[row]; });

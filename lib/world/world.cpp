@@ -339,6 +339,7 @@ std::uint64_t Replica::state_hash() const {
 }
 
 World::World(const SolverOptions& options) : data_(std::make_unique<Data>(options)) {}
+World::World(const Executor& executor) : World(SolverOptions{.executor = executor}) {}
 World::World(const Scene& scene, std::span<const TissueRecord> tissues,
              const ConnectiveTissue& strands, const SolverOptions& options)
     : World(options) {
@@ -481,11 +482,15 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
                             "' is burnt by another cautery already");
     }
   }
+  CauteryOptions wanted = options;
+  for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
+    *executor = executor->or_else(data.solver->options().executor);
+  }
   data.burners.push_back(std::make_unique<Burner>(Burner{tool,
                                                          {bodies.begin(), bodies.end()},
                                                          electrode,
                                                          std::nullopt,
-                                                         Cautery(*data.tissue, burnt, options)}));
+                                                         Cautery(*data.tissue, burnt, wanted)}));
   data.refresh();
   return CauteryId(static_cast<Index>(data.burners.size()) - 1);
 }

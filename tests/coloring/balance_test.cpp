@@ -29,7 +29,7 @@ TEST_CASE("balance: valid, of no more colours, no less even, on any threads", "[
           measure_coloring(before, constraints).relative_deviation);
     for (const int threads : {2, 3, 8}) {
       Coloring other = before;
-      balance_coloring(other, constraints, 9, threads);
+      balance_coloring(other, constraints, 9, executor::threads(threads));
       CHECK(other == coloring);
     }
   }
@@ -67,7 +67,7 @@ TEST_CASE("balance: even where no single constraint is free to move", "[benchmar
     CHECK(statistics.colors == before.color_count);
     CHECK(statistics.relative_deviation <= 0.005);
     Coloring other = before;
-    balance_coloring(other, constraints, 0, 3);
+    balance_coloring(other, constraints, 0, executor::threads(3));
     CHECK(other == coloring);
   };
   for (const Organ organ : {Organ::calot_fat, Organ::liver}) {

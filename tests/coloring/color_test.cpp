@@ -41,7 +41,7 @@ TEST_CASE("color: a name stands for the function, and the seed reaches it", "[un
   options.algorithm = ColoringAlgorithm::random_disc;
   options.disc = {Palette::conflicts, 2.2};
   CHECK(color_constraints(constraints, options) ==
-        color_random_disc(constraints, 11, 1, {Palette::conflicts, 2.2}));
+        color_random_disc(constraints, 11, {}, {Palette::conflicts, 2.2}));
 }
 
 TEST_CASE("color: repairs, then limits, then balances", "[unit]") {

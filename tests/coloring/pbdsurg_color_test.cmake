@@ -30,7 +30,7 @@ string(JSON tets GET "${out}" tets)
 
 # One colour a line for every constraint; the keys in their order.
 set(first constraints colors clique_bound rsd top10 mid80 last10 ms valid max_over_mean overflow
-    algorithm order backend seed threads)
+    algorithm order executor seed)
 foreach(kind distance volume joint vertex)
   run(0 "\"valid\": true" "^$" color organ.msh --constraints ${kind} --algorithm greedy
       --order saturation --output ${kind}.txt --json)
@@ -68,8 +68,8 @@ expect("joint colours" "${joint}" "${volume}")
 # No number of threads changes a byte, whatever is asked for.
 foreach(algorithm greedy luby jones_plassmann random_disc)
   foreach(threads 1 2 5)
-    run(0 "\"threads\": ${threads}" "^$" color organ.msh --constraints volume
-        --algorithm ${algorithm} --repair --balance --seed 7 --threads ${threads}
+    run(0 "\"executor\": \"threads:${threads}\"" "^$" color organ.msh --constraints volume
+        --algorithm ${algorithm} --repair --balance --seed 7 --executor threads:${threads}
         --output ${algorithm}-${threads}.txt --json)
     file(SHA256 "${FOLDER}/${algorithm}-${threads}.txt" hash_${threads})
   endforeach()
@@ -173,14 +173,13 @@ refuse("--shrink 3 is for" ${tets_by} random_disc --shrink 3)
 refuse("shrink is 0.5" ${tets_by} random_disc --palette conflicts --shrink 0.5)
 refuse("'-1' is no whole number from 0 to 18446744073709551615" ${tets_by} luby --seed -1)
 refuse("'18446744073709551616' is no" ${tets_by} luby --seed 18446744073709551616)
-refuse("'-2' is no whole number from 0 to 2147483647" ${tets_by} luby --threads -2)
-refuse("'4294967297' is no whole number" ${tets_by} luby --threads 4294967297)
-refuse("'1.5' is no whole number" ${tets_by} luby --threads 1.5)
+foreach(name threads:-2 threads:4294967297 threads:1.5 threads: threads:2x thread cuda:x tpu)
+  refuse("no executor '${name}'" ${tets_by} luby --executor ${name})
+endforeach()
 refuse("'0' is no whole number from 1" ${tets_by} luby --max-colors 0)
 refuse("'1e20' is no whole number" ${tets_by} luby --seed 1e20)
 refuse("shrink is nan" ${tets_by} random_disc --palette conflicts --shrink nan)
 refuse("'inch' is none of" ${tets_by} luby --unit inch)
-refuse("'tpu' is none of cpu.cuda" ${tets_by} luby --backend tpu)
 if(NOT HAS_CUDA)
-  refuse("PBDSURG_ENABLE_CUDA=ON" ${tets_by} luby --backend cuda)
+  refuse("this build has no CUDA" ${tets_by} luby --executor cuda)
 endif()

@@ -27,7 +27,7 @@ TEST_CASE("random_disc: ends with a valid colouring, whatever the palette", "[pr
     for (const RandomDiscOptions& options : kPalettes) {
       INFO(sample.name << ", shrink " << options.shrink);
       const ConstraintVertices constraints = sample.view();
-      const Coloring coloring = color_random_disc(constraints, 7, 1, options);
+      const Coloring coloring = color_random_disc(constraints, 7, {}, options);
 
       CHECK_FALSE(find_conflict(coloring, constraints));
       CHECK(testing::has_no_gap(coloring));
@@ -40,12 +40,12 @@ TEST_CASE("random_disc: the result depends on the seed, not on the threads", "[p
   for (const testing::SampleConstraints& sample : testing::all_samples()) {
     for (const RandomDiscOptions& options : kPalettes) {
       INFO(sample.name << ", shrink " << options.shrink);
-      const Coloring one = color_random_disc(sample.view(), 3, 1, options);
+      const Coloring one = color_random_disc(sample.view(), 3, {}, options);
       for (const int threads : {2, 3, 8}) {
-        CHECK(color_random_disc(sample.view(), 3, threads, options) == one);
+        CHECK(color_random_disc(sample.view(), 3, executor::threads(threads), options) == one);
       }
       if (one.color_of.size() > 1000) {
-        CHECK(color_random_disc(sample.view(), 4, 1, options) != one);
+        CHECK(color_random_disc(sample.view(), 4, {}, options) != one);
       }
     }
   }
@@ -60,19 +60,18 @@ TEST_CASE("random_disc: the palette decides how even the colours are", "[benchma
 
   const auto even = measure_coloring(color_random_disc(constraints), constraints);
   const auto paper = measure_coloring(
-      color_random_disc(constraints, 0, 1, {Palette::conflicts, 2.2}), constraints);
+      color_random_disc(constraints, 0, {}, {Palette::conflicts, 2.2}), constraints);
 
   CHECK(paper.relative_deviation > 1.2 * even.relative_deviation);
   CHECK(even.colors <= even.clique_bound + 4);
 }
 
 TEST_CASE("random_disc: options out of range are refused", "[unit]") {
-  CHECK_THROWS_AS(color_random_disc({}, 0, 1, {Palette::conflicts, 0.5}), InvalidArgument);
+  CHECK_THROWS_AS(color_random_disc({}, 0, {}, {Palette::conflicts, 0.5}), InvalidArgument);
   CHECK_THROWS_AS(
-      color_random_disc({}, 0, 1, {Palette::conflicts, std::numeric_limits<double>::quiet_NaN()}),
+      color_random_disc({}, 0, {}, {Palette::conflicts, std::numeric_limits<double>::quiet_NaN()}),
       InvalidArgument);
-  CHECK_THROWS_AS(color_random_disc({}, 0, 1, {static_cast<Palette>(9), 2}), InvalidArgument);
-  CHECK_THROWS_AS(color_random_disc({}, 0, -2), InvalidArgument);
+  CHECK_THROWS_AS(color_random_disc({}, 0, {}, {static_cast<Palette>(9), 2}), InvalidArgument);
 }
 
 }  // namespace pbdsurg

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/cuda/device.h"
 #include "pbdsurg/solver/solver.h"
 
 #include "support/catch.h"
@@ -21,7 +22,7 @@ constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 SolverOptions options_of(const Variant& variant, DeviceStrategy strategy) {
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = strategy;
   return options;
 }
@@ -53,7 +54,7 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
   }
   const SolverOptions options = options_of(variant, strategy);
   SolverOptions alone = options;
-  alone.backend = BackendKind::serial;
+  alone.executor = executor::serial();
   alone.device_strategy = DeviceStrategy::automatic;
 
   const testing::CopiesComparison result = testing::compare_copies(
@@ -86,7 +87,7 @@ TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[dev
 
 TEST_CASE("cuda copies: reading some vertices of a copy", "[device]") {
   Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
-                {.copies = 3, .backend = BackendKind::cuda});
+                {.copies = 3, .executor = cuda::device()});
   for (Index copy = 0; copy < 3; ++copy) {
     std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()));
     for (Eigen::Vector3f& v : velocities) {
@@ -108,7 +109,7 @@ TEST_CASE("cuda copies: reading some vertices of a copy", "[device]") {
 
 TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[device]") {
   Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
-                {.copies = 4, .backend = BackendKind::cuda, .math = MathMode::strict});
+                {.copies = 4, .executor = cuda::device(), .math = MathMode::strict});
   std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
                                           Eigen::Vector3f::Zero());
   velocities[77].x() = std::numeric_limits<float>::max();
@@ -130,7 +131,7 @@ TEST_CASE("cuda copies: each takes the memory of its state", "[device]") {
     scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1));
     Solver solver(scene, {.iterations = 1,
                           .copies = copies,
-                          .backend = BackendKind::cuda,
+                          .executor = cuda::device(),
                           .device_strategy = DeviceStrategy::graph});
     solver.step(kTimeStep);
     return solver.memory_bytes();

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "pbdsurg/cuda/device.h"
+
 #include "support/catch.h"
 
 namespace pbdsurg {
@@ -15,7 +17,7 @@ TEST_CASE("cuda edits: any edits leave the serial bits", "[device]") {
   constexpr std::uint64_t kTrials = 300;
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     const std::string wrong =
-        testing::run_edit_trial(testing::bytes_of_trial(seed), BackendKind::cuda);
+        testing::run_edit_trial(testing::bytes_of_trial(seed), cuda::device());
     INFO("seed " << seed);
     REQUIRE(wrong == "");
   }

@@ -131,7 +131,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
                << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
                << " colors, damping " << variant.damping);
   SolverOptions options = pbdsurg::testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   options.contact_capacity = 7;
   options.damping = 0;
   Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
@@ -308,7 +308,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
                         .iterations = 2,
                         .over_relaxation = 1.5F,
                         .contact_capacity = 7,
-                        .backend = BackendKind::serial,
+                        .executor = executor::serial(),
                         .composition = PlanComposition::separate};
   Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
                 options);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/cuda/device.h"
 #include "pbdsurg/tissue/tissue.h"
 
 #include "support/catch.h"
@@ -82,9 +83,9 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
   }
   const Scene scene = make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = strategy;
   Solver device(scene, options);
   REQUIRE(device.plan().name == serial.plan().name);
@@ -137,9 +138,9 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
   const Scene scene = make_block({6, 5, 5}, method);
   SolverOptions options{.method = method, .substeps = 3, .iterations = 2, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = strategy;
   Solver device(scene, options);
   for (int i = 0; i < 30; ++i) {
@@ -182,9 +183,9 @@ TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
   const Scene scene = make_block({4, 3, 3});
   SolverOptions options{.substeps = 1, .iterations = 200, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = DeviceStrategy::cluster;
   Solver device(scene, options);
   for (int i = 0; i < 100; ++i) {
@@ -195,12 +196,12 @@ TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
 }
 
 TEST_CASE("cuda solver: a scene of nothing, and one of vertices alone, step", "[device]") {
-  Solver empty(Scene{}, {.backend = BackendKind::cuda});
+  Solver empty(Scene{}, {.executor = cuda::device()});
   CHECK(equal(empty.step(kTimeStep), StepReport{}));
   Scene scene;
   const std::array<Eigen::Vector3d, 2> positions{Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()};
   scene.add_particles("two", positions, 1e-3);
-  Solver falling(scene, {.backend = BackendKind::cuda});
+  Solver falling(scene, {.executor = cuda::device()});
   falling.step(kTimeStep);
   CHECK(falling.positions()[1].y() < 1);
 }
@@ -227,9 +228,9 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 2e-3; });
   SolverOptions options{.mode = mode, .substeps = 2, .iterations = 3, .math = MathMode::strict};
   options.composition = composition;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = DeviceStrategy::cluster;
   Solver device(scene, options);
   std::vector<Eigen::Vector3f> stretched = serial.positions();
@@ -275,9 +276,9 @@ TEST_CASE("cuda solver: domains of a nested plan have the serial bits", "[device
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 2e-3; });
   SolverOptions options{.substeps = 2, .math = MathMode::strict};
   options.composition = PlanComposition::nested;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   Solver device(scene, options);
   std::vector<Eigen::Vector3f> stretched = serial.positions();
   for (Eigen::Vector3f& x : stretched) {
@@ -308,9 +309,9 @@ TEST_CASE("cuda solver: hinges have the serial bits by each strategy, through ed
   if (!by_vertices && strategy != DeviceStrategy::cluster) {
     options.coloring.max_colors = GENERATE(0, 6);
   }
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.device_strategy = strategy;
   Solver device(scene, options);
   std::vector<Eigen::Vector3f> folded = serial.positions();
@@ -353,7 +354,7 @@ TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "
   }
   SolverOptions options{.mode = mode,
                         .damping = 5,
-                        .backend = BackendKind::cuda,
+                        .executor = cuda::device(),
                         .math = MathMode::strict,
                         .composition = composition};
   Solver strict(scene, options);
@@ -384,7 +385,7 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
                         .substeps = 2,
                         .iterations = 3,
                         .damping = 5,
-                        .backend = BackendKind::cuda,
+                        .executor = cuda::device(),
                         .math = MathMode::strict};
   Solver strict(scene, options);
   options.math = MathMode::fast;
@@ -414,10 +415,10 @@ TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes o
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   INFO("method " << static_cast<int>(method));
   const Scene scene = make_block({6, 5, 5}, method);
-  SolverOptions options{.method = method, .backend = BackendKind::cuda, .math = MathMode::strict};
+  SolverOptions options{.method = method, .executor = cuda::device(), .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   Solver device(scene, options);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
   std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(scene.vertex_count()),
                                           Eigen::Vector3f::Zero());
@@ -435,23 +436,23 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   SolverOptions options;
   Solver chosen(make_block(), options);
   CHECK_THAT(chosen.backend_name(), ContainsSubstring("cuda") && ContainsSubstring("fast"));
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   const Solver serial(make_block(), options);
   CHECK(chosen.memory_bytes() > serial.memory_bytes());
 
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   options.method = SolverMethod::vertex_block;
   const Scene soft = make_block({6, 5, 5}, options.method);
   CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("graph"));
   options.device_strategy = DeviceStrategy::cluster;
   CHECK_THROWS_WITH(Solver(soft, options), ContainsSubstring("vertex-block"));
   options.device_strategy = DeviceStrategy::automatic;
-  options.backend = BackendKind::automatic;
+  options.executor = cuda::best();
   CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));
 }
 
 TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
-  SolverOptions options{.backend = BackendKind::cuda,
+  SolverOptions options{.executor = cuda::device(),
                         .device_strategy = DeviceStrategy::cluster,
                         .composition = PlanComposition::joint};
   CHECK_THROWS_AS(Solver(make_block(), options), BackendUnavailable);
@@ -470,9 +471,9 @@ TEST_CASE("cuda solver: an edit within a step is one after it", "[device]") {
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const Scene scene = make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver after(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = cuda::device();
   Solver within(scene, options);
 
   testing::check_edits_within_steps(within, after, [](const TopologyEdit&) {});
@@ -483,7 +484,7 @@ TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", 
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(
       make_block({20, 20, 20}, method),
-      {.method = method, .backend = BackendKind::cuda, .composition = PlanComposition::separate});
+      {.method = method, .executor = cuda::device(), .composition = PlanComposition::separate});
   solver.step(kTimeStep);
   const std::size_t before = solver.memory_bytes();
   for (Index t = 0; t < 20; ++t) {

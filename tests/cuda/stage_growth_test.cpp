@@ -29,9 +29,7 @@ namespace {
 
 using pbdsurg::testing::Choices;
 using pbdsurg::testing::EditMaker;
-using pbdsurg::testing::HookGuard;
 using pbdsurg::testing::inspect;
-using pbdsurg::testing::kFakeDeviceHook;
 using testing::have_serial_bits;
 using testing::HostStages;
 using testing::stretch;
@@ -195,7 +193,6 @@ TopologyEdit make_edit(const Solver& solver, Choices& choices) {
 // that stay behind; stages in another order than phases; and order in what a device writes at once.
 TEST_CASE("cuda growth: stages that follow any edits and their undo are as if made anew",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);  // logs edits
   constexpr std::uint64_t kTrials = 240;
   int followed_growth = 0;
   int made_anew = 0;
@@ -207,7 +204,7 @@ TEST_CASE("cuda growth: stages that follow any edits and their undo are as if ma
     if (options.method == SolverMethod::vertex_block) {
       continue;  // its rows are laid out anew when they grow
     }
-    options.backend = BackendKind::cuda;
+    options.executor = pbdsurg::testing::fake_device();
     const Index spare = choices.one_of(std::array{0, 0, 20, 2000});
     options.spare = {spare, spare, spare, spare};
     INFO("seed " << seed << ", " << scene.name << ", composition "
@@ -246,7 +243,9 @@ Solver make_plate(PlanComposition composition, const SpareRoom& spare) {
   soft.max_stretch = 1.05F;
   Scene scene;
   scene.add_body("plate", mesh, soft);
-  Solver solver(scene, {.backend = BackendKind::cuda, .composition = composition, .spare = spare});
+  Solver solver(
+      scene,
+      {.executor = pbdsurg::testing::fake_device(), .composition = composition, .spare = spare});
   stretch(solver);
   return solver;
 }
@@ -266,7 +265,6 @@ TopologyEdit small_cut(const Solver& solver, std::uint64_t round) {
 
 // Would catch growth that makes all anew each time, and room that grows by steps of one size.
 TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
   const Index spare = GENERATE(0, 1000);
   INFO("composition " << static_cast<int>(composition) << ", spare room " << spare);
@@ -285,7 +283,6 @@ TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equ
 
 // Would catch records that an undo leaves behind.
 TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
   INFO("composition " << static_cast<int>(composition));
   Solver solver = make_plate(composition, {});
@@ -308,7 +305,6 @@ TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
 // Would catch words and multipliers of rounds that go for good when an undo empties them.
 TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and again",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto room = GENERATE(GrowthRoom::some, GrowthRoom::ample);
   const float height = GENERATE(0.005F, 0.021F);
   Solver solver = make_plate(PlanComposition::separate, {2000, 4000, 8000, 0});
@@ -340,7 +336,6 @@ TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and
 // Would catch spare records that nobody asked for, and such that do something.
 TEST_CASE("cuda growth: stages have the spare records that were asked for, and no others",
           "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Index spare = GENERATE(0, 500);
   const Solver solver = make_plate(PlanComposition::separate, {spare, spare, spare, 0});
   const SolverData& data = inspect(solver);
@@ -369,7 +364,6 @@ TEST_CASE("cuda growth: stages have the spare records that were asked for, and n
 // an undo brings its constraints back.
 TEST_CASE("cuda growth: stages that were empty open for what an undo brings back",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   Solver solver = make_plate(PlanComposition::separate, {100, 100, 100, 0});
   const auto& volumes = inspect(solver).sets.of<VolumeConstraint>();
   Index group = 0;  // a small one, for which there is room
@@ -389,11 +383,11 @@ TEST_CASE("cuda growth: stages that were empty open for what an undo brings back
 // Would catch stages that take domains apart when constraints come that join two, and vertices that
 // no domain has.
 TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
   Scene scene;
   scene.add_body("block", mesh);
-  SolverOptions options{.backend = BackendKind::cuda, .composition = PlanComposition::nested};
+  SolverOptions options{.executor = pbdsurg::testing::fake_device(),
+                        .composition = PlanComposition::nested};
   options.spare = {100, 1000, 2000, 100};
   Solver solver(scene, options);
   stretch(solver);

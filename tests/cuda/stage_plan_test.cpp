@@ -17,9 +17,7 @@
 namespace pbdsurg::cuda {
 namespace {
 
-using pbdsurg::testing::HookGuard;
 using pbdsurg::testing::inspect;
-using pbdsurg::testing::kFakeDeviceHook;
 using pbdsurg::testing::Variant;
 using testing::have_serial_bits;
 using testing::HostStages;
@@ -40,13 +38,12 @@ void check_independent(std::span<const Record> records) {
 
 TEST_CASE("cuda stages: a sweep by stages has the serial bits, and after edits, too",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);  // logs edits
   const Variant variant = GENERATE(from_range(testing::plan_variants()));
   INFO("mode " << static_cast<int>(variant.mode) << ", composition "
                << static_cast<int>(variant.composition) << ", at most " << variant.max_colors
                << " colors, damping " << variant.damping);
   SolverOptions options = pbdsurg::testing::options_of(variant);
-  options.backend = BackendKind::cuda;
+  options.executor = pbdsurg::testing::fake_device();
   Solver solver(pbdsurg::testing::make_eventful_scene(variant.mode, variant.damping), options);
   SolverData& data = inspect(solver);
   stretch(solver);
@@ -107,7 +104,7 @@ TEST_CASE("cuda stages: domains of one level are one stage, a serial phase is cu
   const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
   Scene scene;
   scene.add_body("block", mesh);
-  SolverOptions options{.backend = BackendKind::serial, .composition = PlanComposition::nested};
+  SolverOptions options{.executor = executor::serial(), .composition = PlanComposition::nested};
   options.coloring.max_colors = GENERATE(0, 12);
   options.coloring.repair = options.coloring.max_colors == 0;
   Solver solver(scene, options);

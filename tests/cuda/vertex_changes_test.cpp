@@ -23,9 +23,7 @@
 namespace pbdsurg::cuda {
 namespace {
 
-using pbdsurg::testing::HookGuard;
 using pbdsurg::testing::inspect;
-using pbdsurg::testing::kFakeDeviceHook;
 
 constexpr Substep<float> kSubstep{1e3F, 1e6F};
 
@@ -171,12 +169,11 @@ bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
 // Would catch rows that an edit changes and nobody writes, and vertices of one stage that meet.
 TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after edits, too",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);  // logs edits
   const float damping = GENERATE(0.0F, 0.01F);
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
   Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
                 {.method = SolverMethod::vertex_block,
-                 .backend = BackendKind::cuda,
+                 .executor = pbdsurg::testing::fake_device(),
                  .composition = composition});
   SolverData& data = inspect(solver);
   StageRecords records;
@@ -218,14 +215,14 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
 
 // Would catch rows of whole blocks, or of all, that are written for one vertex.
 TEST_CASE("cuda vertex blocks: what is written for an edit does not grow with the body", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto count_words = [](Index cells, bool springs) {
     const TetMesh mesh = pbdsurg::testing::make_box({cells, cells, cells}, 4e-3, 0.1);
     Scene scene;
     scene.add_body("block", mesh,
                    springs ? elastic_material(mesh, 1000, 20e3)
                            : Material{.model = ElasticModel::neo_hookean});
-    Solver solver(scene, {.method = SolverMethod::vertex_block, .backend = BackendKind::cuda});
+    Solver solver(
+        scene, {.method = SolverMethod::vertex_block, .executor = pbdsurg::testing::fake_device()});
     SolverData& data = inspect(solver);
     StageRecords records;
     StagePlan plan(data, records);

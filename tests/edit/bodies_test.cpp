@@ -10,7 +10,6 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
@@ -192,14 +191,13 @@ TEST_CASE("bodies: one that comes in is what it would be in the scene", "[equiva
 // their vertices, and a falling guest that has not the scene's gravity.
 TEST_CASE("bodies: one that comes in moves as one that was there", "[equivalence]") {
   const Variant variant = GENERATE(from_range(variants()));
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   Scene scene;
   const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
   scene.add_body("block", block, elastic_material(block, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
   SolverOptions options = serial_options(variant);
-  options.backend = backend;
-  options.threads = testing::threads_of(backend);
+  options.executor = executor;
   options.substeps = 10;
   options.iterations = 10;  // sweeps in another order come to the same
   Solver late(scene, options), early(with_guests(scene, variant.mode), options);
@@ -345,7 +343,7 @@ TEST_CASE("bodies: one is alive while any of it is", "[unit]") {
 // Would catch a view that takes another body's tetrahedra for its own, or misses those of its own.
 TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   std::vector<LiveSurface> surfaces;
   for (Index b = 0; b < 3; ++b) {
     surfaces.emplace_back(solver.tissue(), b);
@@ -421,7 +419,7 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
     return;
   }
   const Scene scene = testing::make_eventful_scene(mode, 0);
-  Solver solver(scene, {.method = method, .mode = mode, .backend = BackendKind::serial});
+  Solver solver(scene, {.method = method, .mode = mode, .executor = executor::serial()});
   solver.tissue().apply({.remove_bodies = {1}});
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
     const std::uint64_t before = digest_of(inspect(solver));

@@ -15,7 +15,6 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/cuts.h"
 #include "support/eventful_program.h"
@@ -210,7 +209,7 @@ TEST_CASE("compaction: all that lives goes over, and nothing else", "[property]"
 // Would catch a solver that is pulled, held or pushed otherwise from then on.
 TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
   Variant variant = GENERATE(from_range(variants()));
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const TetMesh block = testing::make_box({4, 4, 3}, testing::kEventfulEdge, 0.1);
   Material soft = elastic_material(block, 1000, 20e3);
   soft.damping = variant.damping;
@@ -222,8 +221,7 @@ TEST_CASE("compaction: steps go on as they would have", "[equivalence]") {
   const Index first = scene.body(1).first_vertex, bead = scene.body(2).first_vertex;
   scene.add_link({bead, first + block.vertex_count() - 1, 0.013F, {0.5F, 1e-3F}});
   SolverOptions options = serial_options(variant, 2);
-  options.backend = backend;
-  options.threads = testing::threads_of(backend);
+  options.executor = executor;
   options.substeps = 10;
   options.iterations = 10;  // sweeps in another order come to the same
   Solver solver(scene, options), unchanged(scene, options);
@@ -280,7 +278,7 @@ TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh sol
 // edits and undos from then on; those of a body that is gone, or came late, included.
 TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.backend = BackendKind::serial};
+  const SolverOptions options{.executor = executor::serial()};
   Solver solver(scene, options);
   edit_much(solver, ProjectionMode::compliance);
   LivePieces pieces(solver.tissue());
@@ -352,7 +350,7 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
 // runs.
 TEST_CASE("compaction: builds in another thread while the solver steps", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.math = MathMode::strict, .threads = 2};
+  const SolverOptions options{.executor = executor::threads(2), .math = MathMode::strict};
   Solver solver(scene, options), other(scene, options);
   edit_much(solver, ProjectionMode::compliance);
   edit_much(other, ProjectionMode::compliance);
@@ -376,7 +374,7 @@ TEST_CASE("compaction: builds in another thread while the solver steps", "[prope
 
 TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.backend = BackendKind::serial};
+  const SolverOptions options{.executor = executor::serial()};
   Solver solver(scene, options), other(scene, options);
   const TopologyEdit edit{.remove_bodies = {1}};
   solver.tissue().apply(edit);
@@ -418,7 +416,7 @@ TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit
 // Would catch a solver taken for another that was at its address before.
 TEST_CASE("compaction: is of no other solver, wherever that lies", "[unit]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.backend = BackendKind::serial};
+  const SolverOptions options{.executor = executor::serial()};
   auto solver = std::make_unique<Solver>(scene, options);
   Compaction compaction(*solver);
   Solver moved = std::move(*solver);

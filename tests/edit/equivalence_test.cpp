@@ -40,7 +40,8 @@ std::string with_ones(const std::string& text) {
 // with other seeds.
 TEST_CASE("edit equivalence: after any edits all is as if made of what is left", "[property]") {
   for (std::uint64_t seed = 0; seed < PBDSURG_EDIT_TRIALS; ++seed) {
-    const std::string wrong = testing::run_edit_trial(testing::bytes_of_trial(seed));
+    const std::string wrong =
+        testing::run_edit_trial(testing::bytes_of_trial(seed), executor::serial());
     INFO("seed " << seed);
     REQUIRE(wrong == "");
   }
@@ -52,7 +53,7 @@ TEST_CASE("edit equivalence: after any edits all is as if made of what is left",
 TEST_CASE("edit equivalence: threads keep the serial bits through any edits", "[property]") {
   for (std::uint64_t seed = 0; seed < PBDSURG_EDIT_TRIALS / 10; ++seed) {
     const std::string wrong =
-        testing::run_edit_trial(testing::bytes_of_trial(seed), BackendKind::threaded);
+        testing::run_edit_trial(testing::bytes_of_trial(seed), executor::threads(2));
     INFO("seed " << seed);
     REQUIRE(wrong == "");
   }
@@ -61,10 +62,9 @@ TEST_CASE("edit equivalence: threads keep the serial bits through any edits", "[
 // Would catch an edit of which a device does not hear, that its running step feels, or that reads
 // what only the device has: each state is that of the serial backend, bit for bit.
 TEST_CASE("edit equivalence: a device hears of any edits, within its steps, too", "[property]") {
-  const testing::HookGuard guard(&testing::kFakeDeviceHook);
   for (std::uint64_t seed = 0; seed < PBDSURG_EDIT_TRIALS / 20; ++seed) {
     const std::string wrong =
-        testing::run_edit_trial(testing::bytes_of_trial(seed), BackendKind::cuda);
+        testing::run_edit_trial(testing::bytes_of_trial(seed), testing::fake_device());
     INFO("seed " << seed);
     REQUIRE(wrong == "");
   }
@@ -168,9 +168,8 @@ TEST_CASE("edit equivalence: an organ is deleted tetrahedron by tetrahedron", "[
   organ.scene.fix_vertices(0, std::vector<Index>{0, 1, 2});
   const PlanComposition composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
   EditTrial trial(organ, {.substeps = 2,
-                          .backend = BackendKind::threaded,
+                          .executor = executor::threads(2),
                           .math = MathMode::strict,
-                          .threads = 2,
                           .composition = composition});
   std::vector<Index> order(static_cast<std::size_t>(mesh.tet_count()));
   std::iota(order.begin(), order.end(), Index{0});

@@ -8,7 +8,6 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/eventful_program.h"
 #include "support/inspect.h"
@@ -62,7 +61,7 @@ TEST_CASE("growth: a link that comes later is projected, and colours stay valid"
   const Scene scene =
       is_nested ? make_large_scene() : testing::make_eventful_scene(variant.mode, 0);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver solver(scene, options);
   const SolverData& data = inspect(solver);
   REQUIRE((!is_nested || data.sets.domain_counts.size() > 1));
@@ -97,7 +96,7 @@ TEST_CASE("growth: a link that comes later is projected, and colours stay valid"
 // Would catch a link that pulls in another way for having come late.
 TEST_CASE("growth: a link that comes later holds as one from the start", "[equivalence]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   Scene without;
   const TetMesh block = testing::make_box({2, 2, 2}, 4e-3);
   const Material soft = elastic_material(block, 1000, 20e3);
@@ -107,11 +106,8 @@ TEST_CASE("growth: a link that comes later holds as one from the start", "[equiv
   Scene with = without;
   const Link link{3, block.vertex_count() + 3, 2e-3F, {1, 1e-3F}};
   with.add_link(link);
-  const SolverOptions options{.method = method,
-                              .substeps = 20,
-                              .damping = 20,
-                              .backend = backend,
-                              .threads = testing::threads_of(backend)};
+  const SolverOptions options{
+      .method = method, .substeps = 20, .damping = 20, .executor = executor};
   Solver late(without, options), early(with, options);
   late.tissue().apply({.new_links = {link}});
   for (int i = 0; i < 300; ++i) {
@@ -137,7 +133,7 @@ TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver solver(scene, options), unedited(scene, options);
   for (std::uint64_t round = 0; round < 20; ++round) {
     INFO("round " << round);

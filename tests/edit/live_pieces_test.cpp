@@ -125,7 +125,7 @@ TEST_CASE("live pieces: they equal those found afresh after any edits and undos"
   for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < kSequences; ++sequence) {
-      Solver solver(sample.scene, {.backend = BackendKind::serial});
+      Solver solver(sample.scene, {.executor = executor::serial()});
       LivePieces pieces(solver.tissue());
       Reference reference(solver);
       check_pieces(pieces, reference, sample.scene);
@@ -196,7 +196,7 @@ TEST_CASE("live pieces: crumbs go with the edit that frees them", "[property]") 
   for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < 200; ++sequence) {
-      Solver solver(sample.scene, {.backend = BackendKind::serial});
+      Solver solver(sample.scene, {.executor = executor::serial()});
       LivePieces pieces(solver.tissue());
       Reference reference(solver);
       for (std::uint64_t i = 0; i < 10; ++i) {
@@ -238,7 +238,7 @@ TEST_CASE("live pieces: searches stay where the edit is", "[property]") {
   constexpr Index kCells = 16;
   Scene scene;
   scene.add_body("block", testing::make_box({kCells, kCells, kCells}, 4e-3));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   LivePieces pieces(solver.tissue());
   const auto in_box = [&](auto&& contains) {
     TopologyEdit edit;

@@ -109,7 +109,7 @@ TEST_CASE("live surface: it equals one found afresh after any edits and undos", 
   for (const testing::SampleScene& sample : testing::make_sample_scenes()) {
     INFO(sample.name);
     for (std::uint64_t sequence = 0; sequence < kSequences; ++sequence) {
-      Solver solver(sample.scene, {.backend = BackendKind::serial});
+      Solver solver(sample.scene, {.executor = executor::serial()});
       std::vector<LiveSurface> surfaces;
       for (Index b = 0; b < static_cast<Index>(solver.tissue().bodies().size()); ++b) {
         surfaces.emplace_back(solver.tissue(), b);
@@ -174,7 +174,7 @@ TEST_CASE("live surface: it follows tissue that parts and splits", "[property]")
 TEST_CASE("live surface: an edit changes the slots of its faces alone", "[property]") {
   Scene scene;
   scene.add_body("block", testing::make_box({12, 12, 12}, 4e-3));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   LiveSurface surface(solver.tissue(), 0);
   Index most_triangles = surface.triangle_count();
   std::vector<SlotRange> ranges;
@@ -198,7 +198,7 @@ TEST_CASE("live surface: an edit changes the slots of its faces alone", "[proper
 TEST_CASE("live surface: a reader that was away for long gets all slots", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({8, 8, 8}, 4e-3));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   LiveSurface surface(solver.tissue(), 0);
   Mirror mirror;
   mirror.update(surface);

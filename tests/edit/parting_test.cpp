@@ -167,7 +167,7 @@ TEST_CASE("cut: after any cuts, all equals a rebuild, and undo restores every bi
   const Variant variant = GENERATE(from_range(variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   options.copies = GENERATE(1, 2);
   if (options.copies == 2) {
     options.spare = {.vertices = 20, .tets = 100, .edges = 200, .links = 10};
@@ -212,10 +212,9 @@ TEST_CASE("cut: threads have the serial bits on cut tissue", "[equivalence]") {
   const Variant variant = GENERATE(from_range(variants()));
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::threaded;
-  options.threads = 2;
+  options.executor = executor::threads(2);
   Solver threaded(scene, options);
   Positions rest(scene.positions().begin(), scene.positions().end());
   for (std::uint64_t round = 0; round < 20; ++round) {
@@ -304,7 +303,7 @@ TEST_CASE("cut: mass, rest volume and momentum stay", "[property]") {
   material.model = model;
   Scene scene;
   scene.add_body("block", mesh, material);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   std::vector<Eigen::Vector3f> speeds = solver.positions();
   for (Eigen::Vector3f& v : speeds) {
     v = 10 * v.cross(Eigen::Vector3f(1, 2, 3)) + Eigen::Vector3f(0.1F, 0, 0.2F);
@@ -343,7 +342,7 @@ TEST_CASE("cut: new vertices are fixed where all around is", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({2, 1, 1}, kEdge));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   const auto w = [&](Index v) { return inspect(solver).particle(v).w; };
   Index first = 0;  // a fixed edge, and one that is half fixed
   while (w(solver.tissue().edges()[first][0]) > 0 || w(solver.tissue().edges()[first][1]) > 0) {
@@ -366,7 +365,7 @@ TEST_CASE("cut: a bad cut is refused by name and changes nothing", "[unit]") {
   const TetMesh block = testing::make_box({2, 2, 2}, kEdge);
   scene.add_body("left", block);
   scene.add_body("right", block);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   const Index n = solver.vertex_count();
   const Tet tet = solver.tissue().tets()[0];
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
@@ -411,7 +410,7 @@ TEST_CASE("cut: a copy of a copy is of the same body, and a jaw finds it", "[uni
   Scene scene;
   scene.add_body("first", mesh);
   scene.add_body("second", mesh);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   Index copied = 0;
   for (int round = 0; round < 3; ++round) {
     const Index copy = solver.vertex_count();
@@ -437,7 +436,7 @@ TEST_CASE("undo: tools let go of what the edit brought, and nobody watches it", 
   const TetMesh mesh = testing::make_box({2, 2, 2}, 4e-3);
   Scene scene;
   scene.add_body("block", mesh);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index copy = solver.vertex_count();
   Index tet = 0;

@@ -29,7 +29,7 @@ class EditedBody {
 
   [[nodiscard]] Solver make_solver() const {
     Scene scene = make_scene();
-    Solver solver(scene, {.backend = BackendKind::serial});
+    Solver solver(scene, {.executor = executor::serial()});
     TopologyEdit gone;
     for (std::size_t t = 0; t < tets_.size(); ++t) {
       if (!alive_[t]) {

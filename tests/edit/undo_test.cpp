@@ -65,7 +65,7 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.copies = GENERATE(1, 3);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver solver(scene, options), unedited(scene, options);
   for (Solver* each : {&solver, &unedited}) {
     for (Index copy = 0; copy < options.copies; ++copy) {
@@ -117,7 +117,7 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
 TEST_CASE("undo: after some steps, what had gone is where it went, and the rest stays", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({3, 2, 2}, 4e-3, 0.1));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   solver.step(kTimeStep);
   TopologyEdit edit;
   for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()) / 2; ++t) {

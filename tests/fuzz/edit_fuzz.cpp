@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Edits made of bytes: see support/edit_trial.h. Ends the program at the first thing that is wrong.
-// PBDSURG_TRIAL_BACKEND is who steps.
+// PBDSURG_TRIAL_EXECUTOR is who steps.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -8,10 +8,11 @@
 #include <string>
 
 #include "support/edit_trial.h"
+#include "support/executors.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string wrong =
-      pbdsurg::testing::run_edit_trial({data, size}, pbdsurg::BackendKind::PBDSURG_TRIAL_BACKEND);
+  const std::string wrong = pbdsurg::testing::run_edit_trial(
+      {data, size}, pbdsurg::programs::executor_named(PBDSURG_TRIAL_EXECUTOR));
   if (!wrong.empty()) {
     std::fprintf(stderr, "%s\n", wrong.c_str());
     std::abort();

@@ -20,7 +20,7 @@ function(build_and_run_consumer name)
       -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
       -D CMAKE_EXPORT_COMPILE_COMMANDS=ON -D HELLO_SOURCE=${SOURCE_DIR}/examples/hello_tissue.cpp
       ${ARGN})
-  set(programs consumer backend backend_as_needed backend_through_library)
+  set(programs consumer backend backend_through_library)
   if("CONSUMER_OWN_CUDA=ON" IN_LIST ARGN)
     list(APPEND programs own_cuda)
   endif()

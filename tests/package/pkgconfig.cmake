@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The README's program and one that asks for the CUDA backend, built with pkg-config alone from what
+# The README's program and one that takes the best executor, built with pkg-config alone from what
 # lies under PREFIX.
 include("${CMAKE_CURRENT_LIST_DIR}/common.cmake")
 set(prefix "${WORK_DIR}/${PREFIX}")
@@ -20,9 +20,9 @@ endfunction()
 
 build(hello_${PREFIX} "${SOURCE_DIR}/examples/hello_tissue.cpp" pbdsurg)
 run("${WORK_DIR}/hello_${PREFIX}" "${CONSUMER_DIR}/two.vtk")
-build(backend_${PREFIX} "${CONSUMER_DIR}/backend.cpp" pbdsurg -D CONSUMER_HAS_CUDA_BACKEND=false)
+build(backend_${PREFIX} "${CONSUMER_DIR}/backend.cpp" pbdsurg -D CONSUMER_HAS_CUDA=0)
 run("${WORK_DIR}/backend_${PREFIX}")
 if(HAS_CUDA)
-  build(cuda_${PREFIX} "${CONSUMER_DIR}/backend.cpp" pbdsurg-cuda -D CONSUMER_HAS_CUDA_BACKEND=true)
+  build(cuda_${PREFIX} "${CONSUMER_DIR}/backend.cpp" pbdsurg-cuda -D CONSUMER_HAS_CUDA=1)
   run("${WORK_DIR}/cuda_${PREFIX}")
 endif()

@@ -15,7 +15,7 @@ string(REGEX MATCH "AMD|Intel" processor "${processor}")
 set(actual "")
 function(run name)
   execute_process(
-    COMMAND "${PROGRAM}" --headless --no-pictures --time-scale 0.05 --out "${FOLDER}/${name}" ${ARGN}
+    COMMAND "${PROGRAM}" --headless --no-pictures --executor threads --time-scale 0.05 --out "${FOLDER}/${name}" ${ARGN}
     COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_QUIET)
   file(READ "${FOLDER}/${name}/report.json" report)
   string(JSON hash GET "${report}" state_hash)

@@ -11,12 +11,8 @@ namespace pbdsurg::testing {
 namespace {
 
 SolverOptions options_of(SolverOptions options, const Executor& executor) {
-  options.backend = executor.backend;
-  options.threads = executor.threads;
+  options.executor = executor;
   options.math = MathMode::strict;
-  if (executor.backend == BackendKind::threaded) {
-    options.wait = ThreadWait::block;  // of threads that may be more than processors
-  }
   return options;
 }
 
@@ -73,13 +69,11 @@ void Driver::follow_strands(const ConnectiveTissue& strands) {
 }
 
 void Driver::follow_heat(std::span<const ThermalBody> bodies) {
-  heat_.emplace(solver_.tissue(), bodies, ThermalModel{},
-                HeatOptions{.threads = executor_.threads, .backend = FieldBackend::cpu});
+  heat_.emplace(solver_.tissue(), bodies, ThermalModel{}, HeatOptions{.executor = executor_});
 }
 
 void Driver::switch_on_cautery(std::span<const ThermalBody> bodies, CauteryOptions options) {
-  options.heat.threads = options.potential.threads = executor_.threads;
-  options.heat.backend = options.potential.backend = FieldBackend::cpu;
+  options.heat.executor = options.potential.executor = executor_;
   cautery_.emplace(solver_.tissue(), bodies, options);
 }
 

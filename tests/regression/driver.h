@@ -28,16 +28,10 @@
 
 namespace pbdsurg::testing {
 
-/// Who executes a program; in strict mode the hashes are the same for all.
-struct Executor {
-  BackendKind backend = BackendKind::serial;
-  int threads = 1;
-};
-
 /// Follows all of it through every edit.
 class Driver {
  public:
-  /// @param options  backend, threads and rounding are the executor's
+  /// @param options  with any executor and rounding: in strict mode the hashes are the same for all
   Driver(const Scene& scene, SolverOptions options, const Executor& executor);
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;

@@ -20,7 +20,6 @@
 namespace pbdsurg {
 namespace {
 
-using testing::Executor;
 using testing::HashFile;
 using testing::Program;
 using testing::Record;
@@ -48,9 +47,8 @@ Record run(const Program& program, const Executor& executor) {
 // Would catch any bit that a change of structure moves: positions and velocities, ids, rest values,
 // the order of work, forces, heat, surfaces, pieces, strands; on one thread or many.
 TEST_CASE("regression: every program leaves the hashes of the files", "[long]") {
-  const auto executor =
-      GENERATE(Executor{BackendKind::serial, 1}, Executor{BackendKind::threaded, 2},
-               Executor{BackendKind::threaded, 3});
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(2), executor::threads(3));
   const HashFile state = testing::read_hashes(kStateHashes);
   const HashFile library = testing::read_hashes(kLibraryHashes);
   const bool is_same_library = library.library == testing::math_library_digest();
@@ -59,7 +57,7 @@ TEST_CASE("regression: every program leaves the hashes of the files", "[long]") 
          << kLibraryHashes << ", which is left out");
   }
   for (const Program& program : all_programs()) {
-    INFO(executor.threads << " threads");
+    INFO(executor.name());
     const Record record = run(program, executor);
     CHECK(testing::first_difference(program.name, record.arithmetic(), state.hashes) == "");
     if (is_same_library) {

@@ -9,9 +9,8 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "solver/step_team.h"
+#include "core/step_team.h"
 #include "support/allocation_count.h"
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -33,7 +32,7 @@ TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
     REQUIRE(spare < 100);
     try {
       allocation_limit = allocation_count + spare;
-      StepTeam team(4, ThreadWait::block);
+      StepTeam team(4);
       allocation_limit = testing::kNoLimit;
       std::atomic<int> workers{0};
       team.run([&](int) { ++workers; });
@@ -49,17 +48,14 @@ TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
 
 // Would catch a vector that grows within a step: a real-time thread must not wait for memory.
 TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
   const Index copies = GENERATE(1, 3);
-  Solver solver(scene, {.method = method,
-                        .copies = copies,
-                        .backend = backend,
-                        .threads = testing::threads_of(backend)});
+  Solver solver(scene, {.method = method, .copies = copies, .executor = executor});
   solver.watch(std::array<Index, 3>{5, 1, 40});
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
@@ -84,15 +80,12 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
 // Would catch an edit that looks for memory between two steps, or leaves that to the next step.
 TEST_CASE("solver: edits within the spare room allocate nothing after the first ones",
           "[validation]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(scene, {.backend = backend,
-                        .threads = testing::threads_of(backend),
-                        .composition = composition,
-                        .spare = {.links = 400}});
+  Solver solver(scene, {.executor = executor, .composition = composition, .spare = {.links = 400}});
   TopologyEdit edit;
   long before = 0;
   for (Index round = 0; round < 30; ++round) {
@@ -129,14 +122,13 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
 // that open or fill beyond theirs.
 TEST_CASE("solver: a blade's edits within the spare room allocate nothing after the first pass",
           "[validation]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Material limited = elastic_material(mesh, 1000, 20e3);
   limited.max_stretch = 1.2F;
   Scene scene;
   scene.add_body("block", mesh, limited);
-  Solver solver(scene, {.backend = backend,
-                        .threads = testing::threads_of(backend),
+  Solver solver(scene, {.executor = executor,
                         .composition = PlanComposition::separate,
                         .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
   if (GENERATE(false, true)) {
@@ -173,12 +165,11 @@ TEST_CASE("solver: a blade's edits within the spare room allocate nothing after 
 // is left are lists that grow as cuts do, and colours that open.
 TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the spare room",
           "[validation]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(scene, {.backend = backend,
-                        .threads = testing::threads_of(backend),
+  Solver solver(scene, {.executor = executor,
                         .composition = PlanComposition::separate,
                         .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
   constexpr int kCuts = 10;

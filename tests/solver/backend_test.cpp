@@ -24,8 +24,6 @@ namespace {
 using testing::ContainsSubstring;
 using testing::equal;
 using testing::FakeDevice;
-using testing::HookGuard;
-using testing::kFakeDeviceHook;
 using testing::Variant;
 
 constexpr double kEdge = testing::kEventfulEdge;
@@ -47,7 +45,6 @@ FakeDevice& device_of(Solver& solver) {
 // out of date, and a fetch that brings back what an edit took.
 TEST_CASE("backend: one that keeps the state has the serial bits through all that changes",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Variant variant =
       GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
                Variant{.composition = PlanComposition::joint, .max_colors = 9, .damping = 0.01F},
@@ -59,9 +56,9 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
   const std::uint64_t seed = GENERATE(1, 2);
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = testing::fake_device();
   Solver device(scene, options);
   REQUIRE(std::string(device.backend_name()) == "fake device");
   REQUIRE(device.plan().name == serial.plan().name);
@@ -98,8 +95,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
 
 // Would catch a whole read back for the sake of some vertices, which costs more than the step.
 TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
-  Solver solver(make_block(), {.backend = BackendKind::cuda});
+  Solver solver(make_block(), {.executor = testing::fake_device()});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.step(kTimeStep);
   const std::array<Index, 2> vertices{3, 9};
@@ -124,16 +120,15 @@ TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
 // Would catch an edit that a running step feels, that waits for it, or whose undo brings vertices
 // back as they moved before that step.
 TEST_CASE("backend: an edit within a step is one after it, and does not wait", "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Variant variant =
       GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver after(scene, options);
-  options.backend = BackendKind::cuda;
+  options.executor = testing::fake_device();
   Solver within(scene, options);
 
   testing::check_edits_within_steps(within, after, [&](const TopologyEdit& edit) {
@@ -145,17 +140,14 @@ TEST_CASE("backend: an edit within a step is one after it, and does not wait", "
 // Would catch a compacted solver on the device of the thread that built it, or whose device was not
 // told of tools, of what they hold or of what is watched.
 TEST_CASE("backend: a compaction stays on its device and has the serial bits", "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   SolverOptions options{.method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block),
                         .copies = 2,
-                        .backend = BackendKind::serial,
+                        .executor = executor::serial(),
                         .composition = PlanComposition::separate};
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
   Solver serial(scene, options);
-  options.backend = BackendKind::cuda;
-  testing::current_fake_device = 1;
+  options.executor = testing::fake_device(1);
   Solver device(scene, options);
-  testing::current_fake_device = 0;
   const Index held = scene.body(1).first_vertex;
   for (Solver* solver : {&serial, &device}) {
     const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
@@ -192,13 +184,12 @@ TEST_CASE("backend: a compaction stays on its device and has the serial bits", "
 
 TEST_CASE("backend: edits are logged for those who need it alone, and until the next step",
           "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto size_of_log = [](Solver& solver) {
     const Changes& changes = testing::inspect(solver).changes;
     return changes.vertices.size() + changes.constraints.size() + changes.tets.size();
   };
-  Solver serial(make_block(), {.backend = BackendKind::serial});
-  Solver device(make_block(), {.backend = BackendKind::cuda});
+  Solver serial(make_block(), {.executor = executor::serial()});
+  Solver device(make_block(), {.executor = testing::fake_device()});
   for (Solver* solver : {&serial, &device}) {
     solver->tissue().apply({.remove_tets = {0, 5}});
   }
@@ -210,18 +201,17 @@ TEST_CASE("backend: edits are logged for those who need it alone, and until the 
 }
 
 TEST_CASE("backend: what it holds counts as memory", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
-  const auto bytes = [](BackendKind kind) {
-    return Solver(make_block(), {.backend = kind, .composition = PlanComposition::separate})
+  const auto bytes = [](const Executor& executor) {
+    return Solver(make_block(), {.executor = executor, .composition = PlanComposition::separate})
         .memory_bytes();
   };
-  CHECK(bytes(BackendKind::cuda) == bytes(BackendKind::serial) + FakeDevice::kMemory);
+  CHECK(bytes(testing::fake_device()) == bytes(executor::serial()) + FakeDevice::kMemory);
 }
 
 TEST_CASE("solver: a step that is started is finished once", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
-  const SolverOptions options{.substeps = 2, .backend = backend, .threads = 1};
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+  const SolverOptions options{.substeps = 2, .executor = executor};
   Solver solver(make_block(), options), other(make_block(), options);
   const auto refuses_to_finish = [&] {
     CHECK_THROWS_WITH(solver.finish_step(), ContainsSubstring("no step was started"));
@@ -250,10 +240,10 @@ TEST_CASE("solver: a step that is started is finished once", "[unit]") {
 
 // Would catch a call that works on the state of before the step, or changes what the step does.
 TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Scene scene = make_block();
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
-  const SolverOptions options{.substeps = 2, .backend = backend, .threads = 1};
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+  const SolverOptions options{.substeps = 2, .executor = executor};
   const Capsule capsule{{0, 0, 0}, {0.01F, 0, 0}, 4e-3F};
   const auto make = [&] {
     auto solver = std::make_unique<Solver>(scene, options);
@@ -332,9 +322,9 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
 }
 
 TEST_CASE("solver: watched vertices come with every step", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
-  Solver solver(make_block(), {.backend = backend, .threads = 1});
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+  Solver solver(make_block(), {.executor = executor});
   CHECK(solver.watched_positions().empty());
   const std::array<Index, 3> vertices{17, 2, 17};
   const auto check = [&] {
@@ -359,42 +349,37 @@ TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   CHECK(solver.watched_positions().empty());
 }
 
-TEST_CASE("solver: the CUDA backend is there or says why not", "[unit]") {
+// Would catch a device that is left out without a word, and one that ends a program that could go
+// on without.
+TEST_CASE("solver: a device that refuses says why, or another executor works instead", "[unit]") {
   const Scene scene = make_block();
-  const auto name = [&](const SolverOptions& options) -> std::pair<std::string, std::string> {
+  using Names = std::pair<std::string, std::string>;
+  const auto name = [&](const SolverOptions& options) -> Names {
     const Solver solver(scene, options);
     return {solver.backend_name(), solver.plan().name};
   };
-  const auto refuse = [&](const CudaHook* hook, const char* reason) {
-    const HookGuard guard(hook);
-    CHECK_THROWS_AS(Solver(scene, {.backend = BackendKind::cuda}), BackendUnavailable);
-    CHECK_THROWS_WITH(Solver(scene, {.backend = BackendKind::cuda}), ContainsSubstring(reason));
-    // then automatic is what it is without
-    const auto [backend, plan] = name({});
-    CHECK(backend != "fake device");
-    CHECK(plan == "greedy+repair, nested");
-    CHECK(name({.composition = PlanComposition::joint}).second == "greedy+repair, joint");
+  const auto refuse = [](const SolverData&) -> std::unique_ptr<Backend> {
+    throw BackendUnavailable("this scene is too large, the test says");
   };
-  refuse(nullptr, "not linked with pbdsurg::cuda");
-  constexpr CudaHook kNoDriver{[](std::string& why_not) {
-                                 why_not = "no driver, the test says";
-                                 return false;
-                               },
-                               nullptr};
-  refuse(&kNoDriver, "no driver, the test says");
-  constexpr CudaHook kTooSmall{[](std::string&) { return true; },
-                               [](const SolverData&) -> std::unique_ptr<Backend> {
-                                 throw BackendUnavailable("this scene is too large, the test says");
-                               }};
-  refuse(&kTooSmall, "this scene is too large, the test says");
+  const Executor small = testing::device_of_test(refuse);
+  CHECK_THROWS_AS(Solver(scene, {.executor = small}), BackendUnavailable);
+  CHECK_THROWS_WITH(Solver(scene, {.executor = small}),
+                    ContainsSubstring("this scene is too large, the test says"));
 
-  const HookGuard guard(&kFakeDeviceHook);
-  using Names = std::pair<std::string, std::string>;
-  CHECK(name({}) == Names{"fake device", "greedy+repair, distances then volumes"});
-  CHECK(name({.composition = PlanComposition::joint}) ==
+  const Executor careful = testing::device_of_test(refuse, executor::serial());
+  CHECK(name({.executor = careful}) == Names{"serial", "greedy+repair, nested"});
+  CHECK(name({.executor = careful, .composition = PlanComposition::joint}).second ==
+        "greedy+repair, joint");
+  CHECK(Solver(scene, {.executor = careful}).options().executor.kind() == ExecutorKind::serial);
+
+  const Executor device = testing::fake_device();
+  CHECK(name({.executor = device}) ==
+        Names{"fake device", "greedy+repair, distances then volumes"});
+  CHECK(name({.executor = device, .composition = PlanComposition::joint}) ==
         Names{"fake device", "greedy+repair, joint"});
-  CHECK(name({.backend = BackendKind::serial}) == Names{"serial", "greedy+repair, nested"});
-  CHECK(Solver(scene).options().composition == PlanComposition::separate);
+  CHECK(name({.executor = executor::serial()}) == Names{"serial", "greedy+repair, nested"});
+  CHECK(name({}).first.starts_with("threaded, " + executor::threads().name()));
+  CHECK(Solver(scene, {.executor = device}).options().composition == PlanComposition::separate);
 }
 
 }  // namespace pbdsurg

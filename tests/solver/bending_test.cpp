@@ -50,7 +50,7 @@ double sag(const Scene& scene, SolverOptions options) {
   options.substeps = options.method == SolverMethod::projection ? 20 : 4;
   options.iterations = options.method == SolverMethod::projection ? 2 : 30;
   options.damping = 20;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver solver(scene, options);
   for (int i = 0; i < 200; ++i) {
     REQUIRE(solver.step(5e-3F).non_finite_vertices == 0);
@@ -116,7 +116,7 @@ TEST_CASE("bending: registers and threads give the serial bits", "[equivalence]"
       options.method = SolverMethod::vertex_block;
       break;
   }
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Solver serial(scene, options);
   const bool has_phase = std::ranges::any_of(
       serial.plan().phases, [](const Phase& phase) { return phase.kind == PhaseKind::bending; });
@@ -125,8 +125,7 @@ TEST_CASE("bending: registers and threads give the serial bits", "[equivalence]"
     REQUIRE(serial.step(5e-3F).non_finite_vertices == 0);
   }
   for (const int threads : {1, 2, 3}) {
-    options.backend = BackendKind::threaded;
-    options.threads = threads;
+    options.executor = executor::threads(threads);
     Solver threaded(scene, options);
     for (int i = 0; i < 20; ++i) {
       threaded.step(5e-3F);
@@ -144,7 +143,7 @@ TEST_CASE("bending: a damped hinge at rest resists no rigid motion", "[unit]") {
   scene.set_gravity({0, 0, 0});
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(
-      scene, {.method = method, .substeps = 20, .iterations = 8, .backend = BackendKind::serial});
+      scene, {.method = method, .substeps = 20, .iterations = 8, .executor = executor::serial()});
   const Eigen::Vector3f spin(0, 0, 3);  // rad/s
   std::vector<Eigen::Vector3f> velocities;
   for (const Eigen::Vector3f& x : solver.positions()) {
@@ -173,7 +172,7 @@ TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[
   TopologyEdit edit;
   edit.new_bodies.add_body("guest", box);
   edit.new_bodies.add_hinges(0, 1e-3F);
-  SolverOptions options{.mode = ProjectionMode::fraction, .backend = BackendKind::serial};
+  SolverOptions options{.mode = ProjectionMode::fraction, .executor = executor::serial()};
   Solver solver(scene, options);
   CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring("18 hinges"));
   CHECK(solver.tissue().hinges().empty());
@@ -193,7 +192,7 @@ TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[
 TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(make_bent_bodies(1e-3F),
-                {.method = method, .substeps = 4, .backend = BackendKind::serial});
+                {.method = method, .substeps = 4, .executor = executor::serial()});
   TopologyEdit edit{.remove_tets = {3, 40, 41, 300}};
   edit.new_bodies.add_body("guest", testing::make_box({2, 2, 1}, kEdge, 0.1),
                            {.model = ElasticModel::neo_hookean});
@@ -235,7 +234,7 @@ TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
 // Would catch phases, groups or rows that a scene pays for without hinges.
 TEST_CASE("bending: a scene without hinges has nothing of them", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const Solver solver(make_strip(0), {.method = method, .backend = BackendKind::serial});
+  const Solver solver(make_strip(0), {.method = method, .executor = executor::serial()});
   const SolverData& data = inspect(solver);
   CHECK(data.sets.of<BendingConstraint>().memory_bytes() == 0);
   CHECK(std::ranges::count(data.sets.phases, PhaseKind::bending, &Phase::kind) == 0);

@@ -9,7 +9,6 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "solver/fake_device.h"
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/copies_program.h"
 #include "support/meshes.h"
@@ -18,8 +17,6 @@ namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
-using testing::HookGuard;
-using testing::kFakeDeviceHook;
 using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
@@ -35,21 +32,20 @@ Scene make_block() {
 // Would catch anything that one copy leaves behind for the next, and what copies share that they
 // should not.
 TEST_CASE("copies: each moves as it would alone", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Variant variant =
       GENERATE(Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
                Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
   SolverOptions options = testing::options_of(variant);
   options.contact_capacity = 20;
-  options.backend = backend;
-  options.threads = testing::threads_of(backend);
+  options.executor = executor;
   options.math = MathMode::fast;
   SolverOptions alone = options;
-  if (backend == BackendKind::cuda) {
-    alone.backend = BackendKind::serial;
+  if (executor.kind() == ExecutorKind::device) {
+    alone.executor = executor::serial();
   }
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
 
@@ -63,7 +59,7 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
 
 TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
   CHECK_THROWS_WITH(Solver(make_block(), {.copies = 0}), ContainsSubstring("copies is 0"));
-  Solver solver(make_block(), {.copies = 3, .backend = BackendKind::serial});
+  Solver solver(make_block(), {.copies = 3, .executor = executor::serial()});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const std::array<Index, 1> vertex{5};
   std::vector<Eigen::Vector3f> all = solver.positions();
@@ -97,7 +93,7 @@ TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
 TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(testing::make_eventful_scene(ProjectionMode::compliance, 0),
-                {.method = method, .copies = 3, .backend = BackendKind::serial});
+                {.method = method, .copies = 3, .executor = executor::serial()});
   const std::vector<Eigen::Vector3f> moving(static_cast<std::size_t>(solver.vertex_count()),
                                             Eigen::Vector3f(0.1F, 0.2F, 0));
   solver.write_velocities(moving, 1);
@@ -114,9 +110,9 @@ TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
 }
 
 TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded, BackendKind::cuda);
-  Solver solver(make_block(), {.copies = 4, .backend = backend, .threads = 1});
+  const Executor executor =
+      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+  Solver solver(make_block(), {.copies = 4, .executor = executor});
   const StepReport calm = solver.step(kTimeStep);
   CHECK(calm.first_non_finite == kInvalidIndex);
   CHECK(calm.first_non_finite_copy == kInvalidIndex);
@@ -142,7 +138,7 @@ TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]")
 // Would catch a copy of what copies share: a scene has some ten times the bytes of its state.
 TEST_CASE("copies: each takes the memory of its state", "[unit]") {
   const auto bytes = [](Index copies) {
-    return Solver(make_block(), {.copies = copies, .backend = BackendKind::serial}).memory_bytes();
+    return Solver(make_block(), {.copies = copies, .executor = executor::serial()}).memory_bytes();
   };
   constexpr std::size_t kState = 64 * (sizeof(Particle) + sizeof(Velocity));  // of 64 vertices
   CHECK(bytes(2) == bytes(1) + kState);

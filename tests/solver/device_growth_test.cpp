@@ -20,8 +20,6 @@ namespace {
 
 using testing::equal;
 using testing::FakeDevice;
-using testing::HookGuard;
-using testing::kFakeDeviceHook;
 using testing::Variant;
 
 constexpr double kEdge = testing::kEventfulEdge;
@@ -49,11 +47,11 @@ Index some_edge(const Solver& solver, std::uint64_t seed) {
 // A serial solver and one on a device, to which the same is done.
 struct Twins {
   Twins(const Scene& scene, SolverOptions options)
-      : serial(scene, with_backend(options, BackendKind::serial)),
-        device(scene, with_backend(options, BackendKind::cuda)) {}
+      : serial(scene, with(options, executor::serial())),
+        device(scene, with(options, testing::fake_device())) {}
 
-  static SolverOptions with_backend(SolverOptions options, BackendKind backend) {
-    options.backend = backend;
+  static SolverOptions with(SolverOptions options, const Executor& executor) {
+    options.executor = executor;
     return options;
   }
 
@@ -142,7 +140,6 @@ class RandomEdits {
 // lost on the way: between two steps there may be several edits and undos, reads and writes.
 TEST_CASE("device growth: new vertices have the serial bits through all that comes between steps",
           "[equivalence]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Variant variant = GENERATE(
       Variant{}, Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
       Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
@@ -223,10 +220,9 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
 
 // Would catch an edit that takes the state of all vertices to the host and back, or an undo.
 TEST_CASE("device growth: an edit reads the ends of new vertices, and no others", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(make_block("block", 3),
-                {.method = method, .copies = 2, .backend = BackendKind::cuda});
+                {.method = method, .copies = 2, .executor = testing::fake_device()});
   solver.step(kTimeStep);
   const FakeDevice& device = device_of(solver);
   const SolverData& data = testing::inspect(solver);
@@ -261,7 +257,6 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
 
 // Would catch room that is not used, or made anew at every edit.
 TEST_CASE("device growth: vertices outgrow their room once in a while", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Scene scene = make_block("block", 3);
   const SolverOptions options{.copies = 2, .spare = {.vertices = 30}};
   Twins twins(scene, options);

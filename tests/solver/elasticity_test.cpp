@@ -45,7 +45,7 @@ SolverOptions options_of(int substeps, int iterations, double damping = 0) {
   return {.substeps = substeps,
           .iterations = iterations,
           .damping = static_cast<float>(damping),
-          .threads = 1};
+          .executor = executor::threads(1)};
 }
 
 StepReport run(Solver& solver, int steps, double dt) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <set>
@@ -20,10 +21,11 @@
 
 #include "pbdsurg/core/error.h"
 
+#include "core/executor_state.h"
 #include "solver/backend.h"
-#include "solver/cuda_hook.h"
 #include "solver/host_backends.h"
 #include "solver/room_to_grow.h"
+#include "solver/solver_device.h"
 #include "solver/step_copies.h"
 #include "support/inspect.h"
 
@@ -164,9 +166,6 @@ class DeviceState {
   std::vector<Velocity> velocities_;
   std::vector<float> falling_;
 };
-
-/// The number of the fake device that is current in a thread.
-inline thread_local int current_fake_device = 0;
 
 class FakeDevice final : public Backend {
  public:
@@ -520,22 +519,32 @@ class FakeDevice final : public Backend {
   std::vector<std::vector<VertexMotion>> motion_;  // [copy][asked]
 };
 
-/// While it lives, the CUDA backend is another.
-class HookGuard {
+/// Makes a backend of a solver's data, or throws what a device would.
+using MakeBackend = std::function<std::unique_ptr<Backend>(const SolverData& data)>;
+
+class DeviceOfTest final : public Device, public SolverDevice {
  public:
-  explicit HookGuard(const CudaHook* hook) : before_(set_cuda_hook(hook)) {}
-  ~HookGuard() { set_cuda_hook(before_); }
-  HookGuard(const HookGuard&) = delete;
-  HookGuard& operator=(const HookGuard&) = delete;
+  explicit DeviceOfTest(MakeBackend make) : make_(std::move(make)) {}
+
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  [[nodiscard]] std::unique_ptr<Backend> make_backend(const SolverData& data) override {
+    return make_(data);
+  }
 
  private:
-  const CudaHook* before_;
+  std::string name_ = "the test's device";
+  MakeBackend make_;
 };
 
-inline constexpr CudaHook kFakeDeviceHook{[](std::string&) { return true; },
-                                          [](const SolverData& data) -> std::unique_ptr<Backend> {
-                                            return std::make_unique<FakeDevice>(
-                                                data, current_fake_device);
-                                          }};
+/// @param instead  who works where the device refuses to
+inline Executor device_of_test(MakeBackend make, Executor instead = {}) {
+  return Executor(std::make_shared<ExecutorState>(std::make_shared<DeviceOfTest>(std::move(make)),
+                                                  std::move(instead)));
+}
+
+inline Executor fake_device(int number = 0) {
+  return device_of_test(
+      [number](const SolverData& data) { return std::make_unique<FakeDevice>(data, number); });
+}
 
 }  // namespace pbdsurg::testing

@@ -115,8 +115,8 @@ TEST_CASE("material: neo-hookean steps have the serial bits, on any number of th
   material.damping = GENERATE(0.0F, 0.01F);
   Scene scene = make_bar(material, {6, 2, 2}, true);
   scene.set_gravity({0, -9.81F, 0});
-  const auto run = [&](BackendKind backend, MathMode math, int threads) {
-    Solver solver(scene, {.iterations = 2, .backend = backend, .math = math, .threads = threads});
+  const auto run = [&](const Executor& executor, MathMode math) {
+    Solver solver(scene, {.iterations = 2, .executor = executor, .math = math});
     StepReport report;
     for (int i = 0; i < 5; ++i) {
       report = solver.step(0.01F);
@@ -124,11 +124,11 @@ TEST_CASE("material: neo-hookean steps have the serial bits, on any number of th
     CHECK(solver.positions()[40] != scene.positions()[40].cast<float>());
     return std::pair(solver.state_hash(), report.volume_residual);
   };
-  const auto expected = run(BackendKind::serial, MathMode::strict, 1);
-  CHECK(run(BackendKind::serial, MathMode::strict, 1) == expected);
-  CHECK(run(BackendKind::threaded, MathMode::strict, GENERATE(1, 3)) == expected);
-  const auto fast = run(BackendKind::threaded, MathMode::fast, 1);
-  CHECK(run(BackendKind::threaded, MathMode::fast, 3) == fast);
+  const auto expected = run(executor::serial(), MathMode::strict);
+  CHECK(run(executor::serial(), MathMode::strict) == expected);
+  CHECK(run(executor::threads(GENERATE(1, 3)), MathMode::strict) == expected);
+  const auto fast = run(executor::threads(1), MathMode::fast);
+  CHECK(run(executor::threads(3), MathMode::fast) == fast);
   CHECK(fast.second == Approx(expected.second).epsilon(0.01));
 }
 

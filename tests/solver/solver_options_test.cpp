@@ -12,8 +12,6 @@ namespace pbdsurg {
 namespace {
 
 using testing::ContainsSubstring;
-using testing::HookGuard;
-using testing::kFakeDeviceHook;
 
 constexpr double kEdge = 1e-2;
 
@@ -24,14 +22,14 @@ Scene make_soft_block() {
   return scene;
 }
 
-constexpr BackendKind kBackends[]{BackendKind::automatic, BackendKind::serial,
-                                  BackendKind::threaded, BackendKind::cuda};
+std::vector<Executor> all_executors() {
+  return {{}, executor::serial(), executor::threads(2), testing::fake_device()};
+}
 
 }  // namespace
 
 // Would catch an option that is taken without a word where nothing reads it.
 TEST_CASE("solver options: what nothing would read is refused by name", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
   const Scene scene = make_soft_block();
   const auto refuse = [&](const SolverOptions& options, const std::string& why) {
     INFO(why);
@@ -42,20 +40,16 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
 
   refuse({.iterations = 4, .over_relaxation = 1.5F}, "over_relaxation is 1.5");
   refuse({.iterations = 4, .over_relaxation = 1.5F}, "needs the vertex-block method");
-  for (const BackendKind backend : {BackendKind::serial, BackendKind::cuda}) {
-    refuse({.backend = backend, .threads = 2}, "threads is 2");
-    refuse({.backend = backend, .wait = ThreadWait::spin}, "wait is spin");
-    refuse({.backend = backend, .wait = ThreadWait::block}, "wait is block");
+  for (const Executor& executor : {Executor(), executor::serial(), executor::threads(2)}) {
+    refuse({.executor = executor, .device_strategy = DeviceStrategy::stream}, "strategy is stream");
+    refuse({.executor = executor, .device_strategy = DeviceStrategy::graph}, "strategy is graph");
+    refuse({.executor = executor, .device_strategy = DeviceStrategy::cluster},
+           "strategy is cluster");
   }
-  for (const BackendKind backend : {BackendKind::serial, BackendKind::threaded}) {
-    refuse({.backend = backend, .device_strategy = DeviceStrategy::stream}, "strategy is stream");
-    refuse({.backend = backend, .device_strategy = DeviceStrategy::graph}, "strategy is graph");
-    refuse({.backend = backend, .device_strategy = DeviceStrategy::cluster}, "strategy is cluster");
-  }
-  for (const BackendKind backend : {BackendKind::automatic, BackendKind::cuda}) {
-    refuse({.method = vertices, .backend = backend, .device_strategy = DeviceStrategy::cluster},
-           "vertex-block");
-  }
+  refuse({.method = vertices,
+          .executor = testing::fake_device(),
+          .device_strategy = DeviceStrategy::cluster},
+         "vertex-block");
   refuse({.method = vertices, .mode = ProjectionMode::fraction}, "fraction");
   refuse({.method = vertices, .composition = PlanComposition::joint}, "joint");
   refuse({.method = vertices, .coloring = {.max_colors = 3}}, "max_colors is 3");
@@ -67,33 +61,27 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
 }
 
 // Would catch a rule that refuses who has set nothing, a preset, or what a solver says of itself.
-TEST_CASE("solver options: defaults and presets are taken on every backend", "[unit]") {
-  const HookGuard guard(&kFakeDeviceHook);
+TEST_CASE("solver options: defaults and presets are taken by every executor", "[unit]") {
   const Scene scene = make_soft_block();
-  for (const BackendKind backend : kBackends) {
+  for (const Executor& executor : all_executors()) {
     for (const SolverMethod method : {SolverMethod::projection, SolverMethod::vertex_block}) {
-      INFO("backend " << static_cast<int>(backend) << ", method " << static_cast<int>(method));
+      INFO((executor ? executor.name() : "nobody") << ", method " << static_cast<int>(method));
       SolverOptions options;
-      options.backend = backend;
+      options.executor = executor;
       options.method = method;
       const Solver solver(scene, options);
       CHECK_NOTHROW(Solver(scene, solver.options()));
     }
     SolverOptions paper = SolverOptions::paper();
-    paper.backend = backend;
+    paper.executor = executor;
     CHECK_NOTHROW(Solver(scene, paper));
   }
 }
 
-TEST_CASE("solver options: the automatic backend takes those of all, others their own", "[unit]") {
-  const HookGuard guard(GENERATE(static_cast<const CudaHook*>(nullptr), &kFakeDeviceHook));
+TEST_CASE("solver options: what has a reader is taken", "[unit]") {
   const Scene scene = make_soft_block();
   CHECK_NOTHROW(Solver(
-      scene,
-      {.device_strategy = DeviceStrategy::cluster, .threads = 2, .wait = ThreadWait::block}));
-  CHECK_NOTHROW(
-      Solver(scene, {.backend = BackendKind::threaded, .threads = 2, .wait = ThreadWait::block}));
-  CHECK_NOTHROW(Solver(scene, {.backend = BackendKind::serial, .threads = 1}));
+      scene, {.executor = testing::fake_device(), .device_strategy = DeviceStrategy::cluster}));
   CHECK_NOTHROW(Solver(scene, {.method = SolverMethod::vertex_block,
                                .iterations = 2,
                                .over_relaxation = 1.5F,

@@ -8,7 +8,6 @@
 #include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/backend_threads.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 
@@ -268,17 +267,14 @@ TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "
 
 // Would catch a force that is no number, which no device must be given.
 TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const float compliance = GENERATE(0.0F, 1e-4F);
   Scene scene;
   const TetMesh box = testing::make_box({3, 2, 2}, kEdge);
   scene.add_body("box", box, elastic_material(box, 1000, 2e4));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  Solver solver(scene, {.method = method,
-                        .substeps = 2,
-                        .backend = backend,
-                        .threads = testing::threads_of(backend)});
+  Solver solver(scene, {.method = method, .substeps = 2, .executor = executor});
   std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
   velocities.back().setConstant(std::numeric_limits<float>::max());
   solver.write_velocities(velocities);
@@ -397,12 +393,12 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
 
 // Would catch a product of compliance and 1 / substep^2 that overflows: then nothing is a number.
 TEST_CASE("solver: the largest compliance resists nothing, however short the substep", "[unit]") {
-  const auto backend = GENERATE(BackendKind::serial, BackendKind::threaded);
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   Scene scene;
   const TetMesh box = testing::make_box({2, 2, 2}, kEdge);
   scene.add_body("box", box,
                  {.stretch = {1, kLargestCompliance}, .volume = {1, kLargestCompliance}});
-  Solver solver(scene, {.substeps = 1, .backend = backend});
+  Solver solver(scene, {.substeps = 1, .executor = executor});
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index vertex = 0;
   solver.grasp(tool, {&vertex, 1}, kLargestCompliance);

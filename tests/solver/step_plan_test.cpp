@@ -211,7 +211,6 @@ TEST_CASE("step plan: bad options are refused by name", "[unit]") {
     CHECK_THROWS_WITH(Solver(scene, {.coloring = coloring}), ContainsSubstring(option));
   };
   refuse({.max_colors = -1}, "max_colors is -1");
-  refuse({.threads = -2}, "threads");
   refuse({.algorithm = ColoringAlgorithm::random_disc, .disc = {.shrink = 0.5}}, "shrink");
   refuse({.algorithm = static_cast<ColoringAlgorithm>(77)}, "77");
   CHECK_THROWS_WITH(Solver(scene, {.composition = static_cast<PlanComposition>(9)}),

@@ -100,14 +100,13 @@ TEST_CASE("threaded backend: strict has the serial bits, fast one's own, on any 
   SolverOptions options{.mode = mode, .substeps = 2, .iterations = 3, .composition = composition};
   options.coloring.max_colors = max_colors;
   options.coloring.repair = max_colors == 0;
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   const Outcome serial = run(scene, options);
   REQUIRE(serial.report.contacts > 0);
   REQUIRE(serial.report.non_finite_vertices == 0);
   REQUIRE(serial.pull.norm() > 0);
 
-  options.backend = BackendKind::threaded;
-  options.threads = 1;
+  options.executor = executor::threads(1);
   const std::string name = Solver(scene, options).backend_name();
   if (name.find(set) == std::string::npos) {
     WARN("this processor has no " << set);
@@ -118,7 +117,7 @@ TEST_CASE("threaded backend: strict has the serial bits, fast one's own, on any 
   for (const int threads : {1, 2, 3, 8}) {
     INFO(set << ", " << threads << " threads, mode " << static_cast<int>(mode) << ", composition "
              << static_cast<int>(composition) << ", at most " << max_colors << " colors");
-    options.threads = threads;
+    options.executor = executor::threads(threads);
     options.math = MathMode::strict;
     CHECK(run(scene, options) == serial);
     options.math = MathMode::fast;
@@ -137,7 +136,7 @@ TEST_CASE(
   scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
   SolverOptions options{.substeps = 1};
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   Index top = 0;
   const Solver solver(scene, options);
   for (const Phase& phase : solver.plan().phases) {
@@ -146,11 +145,10 @@ TEST_CASE(
   REQUIRE(top == 2);
   const Outcome serial = run(scene, options);
 
-  options.backend = BackendKind::threaded;
-  options.threads = 1;
+  options.executor = executor::threads(1);
   const Outcome fast = run(scene, options);
   for (const int threads : {2, 3, 4, 8}) {
-    options.threads = threads;
+    options.executor = executor::threads(threads);
     options.math = MathMode::strict;
     CHECK(run(scene, options) == serial);
     options.math = MathMode::fast;
@@ -170,13 +168,13 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
   Scene scene;
   scene.add_body("block", mesh, {.model = ElasticModel::neo_hookean, .damping = 1e-3F});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-  SolverOptions options{.method = method, .substeps = 2, .backend = BackendKind::threaded};
+  SolverOptions options{.method = method, .substeps = 2};
   options.composition = composition;
-  options.threads = 1;
+  options.executor = executor::threads(1);
   Solver one(scene, options);
-  options.threads = 3;  // which share each phase of so large a body
+  options.executor = executor::threads(3);  // which share each phase of so large a body
   Solver three(scene, options);
-  options.threads = 0;
+  options.executor = executor::threads();
   Solver chosen(scene, options);
   std::vector<std::jthread> neighbours;  // which stop when they are destroyed
   for (unsigned i = 0; i < 2 * std::thread::hardware_concurrency(); ++i) {
@@ -200,14 +198,35 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
   CHECK(hashes == expected);
 }
 
-TEST_CASE("threaded backend: every way of waiting gives the same bits", "[equivalence]") {
-  const Scene scene = make_scene(ProjectionMode::compliance, 0);
-  SolverOptions options{.substeps = 2, .backend = BackendKind::threaded, .threads = 3};
-  const Outcome yielding = run(scene, options);
-  options.wait = ThreadWait::spin;
-  CHECK(run(scene, options) == yielding);
-  options.wait = ThreadWait::block;
-  CHECK(run(scene, options) == yielding);
+// Would catch a team that two use at once: one then works alone, with the same bits.
+TEST_CASE("threaded backend: solvers of several threads may share an executor", "[equivalence]") {
+  const TetMesh mesh = testing::make_box({14, 12, 10}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
+  Solver alone(scene, {.executor = executor::threads(1)});
+  std::vector<Solver> solvers;
+  const Executor shared = executor::threads(GENERATE(3, 0));
+  for (int i = 0; i < 3; ++i) {
+    solvers.emplace_back(scene, SolverOptions{.executor = shared});
+  }
+  constexpr int kSteps = 20;
+  {
+    std::vector<std::jthread> users;
+    for (Solver& solver : solvers) {
+      users.emplace_back([&solver] {
+        for (int step = 0; step < kSteps; ++step) {
+          solver.step(kTimeStep);
+        }
+      });
+    }
+  }
+  for (int step = 0; step < kSteps; ++step) {
+    alone.step(kTimeStep);
+  }
+  for (const Solver& solver : solvers) {
+    CHECK(solver.state_hash() == alone.state_hash());
+  }
 }
 
 // Would catch an estimate of a root that is no number where both ends are at one point.
@@ -219,7 +238,7 @@ TEST_CASE("threaded backend: a link without length has a finite residual", "[uni
   scene.add_particles("strand", one_point, 1e-6);
   scene.add_link({0, 1, 1e-3F, {0.5F, 1e-3F}});
   for (const MathMode math : {MathMode::strict, MathMode::fast}) {
-    Solver solver(scene, {.backend = BackendKind::threaded, .math = math, .threads = 1});
+    Solver solver(scene, {.executor = executor::threads(1), .math = math});
     CHECK(solver.step(kTimeStep).distance_residual == 1);
   }
 }

@@ -175,14 +175,10 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
   for (Index v = 0; v < 5; ++v) {
     scene.add_link({v + 60, scene.body(1).first_vertex + v, 1e-3F, {1, 0.05F}});
   }
-  const auto after = [&](BackendKind backend, MathMode math, int threads) {
+  const auto after = [&](const Executor& executor, MathMode math) {
     SolverOptions options = vertex_options(3, 2);
-    options.backend = backend;
+    options.executor = executor;
     options.math = math;
-    if (backend == BackendKind::threaded) {
-      options.threads = threads;
-      options.wait = ThreadWait::block;
-    }
     options.over_relaxation = 1.2F;
     Solver solver(scene, options);
     const float top = 6.2F * static_cast<float>(kEdge);
@@ -222,11 +218,11 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
 
   const std::string set = GENERATE("AVX-512", "AVX2", "SSSE3");
   const testing::InstructionSet only(set);
-  const std::uint64_t serial = after(BackendKind::serial, MathMode::fast, 1);
-  const std::uint64_t fast = after(BackendKind::threaded, MathMode::fast, 1);
+  const std::uint64_t serial = after(executor::serial(), MathMode::fast);
+  const std::uint64_t fast = after(executor::threads(1), MathMode::fast);
   for (const int threads : {1, 2, 3, 5}) {
-    CHECK(after(BackendKind::threaded, MathMode::strict, threads) == serial);
-    CHECK(after(BackendKind::threaded, MathMode::fast, threads) == fast);
+    CHECK(after(executor::threads(threads), MathMode::strict) == serial);
+    CHECK(after(executor::threads(threads), MathMode::fast) == fast);
   }
 }
 
@@ -234,9 +230,9 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
 TEST_CASE("vertex method: a held vertex is moved once, wherever it lies in its block", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({2, 2, 2}, kEdge), neo_hookean(2e4F, 0.4F));
-  const auto after = [&](BackendKind backend, Index held) {
+  const auto after = [&](const Executor& executor, Index held) {
     SolverOptions options = vertex_options(2, 2);
-    options.backend = backend;
+    options.executor = executor;
     options.math = MathMode::strict;
     Solver solver(scene, options);
     const ToolId tool = solver.add_tool({}, ToolPose::Identity());
@@ -245,7 +241,7 @@ TEST_CASE("vertex method: a held vertex is moved once, wherever it lies in its b
     return solver.state_hash();
   };
   for (Index v = 0; v < scene.vertex_count(); ++v) {
-    CHECK(after(BackendKind::threaded, v) == after(BackendKind::serial, v));
+    CHECK(after(executor::threads(2), v) == after(executor::serial(), v));
   }
 }
 

@@ -56,10 +56,10 @@ int main() try {
   strands.join(scene, 0, 1, scattered_links(lower, upper, {.max_distance = 8e-3, .density = 1e6}),
                {.segments = 2});
 
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   const std::array bodies{ThermalBody{0, tissues::fat().heat},
                           ThermalBody{1, tissues::liver().heat}};
-  const HeatField field(solver.tissue(), bodies, {}, {.threads = 1});
+  const HeatField field(solver.tissue(), bodies);
   const LiveSurface surface(solver.tissue(), 1);
   const LivePieces pieces(solver.tissue());
   solver.tissue().add_follower(strands, FollowerRank::surgery);

@@ -154,7 +154,7 @@ const std::vector<EditScene>& edit_scenes() {
 }
 
 std::vector<SolverOptions> edit_options(const EditScene& scene) {
-  const SolverOptions base{.substeps = 2, .damping = 1, .backend = BackendKind::serial};
+  const SolverOptions base{.substeps = 2, .damping = 1, .executor = executor::serial()};
   std::vector<SolverOptions> all(7, base);
   all[1].composition = PlanComposition::joint;
   all[1].coloring.balance = true;

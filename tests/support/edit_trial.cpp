@@ -11,7 +11,6 @@
 #include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/backend_threads.h"
 #include "support/edit_maker.h"
 #include "support/edit_spoiler.h"
 #include "support/eventful_program.h"
@@ -58,10 +57,9 @@ EditTrial::EditTrial(const EditScene& scene, const SolverOptions& options, bool 
       model_(scene.scene) {
   solver_.tissue().add_follower(strands_, FollowerRank::surgery);
   add_surfaces();
-  if (has_twin || options.backend != BackendKind::serial) {
+  if (has_twin || !options.executor || options.executor.kind() != ExecutorKind::serial) {
     SolverOptions serial = options;
-    serial.backend = BackendKind::serial;
-    serial.threads = 0;
+    serial.executor = executor::serial();
     serial.device_strategy = DeviceStrategy::automatic;
     twin_.emplace(scene.scene, serial);
   }
@@ -216,16 +214,15 @@ EditTrial::Change EditTrial::make_change(Choices& choices) {
   return change;
 }
 
-std::string run_edit_trial(std::span<const std::uint8_t> bytes, BackendKind backend) {
+std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& executor) {
   Choices choices(bytes);
   const EditScene& scene = choices.one_of(edit_scenes());
   const std::vector<SolverOptions> all_options = edit_options(scene);
   const Index option = choices.below(static_cast<Index>(all_options.size()));
   SolverOptions options = all_options[option];
-  options.backend = backend;
+  options.executor = executor;
   options.math = MathMode::strict;
-  options.threads = threads_of(backend);
-  if (backend == BackendKind::cuda) {
+  if (executor.kind() == ExecutorKind::device) {
     options.device_strategy = choices.one_of(
         std::array{DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster});
     const bool has_cluster = options.method == SolverMethod::projection &&
@@ -254,7 +251,7 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, BackendKind back
         break;
       default:
         trial.edit(choices);
-        if (trial.is_stepping() ? choices.below(2) == 0 : backend != BackendKind::serial) {
+        if (trial.is_stepping() ? choices.below(2) == 0 : executor.kind() != ExecutorKind::serial) {
           wrong = trial.step();
         }
     }

@@ -93,7 +93,7 @@ class EditTrial {
 ///                 of a device is chosen by the bytes
 /// @return  what went wrong; empty if nothing did
 [[nodiscard]] std::string run_edit_trial(std::span<const std::uint8_t> bytes,
-                                         BackendKind backend = BackendKind::serial);
+                                         const Executor& executor);
 
 /// The bytes of one trial of many: a few edits.
 [[nodiscard]] std::vector<std::uint8_t> bytes_of_trial(std::uint64_t seed);

@@ -371,7 +371,7 @@ inline TopologyEdit eventful_edit(const Solver& solver, Index round) {
 
 inline SolverOptions serial_options(const Variant& variant, Index copies = 1) {
   SolverOptions options = options_of(variant);
-  options.backend = BackendKind::serial;
+  options.executor = executor::serial();
   options.copies = copies;
   return options;
 }

@@ -6,6 +6,7 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "core/executor_state.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 #include "thermal/device_system.h"
@@ -28,12 +29,15 @@ class Idle final : public DeviceSystem {
   }
 };
 
-// While it lives, programs find such a device.
-struct IdleDevice {
-  ~IdleDevice() { set_device_system_maker(before); }
+class IdleDevice final : public Device, public FieldDevice {
+ public:
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  [[nodiscard]] std::unique_ptr<DeviceSystem> make_system() override {
+    return std::make_unique<Idle>();
+  }
 
-  MakeDeviceSystem before = set_device_system_maker(
-      []() -> std::unique_ptr<DeviceSystem> { return std::make_unique<Idle>(); });
+ private:
+  std::string name_ = "idle";
 };
 
 }  // namespace
@@ -42,15 +46,16 @@ struct IdleDevice {
 // is off.
 TEST_CASE("cautery: what a failed substep left undelivered stays so", "[unit]") {
   constexpr double kEdge = 1e-3;  // m
-  const IdleDevice device;
   const TetMesh mesh = testing::make_box({8, 8, 4}, kEdge);
   Scene scene;
   scene.add_body("fat", mesh);
   Solver solver(scene);
   const ThermalBody body{0, tissues::fat().heat};
   CauteryOptions options;
-  options.heat.backend = FieldBackend::cuda;
-  options.potential.backend = FieldBackend::cpu;
+  options.heat.executor =
+      Executor(std::make_shared<ExecutorState>(std::make_shared<IdleDevice>(), Executor()));
+  options.heat.device_rows = 0;
+  options.potential.executor = executor::serial();
   Cautery cautery(solver.tissue(), std::span(&body, 1), options);
   const Eigen::Vector3f tip(4e-3F, 4e-3F, 4.2e-3F);
   const Electrode electrode{tip, tip};

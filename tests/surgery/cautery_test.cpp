@@ -569,7 +569,7 @@ TEST_CASE("cautery: a blade leaves no mark, whitens or cuts with 10, 25 or 50 W"
     double survival = 1, water = 1, removed = 0;
   };
   const auto cut = [&](double power) {
-    Solver solver(scene, {.backend = BackendKind::serial});
+    Solver solver(scene, {.executor = executor::serial()});
     Cautery cautery(solver.tissue(), std::span(&body, 1), {.contact_radius = kRadius});
     Mark mark;
     for (int i = 0; i < 90; ++i) {

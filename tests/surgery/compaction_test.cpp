@@ -25,7 +25,7 @@ using testing::kTimeStep;
 using testing::Slabs;
 using testing::World;
 
-const SolverOptions kSerial{.damping = 20, .backend = BackendKind::serial};
+const SolverOptions kSerial{.damping = 20, .executor = executor::serial()};
 
 // Whatever a linear solver starts from, it ends at the same.
 const CauteryOptions kPrecise{

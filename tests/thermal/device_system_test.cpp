@@ -11,6 +11,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "core/executor_state.h"
 #include "thermal/field_backend_cases.h"
 
 namespace pbdsurg {
@@ -85,22 +86,27 @@ class StandIn final : public DeviceSystem {
   std::vector<std::array<double, 6>> conductances_;
 };
 
-// While it lives, programs find such a device.
-struct Device {
-  explicit Device(MakeDeviceSystem make) : before(set_device_system_maker(make)) {}
-  ~Device() {
-    set_device_system_maker(before);
-    solutions_until_failure = -1;
+class FieldDeviceOfTest final : public Device, public FieldDevice {
+ public:
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  [[nodiscard]] std::unique_ptr<DeviceSystem> make_system() override {
+    ++made_count;
+    if (refuses) {
+      throw BackendUnavailable("no memory, the test says");
+    }
+    return std::make_unique<StandIn>();
   }
-  Device(const Device&) = delete;
-  Device& operator=(const Device&) = delete;
 
-  MakeDeviceSystem before;
+  bool refuses = false;
+
+ private:
+  std::string name_ = "stand-in";
 };
 
-std::unique_ptr<DeviceSystem> make_stand_in() {
-  ++made_count;
-  return std::make_unique<StandIn>();
+Executor stand_in() {
+  solutions_until_failure = -1;
+  return Executor(
+      std::make_shared<ExecutorState>(std::make_shared<FieldDeviceOfTest>(), Executor()));
 }
 
 }  // namespace
@@ -119,75 +125,80 @@ TEST_CASE("device system: edges of corners are those of the tetrahedron", "[unit
 // Would catch a region, conductances, contacts or a start that the device does not hear of, and
 // heat that is left from before.
 TEST_CASE("device system: a potential is what the CPU finds", "[unit]") {
-  const Device device(make_stand_in);
+  const Executor device = stand_in();
   const Index size = GENERATE(8, 14, 26);
-  testing::check_potentials({size, size, size / 2 + 2}, FieldBackend::cuda);
+  testing::check_potentials({size, size, size / 2 + 2}, stand_in());
 }
 
 TEST_CASE("device system: temperatures are what the CPU finds", "[unit]") {
-  const Device device(make_stand_in);
-  testing::check_temperatures({6, 5, 4}, FieldBackend::cuda);
-  testing::check_temperatures({16, 15, 8}, FieldBackend::cuda);
+  const Executor device = stand_in();
+  testing::check_temperatures({6, 5, 4}, stand_in());
+  testing::check_temperatures({16, 15, 8}, stand_in());
 }
 
-// Would catch an automatic choice that asks a device for a handful of rows, or never asks it.
-TEST_CASE("device system: an automatic choice leaves small systems to the CPU", "[unit]") {
-  const Device device(make_stand_in);
-  const auto backend_of = [](std::array<Index, 3> cells, FieldBackend wanted) {
-    const testing::Found found = testing::burn_block(cells, {.backend = wanted});
-    return found.reports.front().backend;
+// Would catch a device that is asked for a handful of rows, or never.
+TEST_CASE("device system: small systems stay on the host", "[unit]") {
+  const Executor device = stand_in();
+  const auto is_on_device = [](std::array<Index, 3> cells, const PotentialOptions& options) {
+    return testing::burn_block(cells, options).reports.front().is_on_device;
   };
-  CHECK(backend_of({5, 5, 4}, FieldBackend::automatic) == FieldBackend::cpu);
-  CHECK(backend_of({18, 18, 12}, FieldBackend::automatic) == FieldBackend::cuda);
-  CHECK(backend_of({5, 5, 4}, FieldBackend::cuda) == FieldBackend::cuda);
-  CHECK(backend_of({18, 18, 12}, FieldBackend::cpu) == FieldBackend::cpu);
+  CHECK_FALSE(is_on_device({5, 5, 4}, {.executor = device}));
+  CHECK(is_on_device({18, 18, 12}, {.executor = device}));
+  CHECK(is_on_device({5, 5, 4}, {.executor = device, .device_rows = 0}));
+  CHECK_FALSE(is_on_device({18, 18, 12}, {}));
 }
 
 // Would catch devices that are opened and never used, and a wish that is heard late.
 TEST_CASE("device system: a field has one when it needs it", "[unit]") {
-  const Device device(make_stand_in);
+  const Executor device = stand_in();
   const TetMesh shape = testing::make_box({15, 15, 7}, 1e-3);  // more rows than a device is worth
-  const ThermalMesh mesh(shape, kLiver);
   const std::vector<HeatSource> sources{{40, 3}};
   made_count = 0;
-  HeatField field(shape, kLiver);
+  HeatField field(shape, kLiver, {}, {.executor = device});
   const PotentialField potential(field);
-  CHECK(field.step(1e-3, sources).backend == FieldBackend::cpu);
+  CHECK_FALSE(field.step(1e-3, sources).is_on_device);
   CHECK(made_count == 0);
 
-  HeatField whole(shape, kLiver, {}, {.active_rise = 0});
-  CHECK(whole.step(1e-3, sources).backend == FieldBackend::cuda);
-  CHECK(whole.step(1e-3, sources).backend == FieldBackend::cuda);
+  HeatField whole(shape, kLiver, {}, {.active_rise = 0, .executor = device});
+  CHECK(whole.step(1e-3, sources).is_on_device);
+  CHECK(whole.step(1e-3, sources).is_on_device);
   CHECK(made_count == 1);
   HeatField copy = whole;
   CHECK(made_count == 1);
-  CHECK(copy.step(1e-3, sources).backend == FieldBackend::cuda);
+  CHECK(copy.step(1e-3, sources).is_on_device);
   CHECK(made_count == 2);
-
-  const PotentialField asking(mesh, {.backend = FieldBackend::cuda});
-  CHECK(made_count == 3);
 }
 
-// Would catch a message that says nothing, and an automatic choice that fails for want of a device.
-TEST_CASE("device system: who asks for a device that is not there hears why", "[unit]") {
+// Would catch a device that is left out without a word, and one that ends a program that could go
+// on without.
+TEST_CASE("device system: a device that refuses says why, or the host works instead", "[unit]") {
   const TetMesh shape = testing::make_box({3, 3, 3}, 1e-3);
-  const ThermalMesh mesh(shape, kLiver);
-  const Device device(nullptr);
-  CHECK_THROWS_AS(PotentialField(mesh, {.backend = FieldBackend::cuda}), BackendUnavailable);
-  CHECK_THROWS_WITH(HeatField(shape, kLiver, {}, {.backend = FieldBackend::cuda}),
-                    testing::ContainsSubstring("not linked with pbdsurg::cuda"));
-  CHECK_NOTHROW(PotentialField(mesh));
-  CHECK_NOTHROW(HeatField(shape, kLiver));
-  CHECK_THROWS_AS(PotentialField(mesh, {.backend = static_cast<FieldBackend>(9)}), InvalidArgument);
+  const std::vector<HeatSource> sources{{5, 3}};
+  const auto device = std::make_shared<FieldDeviceOfTest>();
+  device->refuses = true;
+  const auto field_on = [&](const Executor& instead) {
+    const Executor executor(std::make_shared<ExecutorState>(device, instead));
+    return HeatField(shape, kLiver, {}, {.active_rise = 0, .executor = executor, .device_rows = 0});
+  };
+  HeatField strict = field_on({});
+  CHECK_THROWS_AS(strict.step(1e-3, sources), BackendUnavailable);
+  CHECK_THROWS_WITH(strict.step(1e-3, sources), testing::ContainsSubstring("no memory"));
+  HeatField careful = field_on(executor::threads());
+  made_count = 0;
+  CHECK_FALSE(careful.step(1e-3, sources).is_on_device);
+  CHECK_FALSE(careful.step(1e-3, sources).is_on_device);
+  CHECK(made_count == 1);
+  CHECK_THROWS_WITH(HeatField(shape, kLiver, {}, {.device_rows = -1}),
+                    testing::ContainsSubstring("device_rows"));
 }
 
 // Would catch heat without a solution, a step half taken, and a device that is asked no more.
 TEST_CASE("device system: where the device fails, nothing is heated and all can go on", "[unit]") {
-  const Device device(make_stand_in);
+  const Executor device = stand_in();
   const TetMesh shape = testing::make_box({6, 6, 5}, 1e-3);
   testing::Conductor at(
       shape, [](const auto& x) { return x.x() < 1e-4; },
-      [](const auto& x) { return x.x() > 5.9e-3; }, 0.3, {.backend = FieldBackend::cuda});
+      [](const auto& x) { return x.x() > 5.9e-3; }, 0.3, {.executor = device, .device_rows = 0});
   is_memory_short = true;
   CHECK_THROWS_AS(at.solve(), std::bad_alloc);
   const double whole = at.solve().conductance;
@@ -200,7 +211,7 @@ TEST_CASE("device system: where the device fails, nothing is heated and all can 
   CHECK(at.field.vertex_heat().empty());
   CHECK(at.solve().conductance == Approx(whole).epsilon(0.05));
 
-  HeatField field(shape, kLiver, {}, {.backend = FieldBackend::cuda});
+  HeatField field(shape, kLiver, {}, {.executor = device, .device_rows = 0});
   const std::vector<HeatSource> sources{{40, 3}};
   is_memory_short = true;
   CHECK_THROWS_AS(field.step(1e-3, sources), std::bad_alloc);

@@ -120,12 +120,12 @@ inline Found burn_block(std::array<Index, 3> cells, const PotentialOptions& opti
 }
 
 /// Checks that a backend finds what the CPU does, and finds it again.
-inline void check_potentials(std::array<Index, 3> cells, FieldBackend backend) {
+inline void check_potentials(std::array<Index, 3> cells, const Executor& device) {
   const PotentialOptions tight{.tolerance = 1e-11, .most_iterations = 2000};
   PotentialOptions options = tight;
-  options.backend = FieldBackend::cpu;
   const Found expected = burn_block(cells, options);
-  options.backend = backend;
+  options.executor = device;
+  options.device_rows = 0;
   const Found found = burn_block(cells, options);
   const Found again = burn_block(cells, options);
   CHECK(again.potentials == found.potentials);
@@ -140,7 +140,7 @@ inline void check_potentials(std::array<Index, 3> cells, FieldBackend backend) {
     CHECK(report.is_new == expected.reports[i].is_new);
     CHECK(report.has_converged);
     CHECK(report.vertex_count == expected.reports[i].vertex_count);
-    CHECK((report.backend == FieldBackend::cuda || report.vertex_count == 0));
+    CHECK((report.is_on_device || report.vertex_count == 0));
     const double whole = expected.reports[i].conductance;
     CHECK(report.conductance == Approx(whole).epsilon(1e-8));
     // the heat of contacts in part is no tetrahedron's
@@ -177,10 +177,9 @@ inline std::vector<double> heat_block(std::array<Index, 3> cells, const HeatOpti
     const std::vector<HeatSource> sources{{at, 2}};
     const HeatReport report = field.step(5e-3, sources);
     CHECK(report.converged);
-    CHECK(report.backend ==
-          (options.backend == FieldBackend::cpu ? FieldBackend::cpu : FieldBackend::cuda));
+    CHECK(report.is_on_device == static_cast<bool>(options.executor));
     if (step <= 20) {
-      CHECK(copy.step(5e-3, sources).backend == report.backend);
+      CHECK(copy.step(5e-3, sources).is_on_device == report.is_on_device);
       CHECK(std::ranges::equal(copy.temperatures(), field.temperatures()));
     }
     if (step == 20) {
@@ -195,11 +194,11 @@ inline std::vector<double> heat_block(std::array<Index, 3> cells, const HeatOpti
 }
 
 /// As check_potentials(), of temperatures.
-inline void check_temperatures(std::array<Index, 3> cells, FieldBackend backend) {
+inline void check_temperatures(std::array<Index, 3> cells, const Executor& device) {
   HeatOptions options{.tolerance = 1e-12, .most_iterations = 1000};
-  options.backend = FieldBackend::cpu;
   const std::vector<double> expected = heat_block(cells, options);
-  options.backend = backend;
+  options.executor = device;
+  options.device_rows = 0;
   const std::vector<double> found = heat_block(cells, options);
   CHECK(found == heat_block(cells, options));
   double apart = 0;

@@ -29,7 +29,7 @@ using testing::vertices_where;
 const ThermalProperties& kLiver = tissues::liver().heat;
 
 constexpr double kPi = std::numbers::pi;
-constexpr HeatOptions kWhole{.active_rise = 0, .tolerance = 1e-9};
+const HeatOptions kWhole{.active_rise = 0, .tolerance = 1e-9};
 
 double sum(const HeatLedger& ledger) {
   return ledger.in - ledger_error(ledger);

@@ -36,7 +36,7 @@ const ThermalProperties& kBlood = tissues::blood().heat;
 constexpr double kPi = std::numbers::pi;
 
 // The whole mesh in every step, solved to rounding.
-constexpr HeatOptions kExact{.active_rise = 0, .tolerance = 1e-12};
+const HeatOptions kExact{.active_rise = 0, .tolerance = 1e-12};
 
 // Conduction alone.
 ThermalModel dry_model(double theta = 1) {

@@ -324,7 +324,7 @@ TEST_CASE("heat field: the same bits for any number of threads", "[property]") {
   std::vector<HeatField> fields;
   for (const int threads : {1, 2, 3}) {
     fields.emplace_back(mesh, kLiver, ThermalModel{},
-                        HeatOptions{.active_rise = 0, .threads = threads});
+                        HeatOptions{.active_rise = 0, .executor = executor::threads(threads)});
   }
   for (int i = 0; i < 30; ++i) {
     for (HeatField& field : fields) {
@@ -516,7 +516,6 @@ TEST_CASE("heat field: bad values are refused by name", "[unit]") {
   CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.active_rise = -1}),
                     ContainsSubstring("active_rise"));
   CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.tolerance = 0}), ContainsSubstring("tolerance"));
-  CHECK_THROWS_WITH(HeatField(block, kFat, {}, {.threads = 0}), ContainsSubstring("threads"));
   ThermalModel model;
   model.theta = 0.3;
   CHECK_THROWS_WITH(HeatField(block, kFat, model), ContainsSubstring("theta"));
@@ -546,7 +545,7 @@ TEST_CASE("heat field: it goes along with a compaction", "[property]") {
   scene.add_body("gone", box);
   scene.add_body("other", testing::make_box({2, 2, 2}, 1e-3));
   scene.add_body("block", box);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   Tissue& tissue = solver.tissue();
   Tissue old_tissue(scene);  // has the same edits, and is not compacted
   const std::array bodies{ThermalBody{0, kFat}, ThermalBody{2, kLiver}};
@@ -628,7 +627,7 @@ TEST_CASE("heat field: a potential goes along with a compaction of its mesh", "[
   Scene scene;
   scene.add_body("gone", testing::make_box({2, 2, 2}, 1e-3));
   scene.add_body("block", box);
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   Tissue& tissue = solver.tissue();
   Tissue old_tissue(scene);  // has the same edit, and is not compacted
   const std::array bodies{ThermalBody{1, kLiver}};

@@ -10,10 +10,9 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "solver/step_team.h"
+#include "core/shared_work.h"
 #include "support/catch.h"
 #include "support/meshes.h"
-#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
@@ -151,8 +150,7 @@ TEST_CASE("local system: any number of threads gives the same bits", "[unit]") {
   std::vector<double> expected;
   for (const Index groups : {0, 32}) {
     for (const int threads : {1, 2, 3}) {
-      StepTeam team(threads, ThreadWait::yield);
-      LocalSystem system(&team);
+      LocalSystem system(executor::threads(threads));
       sample.fill(system);
       if (groups > 0) {
         system.set_groups(sample.groups(groups));

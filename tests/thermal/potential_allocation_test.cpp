@@ -17,7 +17,7 @@ TEST_CASE("potential: a contact that goes around allocates nothing the second ti
   const TetMesh shape = testing::make_box({16, 16, 8}, kEdge);
   const ThermalMesh mesh(shape, tissues::liver().heat);
   std::vector<double> conductivities(shape.tets().size(), 0.3);
-  PotentialField field(mesh, {.threads = 2});
+  PotentialField field(mesh, {.executor = executor::threads(2)});
   std::vector<std::vector<PatchVertex>> patches;
   for (int frame = 0; frame < 24; ++frame) {
     const double turn = 0.26 * frame;

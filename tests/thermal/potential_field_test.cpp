@@ -13,11 +13,11 @@
 #include "pbdsurg/core/random.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "core/shared_work.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 #include "support/scenes.h"
 #include "thermal/potential_cases.h"
-#include "thermal/shared_work.h"
 
 namespace pbdsurg {
 namespace {
@@ -511,7 +511,7 @@ TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
   for (const PotentialOptions& bad :
        {PotentialOptions{.region_radii = 1}, PotentialOptions{.tolerance = 0},
         PotentialOptions{.tolerance = 1}, PotentialOptions{.most_iterations = -1},
-        PotentialOptions{.conductivity_change = nan}, PotentialOptions{.threads = -1}}) {
+        PotentialOptions{.conductivity_change = nan}, PotentialOptions{.device_rows = -1}}) {
     CHECK_THROWS_AS(PotentialField(block.mesh, bad), InvalidArgument);
   }
 }
@@ -520,7 +520,7 @@ TEST_CASE("potential: bad input is refused and changes nothing", "[unit]") {
 TEST_CASE("potential: any number of threads gives the same bits", "[unit]") {
   std::vector<double> expected;
   for (const int threads : {1, 2, 3}) {
-    Block block({26, 26, 13}, 0.1, {.threads = threads});
+    Block block({26, 26, 13}, 0.1, {.executor = executor::threads(threads)});
     std::vector<double> all;
     for (int frame = 0; frame < 3; ++frame) {
       const Eigen::Vector3d at = block.centre + Eigen::Vector3d(0.7 * frame * kEdge, 0, 0);

@@ -73,7 +73,7 @@ struct Setup {
     Scene scene;
     scene.add_body("other", testing::make_box({1, 1, 1}, 1e-3));
     scene.add_body("block", mesh);
-    return Solver(scene, {.backend = BackendKind::serial});
+    return Solver(scene, {.executor = executor::serial()});
   }
 
   [[nodiscard]] std::vector<Index> surface_vertices() const {

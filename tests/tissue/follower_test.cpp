@@ -231,7 +231,7 @@ TEST_CASE("follower: one that refuses leaves everything as it was", "[unit]") {
   strands.join(scene, 0, 1,
                scattered_links(lower, upper, {.max_distance = 2 * kEdge, .density = 2e5}));
   REQUIRE(!strands.strands().empty());
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   Tissue& tissue = solver.tissue();
   tissue.add_follower(strands, FollowerRank::surgery);
   const ThermalBody body{0, tissues::liver().heat};
@@ -297,7 +297,7 @@ TEST_CASE("follower: one that refuses leaves everything as it was", "[unit]") {
 
 // Would catch a follower that reads another one before that has followed.
 TEST_CASE("follower: ranks give the order, then who came first", "[unit]") {
-  Solver solver(make_block(), {.backend = BackendKind::serial});
+  Solver solver(make_block(), {.executor = executor::serial()});
   const Tissue& tissue = solver.tissue();
   Log log;
   Witness user("u", log), surgery("g", log), view("v", log), heat("h", log), of_solver("s", log);

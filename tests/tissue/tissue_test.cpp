@@ -114,9 +114,9 @@ TEST_CASE("tissue: what one solver refuses, none follows", "[unit]") {
   const TetMesh block = testing::make_box({2, 2, 2}, kEventfulEdge);
   scene.add_body("block", block, elastic_material(block, 1000, 20e3));
   Tissue tissue(scene);
-  Solver by_constraints(tissue, {.backend = BackendKind::serial});
+  Solver by_constraints(tissue, {.executor = executor::serial()});
   Solver by_vertices(tissue,
-                     {.method = SolverMethod::vertex_block, .backend = BackendKind::serial});
+                     {.method = SolverMethod::vertex_block, .executor = executor::serial()});
   const std::uint64_t before = digest_of(inspect(by_constraints));
   const TopologyEdit rigid{.new_links = {{0, 5, 1e-3F, {1, 0}}}};
   CHECK_THROWS_WITH(tissue.apply(rigid), ContainsSubstring("the vertex-block method needs > 0"));
@@ -204,7 +204,7 @@ TEST_CASE("tissue: a joint plan is refused once it was edited", "[unit]") {
   const TetMesh block = testing::make_box({2, 2, 2}, kEventfulEdge);
   scene.add_body("block", block, elastic_material(block, 1000, 20e3));
   Tissue tissue(scene);
-  const SolverOptions joint{.backend = BackendKind::serial, .composition = PlanComposition::joint};
+  const SolverOptions joint{.executor = executor::serial(), .composition = PlanComposition::joint};
   tissue.apply({.remove_tets = {3}});
   CHECK_THROWS_WITH(Solver(tissue, joint),
                     ContainsSubstring("a joint plan is of tissue as a scene"));
@@ -218,7 +218,7 @@ TEST_CASE("tissue: a heat field made after a cut conducts in what is left", "[pr
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.add_body("beside", testing::make_box({1, 1, 1}, kEventfulEdge));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   Tissue& tissue = solver.tissue();
   const ThermalProperties& liver = tissues::liver().heat;
   const ThermalBody body{0, liver};
@@ -256,7 +256,7 @@ TEST_CASE("tissue: a heat field made after a cut conducts in what is left", "[pr
 TEST_CASE("tissue: a heat field of a copied mesh follows", "[unit]") {
   Scene scene;
   scene.add_body("block", testing::make_box({3, 2, 2}, kEventfulEdge, 0.1));
-  Solver solver(scene, {.backend = BackendKind::serial});
+  Solver solver(scene, {.executor = executor::serial()});
   const ThermalProperties& liver = tissues::liver().heat;
   const ThermalBody body{0, liver};
   const ThermalMesh mesh(solver.tissue(), {&body, 1});
@@ -279,7 +279,7 @@ TEST_CASE("tissue: a cautery made after a cut burns as one that followed it", "[
   scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.z() < 0.1 * kFine; });
   const ThermalBody body{0, tissues::fat().heat};
   struct World {
-    World(const Scene& scene) : solver(scene, {.damping = 20, .backend = BackendKind::serial}) {}
+    World(const Scene& scene) : solver(scene, {.damping = 20, .executor = executor::serial()}) {}
     Solver solver;
     std::vector<Cautery> cautery{};
   };

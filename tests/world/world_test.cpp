@@ -385,7 +385,7 @@ TEST_CASE("world: a body that goes in other ways is reported when it is to go", 
 }
 
 TEST_CASE("world: replicas are the copies of a solver", "[unit]") {
-  const SolverOptions options{.backend = BackendKind::serial};
+  const SolverOptions options{.executor = executor::serial()};
   SolverOptions three = options;
   three.copies = 3;
   World world(three);

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
@@ -28,15 +29,15 @@ namespace pbdsurg {
 /// below it by short Kempe chains (two colours exchanged among constraints that hang together). The
 /// more even of the two results stays.
 ///
-/// The result depends on the arguments other than threads alone. Cost: each sweep looks at the
+/// The result depends on the arguments other than the executor alone. Cost: each sweep looks at the
 /// colour of every constraint, and at the vertices of those that move; memory 1 bit a vertex and
 /// colour, 32 bytes a vertex and 12 a constraint. Chains take about as long as the sweeps, or up to
 /// four times that among 28 colours of a lattice, and memory as repair_coloring() does.
 /// @param coloring  valid; overflow stays where it is
-/// @param threads   >= 1, or 0 for one a processor
+/// @param executor  whose threads work, if it names how many
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
-///                          valid, or if threads is negative; then nothing has changed
+///                          valid; then nothing has changed
 PBDSURG_API void balance_coloring(Coloring& coloring, const ConstraintVertices& constraints,
-                                  std::uint64_t seed = 0, int threads = 1);
+                                  std::uint64_t seed = 0, const Executor& executor = {});
 
 }  // namespace pbdsurg

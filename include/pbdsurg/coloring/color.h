@@ -10,6 +10,7 @@
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/random_disc.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
@@ -22,7 +23,7 @@ enum class ColoringAlgorithm : std::uint8_t {
 };
 
 /// Options that name an algorithm are refused with another, unless they are as they were. Seed and
-/// threads go with all: they change nothing where nothing is drawn, or all is sequential.
+/// executor go with all: they change nothing where nothing is drawn, or all is sequential.
 struct ColoringOptions {
   ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;
   GreedyOrder order = GreedyOrder::natural;  ///< of ColoringAlgorithm::greedy
@@ -32,11 +33,14 @@ struct ColoringOptions {
   bool balance = false;  ///< call balance_coloring(), last
   Index max_colors = 0;  ///< call limit_colors() unless it is 0
   std::uint64_t seed = 0;
-  int threads = 1;  ///< >= 1, or 0 for one a processor, which is the most that helps; the result is
-                    ///< the same
+  /// Who works: threads, if it names how many, or a device. A solver's is its own where this is
+  /// nobody. The result is the same.
+  Executor executor{};
 };
 
-/// Colours constraints on the CPU. cuda/coloring.h has the same for a GPU, with the same result.
+/// Colours constraints, on a device where the executor is one and gains by it: with the same
+/// result. The orders smallest_last and saturation, which are sequential, are always the host's.
+/// cuda/coloring.h leaves the colours on the device.
 /// @throws InvalidArgument  as the functions it calls, or naming the option of another algorithm
 [[nodiscard]] PBDSURG_API Coloring color_constraints(const ConstraintVertices& constraints,
                                                      const ColoringOptions& options = {});

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
@@ -19,9 +20,10 @@ namespace pbdsurg {
 /// The result depends on constraints and seed alone. Cost: O(log n) rounds a colour, each over the
 /// constraints that may still join.
 /// @param seed     of the keys
-/// @param threads  >= 1, or 0 for one a processor
-/// @throws InvalidArgument  as check_constraints(), or if threads is negative
+/// @param executor whose threads work, if it names how many
+/// @throws InvalidArgument  as check_constraints()
 [[nodiscard]] PBDSURG_API Coloring color_luby(const ConstraintVertices& constraints,
-                                              std::uint64_t seed = 0, int threads = 1);
+                                              std::uint64_t seed = 0,
+                                              const Executor& executor = {});
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
@@ -37,10 +38,11 @@ struct RandomDiscOptions {
 /// neighbours of each constraint once; memory O(vertices * colours) bits and 4 bytes for each of up
 /// to 32 colours a vertex.
 /// @param seed     of draws and ranks
-/// @param threads  >= 1, or 0 for one a processor
-/// @throws InvalidArgument  as check_constraints(), or if an option or threads is out of range
+/// @param executor whose threads work, if it names how many
+/// @throws InvalidArgument  as check_constraints(), or if an option is out of range
 [[nodiscard]] PBDSURG_API Coloring color_random_disc(const ConstraintVertices& constraints,
-                                                     std::uint64_t seed = 0, int threads = 1,
+                                                     std::uint64_t seed = 0,
+                                                     const Executor& executor = {},
                                                      const RandomDiscOptions& options = {});
 
 }  // namespace pbdsurg

@@ -8,6 +8,7 @@
 
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/core/error.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
@@ -31,16 +32,16 @@ enum class RepairSwaps : std::uint8_t {
 /// few; where a level cannot be emptied, what is left takes as many colours as it needs.
 ///
 /// The colouring stays valid and never gains a colour. The result depends on the arguments other
-/// than threads alone. Cost: O(vertices named), and O(colours) for each constraint in the way and
-/// round: 30 ms for a million irregular tetrahedra, a second for a lattice, and up
-/// to twice that for RepairSwaps::with_two. Memory: 4 bytes and a bit a vertex and colour, unless
-/// that is far more than the constraints themselves.
+/// than the executor alone. Cost: O(vertices named), and O(colours) for each constraint in the way
+/// and round: 30 ms for a million irregular tetrahedra, a second for a lattice, and up to twice
+/// that for RepairSwaps::with_two. Memory: 4 bytes and a bit a vertex and colour, unless that is
+/// far more than the constraints themselves.
 /// @param coloring  valid; overflow stays where it is
-/// @param threads   >= 1, or 0 for one a processor
+/// @param executor  whose threads work, if it names how many
 /// @throws InvalidArgument  as find_conflict() and check_constraints(), if the colouring is not
-///                          valid, or if threads is negative; then nothing has changed
+///                          valid; then nothing has changed
 PBDSURG_API void repair_coloring(Coloring& coloring, const ConstraintVertices& constraints,
-                                 std::uint64_t seed = 0, int threads = 1,
+                                 std::uint64_t seed = 0, const Executor& executor = {},
                                  RepairSwaps swaps = RepairSwaps::with_one);
 
 /// Keeps the largest max_colors colours, as colours 0, 1, ... by falling size, moves into them what
@@ -49,6 +50,7 @@ PBDSURG_API void repair_coloring(Coloring& coloring, const ConstraintVertices& c
 /// @param max_colors  >= 1
 /// @throws InvalidArgument  as repair_coloring(), or if max_colors is out of range
 PBDSURG_API void limit_colors(Coloring& coloring, const ConstraintVertices& constraints,
-                              Index max_colors, std::uint64_t seed = 0, int threads = 1);
+                              Index max_colors, std::uint64_t seed = 0,
+                              const Executor& executor = {});
 
 }  // namespace pbdsurg

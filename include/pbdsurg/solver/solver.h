@@ -62,7 +62,7 @@ class PBDSURG_API Solver {
   ///                             cannot follow: fractions, joint plans, limits of colours,
   ///                             clusters, a compliance of zero; or a joint plan of a tissue that
   ///                             was edited
-  /// @throws BackendUnavailable  if the backend asked for is not there, saying why
+  /// @throws BackendUnavailable  if the executor is a device that cannot step this, saying why
   /// @param tissue  must outlive the solver; as far as edits have changed it, it starts at rest
   explicit Solver(Tissue& tissue, const SolverOptions& options = {});
 
@@ -85,12 +85,13 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  as step()
   void check_step(float dt) const;
 
-  /// Begins a step, on a CUDA device without waiting for it: the caller has its thread for other
-  /// work. Any call that reads or writes the state, or has to do with tools or watched vertices,
-  /// waits for the step first; finish_step() then still has its report. Edits that bring no
-  /// vertices do not wait, see tissue() for the rare one that does: topology is the new one at
-  /// once, and the next step is the first to follow it. So edits cost nothing that a device's step
-  /// is long enough to hide.
+  /// Begins a step. A device works on while the caller has its thread for other work; on a host the
+  /// whole step is done here, and finish_step() only has its report: who wants to do other work
+  /// meanwhile calls step() in a thread of its own. Any call that reads or writes the state, or has
+  /// to do with tools or watched vertices, waits for the step first; finish_step() then still has
+  /// its report. Edits that bring no vertices do not wait, see tissue() for the rare one that does:
+  /// topology is the new one at once, and the next step is the first to follow it. So edits cost
+  /// nothing that a device's step is long enough to hide.
   /// @throws InvalidArgument  as step(), or if a step was begun and finish_step() not called
   void start_step(float dt);
 
@@ -101,7 +102,8 @@ class PBDSURG_API Solver {
   /// Of one copy, of the last step.
   [[nodiscard]] StepReport last_report(Index copy = 0) const;
 
-  /// As given, but with the composition that was taken where that was automatic.
+  /// As given, but with the composition that was taken where that was automatic, and with who
+  /// works.
   [[nodiscard]] const SolverOptions& options() const;
   [[nodiscard]] const StepPlan& plan() const;
   [[nodiscard]] const char* backend_name() const;

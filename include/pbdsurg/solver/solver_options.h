@@ -8,24 +8,12 @@
 
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/core/executor.h"
 #include "pbdsurg/core/export.h"
-#include "pbdsurg/core/thread_wait.h"
 #include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_plan.h"
 
 namespace pbdsurg {
-
-/// Who executes the step plan.
-enum class BackendKind : std::uint8_t {
-  /// The fastest that the program, the machine and the scene allow: cuda, else threaded, else
-  /// serial; Solver::backend_name() says which.
-  automatic,
-  serial,    ///< one thread, the definition of correct
-  threaded,  ///< threads and vector registers, of the best instruction set that the machine has
-  /// A CUDA device, for programs that link pbdsurg::cuda (or pbdsurg::pbdsurg, which has all). The
-  /// state lives on the device: reading all of it each step costs more than watching a part.
-  cuda,
-};
 
 /// What a step finds new positions with.
 enum class SolverMethod : std::uint8_t {
@@ -65,9 +53,8 @@ struct SpareRoom {
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
 /// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
 ///
-/// What another option leaves without a reader is refused, unless it is at its default.
-/// BackendKind::automatic takes the options of every backend; seed and threads of a colouring go
-/// with every algorithm.
+/// What another option leaves without a reader is refused, unless it is at its default; seed and
+/// executor of a colouring go with every algorithm.
 struct PBDSURG_API SolverOptions {
   SolverMethod method = SolverMethod::projection;
   ProjectionMode mode = ProjectionMode::compliance;
@@ -85,14 +72,12 @@ struct PBDSURG_API SolverOptions {
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   /// Of the scene, >= 1, stepped together: see Solver.
   Index copies = 1;
-  BackendKind backend = BackendKind::automatic;
+  /// Who works: executor::threads() where it is nobody, with the best vector registers that the
+  /// processor has (SSSE3, AVX2, AVX-512; without any, the serial backend). The state of a solver
+  /// on a device lives there: reading all of it each step costs more than watching a part.
+  Executor executor{};
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
-  DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of the CUDA backend
-  /// Of the threaded backend, eight a processor at most; others have 1. With 0, as many as steps
-  /// are seen to be faster with, up to one a processor: fewer where there is little work, or where
-  /// other programs are busy. The bits are the same.
-  int threads = 0;
-  ThreadWait wait = ThreadWait::yield;  ///< of the threaded backend
+  DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of a CUDA device
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};

@@ -123,7 +123,9 @@ class PBDSURG_API Replica {
 class PBDSURG_API World {
  public:
   /// @throws InvalidArgument, BackendUnavailable  as Solver; at the latest when the solver is made
+  /// @param options  their executor does the work of all parts
   explicit World(const SolverOptions& options = {});
+  explicit World(const Executor& executor);
 
   /// Of a scene that is whole, with bodies and strands of a program's own making.
   /// @param tissues  [body_count of the scene] what is burnt and drawn; mechanics are the scene's
@@ -194,6 +196,7 @@ class PBDSURG_API World {
 
   /// Lets a tool burn bodies, at any time. A body has the heat of one cautery.
   /// @param bodies     with the heat of their TissueRecord
+  /// @param options    executors that are nobody are the world's
   /// @param electrode  in the tool's frame; by default its tip alone
   CauteryId add_cautery(ToolId tool, std::span<const BodyId> bodies,
                         const CauteryOptions& options = {},

@@ -2,14 +2,12 @@
 #pragma once
 
 /// @file
-/// Threads that live as long as a solver and meet thousands of times a step.
+/// Threads that live as long as an executor and meet thousands of times a step.
 
 #include <atomic>
 #include <cstdint>
 #include <thread>
 #include <vector>
-
-#include "pbdsurg/core/thread_wait.h"
 
 namespace pbdsurg {
 
@@ -17,7 +15,7 @@ namespace pbdsurg {
 class StepTeam {
  public:
   /// Starts threads - 1 threads, or as many as the system has.
-  StepTeam(int threads, ThreadWait wait);
+  explicit StepTeam(int threads);
   ~StepTeam();
   StepTeam(const StepTeam&) = delete;
   StepTeam& operator=(const StepTeam&) = delete;
@@ -67,7 +65,6 @@ class StepTeam {
   void wait_for_job(const Seat& seat, std::uint32_t done) const noexcept;
   void wait_for(Seat& seat, std::uint32_t meeting) const noexcept;
 
-  ThreadWait wait_;
   std::vector<Seat> seats_;  // [at least size()]
   Call call_ = nullptr;
   const void* object_ = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/step_team.h"
+#include "core/step_team.h"
 
 #include <numeric>
 #include <vector>
@@ -10,9 +10,8 @@ namespace pbdsurg {
 
 // Would catch a barrier that lets a thread pass early: then a sum misses what another adds.
 TEST_CASE("step team: after a barrier everybody sees what everybody wrote", "[unit]") {
-  const auto wait = GENERATE(ThreadWait::spin, ThreadWait::yield, ThreadWait::block);
   const int threads = GENERATE(1, 2, 3, 7);
-  StepTeam team(threads, wait);
+  StepTeam team(threads);
   REQUIRE(team.size() == threads);
   std::vector<long> counts(threads, 0), wrong(threads, 0);
   for (int job = 0; job < 3; ++job) {
@@ -32,8 +31,7 @@ TEST_CASE("step team: after a barrier everybody sees what everybody wrote", "[un
 // Would catch a thread that sleeps through a job, or one that comes back and takes its last meeting
 // for the first of this job.
 TEST_CASE("step team: a job may leave out the last threads, in any order of jobs", "[unit]") {
-  const auto wait = GENERATE(ThreadWait::spin, ThreadWait::yield, ThreadWait::block);
-  StepTeam team(5, wait);
+  StepTeam team(5);
   long wrong = 0;
   for (const int threads : {5, 1, 2, 5, 3, 3, 1, 4, 5, 2, 5}) {
     std::vector<long> counts(5, 0);
@@ -58,8 +56,7 @@ TEST_CASE("step team: a job may leave out the last threads, in any order of jobs
 // Would catch a thread that goes on after the others left it, one that waits for them, or a job
 // that comes after and finds the team in pieces.
 TEST_CASE("step team: after a job is dissolved, the first thread does the rest alone", "[unit]") {
-  const auto wait = GENERATE(ThreadWait::spin, ThreadWait::yield, ThreadWait::block);
-  StepTeam team(4, wait);
+  StepTeam team(4);
   for (int job = 0; job < 20; ++job) {
     constexpr int kRounds = 30;
     std::vector<int> rounds(4, 0);

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/step_team.h"
+#include "core/step_team.h"
 
 #include <chrono>
-
-#include "core/processors.h"
 
 namespace pbdsurg {
 namespace {
@@ -16,7 +14,6 @@ constexpr int kSpinsBeforeYield = 64;
 constexpr int kSpinsBeforeSleep = 1000;
 // Who waits for longer lets others work: a thread's own part of a step, or another program.
 constexpr std::chrono::microseconds kLongestYield{50};
-constexpr std::chrono::microseconds kLongestSpin{200};
 
 void pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
@@ -28,12 +25,7 @@ void pause() noexcept {
 
 }  // namespace
 
-StepTeam::StepTeam(int threads, ThreadWait wait)
-    : wait_(wait), seats_(static_cast<std::size_t>(threads)) {
-  // who shares a processor with those it waits for must leave it
-  if (wait == ThreadWait::spin && threads > processor_count()) {
-    wait_ = ThreadWait::yield;
-  }
+StepTeam::StepTeam(int threads) : seats_(static_cast<std::size_t>(threads)) {
   workers_.reserve(static_cast<std::size_t>(threads) - 1);
   try {
     for (int thread = 1; thread < threads; ++thread) {
@@ -125,9 +117,8 @@ void StepTeam::meet(int thread) noexcept {
 }
 
 void StepTeam::wait_for_job(const Seat& seat, std::uint32_t done) const noexcept {
-  const int spins = wait_ == ThreadWait::block ? kSpinsBeforeYield : kSpinsBeforeSleep;
   for (int spin = 0; seat.jobs.load(std::memory_order_acquire) == done; ++spin) {
-    if (spin < spins) {
+    if (spin < kSpinsBeforeSleep) {
       pause();
     } else {
       seat.jobs.wait(done, std::memory_order_acquire);
@@ -145,15 +136,12 @@ void StepTeam::wait_for(Seat& seat, std::uint32_t meeting) const noexcept {
     }
     pause();
   }
-  if (wait_ != ThreadWait::block) {
-    const bool spins = wait_ == ThreadWait::spin;
-    const Clock::time_point end = Clock::now() + (spins ? kLongestSpin : kLongestYield);
-    while (Clock::now() < end) {
-      if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
-        return;
-      }
-      spins ? pause() : std::this_thread::yield();
+  const Clock::time_point end = Clock::now() + kLongestYield;
+  while (Clock::now() < end) {
+    if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
+      return;
     }
+    std::this_thread::yield();
   }
   seat.sleepers.fetch_add(1, std::memory_order_seq_cst);
   for (;;) {

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/core/executor.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/core/error.h"
+#include "pbdsurg/cuda/coloring.h"
+#include "pbdsurg/cuda/device.h"
+
+#include "coloring/coloring_device.h"
+#include "core/executor_state.h"
+#include "solver/cuda_backend.h"
+#include "solver/solver_device.h"
+#include "stream.cuh"
+#include "thermal/cuda_system.h"
+#include "thermal/device_system.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+// Constraints from which colouring them takes less time than on one thread.
+constexpr Index kConstraintsWorthDevice = 5000;
+
+class CudaDevice final : public Device,
+                         public ColoringDevice,
+                         public SolverDevice,
+                         public FieldDevice {
+ public:
+  explicit CudaDevice(const DeviceInfo& info) : id_(info.id), name_("CUDA, " + info.name) {}
+
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+
+  [[nodiscard]] std::unique_ptr<Backend> make_backend(const SolverData& data) override {
+    const CurrentDevice current(id_);
+    return cuda::make_backend(data);
+  }
+
+  [[nodiscard]] std::unique_ptr<DeviceSystem> make_system() override {
+    const CurrentDevice current(id_);
+    return make_cuda_system();
+  }
+
+  [[nodiscard]] bool pays_for(const ConstraintVertices& constraints) const override {
+    return constraints.constraint_count() >= kConstraintsWorthDevice;
+  }
+  [[nodiscard]] Coloring color(const ConstraintVertices& constraints,
+                               const ColoringOptions& options) override {
+    const CurrentDevice current(id_);
+    return cuda::color_constraints(constraints, options);
+  }
+
+ private:
+  int id_;
+  std::string name_;
+};
+
+// Devices do not come and go, so only a failure is asked about again.
+const DeviceList& devices() {
+  static const DeviceList list = find_devices();
+  return list;
+}
+
+Executor make_executor(const DeviceInfo& info, Executor instead) {
+  return Executor(
+      std::make_shared<ExecutorState>(std::make_shared<CudaDevice>(info), std::move(instead)));
+}
+
+}  // namespace
+
+Executor device(int ordinal) {
+  const DeviceList& list = devices();
+  if (list.devices.empty()) {
+    throw BackendUnavailable("there is no CUDA device: " + list.reason);
+  }
+  for (const DeviceInfo& info : list.devices) {
+    if (info.id == ordinal) {
+      return make_executor(info, {});
+    }
+  }
+  throw BackendUnavailable("there is no CUDA device " + std::to_string(ordinal) +
+                           "; this machine has " + std::to_string(list.devices.size()));
+}
+
+Executor best() {
+  const DeviceList& list = devices();
+  return list.devices.empty() ? executor::threads()
+                              : make_executor(list.devices.front(), executor::threads());
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What colourings ask of a device.
+
+#include "pbdsurg/coloring/color.h"
+#include "pbdsurg/core/export.h"
+
+namespace pbdsurg {
+
+class PBDSURG_API ColoringDevice {
+ public:
+  virtual ~ColoringDevice() = default;
+
+  /// Whether it is the faster one.
+  [[nodiscard]] virtual bool pays_for(const ConstraintVertices& constraints) const = 0;
+
+  /// As color_constraints(), with the same result.
+  /// @param options  that are not sequential by nature
+  [[nodiscard]] virtual Coloring color(const ConstraintVertices& constraints,
+                                       const ColoringOptions& options) = 0;
+};
+
+}  // namespace pbdsurg
