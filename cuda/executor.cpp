@@ -20,9 +20,6 @@
 namespace pbdsurg::cuda {
 namespace {
 
-// Constraints from which colouring them takes less time than on one thread.
-constexpr Index kConstraintsWorthDevice = 5000;
-
 class CudaDevice final : public Device,
                          public ColoringDevice,
                          public SolverDevice,
@@ -42,13 +39,15 @@ class CudaDevice final : public Device,
     return make_cuda_system();
   }
 
-  [[nodiscard]] bool pays_for(const ConstraintVertices& constraints) const override {
-    return constraints.constraint_count() >= kConstraintsWorthDevice;
-  }
   [[nodiscard]] Coloring color(const ConstraintVertices& constraints,
                                const ColoringOptions& options) override {
     const CurrentDevice current(id_);
-    return cuda::color_constraints(constraints, options);
+    try {
+      return cuda::color_constraints(constraints, options);
+    } catch (const DeviceError& error) {
+      throw BackendUnavailable(std::string("the CUDA device cannot colour so much: ") +
+                               error.what());
+    }
   }
 
  private:

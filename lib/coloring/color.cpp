@@ -32,7 +32,7 @@ Coloring color_by_name(const ConstraintVertices& constraints, const ColoringOpti
 }
 
 // Null where the host is to colour.
-ColoringDevice* find_device(const ConstraintVertices& constraints, const ColoringOptions& options) {
+ColoringDevice* find_device(const ColoringOptions& options) {
   const ExecutorState* const state = options.executor.state();
   const bool is_sequential =
       options.algorithm == ColoringAlgorithm::greedy &&
@@ -40,8 +40,7 @@ ColoringDevice* find_device(const ConstraintVertices& constraints, const Colorin
   if (state == nullptr || is_sequential) {
     return nullptr;
   }
-  auto* const device = dynamic_cast<ColoringDevice*>(state->device());
-  return device != nullptr && device->pays_for(constraints) ? device : nullptr;
+  return dynamic_cast<ColoringDevice*>(state->device());
 }
 
 }  // namespace
@@ -88,7 +87,7 @@ void check_coloring_options(const ColoringOptions& options) {
 
 Coloring color_constraints(const ConstraintVertices& constraints, const ColoringOptions& options) {
   check_coloring_options(options);
-  if (ColoringDevice* const device = find_device(constraints, options)) {
+  if (ColoringDevice* const device = find_device(options)) {
     return device->color(constraints, options);
   }
   Coloring coloring = color_by_name(constraints, options);

@@ -13,9 +13,6 @@ class PBDSURG_API ColoringDevice {
  public:
   virtual ~ColoringDevice() = default;
 
-  /// Whether it is the faster one.
-  [[nodiscard]] virtual bool pays_for(const ConstraintVertices& constraints) const = 0;
-
   /// As color_constraints(), with the same result.
   /// @param options  that are not sequential by nature
   [[nodiscard]] virtual Coloring color(const ConstraintVertices& constraints,

@@ -44,6 +44,13 @@ std::unique_ptr<SolverData> make_data(const Tissue& tissue, SolverOptions option
   return build_solver_data(tissue, input_at_rest(tissue, options));
 }
 
+// Whether the executor of the steps also colours: a device is slow to begin.
+bool is_colored_by_own(const Tissue& tissue, const Executor& executor) {
+  constexpr std::size_t kWorthDevice = 1'500'000;  // edges and tetrahedra: see ColoringOptions
+  return executor.kind() != ExecutorKind::device ||
+         tissue.edges().size() + tissue.tets().size() >= kWorthDevice;
+}
+
 // @throws BackendUnavailable  if the device cannot
 std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverOptions& options) {
   auto* const device = dynamic_cast<SolverDevice*>(options.executor.state()->device());
@@ -162,7 +169,9 @@ Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) 
   if (!wanted.executor) {
     wanted.executor = executor::threads();
   }
-  wanted.coloring.executor = wanted.coloring.executor.or_else(wanted.executor);
+  if (!wanted.coloring.executor && is_colored_by_own(tissue, wanted.executor)) {
+    wanted.coloring.executor = wanted.executor;
+  }
   std::unique_ptr<SolverData> data = make_data_with_backend(tissue, std::move(wanted));
   reserve_spare_room(tissue, options.spare);
   data->follow_tissue();

@@ -433,7 +433,7 @@ TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes o
 }
 
 TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
-  SolverOptions options;
+  SolverOptions options{.executor = cuda::best()};
   Solver chosen(make_block(), options);
   CHECK_THAT(chosen.backend_name(), ContainsSubstring("cuda") && ContainsSubstring("fast"));
   options.executor = executor::serial();
@@ -449,6 +449,38 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   options.device_strategy = DeviceStrategy::automatic;
   options.executor = cuda::best();
   CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));
+}
+
+// Would catch memory, streams or limits that are another device's, where there are several; and a
+// device that stays the thread's after a call.
+TEST_CASE("cuda solver: every device of the machine has the serial bits", "[device]") {
+  const cuda::DeviceList list = cuda::find_devices();
+  SolverOptions options{.executor = executor::serial(),
+                        .math = MathMode::strict,
+                        .composition = PlanComposition::separate};
+  const Scene scene = make_block();
+  Solver serial(scene, options);
+  std::vector<Solver> solvers;
+  for (const cuda::DeviceInfo& info : list.devices) {
+    options.executor = cuda::device(info.id);
+    CHECK_THAT(options.executor.name(), ContainsSubstring(info.name));
+    solvers.emplace_back(scene, options);
+  }
+  for (int step = 0; step < 5; ++step) {
+    serial.step(kTimeStep);
+    for (Solver& solver : solvers) {
+      solver.start_step(kTimeStep);
+    }
+    for (Solver& solver : solvers) {
+      solver.finish_step();
+      CHECK(solver.state_hash() == serial.state_hash());
+    }
+  }
+  const int none = list.devices.back().id + 1;
+  CHECK_THROWS_AS(cuda::device(none), BackendUnavailable);
+  CHECK_THROWS_WITH(cuda::device(none),
+                    ContainsSubstring("no CUDA device " + std::to_string(none) + ";"));
+  CHECK_THROWS_AS(cuda::device(-1), BackendUnavailable);
 }
 
 TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {

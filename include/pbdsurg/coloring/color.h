@@ -33,14 +33,16 @@ struct ColoringOptions {
   bool balance = false;  ///< call balance_coloring(), last
   Index max_colors = 0;  ///< call limit_colors() unless it is 0
   std::uint64_t seed = 0;
-  /// Who works: threads, if it names how many, or a device. A solver's is its own where this is
-  /// nobody. The result is the same.
+  /// Who works: threads, if it names how many, or a device. The result is the same. Where this is
+  /// nobody, a solver takes its own, but a device from 1.5 million edges and tetrahedra on: an H200
+  /// colours and repairs 0.25 million tetrahedra in 20 ms, one thread beside it in 14; 0.95 million
+  /// in 47 and 57, 3.7 million in 92 and 217.
   Executor executor{};
 };
 
-/// Colours constraints, on a device where the executor is one and gains by it: with the same
-/// result. The orders smallest_last and saturation, which are sequential, are always the host's.
-/// cuda/coloring.h leaves the colours on the device.
+/// Colours constraints, on a device where the executor is one: with the same result. The orders
+/// smallest_last and saturation, which are sequential, are always the host's. cuda/coloring.h
+/// leaves the colours on the device.
 /// @throws InvalidArgument  as the functions it calls, or naming the option of another algorithm
 [[nodiscard]] PBDSURG_API Coloring color_constraints(const ConstraintVertices& constraints,
                                                      const ColoringOptions& options = {});
