@@ -323,7 +323,7 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
     std::erase_if(stages_,
                   [](const Stage& stage) { return stage.kind != PhaseKind::strain_limit; });
     std::vector<Stage> colors;
-    const VertexBlocks& blocks = data.vertex_method.blocks;
+    const VertexBlocks& blocks = data.vertex_blocks;
     for (Index color = 0; color < blocks.color_count(); ++color) {
       const auto [first, count] = blocks.blocks(color);
       if (count > 0) {

@@ -183,7 +183,7 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
   };
   for (const Changes::Constraint& change : changes.constraints) {
     if (change.kind == PhaseKind::vertex) {
-      follow_vertex(data.vertex_method.blocks, change.id, words);
+      follow_vertex(data.vertex_blocks, change.id, words);
     } else if (!table_.leave(holder_of(change.kind), change.id, pool_of(data, change))) {
       return false;
     }

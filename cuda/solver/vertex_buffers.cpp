@@ -22,7 +22,7 @@ Row* upload_copies(DeviceBuffer<Row>& buffer, std::span<const Row> rows, Index c
 }  // namespace
 
 void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
-  const VertexBlocks& blocks = data.vertex_method.blocks;
+  const VertexBlocks& blocks = data.vertex_blocks;
   const VertexBlocks::Arrays host = blocks.arrays();
   const Index row_copies = blocks.has_damping() ? data.copy_count() : 1;
   const std::size_t lanes = host.blocks.size() * static_cast<std::size_t>(kBlockLanes);

@@ -24,8 +24,7 @@ struct SolverState;
 /// One coarse call a step: nothing virtual happens per constraint.
 ///
 /// A backend either works on the arrays of SolverData, or keeps the state elsewhere, on a device.
-/// The former steps the copy whose state is at hand, see step_copies(); the latter all copies at
-/// once. For the latter, the solver sees to this:
+/// Both step all copies. For the latter, the solver sees to this:
 /// - SolverData::changes says what happened since its last step, or since it was made from the
 ///   data. start_step() takes that over; the solver clears it when start_step() has returned.
 /// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
@@ -50,8 +49,8 @@ class PBDSURG_API Backend {
   virtual void start_step(SolverData& data, float dt) = 0;
 
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
-  /// after each start_step(). One that keeps the state also writes `watched_positions` and
-  /// `last_report` of all copies.
+  /// after each start_step(). Writes `last_report` of all copies; one that keeps the state also
+  /// writes `watched_positions`.
   virtual StepReport finish_step(SolverState& state) = 0;
 
   /// Called after each edit: a chance to prepare, while a step runs, what start_step() would do for

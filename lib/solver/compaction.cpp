@@ -118,7 +118,7 @@ Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>())
   parts_->tissue_copy = copy_for_compaction(tissue_data(*data.tissue));
   parts_->origin.options = data.options;
   parts_->origin.constraints = data.sets;
-  parts_->origin.rows = data.vertex_method.blocks;
+  parts_->origin.rows = data.vertex_blocks;
 }
 
 Compaction::~Compaction() = default;

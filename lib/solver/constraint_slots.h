@@ -33,7 +33,6 @@ class ConstraintSlots {
  public:
   using Record = ConstraintRecord<Constraint>;
   using Block = ConstraintBlock<Constraint>;
-  using Multipliers = MultiplierBlock<Constraint>;
 
   ConstraintSlots() = default;
 
@@ -57,7 +56,6 @@ class ConstraintSlots {
     }
     for (Group& group : groups_) {
       group.blocks.shrink_to_fit();
-      group.multipliers.shrink_to_fit();
       group.ids.shrink_to_fit();
     }
   }
@@ -71,8 +69,9 @@ class ConstraintSlots {
   [[nodiscard]] std::span<const Block> blocks(Index group) const noexcept {
     return groups_[group].blocks;
   }
-  [[nodiscard]] std::span<Multipliers> multipliers(Index group) noexcept {
-    return groups_[group].multipliers;
+  /// For how many there is room.
+  [[nodiscard]] std::size_t block_capacity(Index group) const noexcept {
+    return groups_[group].blocks.capacity();
   }
 
   /// The ids of a group's constraints, in the order of their slots.
@@ -156,7 +155,6 @@ class ConstraintSlots {
       Group& group = groups_[g];
       const std::size_t blocks = (group.ids.size() + ids) / kBlockLanes + 1;
       group.blocks.reserve(blocks);
-      group.multipliers.reserve(blocks);
       group.ids.reserve(group.ids.size() + ids);
     }
   }
@@ -176,8 +174,7 @@ class ConstraintSlots {
   /// Forgets what happened so far.
   void begin_edit() noexcept { journal_.clear(); }
 
-  /// Takes back all that happened since begin_edit(), the last first, to the same slots. What
-  /// constraints remember within a substep is lost.
+  /// Takes back all that happened since begin_edit(), the last first, to the same slots.
   /// @param visit  void(Index id), for each constraint that is another now; some more than once
   template <class Visit>
   void undo(Visit visit) {
@@ -202,9 +199,7 @@ class ConstraintSlots {
     std::size_t bytes =
         locations_.capacity() * sizeof(Location) + journal_.capacity() * sizeof(Before);
     for (const Group& group : groups_) {
-      bytes += group.blocks.capacity() * sizeof(Block) +
-               group.multipliers.capacity() * sizeof(Multipliers) +
-               group.ids.capacity() * sizeof(Index);
+      bytes += group.blocks.capacity() * sizeof(Block) + group.ids.capacity() * sizeof(Index);
     }
     return bytes;
   }
@@ -212,8 +207,7 @@ class ConstraintSlots {
  private:
   struct Group {
     std::vector<Block> blocks;
-    std::vector<Multipliers> multipliers;  // [block]
-    std::vector<Index> ids;                // [slot]
+    std::vector<Index> ids;  // [slot]
   };
   struct Location {
     Index group = kInvalidIndex;  // once removed
@@ -263,9 +257,6 @@ class ConstraintSlots {
     const Record record = get(block, last);
     for (Index lane = last + 1; lane < kBlockLanes; ++lane) {
       put(block, lane, record);
-      for (auto& values : group.multipliers.back().values) {
-        values[lane] = values[last];
-      }
     }
   }
 
@@ -284,9 +275,6 @@ class ConstraintSlots {
     const Index last_lane = last_slot % kBlockLanes;
     const Index last = group.ids.back();
     put(group.blocks[block], lane, get(group.blocks.back(), last_lane));
-    for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
-      group.multipliers[block].values[m][lane] = group.multipliers.back().values[m][last_lane];
-    }
     group.ids[locations_[id].slot] = last;
     locations_[last].slot = locations_[id].slot;
     group.ids.pop_back();
@@ -294,7 +282,6 @@ class ConstraintSlots {
     locations_[id] = {};
     if (last_lane == 0) {
       group.blocks.pop_back();
-      group.multipliers.pop_back();
     } else {
       fill_idle_lanes(group);
     }
@@ -321,12 +308,8 @@ class ConstraintSlots {
     const Index lane = slot % kBlockLanes;
     if (lane == 0) {
       group.blocks.emplace_back();
-      group.multipliers.emplace_back();
     }
     put(group.blocks.back(), lane, record);
-    for (auto& values : group.multipliers.back().values) {
-      values[lane] = 0;  // as at the start of a substep
-    }
     group.ids.push_back(id);
     groups_changed_ = groups_changed_ || slot == 0;
     if (id >= static_cast<Index>(locations_.size())) {

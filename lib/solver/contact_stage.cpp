@@ -78,16 +78,15 @@ void place_tools(CopyState& copy, float fraction) {
   }
 }
 
-void find_contacts(SolverData& data, StepReport& report) {
+void find_contacts(const SolverOptions& options, CopyState& copy, StepReport& report) {
   report.contacts = 0;
-  for (ToolState& tool : data.tools) {
+  for (ToolState& tool : copy.tools) {
     tool.contacts.clear();
     if (tool.capsules.empty() || !tool.attachments.empty()) {
       continue;
     }
-    find_contacts_of(data.particles, tool.placed_capsules,
-                     static_cast<std::size_t>(data.options.contact_capacity), tool.contacts,
-                     report);
+    find_contacts_of(copy.particles, tool.placed_capsules,
+                     static_cast<std::size_t>(options.contact_capacity), tool.contacts, report);
     report.contacts += static_cast<Index>(tool.contacts.size());
   }
 }

@@ -24,7 +24,7 @@ PBDSURG_API void place_tools(CopyState& copy, float fraction);
 
 /// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
 /// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
-void find_contacts(SolverData& data, StepReport& report);
+void find_contacts(const SolverOptions& options, CopyState& copy, StepReport& report);
 
 /// Adds the substep's share of the multipliers to the tools' forces, those that are finite.
 /// @param force_per_multiplier  1/s^2

@@ -4,7 +4,7 @@ pbdsurg_room(solver
           constraint_sets.cpp contact_stage.cpp edge_owners.cpp host_backends.cpp
           neo_hookean_record.cpp nested_domains.cpp serial_backend.cpp serial_phases.cpp solver.cpp
           solver_data.cpp solver_input.cpp solver_options.cpp solver_state.cpp state_follower.cpp
-          state_report.cpp step_copies.cpp step_program.cpp thread_choice.cpp threaded_backend.cpp vertex_blocks.cpp vertex_method.cpp)
+          state_report.cpp step_program.cpp step_scratch.cpp thread_choice.cpp threaded_backend.cpp vertex_blocks.cpp vertex_method.cpp)
 
 # lane_kernels.cpp once for each instruction set and each way of rounding. Its objects hold no symbol
 # in common, so that the linker cannot take code for one processor into the path of another.

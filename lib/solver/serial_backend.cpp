@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <memory>
+#include <ranges>
 
 #include "solver/contact_stage.h"
 #include "solver/host_backends.h"
@@ -16,111 +17,105 @@ namespace {
 
 // External force, damping and prediction. Damping is implicit, so no value of it reverses a motion,
 // and leaves the kick of the force alone, so that what rests on a tool weighs what it should.
-void predict(SolverData& data, float h) {
-  const Vec3<float> kick = h * load(data.gravity);
-  const float keep = 1 / (1 + data.options.damping * h);
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    Particle& p = data.particles[v];
-    data.previous[v] = p;
+void predict(const StepContext& step, float h) {
+  const Vec3<float> kick = h * load(step.data.gravity);
+  const float keep = 1 / (1 + step.data.options.damping * h);
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    Particle& p = step.copy.particles[v];
+    step.scratch.previous[v] = p;
     if (p.w > 0) {
-      const Velocity& velocity = data.velocities[v];
+      const Velocity& velocity = step.copy.velocities[v];
       store(p, load(p) + h * (keep * Vec3<float>{velocity.x, velocity.y, velocity.z} + kick));
     }
   }
 }
 
-template <class Constraint>
-void clear_multipliers(ConstraintSlots<Constraint>& slots) {
-  for (Index group = 0; group < slots.group_count(); ++group) {
-    const auto blocks = slots.multipliers(group);
-    std::fill(blocks.begin(), blocks.end(), MultiplierBlock<Constraint>{});
-  }
-}
-
-void update_velocities(SolverData& data, float h) {
+void update_velocities(const StepContext& step, float h) {
   const float inverse_h = 1 / h;
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    const Vec3<float> velocity = inverse_h * (load(data.particles[v]) - load(data.previous[v]));
-    data.velocities[v] = {velocity.x, velocity.y, velocity.z};
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    const Vec3<float> velocity =
+        inverse_h * (load(step.copy.particles[v]) - load(step.scratch.previous[v]));
+    step.copy.velocities[v] = {velocity.x, velocity.y, velocity.z};
   }
 }
 
 // What each operation of a step means.
 class SerialStep {
  public:
-  SerialStep(SolverData& data, float dt)
-      : data_(data),
-        h_(dt / static_cast<float>(data.options.substeps)),
+  SerialStep(const StepContext& step, float dt)
+      : step_(step),
+        h_(dt / static_cast<float>(step.data.options.substeps)),
         lengths_{1 / h_, 1 / (h_ * h_)} {}
 
   StepReport run() {
-    begin_tools(data_);
-    run_step(step_program(data_.options),
+    begin_tools(step_.copy);
+    run_step(step_program(step_.data.options),
              [&](StepOperation operation, int substep) { run(operation, substep); });
-    end_tools(data_);
-    report_vertices(data_, report_);
-    report_constraints(data_, report_);
-    report_tubes(data_, report_);
+    end_tools(step_.copy);
+    drop_holds(step_);
+    report_vertices(step_.data, step_.copy, report_);
+    report_constraints(step_.data, step_.copy, report_);
+    report_tubes(step_.data, step_.copy, report_);
     return report_;
   }
 
  private:
   void run(StepOperation operation, int substep) {
-    const auto substeps = static_cast<float>(data_.options.substeps);
+    const auto substeps = static_cast<float>(step_.data.options.substeps);
     switch (operation) {
       case StepOperation::predict:
-        predict(data_, h_);
+        predict(step_, h_);
         break;
       case StepOperation::extrapolate:
-        extrapolate_vertices(data_, lengths_);
+        extrapolate_vertices(step_, lengths_);
         break;
       case StepOperation::clear_multipliers:
-        data_.sets.for_each_set([]<class Constraint>(ConstraintSlots<Constraint>& slots) {
-          if constexpr (KindOf<Constraint>::kHasCompliance) {
-            clear_multipliers(slots);
+        step_.scratch.multipliers.for_each([](auto& groups) {
+          for (auto& blocks : groups) {
+            std::ranges::fill(blocks, std::ranges::range_value_t<decltype(blocks)>{});
           }
         });
         break;
       case StepOperation::find_contacts:
-        place_tools(data_, static_cast<float>(substep + 1) / substeps);
-        find_contacts(data_, report_);
+        place_tools(step_.copy, static_cast<float>(substep + 1) / substeps);
+        find_contacts(step_.data.options, step_.copy, report_);
         break;
       case StepOperation::gather_holds:
-        gather_holds(data_);
+        gather_holds(step_);
         break;
       case StepOperation::damp_rows:
-        damp_rows(data_, lengths_);
+        damp_rows(step_, lengths_);
         break;
       case StepOperation::sweep:
-        for (int iteration = 0; iteration < data_.options.iterations; ++iteration) {
+        for (int iteration = 0; iteration < step_.data.options.iterations; ++iteration) {
           sweep(iteration);
         }
         break;
       case StepOperation::collect_forces:
-        collect_tool_forces(data_, lengths_.inverse_dt_squared / substeps);
+        collect_tool_forces(step_.copy, lengths_.inverse_dt_squared / substeps);
         break;
       case StepOperation::measure_fall:
-        measure_fall(data_, lengths_);
+        measure_fall(step_, lengths_);
         break;
       case StepOperation::update_velocities:
-        update_velocities(data_, h_);
+        update_velocities(step_, h_);
         break;
     }
   }
 
   void sweep(int iteration) {
     const VertexState state =
-        vertex_state(data_, lengths_, relaxation_of(data_.options, iteration));
-    for (const Phase& phase : data_.plan.phases) {
+        vertex_state(step_, lengths_, relaxation_of(step_.data.options, iteration));
+    for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
-        solve_vertices(data_, state, phase.color);
+        solve_vertices(step_, state, phase.color);
       } else {
-        project_serially(data_, phase, lengths_);
+        project_serially(step_, phase, lengths_);
       }
     }
   }
 
-  SolverData& data_;
+  StepContext step_;
   float h_;  // s
   Substep<float> lengths_;
   StepReport report_;
@@ -130,7 +125,14 @@ class SerialBackend final : public Backend {
  public:
   [[nodiscard]] const char* name() const noexcept override { return "serial"; }
 
-  void start_step(SolverData& data, float dt) override { report_ = SerialStep(data, dt).run(); }
+  void start_step(SolverData& data, float dt) override {
+    data.step_scratch.fit(data);
+    report_ = {};
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& copy = data.copy(i);
+      report_copy(i, SerialStep({data, copy, data.step_scratch}, dt).run(), copy, report_);
+    }
+  }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
 
   [[nodiscard]] Maker maker() const override {

@@ -13,12 +13,12 @@ namespace pbdsurg {
 namespace {
 
 template <class Constraint, ProjectionMode kMode, bool kDamped>
-void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
+void project_group(const StepContext& step, const ConstraintSlots<Constraint>& slots, Index group,
                    const Substep<float>& substep) {
   constexpr int kVertices = Constraint::kVertexCount;
-  Particle* const particles = data.particles.data();
+  Particle* const particles = step.copy.particles.data();
   const auto* const blocks = slots.blocks(group).data();
-  auto* const multiplier_blocks = slots.multipliers(group).data();
+  auto* const multiplier_blocks = step.scratch.multipliers.of<Constraint>()[group].data();
   const Index count = slots.size(group);
   for (Index first = 0; first < count; first += kBlockLanes) {
     const auto& block = blocks[first / kBlockLanes];
@@ -46,7 +46,7 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
         if constexpr (kDamped) {
           Damped<float, kVertices> damping;
           for (int k = 0; k < kVertices; ++k) {
-            damping.start[k] = load(at(data.previous.data(), block.corners[k][lane]));
+            damping.start[k] = load(at(step.scratch.previous.data(), block.corners[k][lane]));
           }
           Constraint::template project<kMode>(points, weights, parameters, substep, multipliers,
                                               damping);
@@ -65,31 +65,31 @@ void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index g
 }
 
 template <class Constraint>
-void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
+void project_group(const StepContext& step, const ConstraintSlots<Constraint>& slots, Index group,
                    const Substep<float>& substep) {
   using Kind = KindOf<Constraint>;
   if constexpr (Kind::kHasFraction) {
-    if (!Kind::kHasCompliance || data.options.mode == ProjectionMode::fraction) {
-      project_group<Constraint, ProjectionMode::fraction, false>(data, slots, group, substep);
+    if (!Kind::kHasCompliance || step.data.options.mode == ProjectionMode::fraction) {
+      project_group<Constraint, ProjectionMode::fraction, false>(step, slots, group, substep);
       return;
     }
   }
   if constexpr (Kind::kHasCompliance) {
-    if (data.sets.has_damping) {
-      project_group<Constraint, ProjectionMode::compliance, true>(data, slots, group, substep);
+    if (step.data.sets.has_damping) {
+      project_group<Constraint, ProjectionMode::compliance, true>(step, slots, group, substep);
     } else {
-      project_group<Constraint, ProjectionMode::compliance, false>(data, slots, group, substep);
+      project_group<Constraint, ProjectionMode::compliance, false>(step, slots, group, substep);
     }
   }
 }
 
-void project_attachments(SolverData& data, Index color, const Substep<float>& substep) {
-  for (ToolState& tool : data.tools) {
+void project_attachments(const StepContext& step, Index color, const Substep<float>& substep) {
+  for (ToolState& tool : step.copy.tools) {
     for (Attachment& attachment : tool.attachments) {
       if (attachment.color != color) {
         continue;
       }
-      Particle& p = data.particle(attachment.vertex);
+      Particle& p = step.copy.particles[step.data.place_of_vertex[attachment.vertex]];
       Vec3<float> x = load(p);
       Vec3<float> multiplier = load(attachment.multiplier);
       AttachmentConstraint::project<ProjectionMode::compliance>(
@@ -101,9 +101,9 @@ void project_attachments(SolverData& data, Index color, const Substep<float>& su
   }
 }
 
-void project_contacts(SolverData& data, Index tool) {
-  for (Contact& contact : data.tools[tool].contacts) {
-    Particle& p = data.particles[contact.place];
+void project_contacts(CopyState& copy, Index tool) {
+  for (Contact& contact : copy.tools[tool].contacts) {
+    Particle& p = copy.particles[contact.place];
     Vec3<float> x = load(p);
     ContactConstraint::project(x, p.w, load(contact.normal), contact.offset, contact.multiplier);
     store(p, x);
@@ -112,32 +112,32 @@ void project_contacts(SolverData& data, Index tool) {
 
 }  // namespace
 
-void project_serially(SolverData& data, const Phase& phase, const Substep<float>& substep) {
+void project_serially(const StepContext& step, const Phase& phase, const Substep<float>& substep) {
   switch (phase.kind) {
     case PhaseKind::distance:
     case PhaseKind::volume:
     case PhaseKind::neo_hookean:
     case PhaseKind::strain_limit:
     case PhaseKind::bending:
-      data.sets.visit_set(phase.kind,
-                          [&](auto& slots) { project_group(data, slots, phase.color, substep); });
+      step.data.sets.visit_set(
+          phase.kind, [&](auto& slots) { project_group(step, slots, phase.color, substep); });
       break;
     case PhaseKind::joint:
       // Tetrahedra of one colour share no vertex: all edges at one place, then those at the next,
       // give the bits of one tetrahedron after the other, and the processor something to overlap.
       for (Index place = 0; place < 6; ++place) {
-        project_group(data, data.sets.of<DistanceConstraint>(),
-                      data.sets.joint_group(phase.color, place), substep);
+        project_group(step, step.data.sets.of<DistanceConstraint>(),
+                      step.data.sets.joint_group(phase.color, place), substep);
       }
-      project_group(data, data.sets.of<VolumeConstraint>(), phase.color, substep);
+      project_group(step, step.data.sets.of<VolumeConstraint>(), phase.color, substep);
       break;
     case PhaseKind::vertex:
       break;  // see solve_vertices()
     case PhaseKind::attachment:
-      project_attachments(data, phase.color, substep);
+      project_attachments(step, phase.color, substep);
       break;
     case PhaseKind::contact:
-      project_contacts(data, phase.color);
+      project_contacts(step.copy, phase.color);
       break;
   }
 }

@@ -13,6 +13,6 @@
 namespace pbdsurg {
 
 /// Executes one phase, in the mode of the options.
-void project_serially(SolverData& data, const Phase& phase, const Substep<float>& substep);
+void project_serially(const StepContext& step, const Phase& phase, const Substep<float>& substep);
 
 }  // namespace pbdsurg

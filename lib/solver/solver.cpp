@@ -66,6 +66,7 @@ std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverO
 std::unique_ptr<SolverData> make_host_data(const Tissue& tissue, const SolverOptions& options) {
   std::unique_ptr<SolverData> data = make_data(tissue, options, PlanComposition::nested);
   data->backend = make_host_backend(options);
+  data->step_scratch.fit(*data);
   return data;
 }
 

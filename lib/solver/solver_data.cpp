@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "solver/state_follower.h"
-#include "solver/step_copies.h"
 #include "solver/vertex_method.h"
 
 namespace pbdsurg {
@@ -64,7 +63,8 @@ void SolverData::leave_tissue() noexcept {
 
 void SolverData::start_step(float dt) {
   if (!backend->keeps_state()) {
-    report = step_copies(*this, *backend, dt);
+    backend->start_step(*this, dt);
+    report = backend->finish_step(*this);
     for (Index i = 0; i < copy_count(); ++i) {
       CopyState& each = copy(i);
       std::ranges::transform(watched_places, each.watched_positions.begin(), [&](Index place) {
@@ -93,9 +93,8 @@ void SolverData::rebuild_plan() {
   plan.phases.clear();
   const bool by_vertices = options.method == SolverMethod::vertex_block;
   if (by_vertices) {
-    reserve_holds(*this);
-    for (Index color = 0; color < vertex_method.blocks.color_count(); ++color) {
-      if (vertex_method.blocks.blocks(color).count > 0) {
+    for (Index color = 0; color < vertex_blocks.color_count(); ++color) {
+      if (vertex_blocks.blocks(color).count > 0) {
         plan.phases.push_back({PhaseKind::vertex, color});
       }
     }
@@ -137,10 +136,10 @@ void SolverData::reserve_spare_room() {
 }
 
 std::size_t SolverData::memory_bytes() const noexcept {
-  return SolverState::memory_bytes() + sets.memory_bytes() + vertex_method.memory_bytes() +
-         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
-         followers_->vertices.memory_bytes() + backend->memory_bytes() +
-         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+  return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
+         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
+         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
+         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

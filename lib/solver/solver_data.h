@@ -12,7 +12,8 @@
 
 #include "solver/constraint_sets.h"
 #include "solver/solver_state.h"
-#include "solver/vertex_method_state.h"
+#include "solver/step_scratch.h"
+#include "solver/vertex_blocks.h"
 
 namespace pbdsurg {
 
@@ -34,8 +35,9 @@ class SolverData : public SolverState {
   std::unique_ptr<Tissue> own_tissue;  ///< of a solver that was made of a scene
   const Tissue* tissue = nullptr;
   ConstraintSets sets{*this};
-  VertexMethod vertex_method;
+  VertexBlocks vertex_blocks;  ///< of the vertex-block method, else empty
   StepPlan plan;
+  StepScratch step_scratch;  ///< of the first worker on a host
 
   /// From here on edits of the tissue are followed.
   void follow_tissue();

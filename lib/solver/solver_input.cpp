@@ -22,7 +22,6 @@ void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> posit
     const bool moves = mass > 0 && !tissue.is_fixed(v);
     data.particle(v) = {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / mass) : 0.0F};
   }
-  data.previous = data.particles;
   data.velocities.assign(positions.size(), {});
   if (data.options.method == SolverMethod::vertex_block) {
     data.falling.assign(positions.size(), 1.0F);
@@ -81,7 +80,7 @@ std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue, SolverInput 
   place_vertices(tissue, input.positions, data);
   build_constraints(input.numbers, data);
   data.sets.has_damping = has_damping(tissue.bodies());
-  data.vertex_method = make_vertex_method(data, std::move(input.vertex_tets));
+  data.vertex_blocks = make_vertex_blocks(data, std::move(input.vertex_tets));
   data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);
   data.reserve_spare_room();
   data.changes.state.assign(static_cast<std::size_t>(data.options.copies), true);

@@ -166,7 +166,7 @@ std::size_t SolverState::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... arrays) {
     return (... + (arrays.capacity() * sizeof(arrays[0])));
   };
-  std::size_t bytes = bytes_of(place_of_vertex, previous, watched_places, read_places, releases,
+  std::size_t bytes = bytes_of(place_of_vertex, watched_places, read_places, releases,
                                changes.moved, changes.vertices, changes.constraints, changes.tets);
   for (Index i = 0; i < copy_count(); ++i) {
     const CopyState& each = copy(i);

@@ -52,13 +52,11 @@ struct CopyState {
   void color_attachments();
 };
 
-/// All that copies share of motion, and the state of copy 0; while a backend that works on these
-/// arrays steps another copy, that one's.
+/// All that copies share of motion, and the state of copy 0.
 struct SolverState : CopyState {
   SolverOptions options;
   Eigen::Vector3f gravity;
   std::vector<Index> place_of_vertex;  // [vertex_count]
-  std::vector<Particle> previous;      // [place] at the start of the substep, of the copy at work
   std::vector<CopyState> others;       // [copies - 1] copy 1 and on
   std::unique_ptr<Backend> backend;
 

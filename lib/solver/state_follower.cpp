@@ -23,7 +23,7 @@ void StateFollower::reserve(std::size_t vertices) {
       reserve_more(copy.falling);
     }
   }
-  reserve_more(state_.previous, state_.place_of_vertex);
+  reserve_more(state_.place_of_vertex);
   const std::size_t stopping = std::min(vertices, kEntriesOfEdit);
   stopped_.reserve(stopping);
   motions_.reserve(stopping);
@@ -144,7 +144,6 @@ void StateFollower::add_vertex(const Tissue& tissue, const NewVertex& vertex) {
       copy.falling.push_back(between(copy.falling[a], copy.falling[b]));
     }
   }
-  state_.previous.push_back(state_.particles.back());
   state_.place_of_vertex.push_back(place);  // new vertices have the places of their ids
   state_.log_moved(place);
 }
@@ -165,7 +164,6 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
       copy.particles[first_vertex + places[v]] = {x.x(), x.y(), x.z(), 0};
     }
   }
-  state_.previous.resize(count);
   for (const Index place : places) {
     state_.log_moved(static_cast<Index>(state_.place_of_vertex.size()));
     state_.place_of_vertex.push_back(first_vertex + place);
@@ -245,7 +243,6 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
       copy.velocities.resize(static_cast<std::size_t>(end));
       copy.falling.resize(copy.falling.empty() ? 0 : static_cast<std::size_t>(end));
     }
-    state_.previous.resize(static_cast<std::size_t>(end));
     state_.place_of_vertex.resize(static_cast<std::size_t>(end));
     const auto is_gone = [&](Index place) { return place >= end; };
     std::erase_if(state_.changes.vertices, is_gone);

@@ -12,14 +12,14 @@ namespace pbdsurg {
 namespace {
 
 template <class Constraint, class Visit>
-void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& slots, Visit visit) {
+void for_each_value(const CopyState& copy, const ConstraintSlots<Constraint>& slots, Visit visit) {
   for (Index group = 0; group < slots.group_count(); ++group) {
     for (Index slot = 0; slot < slots.size(group); ++slot) {
       const auto& block = slots.blocks(group)[slot / kBlockLanes];
       const Index lane = slot % kBlockLanes;
       Vec3<float> points[Constraint::kVertexCount];
       for (int k = 0; k < Constraint::kVertexCount; ++k) {
-        points[k] = load(at(data.particles.data(), block.corners[k][lane]));
+        points[k] = load(at(copy.particles.data(), block.corners[k][lane]));
       }
       const float rest = block.parameters[Constraint::kRest][lane];
       visit(Constraint::value(points, rest), rest);
@@ -29,15 +29,15 @@ void for_each_value(const SolverData& data, const ConstraintSlots<Constraint>& s
 
 // Shares of volume beyond that at rest.
 template <class Visit>
-void for_each_swelling(const SolverData& data, Visit visit) {
-  const auto& slots = data.sets.of<NeoHookeanConstraint>();
+void for_each_swelling(const CopyState& copy, const ConstraintSlots<NeoHookeanConstraint>& slots,
+                       Visit visit) {
   for (Index group = 0; group < slots.group_count(); ++group) {
     for (Index slot = 0; slot < slots.size(group); ++slot) {
       const auto& block = slots.blocks(group)[slot / kBlockLanes];
       const Index lane = slot % kBlockLanes;
       Vec3<float> points[4];
       for (int k = 0; k < 4; ++k) {
-        points[k] = load(at(data.particles.data(), block.corners[k][lane]));
+        points[k] = load(at(copy.particles.data(), block.corners[k][lane]));
       }
       float parameters[NeoHookeanConstraint::kParameterCount];
       for (int p = 0; p < NeoHookeanConstraint::kParameterCount; ++p) {
@@ -56,9 +56,9 @@ void raise(float& largest, float value) {
 
 }  // namespace
 
-void report_vertices(const SolverData& data, StepReport& report) {
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    const Particle& p = data.particle(static_cast<Index>(v));
+void report_vertices(const SolverData& data, const CopyState& copy, StepReport& report) {
+  for (std::size_t v = 0; v < copy.particles.size(); ++v) {
+    const Particle& p = copy.particles[data.place_of_vertex[v]];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
       if (report.non_finite_vertices++ == 0) {
         report.first_non_finite = static_cast<Index>(v);
@@ -67,27 +67,27 @@ void report_vertices(const SolverData& data, StepReport& report) {
   }
 }
 
-void report_constraints(const SolverData& data, StepReport& report) {
-  for_each_value(data, data.sets.of<DistanceConstraint>(), [&](float value, float rest) {
+void report_constraints(const SolverData& data, const CopyState& copy, StepReport& report) {
+  for_each_value(copy, data.sets.of<DistanceConstraint>(), [&](float value, float rest) {
     if (rest > 0) {
       raise(report.distance_residual, std::abs(value) / rest);
     }
   });
-  for_each_value(data, data.sets.of<VolumeConstraint>(), [&](float value, float rest) {
+  for_each_value(copy, data.sets.of<VolumeConstraint>(), [&](float value, float rest) {
     raise(report.volume_residual, std::abs(value) / rest);
     report.inverted_tets += value + rest < 0;
   });
-  for_each_swelling(data, [&](float value) {
+  for_each_swelling(copy, data.sets.of<NeoHookeanConstraint>(), [&](float value) {
     raise(report.volume_residual, std::abs(value));
     report.inverted_tets += value < -1;
   });
 }
 
-void report_tubes(const SolverData& data, StepReport& report) {
+void report_tubes(const SolverData& data, const CopyState& copy, StepReport& report) {
   for_each_tube_tet(*data.tissue, [&](Index t) {
     Vec3<float> points[4];
     for (int k = 0; k < 4; ++k) {
-      points[k] = load(data.particle(data.tissue->tets()[t][k]));
+      points[k] = load(copy.particles[data.place_of_vertex[data.tissue->tets()[t][k]]]);
     }
     report.inverted_tets +=
         data.tissue->is_tet_alive(t) && VolumeConstraint::value(points, 0.0F) < 0;

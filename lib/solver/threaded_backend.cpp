@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -59,8 +61,25 @@ class ThreadedBackend final : public Backend {
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
 
-  void start_step(SolverData& data, float dt) override { report_ = step(data, dt); }
+  void start_step(SolverData& data, float dt) override {
+    report_ = {};
+    data.step_scratch.fit(data);
+    if (data.copy_count() > 1) {
+      step_copies(data, dt);
+    } else {
+      const StepContext step{data, data, data.step_scratch};
+      report_copy(0, step_together(step, dt), data, report_);
+    }
+  }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept override {
+    std::size_t bytes = 0;
+    for (const StepScratch& scratch : scratches_) {
+      bytes += scratch.memory_bytes();
+    }
+    return bytes;
+  }
 
   [[nodiscard]] Maker maker() const override {
     return [](const SolverData& data) { return make_threaded_backend(data.options); };
@@ -73,88 +92,153 @@ class ThreadedBackend final : public Backend {
 
   // A thread's part in a step.
   struct Turn {
+    StepContext step;
+    StepTeam* team;  // with whom it shares the step; null: nobody
     ProjectionState state;
     Prediction prediction;
     VertexRange vertices;
     int thread;
     int threads;  // that share the work; 0 once another has taken over this one's part
+    StepReport& report;
 
     [[nodiscard]] bool is_idle() const { return threads == 0; }
   };
 
-  StepReport step(SolverData& data, float dt) {
+  // One copy, by all threads that pay.
+  StepReport step_together(const StepContext& step, float dt) {
     using Clock = std::chrono::steady_clock;
     using Seconds = std::chrono::duration<double>;
     const Clock::time_point start = Clock::now();
     const int wanted = choice_ ? choice_->threads() : executor_.state()->most_threads();
     const TeamLease lease(executor_.state(), wanted);
-    team_ = lease.team() != nullptr ? lease.team() : &alone_;
-    threads_ = std::min(wanted, team_->size());
+    StepTeam* const team = lease.team();
+    threads_ = team != nullptr ? std::min(wanted, team->size()) : 1;
     deadline_ = Clock::time_point::max();
     if (choice_ && choice_->limit() < kLongestLimit) {
       deadline_ = start + std::chrono::duration_cast<Clock::duration>(Seconds(choice_->limit()));
     }
     std::ranges::fill(residuals_, ThreadResidual{});
-    plan_stages(data);
+    plan_stages(step.data);
     StepReport report;
-    team_->run(threads_, [&](int thread) { step(data, dt, thread, report); });
-    report_vertices(data, report);
-    report_tubes(data, report);
-    for (const ThreadResidual& residual : residuals_) {
-      report.distance_residual = std::max(report.distance_residual, residual.distances.largest);
-      report.volume_residual = std::max(report.volume_residual, residual.volumes.largest);
-      report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
-      report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
+    if (team != nullptr) {
+      team->run(threads_, [&](int thread) {
+        residuals_[thread] = take_turn(make_turn(step, dt, team, thread, report));
+      });
+    } else {
+      residuals_[0] = take_turn(make_turn(step, dt, nullptr, 0, report));
     }
+    drop_holds(step);
+    end_report(step, residuals_, report);
     if (choice_ && threads_ == wanted) {
       choice_->took(Seconds(Clock::now() - start).count());
     }
     return report;
   }
 
+  // Each by one thread, who takes the next when it is done.
+  void step_copies(SolverData& data, float dt) {
+    const Index copies = data.copy_count();
+    const int wanted = std::min<int>(copies, executor_.state()->most_threads());
+    const TeamLease lease(executor_.state(), wanted);
+    const int workers = lease.team() != nullptr ? std::min(wanted, lease.team()->size()) : 1;
+    scratches_.resize(static_cast<std::size_t>(workers) - 1);
+    for (StepScratch& scratch : scratches_) {
+      scratch.fit_beside(data);
+    }
+    threads_ = 1;
+    plan_stages(data);
+    reports_.assign(static_cast<std::size_t>(copies), {});
+    std::atomic<Index> next{0};
+    const auto work = [&](int worker) {
+      StepScratch& scratch = worker == 0 ? data.step_scratch : scratches_[worker - 1];
+      for (Index i = next.fetch_add(1); i < copies; i = next.fetch_add(1)) {
+        const StepContext step{data, data.copy(i), scratch};
+        StepReport report;
+        const ThreadResidual residual = take_turn(make_turn(step, dt, nullptr, 0, report));
+        drop_holds(step);
+        end_report(step, {&residual, 1}, report);
+        reports_[i] = report;
+      }
+    };
+    if (lease.team() != nullptr) {
+      lease.team()->run(workers, work);
+    } else {
+      work(0);
+    }
+    for (Index i = 0; i < copies; ++i) {
+      report_copy(i, reports_[i], data.copy(i), report_);
+    }
+  }
+
+  static void end_report(const StepContext& step, std::span<const ThreadResidual> residuals,
+                         StepReport& report) {
+    report_vertices(step.data, step.copy, report);
+    report_tubes(step.data, step.copy, report);
+    for (const ThreadResidual& residual : residuals) {
+      report.distance_residual = std::max(report.distance_residual, residual.distances.largest);
+      report.volume_residual = std::max(report.volume_residual, residual.volumes.largest);
+      report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
+      report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
+    }
+  }
+
+  Turn make_turn(const StepContext& step, float dt, StepTeam* team, int thread,
+                 StepReport& report) const {
+    const SolverData& data = step.data;
+    const float h = dt / static_cast<float>(data.options.substeps);
+    return {step,
+            team,
+            {step.copy.particles.data(), step.scratch.previous.data(), {1 / h, 1 / (h * h)}},
+            {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
+            vertices_of(step, thread, threads_),
+            thread,
+            threads_,
+            report};
+  }
+
   // What one thread does in a step. Thread 0 alone looks after tools and small phases. Each thread
   // has the same vertices in all operations, so it waits for others only where it needs theirs.
-  void step(SolverData& data, float dt, int thread, StepReport& report) {
-    const float h = dt / static_cast<float>(data.options.substeps);
-    Turn turn{{data.particles.data(), data.previous.data(), {1 / h, 1 / (h * h)}},
-              {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
-              vertices_of(data, thread, threads_),
-              thread,
-              threads_};
-    if (thread == 0) {
-      begin_tools(data);
+  ThreadResidual take_turn(Turn turn) {
+    const ConstraintSets& sets = turn.step.data.sets;
+    if (turn.thread == 0) {
+      begin_tools(turn.step.copy);
     }
-    run_step(step_program(data.options), [&](StepOperation operation, int substep) {
-      run(operation, substep, data, turn, report);
-    });
-    if (thread == 0) {
-      end_tools(data);
+    run_step(step_program(turn.step.data.options),
+             [&](StepOperation operation, int substep) { run(operation, substep, turn); });
+    if (turn.thread == 0) {
+      end_tools(turn.step.copy);
     }
-    if (!turn.is_idle()) {
-      residuals_[thread] = {measure(data, data.sets.of<DistanceConstraint>(), turn),
-                            measure(data, data.sets.of<VolumeConstraint>(), turn),
-                            measure(data, data.sets.of<NeoHookeanConstraint>(), turn)};
+    if (turn.is_idle()) {
+      return {};
     }
+    return {measure(sets.of<DistanceConstraint>(), turn),
+            measure(sets.of<VolumeConstraint>(), turn),
+            measure(sets.of<NeoHookeanConstraint>(), turn)};
   }
 
   // All threads meet; the first thread then does the rest of the step alone if that takes too long.
-  void meet(SolverData& data, Turn& turn) {
-    if (choice_ && turn.thread == 0 && !team_->is_alone() &&
-        deadline_ < std::chrono::steady_clock::now()) {
-      team_->dissolve();
+  void meet(Turn& turn) {
+    if (turn.team == nullptr) {
+      return;
     }
-    if (!team_->barrier(turn.thread)) {
+    if (choice_ && turn.thread == 0 && !turn.team->is_alone() &&
+        deadline_ < std::chrono::steady_clock::now()) {
+      turn.team->dissolve();
+    }
+    if (!turn.team->barrier(turn.thread)) {
       turn.threads = 0;
-    } else if (turn.threads > 1 && turn.thread == 0 && team_->is_alone()) {
+    } else if (turn.threads > 1 && turn.thread == 0 && turn.team->is_alone()) {
       turn.threads = 1;
-      turn.vertices = vertices_of(data, 0, 1);
+      turn.vertices = vertices_of(turn.step, 0, 1);
     }
   }
 
-  void run(StepOperation operation, int substep, SolverData& data, Turn& turn, StepReport& report) {
+  void run(StepOperation operation, int substep, Turn& turn) {
     if (turn.is_idle()) {
       return;
     }
+    const StepContext& step = turn.step;
+    const SolverData& data = step.data;
     const auto substeps = static_cast<float>(data.options.substeps);
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
@@ -163,46 +247,45 @@ class ThreadedBackend final : public Backend {
         kernels_.predict(turn.vertices, turn.prediction);
         break;
       case StepOperation::extrapolate:
-        kernels_.extrapolate(falling_range(data, turn), way_of_fall(data, lengths));
+        kernels_.extrapolate(falling_range(turn), way_of_fall(data, lengths));
         break;
       case StepOperation::clear_multipliers:
-        data.sets.for_each_set([&]<class Constraint>(ConstraintSlots<Constraint>& slots) {
+        data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
           if constexpr (KindOf<Constraint>::kHasCompliance) {
             clear_multipliers(slots, turn);
           }
         });
         break;
       case StepOperation::find_contacts:
-        meet(data, turn);
+        meet(turn);
         if (thread == 0) {
-          place_tools(data, static_cast<float>(substep + 1) / substeps);
-          find_contacts(data, report);
+          place_tools(step.copy, static_cast<float>(substep + 1) / substeps);
+          find_contacts(data.options, step.copy, turn.report);
         }
         break;
       case StepOperation::gather_holds:
         if (thread == 0) {
-          gather_holds(data);
+          gather_holds(step);
         }
         break;
       case StepOperation::damp_rows:  // all have met since the prediction: see find_contacts
-        damp_rows(data, turn);
+        damp_rows(turn);
         break;
       case StepOperation::sweep:
         for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-          sweep(data, vertex_state(data, lengths, relaxation_of(data.options, iteration)), turn);
+          sweep(vertex_state(step, lengths, relaxation_of(data.options, iteration)), turn);
         }
         if (!turn.is_idle()) {
-          meet(data, turn);
+          meet(turn);
         }
         break;
       case StepOperation::collect_forces:  // all have met since the sweeps
         if (thread == 0) {
-          collect_tool_forces(data, lengths.inverse_dt_squared / substeps);
+          collect_tool_forces(step.copy, lengths.inverse_dt_squared / substeps);
         }
         break;
       case StepOperation::measure_fall:
-        kernels_.measure_fall(falling_range(data, turn), gravity_per_square(data),
-                              lengths.inverse_dt);
+        kernels_.measure_fall(falling_range(turn), gravity_per_square(data), lengths.inverse_dt);
         break;
       case StepOperation::update_velocities:
         kernels_.update_velocities(turn.vertices, lengths.inverse_dt);
@@ -210,20 +293,20 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  void damp_rows(SolverData& data, const Turn& turn) {
-    VertexBlocks& blocks = data.vertex_method.blocks;
+  void damp_rows(const Turn& turn) {
+    const VertexBlocks& blocks = turn.step.data.vertex_blocks;
     if (blocks.has_damping()) {
       const Part part =
           part_of(static_cast<std::size_t>(blocks.block_count()), turn.thread, turn.threads);
-      kernels_.add_damping(blocks.damped_rows(), data.previous.data(),
+      kernels_.add_damping(damped_rows(turn.step), turn.state.previous,
                            turn.state.substep.inverse_dt, part.first, part.last);
     }
   }
 
-  void sweep(SolverData& data, const VertexState& vertex_state, Turn& turn) {
+  void sweep(const VertexState& vertex_state, Turn& turn) {
     for (const Stage& stage : stages_) {
       if (stage.is_met_before && !turn.is_idle()) {
-        meet(data, turn);
+        meet(turn);
       }
       if (turn.is_idle()) {
         return;
@@ -234,46 +317,48 @@ class ThreadedBackend final : public Backend {
       }
       const int thread = is_shared ? turn.thread : 0, threads = is_shared ? turn.threads : 1;
       if (stage.phase.kind == PhaseKind::vertex) {
-        solve_vertices(data, vertex_state, stage, thread, threads);
+        solve_vertices(turn.step, vertex_state, stage, thread, threads);
       } else {
-        project(data, stage, turn.state, thread, threads);
+        project(turn, stage, thread, threads);
       }
     }
   }
 
-  void project(SolverData& data, const Stage& stage, const ProjectionState& state, int thread,
-               int threads) {
+  void project(const Turn& turn, const Stage& stage, int thread, int threads) {
     if (stage.phase.serial) {
-      project_serially(data, stage.phase, state.substep);
+      project_serially(turn.step, stage.phase, turn.state.substep);
       return;
     }
     bool is_elastic = false;
-    data.sets.visit_set(stage.phase.kind, [&](auto& slots) {
+    turn.step.data.sets.visit_set(stage.phase.kind, [&](const auto& slots) {
       is_elastic = true;
-      project_group(data, slots, stage.group, state, thread, threads);
+      project_group(turn, slots, stage.group, thread, threads);
     });
     if (!is_elastic) {
-      project_serially(data, stage.phase, state.substep);
+      project_serially(turn.step, stage.phase, turn.state.substep);
     }
   }
 
   // Blocks of a colour get longer towards its end, so the threads take turns.
-  void solve_vertices(SolverData& data, const VertexState& state, const Stage& stage, int thread,
-                      int threads) {
-    const VertexRows rows = data.vertex_method.blocks.rows();
-    const auto [first, count] = data.vertex_method.blocks.blocks(stage.group);
+  void solve_vertices(const StepContext& step, const VertexState& state, const Stage& stage,
+                      int thread, int threads) {
+    const VertexRows rows = vertex_rows(step);
+    const auto [first, count] = step.data.vertex_blocks.blocks(stage.group);
     for (Index block = first + thread; block < first + count; block += threads) {
       const LaneBits left = kernels_.solve_vertices(rows, state, block);
       if (left != 0) {
-        solve_lanes(data, state, block, left);
+        solve_lanes(step, state, block, left);
       }
     }
   }
 
   template <class Constraint>
-  void project_group(SolverData& data, ConstraintSlots<Constraint>& slots, Index group,
-                     const ProjectionState& state, int thread, int threads) {
-    const BlockRange<Constraint> range = blocks_of(slots, group, thread, threads);
+  void project_group(const Turn& turn, const ConstraintSlots<Constraint>& slots, Index group,
+                     int thread, int threads) {
+    const SolverData& data = turn.step.data;
+    const ProjectionState& state = turn.state;
+    const BlockRange<Constraint> range =
+        blocks_of(slots, turn.step.scratch, group, thread, threads);
     const ConstraintKernels<Constraint>& kernels = kernels_;
     if (data.options.mode == ProjectionMode::fraction) {
       kernels.project_fraction(range, state);
@@ -285,12 +370,13 @@ class ThreadedBackend final : public Backend {
   }
 
   template <class Constraint>
-  Residual measure(SolverData& data, ConstraintSlots<Constraint>& slots, const Turn& turn) {
+  Residual measure(const ConstraintSlots<Constraint>& slots, const Turn& turn) {
     const ConstraintKernels<Constraint>& kernels = kernels_;
     Residual sum;
     for (Index group = 0; group < slots.group_count(); ++group) {
-      const Residual residual = kernels.measure(blocks_of(slots, group, turn.thread, turn.threads),
-                                                data.particles.data());
+      const Residual residual =
+          kernels.measure(blocks_of(slots, turn.step.scratch, group, turn.thread, turn.threads),
+                          turn.state.particles);
       sum.largest = std::max(sum.largest, residual.largest);
       sum.inverted += residual.inverted;
     }
@@ -298,39 +384,42 @@ class ThreadedBackend final : public Backend {
   }
 
   template <class Constraint>
-  void clear_multipliers(ConstraintSlots<Constraint>& slots, const Turn& turn) {
+  void clear_multipliers(const ConstraintSlots<Constraint>& slots, const Turn& turn) {
     for (Index group = 0; group < slots.group_count(); ++group) {
-      const BlockRange<Constraint> range = blocks_of(slots, group, turn.thread, turn.threads);
+      const BlockRange<Constraint> range =
+          blocks_of(slots, turn.step.scratch, group, turn.thread, turn.threads);
       std::fill(range.multipliers + range.first, range.multipliers + range.last,
                 MultiplierBlock<Constraint>{});
     }
   }
 
   template <class Constraint>
-  static BlockRange<Constraint> blocks_of(ConstraintSlots<Constraint>& slots, Index group,
-                                          int thread, int threads) {
+  static BlockRange<Constraint> blocks_of(const ConstraintSlots<Constraint>& slots,
+                                          StepScratch& scratch, Index group, int thread,
+                                          int threads) {
     const auto blocks = slots.blocks(group);
     const Part part = part_of(blocks.size(), thread, threads);
-    return {blocks.data(), slots.multipliers(group).data(), slots.size(group), part.first,
-            part.last};
+    return {blocks.data(), scratch.multipliers.of<Constraint>()[group].data(), slots.size(group),
+            part.first, part.last};
   }
 
-  static FallingRange falling_range(SolverData& data, const Turn& turn) {
-    return {turn.vertices, data.vertex_method.flights.data(), data.falling.data()};
+  static FallingRange falling_range(const Turn& turn) {
+    return {turn.vertices, turn.step.scratch.flights.data(), turn.step.copy.falling.data()};
   }
 
   // Cut at multiples of a block, as the kernels want it.
-  [[nodiscard]] static VertexRange vertices_of(SolverData& data, int thread, int threads) {
-    const auto count = static_cast<Index>(data.particles.size());
+  [[nodiscard]] static VertexRange vertices_of(const StepContext& step, int thread, int threads) {
+    CopyState& copy = step.copy;
+    const auto count = static_cast<Index>(copy.particles.size());
     const Part part =
-        part_of((data.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, threads);
-    return {data.particles.data(), data.previous.data(), data.velocities.data(),
+        part_of((copy.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, threads);
+    return {copy.particles.data(), step.scratch.previous.data(), copy.velocities.data(),
             std::min(count, part.first * kBlockLanes), std::min(count, part.last * kBlockLanes)};
   }
 
   // Phases that take less time than a meeting of the threads are left to thread 0, one after
   // another without meetings between them. Of a nested plan, a domain is one thread's.
-  void plan_stages(SolverData& data) {
+  void plan_stages(const SolverData& data) {
     stages_.clear();
     // any of the phases may come with an edit
     const std::size_t stages_of_phase = data.options.composition == PlanComposition::joint ? 7 : 1;
@@ -359,7 +448,7 @@ class ThreadedBackend final : public Backend {
           break;
         case PhaseKind::vertex:  // a block takes several times as long as a meeting
           add_stage(phase, phase.color,
-                    data.vertex_method.blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
+                    data.vertex_blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
           break;
         case PhaseKind::attachment:
         case PhaseKind::contact:
@@ -401,13 +490,13 @@ class ThreadedBackend final : public Backend {
 
   const LaneKernels& kernels_;
   Executor executor_;
-  StepTeam alone_{1};
-  StepTeam* team_ = &alone_;                        // of this step
   std::optional<ThreadChoice> choice_;              // where nobody said how many
   int threads_ = 1;                                 // that begin a step
   std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
   std::vector<Stage> stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]
+  std::vector<StepScratch> scratches_;     // of workers on copies, beside the first
+  std::vector<StepReport> reports_;        // [copy]
   StepReport report_;
   std::string name_;
 };

@@ -299,15 +299,6 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
   }
 }
 
-void VertexBlocks::prepare(RowRange range, std::span<const Particle> start,
-                           float inverse_dt) noexcept {
-  for (Index b = range.first; b < range.first + range.count; ++b) {
-    for (Index lane = 0; blocks_[b].is_damped && lane < kBlockLanes; ++lane) {
-      add_damping(damped_rows(), blocks_[b], LaneAccess{start.data(), lane}, inverse_dt);
-    }
-  }
-}
-
 void VertexBlocks::touch(std::span<const Index> vertices) {
   for (const Index v : vertices) {
     if (places_[v].block != kInvalidIndex && !is_touched_[v]) {
@@ -388,6 +379,15 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          bytes(tets_at_.offsets, tets_at_.entries, springs_at_.offsets, springs_at_.entries,
                hinges_at_.entries, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
                damped_volumes_, damped_hinges_, places_, needs_, touched_);
+}
+
+void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> start,
+                 float inverse_dt) noexcept {
+  for (Index b = 0; b < block_count; ++b) {
+    for (Index lane = 0; rows.blocks[b].is_damped && lane < kBlockLanes; ++lane) {
+      add_damping(rows, rows.blocks[b], LaneAccess{start.data(), lane}, inverse_dt);
+    }
+  }
 }
 
 }  // namespace pbdsurg

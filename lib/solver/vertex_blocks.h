@@ -50,7 +50,7 @@ struct VertexHinge {
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
 /// what the row has already, that is one spring again, of stiffness k + c / h and a target between
-/// the two. So sweeps need not know of damping; prepare() does, once a substep.
+/// the two. So sweeps need not know of damping; damp_rows() does, once a substep.
 class VertexBlocks {
  public:
   VertexBlocks() = default;
@@ -109,13 +109,8 @@ class VertexBlocks {
     return LaneBits{1} << lane | (lane == lanes - 1 ? ~LaneBits{0} << lanes : 0);
   }
 
-  /// Whether prepare() has anything to do.
+  /// Whether damp_rows() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
-
-  /// Sets stiffness and target of the damped rows of some blocks, for a substep, in one thread.
-  /// @param start       [vertex_count] where the substep starts
-  /// @param inverse_dt  1/s
-  void prepare(RowRange blocks, std::span<const Particle> start, float inverse_dt) noexcept;
 
   // Changes; refresh() makes them felt. Cost: constant.
   void set_tet(Index tet, const VertexTet& terms);
@@ -206,5 +201,11 @@ class VertexBlocks {
   std::vector<bool> is_touched_;  // [vertex_count]
   Neighborhood neighborhood_;     // of the vertex at hand
 };
+
+/// Sets stiffness and target of damped rows for a substep, in one thread.
+/// @param start       [place] where the substep starts
+/// @param inverse_dt  1/s
+void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> start,
+                 float inverse_dt) noexcept;
 
 }  // namespace pbdsurg

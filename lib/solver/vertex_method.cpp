@@ -87,7 +87,7 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
-  HeldVertex(SolverData& data, Index first) : data_(data), first_(first) {}
+  HeldVertex(const StepContext& step, Index first) : step_(step), first_(first) {}
 
   template <class Visit>
   void for_each_grasp(const Visit& visit) const {
@@ -129,13 +129,13 @@ class HeldVertex {
 
   template <class Visit>
   void for_each(const Visit& visit) const {
-    const std::vector<VertexHold>& holds = data_.vertex_method.holds;
+    const std::vector<VertexHold>& holds = step_.scratch.holds;
     for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
-      visit(holds[h], data_.tools[holds[h].tool]);
+      visit(holds[h], step_.copy.tools[holds[h].tool]);
     }
   }
 
-  SolverData& data_;
+  const StepContext& step_;
   Index first_;
 };
 
@@ -209,10 +209,9 @@ std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue) {
   return tets;
 }
 
-VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> tets) {
-  VertexMethod method;
+VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> tets) {
   if (!is_used(data)) {
-    return method;
+    return {};
   }
   for (std::size_t t = 0; t < tets.size(); ++t) {
     tets[t].vertices = data.places_of(data.tissue->tets()[t]);
@@ -252,27 +251,8 @@ VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> t
   for (const Particle& p : data.particles) {
     moves.push_back(p.w > 0);
   }
-  method.blocks = VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
-                               vertex_coloring(data.options));
-  method.flights = data.particles;
-  method.first_holds.assign(data.particles.size(), kInvalidIndex);
-  method.held.assign(static_cast<std::size_t>(method.blocks.block_count()), 0);
-  return method;
-}
-
-void reserve_holds(SolverData& data) {
-  if (!is_used(data)) {
-    return;
-  }
-  std::size_t most = 0;
-  for (Index copy = 0; copy < data.copy_count(); ++copy) {
-    std::size_t sum = 0;
-    for (const ToolState& tool : data.copy(copy).tools) {
-      sum += tool.attachments.size() + tool.contacts.capacity();
-    }
-    most = std::max(most, sum);
-  }
-  data.vertex_method.holds.reserve(most);
+  return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
+                      vertex_coloring(data.options));
 }
 
 Vec3<float> way_of_fall(const SolverData& data, const Substep<float>& substep) noexcept {
@@ -285,37 +265,62 @@ Vec3<float> gravity_per_square(const SolverData& data) noexcept {
   return (square > 0 ? 1 / square : 0.0F) * gravity;
 }
 
-void extrapolate_vertices(SolverData& data, const Substep<float>& substep) {
-  VertexMethod& method = data.vertex_method;
-  const Vec3<float> fall = way_of_fall(data, substep);
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    Particle& p = data.particles[v];
-    method.flights[v] = p;
-    store(p, start_of(load(p), p.w, data.falling[v], fall));
+VertexRows vertex_rows(const StepContext& step) noexcept {
+  VertexRows rows = step.data.vertex_blocks.rows();
+  if (step.scratch.has_own_rows) {
+    rows.springs = step.scratch.springs.data();
+    rows.volumes = step.scratch.volumes.data();
+    rows.hinges = step.scratch.hinges.data();
+  }
+  return rows;
+}
+
+DampedRows damped_rows(const StepContext& step) noexcept {
+  DampedRows rows = step.data.vertex_blocks.damped_rows();
+  if (step.scratch.has_own_rows) {
+    rows.springs = step.scratch.springs.data();
+    rows.volumes = step.scratch.volumes.data();
+    rows.hinges = step.scratch.hinges.data();
+  }
+  return rows;
+}
+
+void extrapolate_vertices(const StepContext& step, const Substep<float>& substep) {
+  const Vec3<float> fall = way_of_fall(step.data, substep);
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    Particle& p = step.copy.particles[v];
+    step.scratch.flights[v] = p;
+    store(p, start_of(load(p), p.w, step.copy.falling[v], fall));
   }
 }
 
-void gather_holds(SolverData& data) {
-  VertexMethod& method = data.vertex_method;
-  for (const VertexHold& hold : method.holds) {
-    method.first_holds[hold.place] = kInvalidIndex;
-    method.held[method.blocks.place_of(hold.place).block] = 0;
+void drop_holds(const StepContext& step) noexcept {
+  StepScratch& scratch = step.scratch;
+  for (const VertexHold& hold : scratch.holds) {
+    scratch.first_holds[hold.place] = kInvalidIndex;
+    scratch.held[step.data.vertex_blocks.place_of(hold.place).block] = 0;
   }
-  method.holds.clear();
+  scratch.holds.clear();
+}
+
+void gather_holds(const StepContext& step) {
+  drop_holds(step);
+  StepScratch& scratch = step.scratch;
+  const VertexBlocks& blocks = step.data.vertex_blocks;
   const auto add = [&](Index place, std::size_t tool, std::size_t entry, bool is_contact) {
-    const Index block = method.blocks.place_of(place).block;
+    const Index block = blocks.place_of(place).block;
     if (block == kInvalidIndex) {
       return;  // fixed, and so no tool's business
     }
-    method.held[block] |= method.blocks.lanes_of(place);
-    method.holds.push_back({place, method.first_holds[place], static_cast<Index>(tool),
-                            static_cast<Index>(entry), is_contact});
-    method.first_holds[place] = static_cast<Index>(method.holds.size()) - 1;
+    scratch.held[block] |= blocks.lanes_of(place);
+    scratch.holds.push_back({place, scratch.first_holds[place], static_cast<Index>(tool),
+                             static_cast<Index>(entry), is_contact});
+    scratch.first_holds[place] = static_cast<Index>(scratch.holds.size()) - 1;
   };
-  for (std::size_t t = 0; t < data.tools.size(); ++t) {
-    const ToolState& tool = data.tools[t];
+  for (std::size_t t = 0; t < step.copy.tools.size(); ++t) {
+    const ToolState& tool = step.copy.tools[t];
     for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
-      add(data.place_of_vertex[tool.attachments[a].vertex], t, a, false);
+      add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, false);
     }
     for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
       add(tool.contacts[c].place, t, c, true);
@@ -323,27 +328,29 @@ void gather_holds(SolverData& data) {
   }
 }
 
-void damp_rows(SolverData& data, const Substep<float>& substep) {
-  VertexBlocks& blocks = data.vertex_method.blocks;
-  if (blocks.has_damping()) {
-    blocks.prepare({0, blocks.block_count()}, data.previous, substep.inverse_dt);
+void damp_rows(const StepContext& step, const Substep<float>& substep) {
+  if (!step.data.vertex_blocks.has_damping()) {
+    return;
   }
+  add_damping(damped_rows(step), step.data.vertex_blocks.block_count(), step.scratch.previous,
+              substep.inverse_dt);
 }
 
 float relaxation_of(const SolverOptions& options, int iteration) noexcept {
   return iteration + 1 < options.iterations ? options.over_relaxation : 1.0F;
 }
 
-VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                          float relaxation) noexcept {
-  return {data.particles.data(), data.vertex_method.flights.data(), data.vertex_method.held.data(),
+  return {step.copy.particles.data(), step.scratch.flights.data(), step.scratch.held.data(),
           substep.inverse_dt_squared, relaxation};
 }
 
-void solve_lanes(SolverData& data, const VertexState& state, Index block_index, LaneBits lanes) {
-  const VertexMethod& method = data.vertex_method;
-  const VertexRows rows = method.blocks.rows();
+void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
+                 LaneBits lanes) {
+  const VertexRows rows = vertex_rows(step);
   const VertexBlock& block = rows.blocks[block_index];
+  const std::vector<Index>& first_holds = step.scratch.first_holds;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     Particle& p = at(state.particles, block.corners[lane]);
     if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
@@ -355,27 +362,28 @@ void solve_lanes(SolverData& data, const VertexState& state, Index block_index, 
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
     const auto solve = [&](const VertexEnergy<float>& energy) {
-      return method.first_holds[v] == kInvalidIndex
+      return first_holds[v] == kInvalidIndex
                  ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
-                 : move_held(HeldVertex(data, method.first_holds[v]), x, energy,
+                 : move_held(HeldVertex(step, first_holds[v]), x, energy,
                              1 / state.inverse_dt_squared);
     };
     store(p, move_vertex(rows, block, access, x, start, solve));
   }
 }
 
-void solve_vertices(SolverData& data, const VertexState& state, Index color) {
-  const auto [first, count] = data.vertex_method.blocks.blocks(color);
+void solve_vertices(const StepContext& step, const VertexState& state, Index color) {
+  const auto [first, count] = step.data.vertex_blocks.blocks(color);
   for (Index block = first; block < first + count; ++block) {
-    solve_lanes(data, state, block, ~LaneBits{0});
+    solve_lanes(step, state, block, ~LaneBits{0});
   }
 }
 
-void measure_fall(SolverData& data, const Substep<float>& substep) {
-  const Vec3<float> gravity = gravity_per_square(data);
-  for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    const Velocity& velocity = data.velocities[v];
-    data.falling[v] = falling_of(load(data.particles[v]), load(data.previous[v]),
+void measure_fall(const StepContext& step, const Substep<float>& substep) {
+  const Vec3<float> gravity = gravity_per_square(step.data);
+  CopyState& copy = step.copy;
+  for (std::size_t v = 0; v < copy.particles.size(); ++v) {
+    const Velocity& velocity = copy.velocities[v];
+    copy.falling[v] = falling_of(load(copy.particles[v]), load(step.scratch.previous[v]),
                                  {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
   }
 }
@@ -392,7 +400,7 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   if (!is_used(data_)) {
     return;
   }
-  VertexBlocks& blocks = data_.vertex_method.blocks;
+  VertexBlocks& blocks = data_.vertex_blocks;
   blocks.begin_edit();
   before_growth_.reset();
   for (const RestLengthChange& rest : change.edit.rest_lengths) {
@@ -410,7 +418,7 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
 }
 
 void VertexFollower::remove(const TissueChange& change) {
-  VertexBlocks& blocks = data_.vertex_method.blocks;
+  VertexBlocks& blocks = data_.vertex_blocks;
   for (const Index tet : change.removed_tets) {
     if (tet < change.first_new_tet) {
       blocks.remove_tet(tet);
@@ -429,7 +437,7 @@ void VertexFollower::remove(const TissueChange& change) {
 
 void VertexFollower::set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest) {
   const Material& material = tissue.bodies()[tissue.body_of_tet(rest.tet)].material;
-  VertexTet terms = data_.vertex_method.blocks.tet(rest.tet);
+  VertexTet terms = data_.vertex_blocks.tet(rest.tet);
   if (material.model == ElasticModel::neo_hookean) {
     const auto [mu, lambda] = moduli_of(material);
     NeoHookeanTerms<double> before{};
@@ -448,26 +456,26 @@ void VertexFollower::set_rest_volume(const Tissue& tissue, const RestVolumeChang
   } else {
     terms.target = rest.rest_volume;
   }
-  data_.vertex_method.blocks.set_tet(rest.tet, terms);
+  data_.vertex_blocks.set_tet(rest.tet, terms);
 }
 
 void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
-  VertexMethod& method = data_.vertex_method;
+  VertexBlocks& blocks = data_.vertex_blocks;
   const auto& volumes = data_.sets.of<VolumeConstraint>();
   const auto& solids = data_.sets.of<NeoHookeanConstraint>();
   std::vector<VertexTet> tets(tissue.tets().size());
   for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
     if (tissue.is_tet_alive(t) && t < change.first_new_tet) {
-      tets[t] = method.blocks.tet(t);
+      tets[t] = blocks.tet(t);
     } else if (volumes.is_alive(t)) {
       tets[t] = make_volume(volumes.record(t));
     } else if (solids.is_alive(t)) {
       tets[t] = make_neo_hookean(solids.record(t), tissue.bodies()[tissue.body_of_tet(t)].material);
     }
   }
-  VertexMethod grown = make_vertex_method(data_, std::move(tets));
-  before_growth_ = std::move(method);
-  method = std::move(grown);
+  VertexBlocks grown = make_vertex_blocks(data_, std::move(tets));
+  before_growth_ = std::move(blocks);
+  blocks = std::move(grown);
 }
 
 void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
@@ -475,15 +483,15 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
     return;
   }
   if (before_growth_) {
-    data_.vertex_method = std::move(*before_growth_);
+    data_.vertex_blocks = std::move(*before_growth_);
     before_growth_.reset();
   }
-  data_.vertex_method.blocks.undo();
+  data_.vertex_blocks.undo();
   refresh();
 }
 
 void VertexFollower::refresh() {
-  VertexBlocks& blocks = data_.vertex_method.blocks;
+  VertexBlocks& blocks = data_.vertex_blocks;
   for (const Index place : blocks.touched()) {
     data_.log_constraint(PhaseKind::vertex, place);
   }

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// The vertex-block method: what it keeps, and its operations within a step (step_program.h).
+/// The vertex-block method: its rows, and its operations within a step (step_program.h).
 
 #include <optional>
 #include <span>
@@ -14,7 +14,8 @@
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "solver/vertex_method_state.h"
+#include "solver/step_scratch.h"
+#include "solver/vertex_blocks.h"
 
 namespace pbdsurg {
 
@@ -39,10 +40,8 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 /// Colours vertices and lays out their rows.
 /// @param data  with all else that a solver has
 /// @param tets  [tet_count] their vertices are set here
-[[nodiscard]] VertexMethod make_vertex_method(const SolverData& data, std::vector<VertexTet> tets);
-
-/// Makes room for what tools can touch and hold, so that no step allocates.
-void reserve_holds(SolverData& data);
+/// @return      none for other methods
+[[nodiscard]] VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> tets);
 
 // Operations of a substep. Kernels on registers stand in for some of these.
 
@@ -53,30 +52,35 @@ void reserve_holds(SolverData& data);
 /// s^2/m, gravity over its square; zero without gravity.
 [[nodiscard]] PBDSURG_API Vec3<float> gravity_per_square(const SolverData& data) noexcept;
 
+/// The rows that a worker's sweeps read, and those that it damps.
+[[nodiscard]] VertexRows vertex_rows(const StepContext& step) noexcept;
+[[nodiscard]] DampedRows damped_rows(const StepContext& step) noexcept;
+
 /// Lets the sweeps start where vertices would be if they went on as they did.
 /// What rests would else fall first, and sweeps that are too few would not bring it back.
-void extrapolate_vertices(SolverData& data, const Substep<float>& substep);
+void extrapolate_vertices(const StepContext& step, const Substep<float>& substep);
 
-/// Finds out which vertices tools touch or hold.
-void gather_holds(SolverData& data);
+/// Finds out which vertices tools touch or hold; at the end of a step nobody may hold any.
+void gather_holds(const StepContext& step);
+void drop_holds(const StepContext& step) noexcept;
 
 /// Makes damping felt.
-void damp_rows(SolverData& data, const Substep<float>& substep);
+void damp_rows(const StepContext& step, const Substep<float>& substep);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
 [[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
 
-[[nodiscard]] VertexState vertex_state(SolverData& data, const Substep<float>& substep,
+[[nodiscard]] VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                                        float relaxation) noexcept;
 
 /// Moves some vertices of a block, one after another.
-void solve_lanes(SolverData& data, const VertexState& state, Index block, LaneBits lanes);
+void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
 
 /// Moves the vertices of one colour, one after another.
-void solve_vertices(SolverData& data, const VertexState& state, Index color);
+void solve_vertices(const StepContext& step, const VertexState& state, Index color);
 
 /// After the sweeps, and before velocities change.
-void measure_fall(SolverData& data, const Substep<float>& substep);
+void measure_fall(const StepContext& step, const Substep<float>& substep);
 
 /// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
 /// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.
@@ -100,7 +104,7 @@ class VertexFollower final : public Follower {
   void refresh();
 
   SolverData& data_;
-  std::optional<VertexMethod> before_growth_;  // of the last edit
+  std::optional<VertexBlocks> before_growth_;  // of the last edit
 };
 
 }  // namespace pbdsurg

@@ -183,13 +183,6 @@ inline void stretch(Solver& solver) {
   solver.write_positions(positions);
 }
 
-template <class Constraint>
-void forget_multipliers(ConstraintSlots<Constraint>& slots) {
-  for (Index group = 0; group < slots.group_count(); ++group) {
-    std::ranges::fill(slots.multipliers(group), MultiplierBlock<Constraint>{});
-  }
-}
-
 inline bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0;
 }
@@ -198,15 +191,16 @@ inline bool same_bits(const std::vector<Particle>& a, const std::vector<Particle
 /// something, if any tetrahedron lives.
 inline bool have_serial_bits(HostStages& stages, SolverData& data) {
   constexpr Substep<float> kSubstep{1e3F, 1e6F};
-  data.sets.for_each_set([](auto& slots) { forget_multipliers(slots); });
+  StepScratch scratch;
+  scratch.fit(data);
   stages.forget();
   const std::vector<Particle> start = data.particles;
-  data.previous = start;
+  scratch.previous = start;
   std::vector<Particle> particles = start;
   for (int sweep = 0; sweep < 2; ++sweep) {
     for (const Phase& phase : data.plan.phases) {
       if (phase.kind != PhaseKind::attachment && phase.kind != PhaseKind::contact) {
-        project_serially(data, phase, kSubstep);
+        project_serially({data, data, scratch}, phase, kSubstep);
       }
     }
     for (const Stage& stage : stages.plan.open_stages()) {

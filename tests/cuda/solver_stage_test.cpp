@@ -142,6 +142,9 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   solver.write_velocities(moving);
   add_tools(solver);
   SolverData& data = inspect(solver);
+  data.step_scratch.fit(data);
+  const StepContext step{data, data, data.step_scratch};
+  std::vector<Particle>& previous = data.step_scratch.previous;
   HostStages stages(data);
   Device device(data, stages.records);
   const StepKernels& kernels = strict_kernels;
@@ -152,7 +155,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   // prediction
   const float h = kTimeStep / 2;
   const Substep<float> substep{1 / h, 1 / (h * h)};
-  data.previous = data.particles;
+  previous = data.particles;
   for (std::size_t place = 0; place < data.particles.size(); ++place) {
     Particle& p = data.particles[place];
     if (p.w > 0) {
@@ -167,7 +170,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   StepReport report;
   begin_tools(data);
   place_tools(data, 0.5F);
-  find_contacts(data, report);
+  find_contacts(data.options, data, report);
   REQUIRE(report.contacts > 7);
   REQUIRE(report.dropped_contacts > 0);
   kernels.find_contacts(state, device.tools.arrays(), input, 0, launch);
@@ -196,7 +199,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
     const Projection projection{variant.mode, data.sets.has_damping, iteration > 0, iteration == 0};
     for (const Stage& stage : stages.plan.stages()) {
       INFO("sweep " << iteration << ", " << name_of(stage));
-      stages.project(stage, data.particles, data.previous, substep);
+      stages.project(stage, data.particles, previous, substep);
       kernels.project(stage, projection, state, device.constraints.arrays(), input, launch);
       REQUIRE(difference(device.particles(), data.particles).empty());
     }
@@ -204,7 +207,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
       INFO("sweep " << iteration << ", kind " << static_cast<int>(kind));
       for (const Phase& phase : data.plan.phases) {
         if (phase.kind == kind) {
-          project_serially(data, phase, substep);
+          project_serially(step, phase, substep);
         }
       }
       if (kind == PhaseKind::attachment) {
@@ -219,9 +222,9 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   // velocities, forces and the report
   const float scale = substep.inverse_dt_squared / 2;
   collect_tool_forces(data, scale);
-  report_vertices(data, report);
-  report_constraints(data, report);
-  report_tubes(data, report);
+  report_vertices(data, data, report);
+  report_constraints(data, data, report);
+  report_tubes(data, data, report);
   kernels.collect_forces(state, tools, input, launch);
   kernels.advance(state, input, true, false, launch);
   PinnedBuffer<StepSums> sums;
@@ -240,7 +243,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   device.copy(velocities.data(), state.velocities, velocities.size());
   for (std::size_t place = 0; place < velocities.size(); ++place) {
     const Vec3<float> v =
-        substep.inverse_dt * (load(data.particles[place]) - load(data.previous[place]));
+        substep.inverse_dt * (load(data.particles[place]) - load(previous[place]));
     REQUIRE(velocities[place].x == v.x);
     REQUIRE(velocities[place].y == v.y);
     REQUIRE(velocities[place].z == v.z);
@@ -321,6 +324,9 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     add_tools(solver);
   }
   SolverData& data = inspect(solver);
+  data.step_scratch.fit(data);
+  const StepContext step{data, data, data.step_scratch};
+  std::vector<Particle>& previous = data.step_scratch.previous;
   for (std::size_t place = 0; place < data.falling.size(); ++place) {
     data.falling[place] = 0.125F * static_cast<float>(place % 9);
   }
@@ -333,16 +339,16 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   StepInput* const input = device.tools.input();
   const Launch launch{device.stream.get(), false};
   REQUIRE(device.of_places(state.falling) == data.falling);
-  REQUIRE(row_difference(device, data.vertex_method.blocks).empty());
+  REQUIRE(row_difference(device, data.vertex_blocks).empty());
 
   // two substeps: prediction, contacts, holds, damping, sweeps, forces, and in between velocities
   const float h = kTimeStep / 2;
   const Substep<float> lengths{1 / h, 1 / (h * h)};
   const auto end_substep = [&] {
-    measure_fall(data, lengths);
+    measure_fall(step, lengths);
     for (std::size_t place = 0; place < data.velocities.size(); ++place) {
       const Vec3<float> v =
-          lengths.inverse_dt * (load(data.particles[place]) - load(data.previous[place]));
+          lengths.inverse_dt * (load(data.particles[place]) - load(previous[place]));
       data.velocities[place] = {v.x, v.y, v.z};
     }
   };
@@ -354,7 +360,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     if (substep > 0) {
       end_substep();
     }
-    data.previous = data.particles;
+    previous = data.particles;
     for (std::size_t place = 0; place < data.particles.size(); ++place) {
       Particle& p = data.particles[place];
       if (p.w > 0) {
@@ -362,24 +368,24 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
         store(p, load(p) + h * (1.0F * Vec3<float>{v.x, v.y, v.z} + h * load(data.gravity)));
       }
     }
-    extrapolate_vertices(data, lengths);
+    extrapolate_vertices(step, lengths);
     kernels.advance_falling(state, input, substep > 0, true, launch);
-    CHECK(difference(device.of_places(state.previous), data.previous).empty());
-    CHECK(difference(device.of_places(state.flights), data.vertex_method.flights).empty());
+    CHECK(difference(device.of_places(state.previous), previous).empty());
+    CHECK(difference(device.of_places(state.flights), data.step_scratch.flights).empty());
     REQUIRE(difference(device.particles(), data.particles).empty());
 
     place_tools(data, substep == 0 ? 0.5F : 1.0F);
-    find_contacts(data, report);
-    gather_holds(data);
-    damp_rows(data, lengths);
+    find_contacts(data.options, data, report);
+    gather_holds(step);
+    damp_rows(step, lengths);
     if (has_tools) {
       contacts += report.contacts;
       kernels.find_contacts(state, tools, input, substep, launch);
     }
     kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch);
-    REQUIRE(row_difference(device, data.vertex_method.blocks).empty());
+    REQUIRE(row_difference(device, data.vertex_blocks).empty());
     if (has_tools) {
-      const VertexBlocks& blocks = data.vertex_method.blocks;
+      const VertexBlocks& blocks = data.vertex_blocks;
       const std::vector<Index> holds =
           device.all(vertices.holds, static_cast<std::size_t>(blocks.block_count() * kBlockLanes));
       for (Index place = 0; place < state.capacity; ++place) {
@@ -387,7 +393,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
         if (block != kInvalidIndex) {
           INFO("what tools do at place " << place);
           REQUIRE((holds[block * kBlockLanes + lane] == kInvalidIndex) ==
-                  (data.vertex_method.first_holds[place] == kInvalidIndex));
+                  (data.step_scratch.first_holds[place] == kInvalidIndex));
         }
       }
     }
@@ -399,12 +405,12 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
         INFO("sweep " << iteration << ", " << name_of(stage));
         if (stage.kind == PhaseKind::vertex) {
           REQUIRE(phase->kind == PhaseKind::vertex);
-          solve_vertices(data, vertex_state(data, lengths, relaxation), phase->color);
+          solve_vertices(step, vertex_state(step, lengths, relaxation), phase->color);
           ++phase;
           kernels.solve_vertices(stage, {substep, relaxation, has_tools}, state, vertices, tools,
                                  input, launch);
         } else {
-          stages.project(stage, data.particles, data.previous, lengths);
+          stages.project(stage, data.particles, previous, lengths);
           kernels.project(stage, {options.mode, data.sets.has_damping, false, false}, state,
                           device.constraints.arrays(), input, launch);
         }

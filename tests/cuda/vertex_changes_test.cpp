@@ -136,21 +136,24 @@ bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
 // One substep's sweeps of vertices from a state far from rest, by the stages and serially.
 bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
   const std::vector<Particle> start = data.particles;
-  data.previous = start;
+  StepScratch& scratch = data.step_scratch;
+  scratch.fit(data);
+  const StepContext step{data, data, scratch};
+  scratch.previous = start;
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
     Particle& p = data.particles[v];
     store(p, (v % 3 == 0 ? 1.1F : 0.97F) * load(p));
   }
-  data.vertex_method.flights = data.particles;
+  scratch.flights = data.particles;
   const std::vector<Particle> flights = data.particles;
   std::vector<Particle> particles = data.particles;
-  damp_rows(data, kSubstep);
+  damp_rows(step, kSubstep);
   rows.prepare(start);
   for (const float relaxation : {1.6F, 1.0F}) {
-    const VertexState state = vertex_state(data, kSubstep, relaxation);
+    const VertexState state = vertex_state(step, kSubstep, relaxation);
     for (const Phase& phase : data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
-        solve_vertices(data, state, phase.color);
+        solve_vertices(step, state, phase.color);
       }
     }
     for (const Stage& stage : plan.stages()) {
@@ -180,7 +183,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   StagePlan plan(data, records);
   REQUIRE(plan.stages().front().kind == PhaseKind::vertex);
   REQUIRE(plan.stages().back().kind == PhaseKind::strain_limit);
-  HostRows rows(data.vertex_method.blocks);
+  HostRows rows(data.vertex_blocks);
   REQUIRE(have_serial_bits(rows, plan, data));
 
   const auto follow = [&] {

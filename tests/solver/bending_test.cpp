@@ -238,7 +238,7 @@ TEST_CASE("bending: a scene without hinges has nothing of them", "[unit]") {
   const SolverData& data = inspect(solver);
   CHECK(data.sets.of<BendingConstraint>().memory_bytes() == 0);
   CHECK(std::ranges::count(data.sets.phases, PhaseKind::bending, &Phase::kind) == 0);
-  CHECK(data.vertex_method.blocks.arrays().hinges.empty());
+  CHECK(data.vertex_blocks.arrays().hinges.empty());
 }
 
 }  // namespace pbdsurg

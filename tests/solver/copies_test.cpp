@@ -38,7 +38,7 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
                Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
   const Executor executor =
-      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+      GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
   SolverOptions options = testing::options_of(variant);
   options.contact_capacity = 20;
   options.executor = executor;
@@ -111,7 +111,7 @@ TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
 
 TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]") {
   const Executor executor =
-      GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
+      GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
   Solver solver(make_block(), {.copies = 4, .executor = executor});
   const StepReport calm = solver.step(kTimeStep);
   CHECK(calm.first_non_finite == kInvalidIndex);

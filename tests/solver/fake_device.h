@@ -26,7 +26,6 @@
 #include "solver/host_backends.h"
 #include "solver/room_to_grow.h"
 #include "solver/solver_device.h"
-#include "solver/step_copies.h"
 #include "support/inspect.h"
 
 namespace pbdsurg::testing {
@@ -216,11 +215,11 @@ class FakeDevice final : public Backend {
         data.particles.size() != vertex_count_ || data.tools.size() != own_.tools.size()) {
       throw Error("somebody changed what must stay while a step runs");
     }
-    own_.previous.resize(vertex_count_);
     for (Index i = 0; i < own_.copy_count(); ++i) {
       state_.give(i, own_.copy(i), vertex_count_);
     }
-    const StepReport report = step_copies(own_, *serial_, dt_);
+    serial_->start_step(own_, dt_);
+    const StepReport report = serial_->finish_step(own_);
     for (Index i = 0; i < own_.copy_count(); ++i) {
       state_.take(i, own_.copy(i), vertex_count_);
     }
@@ -304,7 +303,7 @@ class FakeDevice final : public Backend {
     neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
     strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
     bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
-    blocks_ = data.vertex_method.blocks;
+    blocks_ = data.vertex_blocks;
     own_.others.resize(data.others.size());
     own_.options = data.options;
     own_.gravity = data.gravity;
@@ -315,7 +314,7 @@ class FakeDevice final : public Backend {
     own_.sets.first_joint_group = data.sets.first_joint_group;
     own_.sets.phases = data.sets.phases;
     own_.sets.has_damping = data.sets.has_damping;
-    own_.vertex_method = data.vertex_method;
+    own_.vertex_blocks = data.vertex_blocks;
     for (const Phase& phase : data.sets.phases) {
       if (!phase.serial) {
         continue;
@@ -413,7 +412,7 @@ class FakeDevice final : public Backend {
         case PhaseKind::contact:
           throw Error("a change of no constraint");
         case PhaseKind::vertex:
-          blocks.insert(data.vertex_method.blocks.place_of(id).block);
+          blocks.insert(data.vertex_blocks.place_of(id).block);
           break;
       }
     }
@@ -422,7 +421,7 @@ class FakeDevice final : public Backend {
     refresh(neo_hookeans_, data);
     refresh(strain_limits_, data);
     refresh(bendings_, data);
-    take_over_blocks(data.vertex_method.blocks, blocks);
+    take_over_blocks(data.vertex_blocks, blocks);
     if (changes.watched) {
       watched_ = data.watched_places;
     }
@@ -478,7 +477,7 @@ class FakeDevice final : public Backend {
       }
     }
     if (!named.empty()) {
-      blocks_ = own_.vertex_method.blocks = blocks;
+      blocks_ = own_.vertex_blocks = blocks;
     }
   }
 
@@ -489,7 +488,6 @@ class FakeDevice final : public Backend {
         p = {kNan, kNan, kNan, p.w};
       }
     };
-    spoil_particles(data.previous);
     for (Index i = 0; i < data.copy_count(); ++i) {
       CopyState& copy = data.copy(i);
       spoil_particles(copy.particles);

@@ -237,8 +237,8 @@ TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[pro
   for (std::size_t v = 0; v < start.size(); ++v) {
     start[v].x *= 1.02F;
   }
-  changed.prepare({0, changed.block_count()}, start, 1e4F);
-  made.prepare({0, made.block_count()}, start, 1e4F);
+  add_damping(changed.damped_rows(), changed.block_count(), start, 1e4F);
+  add_damping(made.damped_rows(), made.block_count(), start, 1e4F);
   check_equal(changed, made, sample.particles);
 }
 
@@ -268,7 +268,7 @@ TEST_CASE("vertex blocks: damping resists what has changed since the start", "[u
   const float damping = 3e-3F, inverse_dt = 1e3F;
   VertexBlocks blocks(moves, {}, {{{0, 1}, 2.0F, 0.01F, damping}}, {}, {});
   std::vector<Particle> particles{{0, 0, 0, 1}, {0.012F, 0, 0, 0}};
-  blocks.prepare({0, 1}, particles, inverse_dt);
+  add_damping(blocks.damped_rows(), 1, particles, inverse_dt);
 
   CHECK(energies(blocks, particles)[0].energy.force.x == Approx(2 * 0.002).epsilon(1e-4));
   particles[1].x = 0.013F;

@@ -73,7 +73,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(static_cast<int>(phase.kind));
     digest.mix(phase.color);
   }
-  const VertexBlocks::Arrays rows = data.vertex_method.blocks.arrays();
+  const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
   for (const VertexBlock& block : rows.blocks) {
     digest.mix_all(block.corners);
     digest.mix(block.pulls.count);
