@@ -11,9 +11,10 @@ using Clock = std::chrono::steady_clock;
 // In pauses of some 20 to 50 ns each. Yielding costs more than a barrier takes when all are
 // running; a sleeper takes microseconds to tens of them to wake.
 constexpr int kSpinsBeforeYield = 64;
-constexpr int kSpinsBeforeSleep = 1000;
-// Who waits for longer lets others work: a thread's own part of a step, or another program.
+// Who waits for longer lets others work: a thread's own part of a step, or another program. Jobs
+// follow each other at longer intervals than meetings.
 constexpr std::chrono::microseconds kLongestYield{50};
+constexpr std::chrono::microseconds kLongestYieldForJob{200};
 
 void pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
@@ -21,6 +22,25 @@ void pause() noexcept {
 #elif defined(__aarch64__)
   asm volatile("yield");
 #endif
+}
+
+// Spins, then yields, until something is so or patience ends.
+template <class Condition>
+bool wait_until(const Condition& is_so, std::chrono::microseconds patience) noexcept {
+  for (int spin = 0; spin < kSpinsBeforeYield; ++spin) {
+    if (is_so()) {
+      return true;
+    }
+    pause();
+  }
+  const Clock::time_point end = Clock::now() + patience;
+  while (Clock::now() < end) {
+    if (is_so()) {
+      return true;
+    }
+    std::this_thread::yield();
+  }
+  return false;
 }
 
 }  // namespace
@@ -59,7 +79,7 @@ void StepTeam::start(Call call, const void* object, int threads) {
   }
   call(object, 0);
   seats_[0].threads = threads;
-  meet(0);
+  meet(0, kLongestYieldForJob);
 }
 
 void StepTeam::work(int thread) {
@@ -71,13 +91,15 @@ void StepTeam::work(int thread) {
     }
     seat.threads = threads_;
     call_(object_, thread);
-    meet(thread);
+    if (seat.threads > 1) {
+      arrive(seat);  // thread 0 waits for all; nobody else has to
+    }
   }
 }
 
 bool StepTeam::barrier(int thread) noexcept {
   Seat& seat = seats_[thread];
-  meet(thread);
+  meet(thread, kLongestYield);
   if (seat.threads > 1 && last_meeting_.load(std::memory_order_relaxed) ==
                               seat.meetings.load(std::memory_order_relaxed)) {
     if (thread > 0) {
@@ -96,11 +118,7 @@ void StepTeam::dissolve() noexcept {
                       std::memory_order_relaxed);
 }
 
-void StepTeam::meet(int thread) noexcept {
-  Seat& seat = seats_[thread];  // the next job may begin before the last of this one has left
-  if (seat.threads == 1) {
-    return;
-  }
+std::uint32_t StepTeam::arrive(Seat& seat) noexcept {
   const std::uint32_t meeting = seat.meetings.load(std::memory_order_relaxed) + 1;
   // Either this sees who falls asleep, or who falls asleep sees this, as all is sequentially
   // consistent. Without a sleeper nobody is called: idle threads of the team would make that slow.
@@ -108,40 +126,38 @@ void StepTeam::meet(int thread) noexcept {
   if (seat.sleepers.load(std::memory_order_seq_cst) > 0) {
     seat.meetings.notify_all();
   }
+  return meeting;
+}
+
+void StepTeam::meet(int thread, std::chrono::microseconds patience) noexcept {
+  Seat& seat = seats_[thread];  // the next job may begin before the last of this one has left
+  if (seat.threads == 1) {
+    return;
+  }
+  const std::uint32_t meeting = arrive(seat);
   // Thread 0 first: once it has arrived, all seats have counts of this job.
   for (int other = 0; other < seat.threads; ++other) {
     if (other != thread) {
-      wait_for(seats_[other], meeting);
+      wait_for(seats_[other], meeting, patience);
     }
   }
 }
 
-void StepTeam::wait_for_job(const Seat& seat, std::uint32_t done) const noexcept {
-  for (int spin = 0; seat.jobs.load(std::memory_order_acquire) == done; ++spin) {
-    if (spin < kSpinsBeforeSleep) {
-      pause();
-    } else {
-      seat.jobs.wait(done, std::memory_order_acquire);
-    }
+void StepTeam::wait_for_job(const Seat& seat, std::uint32_t done) noexcept {
+  const auto is_given = [&] { return seat.jobs.load(std::memory_order_acquire) != done; };
+  while (!wait_until(is_given, kLongestYieldForJob)) {
+    seat.jobs.wait(done, std::memory_order_acquire);
   }
 }
 
-void StepTeam::wait_for(Seat& seat, std::uint32_t meeting) const noexcept {
+void StepTeam::wait_for(Seat& seat, std::uint32_t meeting,
+                        std::chrono::microseconds patience) noexcept {
   const auto has_arrived = [meeting](std::uint32_t count) {
     return static_cast<std::int32_t>(count - meeting) >= 0;  // counts wrap around
   };
-  for (int spin = 0; spin < kSpinsBeforeYield; ++spin) {
-    if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
-      return;
-    }
-    pause();
-  }
-  const Clock::time_point end = Clock::now() + kLongestYield;
-  while (Clock::now() < end) {
-    if (has_arrived(seat.meetings.load(std::memory_order_acquire))) {
-      return;
-    }
-    std::this_thread::yield();
+  if (wait_until([&] { return has_arrived(seat.meetings.load(std::memory_order_acquire)); },
+                 patience)) {
+    return;
   }
   seat.sleepers.fetch_add(1, std::memory_order_seq_cst);
   for (;;) {

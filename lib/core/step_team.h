@@ -5,6 +5,7 @@
 /// Threads that live as long as an executor and meet thousands of times a step.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <thread>
 #include <vector>
@@ -61,9 +62,11 @@ class StepTeam {
 
   void start(Call call, const void* object, int threads);
   void work(int thread);
-  void meet(int thread) noexcept;
-  void wait_for_job(const Seat& seat, std::uint32_t done) const noexcept;
-  void wait_for(Seat& seat, std::uint32_t meeting) const noexcept;
+  std::uint32_t arrive(Seat& seat) noexcept;
+  void meet(int thread, std::chrono::microseconds patience) noexcept;
+  static void wait_for_job(const Seat& seat, std::uint32_t done) noexcept;
+  static void wait_for(Seat& seat, std::uint32_t meeting,
+                       std::chrono::microseconds patience) noexcept;
 
   std::vector<Seat> seats_;  // [at least size()]
   Call call_ = nullptr;

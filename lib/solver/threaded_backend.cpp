@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -90,6 +91,11 @@ class ThreadedBackend final : public Backend {
     Residual distances, volumes, neo_hookeans;
   };
 
+  // Of the copies that are a worker's first.
+  struct alignas(128) HandedOut {
+    std::atomic<Index> next{0};
+  };
+
   // A thread's part in a step.
   struct Turn {
     StepContext step;
@@ -135,7 +141,8 @@ class ThreadedBackend final : public Backend {
     return report;
   }
 
-  // Each by one thread, who takes the next when it is done.
+  // Each by one thread: first those that it had in the last step, whose state is near it, then what
+  // others have left.
   void step_copies(SolverData& data, float dt) {
     const Index copies = data.copy_count();
     const int wanted = std::min<int>(copies, executor_.state()->most_threads());
@@ -148,16 +155,21 @@ class ThreadedBackend final : public Backend {
     threads_ = 1;
     plan_stages(data);
     reports_.assign(static_cast<std::size_t>(copies), {});
-    std::atomic<Index> next{0};
+    while (handed_out_.size() < static_cast<std::size_t>(workers)) {
+      handed_out_.emplace_back();
+    }
+    for (int w = 0; w < workers; ++w) {
+      handed_out_[w].next = part_of(copies, w, workers).first;
+    }
     const auto work = [&](int worker) {
       StepScratch& scratch = worker == 0 ? data.step_scratch : scratches_[worker - 1];
-      for (Index i = next.fetch_add(1); i < copies; i = next.fetch_add(1)) {
-        const StepContext step{data, data.copy(i), scratch};
-        StepReport report;
-        const ThreadResidual residual = take_turn(make_turn(step, dt, nullptr, 0, report));
-        drop_holds(step);
-        end_report(step, {&residual, 1}, report);
-        reports_[i] = report;
+      for (int other = 0; other < workers; ++other) {
+        const int owner = (worker + other) % workers;
+        std::atomic<Index>& next = handed_out_[owner].next;
+        const Index end = part_of(copies, owner, workers).last;
+        for (Index i = next.fetch_add(1); i < end; i = next.fetch_add(1)) {
+          reports_[i] = step_alone({data, data.copy(i), scratch}, dt);
+        }
       }
     };
     if (lease.team() != nullptr) {
@@ -168,6 +180,14 @@ class ThreadedBackend final : public Backend {
     for (Index i = 0; i < copies; ++i) {
       report_copy(i, reports_[i], data.copy(i), report_);
     }
+  }
+
+  StepReport step_alone(const StepContext& step, float dt) {
+    StepReport report;
+    const ThreadResidual residual = take_turn(make_turn(step, dt, nullptr, 0, report));
+    drop_holds(step);
+    end_report(step, {&residual, 1}, report);
+    return report;
   }
 
   static void end_report(const StepContext& step, std::span<const ThreadResidual> residuals,
@@ -495,6 +515,7 @@ class ThreadedBackend final : public Backend {
   std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
   std::vector<Stage> stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]
+  std::deque<HandedOut> handed_out_;       // [worker]
   std::vector<StepScratch> scratches_;     // of workers on copies, beside the first
   std::vector<StepReport> reports_;        // [copy]
   StepReport report_;
