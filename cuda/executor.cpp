@@ -45,8 +45,7 @@ class CudaDevice final : public Device,
     try {
       return cuda::color_constraints(constraints, options);
     } catch (const DeviceError& error) {
-      throw BackendUnavailable(std::string("the CUDA device cannot colour so much: ") +
-                               error.what());
+      throw BackendUnavailable(std::string("the CUDA device cannot colour this: ") + error.what());
     }
   }
 
@@ -83,9 +82,13 @@ Executor device(int ordinal) {
 }
 
 Executor best() {
-  const DeviceList& list = devices();
-  return list.devices.empty() ? executor::threads()
-                              : make_executor(list.devices.front(), executor::threads());
+  try {
+    const DeviceList& list = devices();
+    return list.devices.empty() ? executor::threads()
+                                : make_executor(list.devices.front(), executor::threads());
+  } catch (const DeviceError&) {  // a driver that does not answer
+    return executor::threads();
+  }
 }
 
 }  // namespace pbdsurg::cuda

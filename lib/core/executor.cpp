@@ -84,10 +84,15 @@ TeamLease::TeamLease(ExecutorState* executor, int threads) {
       executor->is_taken_.test_and_set(std::memory_order_acquire)) {
     return;
   }
+  try {
+    std::call_once(executor->is_team_made_, [executor] {
+      executor->team_ = std::make_unique<StepTeam>(executor->most_threads());
+    });
+  } catch (...) {  // no memory for it: alone, until there is
+    executor->is_taken_.clear(std::memory_order_release);
+    return;
+  }
   state_ = executor;
-  std::call_once(executor->is_team_made_, [executor] {
-    executor->team_ = std::make_unique<StepTeam>(executor->most_threads());
-  });
   team_ = executor->team_.get();
 }
 

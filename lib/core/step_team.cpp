@@ -91,9 +91,7 @@ void StepTeam::work(int thread) {
     }
     seat.threads = threads_;
     call_(object_, thread);
-    if (seat.threads > 1) {
-      arrive(seat);  // thread 0 waits for all; nobody else has to
-    }
+    arrive(seat);  // thread 0 waits for all; nobody else has to
   }
 }
 

@@ -88,7 +88,7 @@ class PBDSURG_API Backend {
   /// Makes backends like this one, on its device, in any thread, and also once this one is gone.
   [[nodiscard]] virtual Maker maker() const = 0;
 
-  /// Bytes that it holds on a device.
+  /// Bytes that it holds, on a device or here, beside SolverData.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }
 };
 

@@ -44,11 +44,19 @@ std::unique_ptr<SolverData> make_data(const Tissue& tissue, SolverOptions option
   return build_solver_data(tissue, input_at_rest(tissue, options));
 }
 
-// Whether the executor of the steps also colours: a device is slow to begin.
-bool is_colored_by_own(const Tissue& tissue, const Executor& executor) {
+// Colours by the device where that is worth its while and it can.
+std::unique_ptr<SolverData> make_data_for_device(const Tissue& tissue, SolverOptions options) {
   constexpr std::size_t kWorthDevice = 1'500'000;  // edges and tetrahedra: see ColoringOptions
-  return executor.kind() != ExecutorKind::device ||
-         tissue.edges().size() + tissue.tets().size() >= kWorthDevice;
+  const PlanComposition automatic = device_composition(tissue, options);
+  if (!options.coloring.executor && tissue.edges().size() + tissue.tets().size() >= kWorthDevice) {
+    SolverOptions colored_there = options;
+    colored_there.coloring.executor = options.executor;
+    try {
+      return make_data(tissue, std::move(colored_there), automatic);
+    } catch (const BackendUnavailable&) {  // it may step all the same
+    }
+  }
+  return make_data(tissue, std::move(options), automatic);
 }
 
 // @throws BackendUnavailable  if the device cannot
@@ -57,8 +65,7 @@ std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverO
   if (device == nullptr) {
     throw BackendUnavailable(options.executor.name() + " steps no solvers");
   }
-  std::unique_ptr<SolverData> data =
-      make_data(tissue, options, device_composition(tissue, options));
+  std::unique_ptr<SolverData> data = make_data_for_device(tissue, options);
   data->backend = device->make_backend(*data);
   return data;
 }
@@ -170,10 +177,9 @@ Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) 
   if (!wanted.executor) {
     wanted.executor = executor::threads();
   }
-  if (!wanted.coloring.executor && is_colored_by_own(tissue, wanted.executor)) {
-    wanted.coloring.executor = wanted.executor;
-  }
   std::unique_ptr<SolverData> data = make_data_with_backend(tissue, std::move(wanted));
+  // edits colour little, and must not fail
+  data->options.coloring.executor = {};
   reserve_spare_room(tissue, options.spare);
   data->follow_tissue();
   data_ = std::move(data);

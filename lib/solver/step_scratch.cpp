@@ -52,8 +52,10 @@ void StepScratch::fit(const SolverData& data) {
 
 void StepScratch::fit_beside(const SolverData& data) {
   fit(data);
+  const bool is_current = has_own_rows && rows_version == data.tissue->version();
   has_own_rows = data.vertex_blocks.has_damping();
-  if (has_own_rows) {
+  rows_version = data.tissue->version();
+  if (has_own_rows && !is_current) {
     const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
     springs.assign(rows.springs.begin(), rows.springs.end());
     volumes.assign(rows.volumes.begin(), rows.volumes.end());

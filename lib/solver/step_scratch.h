@@ -5,6 +5,7 @@
 /// What a host writes while it steps a copy, beside that copy's state.
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -70,6 +71,7 @@ struct PBDSURG_API StepScratch {
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
+  std::uint64_t rows_version = 0;  ///< of the tissue, whose rows they are
   std::vector<SpringRow> springs;
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
@@ -79,7 +81,7 @@ struct PBDSURG_API StepScratch {
   void fit(const SolverData& data);
 
   /// As fit(), for a worker beside the one that changes the rows of VertexBlocks. Cost: O(rows), if
-  /// these have damping.
+  /// these have damping and an edit came between.
   void fit_beside(const SolverData& data);
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;

@@ -56,7 +56,8 @@ class ThreadedBackend final : public Backend {
         residuals_(static_cast<std::size_t>(executor_.state()->most_threads())),
         name_("threaded, " + executor_.name() + ", " + kernels_.name) {
     if (executor_.state()->is_to_choose()) {
-      choice_.emplace(executor_.state()->most_threads());
+      const int most = executor_.state()->most_threads();
+      choice_.emplace(options.copies > 1 ? std::min<int>(most, options.copies) : most);
     }
   }
 
@@ -87,6 +88,9 @@ class ThreadedBackend final : public Backend {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  using Seconds = std::chrono::duration<double>;
+
   struct alignas(128) ThreadResidual {
     Residual distances, volumes, neo_hookeans;
   };
@@ -112,8 +116,6 @@ class ThreadedBackend final : public Backend {
 
   // One copy, by all threads that pay.
   StepReport step_together(const StepContext& step, float dt) {
-    using Clock = std::chrono::steady_clock;
-    using Seconds = std::chrono::duration<double>;
     const Clock::time_point start = Clock::now();
     const int wanted = choice_ ? choice_->threads() : executor_.state()->most_threads();
     const TeamLease lease(executor_.state(), wanted);
@@ -135,9 +137,7 @@ class ThreadedBackend final : public Backend {
     }
     drop_holds(step);
     end_report(step, residuals_, report);
-    if (choice_ && threads_ == wanted) {
-      choice_->took(Seconds(Clock::now() - start).count());
-    }
+    learn(lease, wanted, start);
     return report;
   }
 
@@ -145,12 +145,16 @@ class ThreadedBackend final : public Backend {
   // others have left.
   void step_copies(SolverData& data, float dt) {
     const Index copies = data.copy_count();
-    const int wanted = std::min<int>(copies, executor_.state()->most_threads());
+    const Clock::time_point start = Clock::now();
+    const int most = std::min<int>(copies, executor_.state()->most_threads());
+    const int wanted = choice_ ? std::min(choice_->threads(), most) : most;
     const TeamLease lease(executor_.state(), wanted);
     const int workers = lease.team() != nullptr ? std::min(wanted, lease.team()->size()) : 1;
-    scratches_.resize(static_cast<std::size_t>(workers) - 1);
-    for (StepScratch& scratch : scratches_) {
-      scratch.fit_beside(data);
+    while (scratches_.size() + 1 < static_cast<std::size_t>(wanted)) {
+      scratches_.emplace_back();
+    }
+    for (int w = 1; w < wanted; ++w) {  // also where the team is taken: the next step has it
+      scratches_[w - 1].fit_beside(data);
     }
     threads_ = 1;
     plan_stages(data);
@@ -179,6 +183,14 @@ class ThreadedBackend final : public Backend {
     }
     for (Index i = 0; i < copies; ++i) {
       report_copy(i, reports_[i], data.copy(i), report_);
+    }
+    learn(lease, wanted, start);
+  }
+
+  // Whoever finds the team taken has not seen what it could have done.
+  void learn(const TeamLease& lease, int wanted, Clock::time_point start) {
+    if (choice_ && (wanted == 1 || lease.team() != nullptr)) {
+      choice_->took(Seconds(Clock::now() - start).count());
     }
   }
 

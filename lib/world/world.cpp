@@ -484,7 +484,7 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
   }
   CauteryOptions wanted = options;
   for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
-    *executor = executor->or_else(data.solver->options().executor);
+    *executor = executor->or_else(data.options.executor.or_else(data.solver->options().executor));
   }
   data.burners.push_back(std::make_unique<Burner>(Burner{tool,
                                                          {bodies.begin(), bodies.end()},

@@ -12,6 +12,7 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "coloring/coloring_device.h"
 #include "solver/fake_device.h"
 #include "support/catch.h"
 #include "support/edits_within_steps.h"
@@ -349,6 +350,52 @@ TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   solver.watch({});
   solver.step(kTimeStep);
   CHECK(solver.watched_positions().empty());
+}
+
+namespace {
+
+class ColorsOnce final : public Device, public ColoringDevice {
+ public:
+  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
+  [[nodiscard]] Coloring color(const ConstraintVertices& constraints,
+                               const ColoringOptions& options) override {
+    if (refuses) {
+      throw BackendUnavailable("no memory, the test says");
+    }
+    ColoringOptions on_host = options;
+    on_host.executor = {};
+    return color_constraints(constraints, on_host);
+  }
+
+  bool refuses = false;
+
+ private:
+  std::string name_ = "colours";
+};
+
+}  // namespace
+
+// Would catch an edit that asks a device for colours, and so can fail where nothing may.
+TEST_CASE("solver: a device may colour what is built, and never what edits bring", "[unit]") {
+  const auto device = std::make_shared<ColorsOnce>();
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  SolverOptions options{.method = method, .executor = executor::threads(1)};
+  options.coloring.algorithm = ColoringAlgorithm::luby;
+  const TetMesh mesh = testing::make_box({3, 3, 3}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 2e4));
+  Solver expected(scene, options);
+  options.coloring.executor = Executor(std::make_shared<ExecutorState>(device, Executor()));
+  Solver solver(scene, options);
+  device->refuses = true;
+  CHECK_THROWS_AS(Solver(scene, options), BackendUnavailable);
+  TopologyEdit edit;
+  edit.new_bodies.add_body("second", mesh, elastic_material(mesh, 1000, 2e4));
+  for (Solver* each : {&solver, &expected}) {
+    each->tissue().apply(edit);
+    each->step(kTimeStep);
+  }
+  CHECK(solver.state_hash() == expected.state_hash());
 }
 
 // Would catch a device that is left out without a word, and one that ends a program that could go

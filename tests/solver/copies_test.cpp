@@ -57,6 +57,39 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
   CHECK(result.forces > 40);
 }
 
+// Would catch a scratch that is another worker's, of before an edit, or that is made anew.
+TEST_CASE("copies: who finds the team taken steps them alone, with the same bits", "[unit]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0.01F);
+  SolverOptions options{.method = method, .copies = 5, .executor = executor::serial()};
+  options.math = MathMode::strict;
+  options.composition = PlanComposition::separate;
+  Solver serial(scene, options);
+  const Executor shared = options.executor = executor::threads(3);
+  Solver solver(scene, options);
+  std::size_t memory = 0;
+  for (int step = 0; step < 12; ++step) {
+    for (Solver* const each : {&serial, &solver}) {
+      if (step % 4 == 3) {
+        each->tissue().apply({.remove_tets = {step}});
+      }
+      if (step == 8) {
+        each->tissue().undo();
+      }
+    }
+    serial.step(kTimeStep);
+    {
+      const TeamLease other(step % 2 == 0 ? shared.state() : nullptr, 3);
+      solver.step(kTimeStep);
+    }
+    memory = memory == 0 ? solver.memory_bytes() : memory;
+    for (Index copy = 0; copy < 5; ++copy) {
+      REQUIRE(solver.state_hash(copy) == serial.state_hash(copy));
+    }
+  }
+  CHECK(solver.memory_bytes() < 1.02 * static_cast<double>(memory));
+}
+
 TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
   CHECK_THROWS_WITH(Solver(make_block(), {.copies = 0}), ContainsSubstring("copies is 0"));
   Solver solver(make_block(), {.copies = 3, .executor = executor::serial()});

@@ -33,17 +33,19 @@ struct ColoringOptions {
   bool balance = false;  ///< call balance_coloring(), last
   Index max_colors = 0;  ///< call limit_colors() unless it is 0
   std::uint64_t seed = 0;
-  /// Who works: threads, if it names how many, or a device. The result is the same. Where this is
-  /// nobody, a solver takes its own, but a device from 1.5 million edges and tetrahedra on: an H200
-  /// colours and repairs 0.25 million tetrahedra in 20 ms, one thread beside it in 14; 0.95 million
-  /// in 47 and 57, 3.7 million in 92 and 217.
+  /// Who works: threads, if it names how many, or a device; else the caller's thread. The result is
+  /// the same. A solver on a device takes that from 1.5 million edges and tetrahedra on, where this
+  /// is nobody: an H200 colours and repairs 0.25 million tetrahedra in 20 ms, one thread beside it
+  /// in 14; 0.95 million in 47 and 57, 3.7 million in 92 and 217. Four threads gained nothing
+  /// there. What edits bring to a solver is coloured by the caller's thread.
   Executor executor{};
 };
 
 /// Colours constraints, on a device where the executor is one: with the same result. The orders
 /// smallest_last and saturation, which are sequential, are always the host's. cuda/coloring.h
 /// leaves the colours on the device.
-/// @throws InvalidArgument  as the functions it calls, or naming the option of another algorithm
+/// @throws InvalidArgument     as the functions it calls, or naming the option of another algorithm
+/// @throws BackendUnavailable  if the executor is a device that cannot
 [[nodiscard]] PBDSURG_API Coloring color_constraints(const ConstraintVertices& constraints,
                                                      const ColoringOptions& options = {});
 

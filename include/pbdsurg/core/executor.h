@@ -56,7 +56,7 @@ class PBDSURG_API Executor {
 
   [[nodiscard]] ExecutorState* state() const noexcept { return state_.get(); }  ///< internal
 
-  /// Whether they share threads or a device.
+  /// Whether one is a copy of the other.
   friend bool operator==(const Executor&, const Executor&) noexcept = default;
 
  private:

@@ -43,14 +43,14 @@ struct DeviceList {
 /// @throws DeviceError  if a driver with devices is there but does not answer about one of them
 [[nodiscard]] PBDSURG_API DeviceList find_devices();
 
-/// A device for solvers, heat and potential.
+/// A device for solvers, heat, potential and colourings.
 /// @param ordinal  DeviceInfo::id
 /// @throws BackendUnavailable  if there is none, saying why, or none of this ordinal
 /// @throws DeviceError         as find_devices()
 [[nodiscard]] PBDSURG_API Executor device(int ordinal = 0);
 
-/// The first device, where there is one, and executor::threads() else, or for a scene that the
-/// device cannot take. Executor::name() and Solver::backend_name() say which.
+/// The first device, where there is one that answers, and executor::threads() else, or for a scene
+/// that the device cannot take. Executor::name() and Solver::backend_name() say which.
 [[nodiscard]] PBDSURG_API Executor best();
 
 }  // namespace pbdsurg::cuda
