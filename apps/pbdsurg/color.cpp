@@ -99,6 +99,7 @@ Constraints find_constraints(Kind kind, const TetMesh& mesh) {
 struct Timed {
   Coloring coloring;
   double milliseconds;
+  std::string executor;  // who worked
 };
 
 Timed color(const Options& options, const ConstraintVertices& constraints) {
@@ -111,7 +112,7 @@ Timed color(const Options& options, const ConstraintVertices& constraints) {
   const auto start = std::chrono::steady_clock::now();
   Coloring coloring = color_constraints(constraints, how);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-  return {std::move(coloring), time.count()};
+  return {std::move(coloring), time.count(), how.executor.name()};
 }
 
 void write_colors(const std::string& path, const Coloring& coloring) {
@@ -131,7 +132,7 @@ void write_graph(const Options& options, const ConstraintVertices& constraints) 
 }
 
 nlohmann::ordered_json to_json(const Options& options, const Constraints& constraints,
-                               const ColoringStatistics& statistics, double milliseconds,
+                               const ColoringStatistics& statistics, const Timed& timed,
                                bool valid) {
   nlohmann::ordered_json json{{"constraints", statistics.constraints},
                               {"colors", statistics.colors},
@@ -140,7 +141,7 @@ nlohmann::ordered_json to_json(const Options& options, const Constraints& constr
                               {"top10", statistics.top10},
                               {"mid80", statistics.mid80},
                               {"last10", statistics.last10},
-                              {"ms", milliseconds},
+                              {"ms", timed.milliseconds},
                               {"valid", valid},
                               {"max_over_mean", statistics.max_over_mean},
                               {"overflow", statistics.overflow},
@@ -148,7 +149,7 @@ nlohmann::ordered_json to_json(const Options& options, const Constraints& constr
   if (options.coloring.algorithm == ColoringAlgorithm::greedy) {
     json["order"] = name_of(options.coloring.order);
   }
-  json["executor"] = options.executor;
+  json["executor"] = timed.executor;
   json["seed"] = options.coloring.seed;
   if (constraints.max_owned) {
     json["max_owned"] = *constraints.max_owned;
@@ -157,7 +158,7 @@ nlohmann::ordered_json to_json(const Options& options, const Constraints& constr
 }
 
 void print_text(const Options& options, const Constraints& constraints,
-                const ColoringStatistics& statistics, double milliseconds) {
+                const ColoringStatistics& statistics, const Timed& timed) {
   std::cout.precision(3);
   std::cout << options.path << ": " << statistics.constraints << ' ' << name_of(options.kind)
             << " constraints\n"
@@ -171,8 +172,8 @@ void print_text(const Options& options, const Constraints& constraints,
   if (constraints.max_owned) {
     std::cout << "  edges of one tet    " << *constraints.max_owned << " at most\n";
   }
-  std::cout << "  time                " << milliseconds << " ms, "
-            << name_of(options.coloring.algorithm) << " on " << options.executor << '\n';
+  std::cout << "  time                " << timed.milliseconds << " ms, "
+            << name_of(options.coloring.algorithm) << " on " << timed.executor << '\n';
 }
 
 /// @return  whether the colouring is valid
@@ -182,7 +183,8 @@ bool run(const Options& options) {
   }
   const TetMesh mesh = to_tet_mesh(read_with_unit(options.path, options.unit).mesh, options.path);
   const Constraints constraints = find_constraints(options.kind, mesh);
-  const auto [coloring, milliseconds] = color(options, constraints.view);
+  const Timed timed = color(options, constraints.view);
+  const Coloring& coloring = timed.coloring;
   const std::optional<ColorConflict> conflict = find_conflict(coloring, constraints.view);
   const ColoringStatistics statistics = measure_coloring(coloring, constraints.view);
   if (!options.output.empty()) {
@@ -192,9 +194,9 @@ bool run(const Options& options) {
     write_graph(options, constraints.view);
   }
   if (options.json) {
-    std::cout << to_json(options, constraints, statistics, milliseconds, !conflict).dump(2) << '\n';
+    std::cout << to_json(options, constraints, statistics, timed, !conflict).dump(2) << '\n';
   } else {
-    print_text(options, constraints, statistics, milliseconds);
+    print_text(options, constraints, statistics, timed);
   }
   if (conflict) {
     std::cerr << "pbdsurg: " << options.path << ": constraints " << conflict->first << " and "

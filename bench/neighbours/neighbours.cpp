@@ -7,12 +7,10 @@
 #include <thread>
 #include <vector>
 
-#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "support/program.h"
+#include "support/subject.h"
 #include "support/table_files.h"
 #include "support/timing.h"
 
@@ -67,18 +65,6 @@ class Contender {
   std::vector<double> times_;  // ms
 };
 
-Scene make_scene(Index vertices) {
-  OrganRecipe recipe = organ_recipe(Organ::liver);
-  recipe.options.vertex_count = vertices;
-  const TetMesh mesh = tetrahedralize(recipe.shape, recipe.options).mesh;
-  Scene scene;
-  scene.add_body("liver", mesh, tissues::liver().mechanics);
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  scene.fix_where(
-      0, [&](const Eigen::Vector3d& x) { return x.z() > box.max().z() - 0.1 * box.sizes().z(); });
-  return scene;
-}
-
 Json measure(const Scene& scene, int neighbours, double seconds) {
   Contender one(scene, 1), chosen(scene, 0), all(scene, thread_count(0));
   {
@@ -127,7 +113,7 @@ void run(const Arguments& arguments) {
   const std::vector<Index> sizes =
       arguments.quick ? std::vector<Index>{150} : std::vector<Index>{150, 1500, 5000};
   for (const Index vertices : sizes) {
-    const Scene scene = make_scene(vertices);
+    const Scene scene = make_sagging_liver(vertices);
     for (int neighbours = 0; neighbours <= arguments.neighbours; ++neighbours) {
       rows.push_back(measure(scene, neighbours, arguments.quick ? 0.5 : arguments.seconds));
       text += markdown_line(text_of(rows.back()["tets"]), rows.back(), columns);

@@ -9,13 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/core/error.h"
-#include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/tissue/library.h"
 
 #include "support/program.h"
+#include "support/subject.h"
 #include "support/table_files.h"
 #include "support/timing.h"
 
@@ -35,18 +33,6 @@ struct Arguments {
   std::int64_t worker_start = 0;  // ns of the clock
 };
 
-Scene make_scene(Index vertices) {
-  OrganRecipe recipe = organ_recipe(Organ::liver);
-  recipe.options.vertex_count = vertices;
-  const TetMesh mesh = tetrahedralize(recipe.shape, recipe.options).mesh;
-  Scene scene;
-  scene.add_body("liver", mesh, tissues::liver().mechanics);
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  scene.fix_where(
-      0, [&](const Eigen::Vector3d& x) { return x.z() > box.max().z() - 0.1 * box.sizes().z(); });
-  return scene;
-}
-
 // Of all copies, 1/s.
 double rate_of(Solver& solver, Clock::time_point start, double seconds) {
   while (Clock::now() < start) {
@@ -64,7 +50,7 @@ double rate_of(Solver& solver, Clock::time_point start, double seconds) {
 }
 
 void work(const Arguments& arguments) {
-  Solver solver(make_scene(arguments.worker_vertices),
+  Solver solver(make_sagging_liver(arguments.worker_vertices),
                 {.copies = arguments.worker_copies, .executor = executor::threads(1)});
   solver.step(5e-3F);
   const Clock::time_point start{std::chrono::nanoseconds(arguments.worker_start)};
@@ -101,7 +87,7 @@ double rate_of_processes(Index vertices, Index copies, int processes, double sec
 }
 
 Json measure(Index vertices, Index copies, int threads, double seconds) {
-  const Scene scene = make_scene(vertices);
+  const Scene scene = make_sagging_liver(vertices);
   Solver solver(scene, {.copies = copies, .executor = executor::threads(threads)});
   solver.step(5e-3F);
   constexpr int kRounds = 3;  // by turns, as machines drift

@@ -3,6 +3,7 @@
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/tissue/library.h"
 
 #include "support/paper_step.h"
 #include "support/sample.h"
@@ -22,6 +23,16 @@ TetMesh make_organ(Organ organ, Index vertex_count) {
 
 TetMesh make_large_liver() {
   return make_organ(Organ::liver, kMillionVertices);
+}
+
+Scene make_sagging_liver(Index vertices) {
+  const TetMesh mesh = make_organ(Organ::liver, vertices);
+  Scene scene;
+  scene.add_body("liver", mesh, tissues::liver().mechanics);
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  scene.fix_where(
+      0, [&](const Eigen::Vector3d& x) { return x.z() > box.max().z() - 0.1 * box.sizes().z(); });
+  return scene;
 }
 
 Scene make_liver_and_gallbladder(const SceneSize& size) {

@@ -41,4 +41,7 @@ inline constexpr SceneSize kLargestScene{4320, 6600};
 /// them.
 [[nodiscard]] Scene make_liver_and_gallbladder(const SceneSize& size);
 
+/// A liver of the library's tissue that hangs from its upper tenth.
+[[nodiscard]] Scene make_sagging_liver(Index vertices);
+
 }  // namespace pbdsurg::bench

@@ -130,7 +130,7 @@ void Compaction::build() {
   std::unique_ptr<Tissue> compacted = make_tissue(compact(*parts_->tissue_copy, ids));
   std::unique_ptr<SolverData> built =
       build_solver_data(*compacted, input_of(parts_->origin, *compacted, ids));
-  built->backend = parts_->make_backend(*built);
+  built->set_backend(parts_->make_backend(*built));
   reserve_spare_room(*compacted, parts_->origin.options.spare);
   ids.version_before = parts_->version.number;
   parts_->ids = std::move(ids);

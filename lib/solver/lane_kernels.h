@@ -85,7 +85,7 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   /// told to, and those at which something is not finite.
   LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
 
-  /// As VertexBlocks::prepare(), of blocks [first, last).
+  /// As add_damping() of vertex_blocks.h, of blocks [first, last).
   void (*add_damping)(const DampedRows&, const Particle* start, float inverse_dt, Index first,
                       Index last);
 

@@ -66,14 +66,13 @@ std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverO
     throw BackendUnavailable(options.executor.name() + " steps no solvers");
   }
   std::unique_ptr<SolverData> data = make_data_for_device(tissue, options);
-  data->backend = device->make_backend(*data);
+  data->set_backend(device->make_backend(*data));
   return data;
 }
 
 std::unique_ptr<SolverData> make_host_data(const Tissue& tissue, const SolverOptions& options) {
   std::unique_ptr<SolverData> data = make_data(tissue, options, PlanComposition::nested);
-  data->backend = make_host_backend(options);
-  data->step_scratch.fit(*data);
+  data->set_backend(make_host_backend(options));
   return data;
 }
 

@@ -61,6 +61,13 @@ void SolverData::leave_tissue() noexcept {
   followers_->for_each([](Follower& follower) { follower.leave_tissue(); });
 }
 
+void SolverData::set_backend(std::unique_ptr<Backend> made) {
+  backend = std::move(made);
+  if (!backend->keeps_state()) {
+    step_scratch.fit(*this);
+  }
+}
+
 void SolverData::start_step(float dt) {
   if (!backend->keeps_state()) {
     backend->start_step(*this, dt);
@@ -93,6 +100,7 @@ void SolverData::rebuild_plan() {
   plan.phases.clear();
   const bool by_vertices = options.method == SolverMethod::vertex_block;
   if (by_vertices) {
+    step_scratch.reserve_holds(*this);
     for (Index color = 0; color < vertex_blocks.color_count(); ++color) {
       if (vertex_blocks.blocks(color).count > 0) {
         plan.phases.push_back({PhaseKind::vertex, color});

@@ -43,6 +43,9 @@ class SolverData : public SolverState {
   void follow_tissue();
   void leave_tissue() noexcept;
 
+  /// Takes who steps from now on, with the scratch that it needs on a host.
+  void set_backend(std::unique_ptr<Backend> made);
+
   /// @param dt  s, as Solver::step() takes it
   void start_step(float dt);
 

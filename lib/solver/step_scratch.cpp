@@ -39,7 +39,11 @@ void StepScratch::fit(const SolverData& data) {
   fit_list(flights, places, room);
   fit_list(first_holds, places, room, kInvalidIndex);
   held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
-  std::size_t most = 0;  // that tools can touch and hold
+  reserve_holds(data);
+}
+
+void StepScratch::reserve_holds(const SolverData& data) {
+  std::size_t most = 0;
   for (Index i = 0; i < data.copy_count(); ++i) {
     std::size_t sum = 0;
     for (const ToolState& tool : data.copy(i).tools) {

@@ -84,6 +84,9 @@ struct PBDSURG_API StepScratch {
   /// these have damping and an edit came between.
   void fit_beside(const SolverData& data);
 
+  /// Makes room for all that tools can touch and hold, part of fit().
+  void reserve_holds(const SolverData& data);
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 };
 

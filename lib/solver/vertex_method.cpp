@@ -84,6 +84,17 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
   return make_neo_hookean(rest, material);
 }
 
+// With those that the worker has of its own.
+template <class Rows>
+Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
+  if (scratch.has_own_rows) {
+    rows.springs = scratch.springs.data();
+    rows.volumes = scratch.volumes.data();
+    rows.hinges = scratch.hinges.data();
+  }
+  return rows;
+}
+
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
@@ -266,23 +277,11 @@ Vec3<float> gravity_per_square(const SolverData& data) noexcept {
 }
 
 VertexRows vertex_rows(const StepContext& step) noexcept {
-  VertexRows rows = step.data.vertex_blocks.rows();
-  if (step.scratch.has_own_rows) {
-    rows.springs = step.scratch.springs.data();
-    rows.volumes = step.scratch.volumes.data();
-    rows.hinges = step.scratch.hinges.data();
-  }
-  return rows;
+  return of_worker(step.data.vertex_blocks.rows(), step.scratch);
 }
 
 DampedRows damped_rows(const StepContext& step) noexcept {
-  DampedRows rows = step.data.vertex_blocks.damped_rows();
-  if (step.scratch.has_own_rows) {
-    rows.springs = step.scratch.springs.data();
-    rows.volumes = step.scratch.volumes.data();
-    rows.hinges = step.scratch.hinges.data();
-  }
-  return rows;
+  return of_worker(step.data.vertex_blocks.damped_rows(), step.scratch);
 }
 
 void extrapolate_vertices(const StepContext& step, const Substep<float>& substep) {

@@ -35,6 +35,16 @@ function(run_table table status)
   endforeach()
 endfunction()
 
+# expect_positive(table row keys...): numbers above zero.
+function(expect_positive table row)
+  foreach(key IN LISTS ARGN)
+    string(JSON value GET "${json}" ${table} ${row} ${key})
+    if(NOT value GREATER 0)
+      message(SEND_ERROR "${key} in row ${row} is '${value}'")
+    endif()
+  endforeach()
+endfunction()
+
 # expect_gpu_columns(table row): keys of a device are there: all filled, or none and the table says
 # why. Bytes may lack on a device, too.
 function(expect_gpu_columns table row)

@@ -68,7 +68,7 @@ expect("joint colours" "${joint}" "${volume}")
 # No number of threads changes a byte, whatever is asked for.
 foreach(algorithm greedy luby jones_plassmann random_disc)
   foreach(threads 1 2 5)
-    run(0 "\"executor\": \"threads:${threads}\"" "^$" color organ.msh --constraints volume
+    run(0 "\"executor\": \"${threads} threads?\"" "^$" color organ.msh --constraints volume
         --algorithm ${algorithm} --repair --balance --seed 7 --executor threads:${threads}
         --output ${algorithm}-${threads}.txt --json)
     file(SHA256 "${FOLDER}/${algorithm}-${threads}.txt" hash_${threads})

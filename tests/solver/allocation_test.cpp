@@ -2,7 +2,9 @@
 #include <array>
 #include <atomic>
 #include <new>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
@@ -75,6 +77,32 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   }
   CHECK(allocation_count == before);
   CHECK(contacts > 0);
+}
+
+// Would catch what a step needs and a grasp or a compaction leaves to it to find.
+TEST_CASE("solver: the step after a grasp, and after a compaction, allocates nothing",
+          "[validation]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(scene, {.method = method, .executor = executor::serial()});
+  const ToolId holder = solver.add_tool({}, ToolPose::Identity());
+  const auto allocations_of_step = [&] {
+    const long before = allocation_count;
+    solver.step(kTimeStep);
+    return allocation_count - before;
+  };
+  CHECK(allocations_of_step() == 0);
+  std::vector<Index> vertices(60);
+  std::iota(vertices.begin(), vertices.end(), Index{100});
+  solver.grasp(holder, vertices, 1e-4F);
+  CHECK(allocations_of_step() == 0);
+  solver.tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
+  Compaction compaction(solver);
+  compaction.build();
+  static_cast<void>(compaction.finish(solver));
+  CHECK(allocations_of_step() == 0);
 }
 
 // Would catch an edit that looks for memory between two steps, or leaves that to the next step.

@@ -354,11 +354,13 @@ TEST_CASE("solver: watched vertices come with every step", "[unit]") {
 
 namespace {
 
-class ColorsOnce final : public Device, public ColoringDevice {
+// Colours, until it refuses; steps as the fake device.
+class ColorsOnce final : public Device, public ColoringDevice, public SolverDevice {
  public:
   [[nodiscard]] const std::string& name() const noexcept override { return name_; }
   [[nodiscard]] Coloring color(const ConstraintVertices& constraints,
                                const ColoringOptions& options) override {
+    ++asked;
     if (refuses) {
       throw BackendUnavailable("no memory, the test says");
     }
@@ -367,7 +369,12 @@ class ColorsOnce final : public Device, public ColoringDevice {
     return color_constraints(constraints, on_host);
   }
 
+  [[nodiscard]] std::unique_ptr<Backend> make_backend(const SolverData& data) override {
+    return std::make_unique<FakeDevice>(data, 0);
+  }
+
   bool refuses = false;
+  int asked = 0;
 
  private:
   std::string name_ = "colours";
@@ -396,6 +403,24 @@ TEST_CASE("solver: a device may colour what is built, and never what edits bring
     each->step(kTimeStep);
   }
   CHECK(solver.state_hash() == expected.state_hash());
+}
+
+// Would catch a scene that steps on no device because its colours are too many for it.
+TEST_CASE("solver: a device colours what is large, and may refuse to", "[long]") {
+  const auto device = std::make_shared<ColorsOnce>();
+  const Executor executor(std::make_shared<ExecutorState>(device, Executor()));
+  const auto backend_of = [&](Index side) {
+    const TetMesh mesh = testing::make_box({side, side, side}, 1e-3);
+    Scene scene;
+    scene.add_body("block", mesh, elastic_material(mesh, 1000, 2e4));
+    return Solver(scene, {.executor = executor}).backend_name();
+  };
+  const std::string small = backend_of(6);
+  CHECK(device->asked == 0);
+  CHECK(backend_of(52) == small);
+  CHECK(device->asked > 0);
+  device->refuses = true;
+  CHECK(backend_of(52) == small);
 }
 
 // Would catch a device that is left out without a word, and one that ends a program that could go
