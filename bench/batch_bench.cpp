@@ -11,12 +11,12 @@
 #include <benchmark/benchmark.h>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/executors.h"
-#include "support/paper_step.h"
-#include "support/timing.h"
+#include "apps/support/executors.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -13,7 +13,7 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -11,9 +11,9 @@
 #include "pbdsurg/coloring/edge_ownership.h"
 #include "pbdsurg/coloring/repair.h"
 
-#include "coloring_samples.h"
+#include "bench/support/coloring_samples.h"
 #ifdef PBDSURG_HAS_BOOST_GRAPH
-#include "boost_coloring.h"
+#include "bench/support/boost_coloring.h"
 #endif
 
 namespace pbdsurg::bench {

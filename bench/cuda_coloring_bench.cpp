@@ -8,7 +8,7 @@
 #include "pbdsurg/cuda/coloring.h"
 #include "pbdsurg/cuda/device.h"
 
-#include "coloring_samples.h"
+#include "bench/support/coloring_samples.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "pbdsurg/cuda/device.h"
 
-#include "buffer.cuh"
-#include "check.cuh"
-#include "solver/cluster_memory.cuh"
-#include "stream.cuh"
+#include "cuda/buffer.cuh"
+#include "cuda/check.cuh"
+#include "cuda/solver/cluster_memory.cuh"
+#include "cuda/stream.cuh"
 
 namespace pbdsurg::bench {
 namespace {

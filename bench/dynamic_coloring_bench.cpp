@@ -31,10 +31,10 @@
 #include <benchmark/benchmark.h>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/dynamic_coloring.h"
-#include "pbdsurg/core/error.h"
 
-#include "sample_meshes.h"
+#include "bench/support/sample_meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -10,13 +10,13 @@
 
 #include <benchmark/benchmark.h>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/executors.h"
-#include "support/meshes.h"
-#include "support/scenes.h"
+#include "apps/support/executors.h"
+#include "tests/support/meshes.h"
+#include "tests/support/scenes.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -9,8 +9,8 @@
 #include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/paper_step.h"
-#include "support/plain_loop.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/plain_loop.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -11,14 +11,14 @@
 
 #include <benchmark/benchmark.h>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/thermal/heat_field.h"
-#include "pbdsurg/thermal/potential_field.h"
-#include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/heat/heat_field.h"
+#include "pbdsurg/heat/potential_field.h"
+#include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/executors.h"
-#include "support/meshes.h"
+#include "apps/support/executors.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {

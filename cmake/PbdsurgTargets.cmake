@@ -2,6 +2,8 @@
 # Compile settings shared by all of our own targets. Private and never exported.
 
 add_library(pbdsurg_build_flags INTERFACE)
+# Includes of what is not public name files from the root of the repository.
+target_include_directories(pbdsurg_build_flags INTERFACE "${PROJECT_SOURCE_DIR}")
 # No fused multiply-add behind our back: the same source gives the same bits on every optimisation
 # level, which is what makes the serial backend a reference.
 set(flags -ffp-contract=off -Wall -Wextra -Wshadow)
@@ -50,17 +52,19 @@ function(pbdsurg_add_program name)
   target_link_libraries(${name} PRIVATE pbdsurg::core pbdsurg_build_flags)
 endfunction()
 
-# pbdsurg_add_test(room sources...): the tests of one room, as the executable <room>_tests. Sanitized,
-# those tagged [long] are left out: minutes of arithmetic whose code shorter tests run, too.
-function(pbdsurg_add_test room)
-  pbdsurg_add_program(${room}_tests ${ARGN})
-  target_include_directories(${room}_tests PRIVATE "${PROJECT_SOURCE_DIR}/tests")
-  target_link_libraries(${room}_tests PRIVATE pbdsurg_test_main)
+# pbdsurg_add_test(name sources...): the executable <name>_tests. The tests of a module link it and what
+# it uses, and nothing else; others link the whole library. Sanitized, those tagged [long] are left out:
+# minutes of arithmetic whose code shorter tests run, too.
+function(pbdsurg_add_test name)
+  add_executable(${name}_tests ${ARGN})
+  target_link_libraries(${name}_tests PRIVATE
+    pbdsurg_test_main $<IF:$<TARGET_EXISTS:pbdsurg_${name}>,pbdsurg_${name},pbdsurg::core>
+    pbdsurg_build_flags)
   set(filter "")
   if(PBDSURG_SANITIZE)
     set(filter "~[long]")
   endif()
-  add_test(NAME ${room} COMMAND ${room}_tests ${filter})
+  add_test(NAME ${name} COMMAND ${name}_tests ${filter})
 endfunction()
 
 # pbdsurg_add_bench(name sources...): the program <name>_bench, which scripts/tables runs.

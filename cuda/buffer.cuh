@@ -10,7 +10,7 @@
 
 #include <cuda_runtime_api.h>
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 
 namespace pbdsurg::cuda {
 

@@ -3,7 +3,7 @@
 
 #include "pbdsurg/cuda/device.h"
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/core/executor.h"
+#include "pbdsurg/base/executor.h"
 
 #include <memory>
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/cuda/coloring.h"
 #include "pbdsurg/cuda/device.h"
 
-#include "coloring/coloring_device.h"
-#include "core/executor_state.h"
-#include "solver/cuda_backend.h"
-#include "solver/solver_device.h"
-#include "stream.cuh"
-#include "thermal/cuda_system.h"
-#include "thermal/device_system.h"
+#include "cuda/heat/cuda_system.h"
+#include "cuda/solver/cuda_backend.h"
+#include "cuda/stream.cuh"
+#include "lib/base/executor_state.h"
+#include "lib/coloring/coloring_device.h"
+#include "lib/heat/device_system.h"
+#include "lib/solver/program/solver_device.h"
 
 namespace pbdsurg::cuda {
 namespace {

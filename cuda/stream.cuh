@@ -6,7 +6,7 @@
 
 #include <cuda_runtime_api.h>
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 
 namespace pbdsurg::cuda {
 

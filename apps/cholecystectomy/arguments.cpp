@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "arguments.h"
+#include "apps/cholecystectomy/arguments.h"
 
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 #include "apps/pbdsurg/options.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "organ_files.h"
+#include "apps/cholecystectomy/organ_files.h"
 
 namespace cholecystectomy {
 

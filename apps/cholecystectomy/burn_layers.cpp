@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "burn_layers.h"
+#include "apps/cholecystectomy/burn_layers.h"
 
 #include <algorithm>
 
-#include "pbdsurg/thermal/tissue_color.h"
+#include "pbdsurg/heat/tissue_color.h"
 
 namespace cholecystectomy {
 namespace {

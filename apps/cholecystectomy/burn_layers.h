@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "simulation.h"
+#include "apps/cholecystectomy/simulation.h"
 
 namespace cholecystectomy {
 

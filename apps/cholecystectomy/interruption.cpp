@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "interruption.h"
+#include "apps/cholecystectomy/interruption.h"
 
 #include <atomic>
 #include <csignal>

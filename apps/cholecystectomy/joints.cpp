@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "joints.h"
+#include "apps/cholecystectomy/joints.h"
 
 #include <algorithm>
 #include <limits>
@@ -7,7 +7,7 @@
 #include <sstream>
 #include <utility>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"

@@ -7,11 +7,11 @@
 #include <array>
 #include <vector>
 
-#include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/surgery/membrane.h"
 
-#include "organ_files.h"
-#include "warning.h"
+#include "apps/cholecystectomy/organ_files.h"
+#include "apps/cholecystectomy/warning.h"
 
 namespace cholecystectomy {
 

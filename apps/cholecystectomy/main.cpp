@@ -7,20 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "arguments.h"
-#include "interruption.h"
-#include "outcome.h"
-#include "output_folder.h"
-#include "procedure.h"
-#include "recorders.h"
-#include "report.h"
-#include "simulation.h"
-#include "support/executors.h"
-#include "surgical_scene.h"
+#include "apps/cholecystectomy/arguments.h"
+#include "apps/cholecystectomy/interruption.h"
+#include "apps/cholecystectomy/outcome.h"
+#include "apps/cholecystectomy/output_folder.h"
+#include "apps/cholecystectomy/procedure.h"
+#include "apps/cholecystectomy/recorders.h"
+#include "apps/cholecystectomy/report.h"
+#include "apps/cholecystectomy/simulation.h"
+#include "apps/cholecystectomy/surgical_scene.h"
+#include "apps/support/executors.h"
 #ifdef PBDSURG_HAS_PICTURES
-#include "pictures.h"
+#include "apps/cholecystectomy/pictures.h"
 #endif
 
 namespace cholecystectomy {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organ_files.h"
+#include "apps/cholecystectomy/organ_files.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -11,13 +11,13 @@
 #include <variant>
 
 #include "pbdsurg/anatomy/organs.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "organ_filling.h"
-#include "organ_reading.h"
-#include "placement.h"
+#include "apps/cholecystectomy/organ_filling.h"
+#include "apps/cholecystectomy/organ_reading.h"
+#include "apps/cholecystectomy/placement.h"
 
 namespace cholecystectomy {
 

@@ -12,8 +12,8 @@
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 
+#include "apps/cholecystectomy/warning.h"
 #include "apps/pbdsurg/unit_options.h"
-#include "warning.h"
 
 namespace cholecystectomy {
 

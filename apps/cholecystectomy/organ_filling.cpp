@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organ_filling.h"
+#include "apps/cholecystectomy/organ_filling.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/check.h"
 
 namespace cholecystectomy {

@@ -12,7 +12,7 @@
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
-#include "warning.h"
+#include "apps/cholecystectomy/warning.h"
 
 namespace cholecystectomy {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organ_reading.h"
+#include "apps/cholecystectomy/organ_reading.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <span>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 namespace cholecystectomy {

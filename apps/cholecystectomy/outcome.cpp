@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "outcome.h"
+#include "apps/cholecystectomy/outcome.h"
 
 #include <algorithm>
 #include <string>

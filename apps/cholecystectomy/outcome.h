@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "procedure.h"
-#include "warning.h"
+#include "apps/cholecystectomy/procedure.h"
+#include "apps/cholecystectomy/warning.h"
 
 namespace cholecystectomy {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pictures.h"
+#include "apps/cholecystectomy/pictures.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "viewer/instruments.h"
-#include "viewer/plot.h"
-#include "viewer/png.h"
+#include "apps/viewer/instruments.h"
+#include "apps/viewer/plot.h"
+#include "apps/viewer/png.h"
 
 namespace cholecystectomy {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "pbdsurg/mesh/mesh_data.h"
 
-#include "burn_layers.h"
-#include "procedure.h"
-#include "recorders.h"
-#include "viewer/offscreen_renderer.h"
+#include "apps/cholecystectomy/burn_layers.h"
+#include "apps/cholecystectomy/procedure.h"
+#include "apps/cholecystectomy/recorders.h"
+#include "apps/viewer/offscreen_renderer.h"
 
 namespace cholecystectomy {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "placement.h"
+#include "apps/cholecystectomy/placement.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>

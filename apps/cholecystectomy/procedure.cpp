@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "procedure.h"
+#include "apps/cholecystectomy/procedure.h"
 
 #include <algorithm>
 #include <limits>
 
-#include "interruption.h"
+#include "apps/cholecystectomy/interruption.h"
 
 namespace cholecystectomy {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation.h"
+#include "apps/cholecystectomy/simulation.h"
 
 namespace cholecystectomy {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "recorders.h"
+#include "apps/cholecystectomy/recorders.h"
 
 #include <cstdio>
 #include <utility>
 
 #include <unistd.h>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace cholecystectomy {
 

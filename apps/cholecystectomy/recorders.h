@@ -11,7 +11,7 @@
 
 #include "pbdsurg/mesh/series.h"
 
-#include "procedure.h"
+#include "apps/cholecystectomy/procedure.h"
 
 namespace cholecystectomy {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "procedure.h"
-#include "warning.h"
+#include "apps/cholecystectomy/procedure.h"
+#include "apps/cholecystectomy/warning.h"
 
 namespace cholecystectomy {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulation.h"
+#include "apps/cholecystectomy/simulation.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/contact/proximity.h"
-#include "pbdsurg/core/random.h"
 
 namespace cholecystectomy {
 namespace {

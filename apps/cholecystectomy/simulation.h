@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/world/world.h"
 
-#include "surgical_scene.h"
+#include "apps/cholecystectomy/surgical_scene.h"
 
 namespace cholecystectomy {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgical_scene.h"
+#include "apps/cholecystectomy/surgical_scene.h"
 
 #include <limits>
 
-#include "pbdsurg/anatomy/membrane.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/surgery/membrane.h"
 
-#include "joints.h"
+#include "apps/cholecystectomy/joints.h"
 
 namespace cholecystectomy {
 namespace {

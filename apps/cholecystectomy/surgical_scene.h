@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/ids.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/tissue/scene.h"
 
-#include "organ_files.h"
-#include "warning.h"
+#include "apps/cholecystectomy/organ_files.h"
+#include "apps/cholecystectomy/warning.h"
 
 namespace cholecystectomy {
 

@@ -13,16 +13,16 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/write_file.h"
 #include "pbdsurg/coloring/conflict_graph.h"
 #include "pbdsurg/coloring/edge_ownership.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/write_file.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "commands.h"
-#include "mesh_file.h"
-#include "options.h"
-#include "support/executors.h"
+#include "apps/pbdsurg/commands.h"
+#include "apps/pbdsurg/mesh_file.h"
+#include "apps/pbdsurg/options.h"
+#include "apps/support/executors.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,10 +9,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "commands.h"
-#include "mesh_file.h"
+#include "apps/pbdsurg/commands.h"
+#include "apps/pbdsurg/mesh_file.h"
 
 namespace pbdsurg {
 namespace {

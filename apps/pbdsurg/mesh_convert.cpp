@@ -5,12 +5,12 @@
 
 #include <CLI/CLI.hpp>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/write.h"
 
-#include "commands.h"
-#include "mesh_file.h"
+#include "apps/pbdsurg/commands.h"
+#include "apps/pbdsurg/mesh_file.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh_file.h"
+#include "apps/pbdsurg/mesh_file.h"
 
 #include <algorithm>
 #include <cctype>
@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "options.h"
+#include "apps/pbdsurg/options.h"
 
 namespace pbdsurg {
 namespace {

@@ -13,7 +13,7 @@
 #include "pbdsurg/mesh/check.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "unit_options.h"
+#include "apps/pbdsurg/unit_options.h"
 
 namespace pbdsurg {
 

@@ -4,8 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
-#include "mesh_file.h"
+#include "apps/pbdsurg/commands.h"
+#include "apps/pbdsurg/mesh_file.h"
 
 namespace pbdsurg {
 namespace {

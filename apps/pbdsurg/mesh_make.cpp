@@ -12,14 +12,14 @@
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/mesh/write.h"
 
-#include "commands.h"
-#include "mesh_file.h"
-#include "options.h"
+#include "apps/pbdsurg/commands.h"
+#include "apps/pbdsurg/mesh_file.h"
+#include "apps/pbdsurg/options.h"
 
 namespace pbdsurg {
 namespace {

@@ -14,7 +14,7 @@
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "options.h"
+#include "apps/pbdsurg/options.h"
 
 namespace pbdsurg {
 

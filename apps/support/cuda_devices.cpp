@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/cuda/device.h"
 
-#include "support/executors.h"
+#include "apps/support/executors.h"
 
 namespace pbdsurg::programs {
 

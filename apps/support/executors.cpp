@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/executors.h"
+#include "apps/support/executors.h"
 
 #include <charconv>
 #include <optional>
 #include <string_view>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg::programs {
 namespace {

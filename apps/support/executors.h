@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "pbdsurg/core/executor.h"
+#include "pbdsurg/base/executor.h"
 
 namespace pbdsurg::programs {
 

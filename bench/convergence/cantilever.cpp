@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cantilever.h"
+#include "bench/convergence/cantilever.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {

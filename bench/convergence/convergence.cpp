@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "equilibrium.h"
-#include "methods.h"
-#include "picture.h"
-#include "report.h"
-#include "support/program.h"
+#include "bench/convergence/equilibrium.h"
+#include "bench/convergence/methods.h"
+#include "bench/convergence/picture.h"
+#include "bench/convergence/report.h"
+#include "bench/support/program.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "equilibrium.h"
+#include "bench/convergence/equilibrium.h"
 
 #include <Eigen/SparseCholesky>
 #include <array>
 #include <cmath>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg::bench {
 namespace {

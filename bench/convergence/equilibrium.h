@@ -7,8 +7,8 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "cantilever.h"
-#include "neo_hookean.h"
+#include "bench/convergence/cantilever.h"
+#include "bench/convergence/neo_hookean.h"
 
 namespace pbdsurg::bench {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "jacobi.h"
+#include "bench/convergence/jacobi.h"
 
 #include <algorithm>
 
-#include "neo_hookean.h"
+#include "bench/convergence/neo_hookean.h"
 
 namespace pbdsurg::bench {
 namespace {

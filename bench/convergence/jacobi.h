@@ -10,7 +10,7 @@
 
 #include "pbdsurg/constraints/neo_hookean.h"
 
-#include "cantilever.h"
+#include "bench/convergence/cantilever.h"
 
 namespace pbdsurg::bench {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "measure.h"
+#include "bench/convergence/measure.h"
 
 #include <cstring>
 #include <limits>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "equilibrium.h"
-#include "support/paper_step.h"
-#include "support/timing.h"
+#include "bench/convergence/equilibrium.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {

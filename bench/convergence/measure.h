@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cantilever.h"
+#include "bench/convergence/cantilever.h"
 
 namespace pbdsurg::bench {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "methods.h"
+#include "bench/convergence/methods.h"
 
 #include "pbdsurg/solver/solver.h"
 
-#include "jacobi.h"
+#include "bench/convergence/jacobi.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -4,7 +4,7 @@
 /// @file
 /// What is compared.
 
-#include "measure.h"
+#include "bench/convergence/measure.h"
 
 namespace pbdsurg::bench {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "picture.h"
+#include "bench/convergence/picture.h"
 
 #include <cmath>
 
-#include "viewer/montage.h"
-#include "viewer/plot.h"
-#include "viewer/png.h"
+#include "apps/viewer/montage.h"
+#include "apps/viewer/plot.h"
+#include "apps/viewer/png.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "report.h"
+#include "bench/convergence/report.h"
 
 namespace pbdsurg::bench {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "picture.h"
+#include "bench/convergence/picture.h"
 
 namespace pbdsurg::bench {
 

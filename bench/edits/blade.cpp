@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "blade.h"
+#include "bench/edits/blade.h"
 
 #include <algorithm>
 #include <array>

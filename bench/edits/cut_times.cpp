@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cut_times.h"
+#include "bench/edits/cut_times.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "blade.h"
-#include "edited_organ.h"
+#include "bench/edits/blade.h"
+#include "bench/edits/edited_organ.h"
 
 namespace pbdsurg::bench {
 namespace {

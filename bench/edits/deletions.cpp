@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deletions.h"
+#include "bench/edits/deletions.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <utility>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 
 namespace pbdsurg::bench {
 namespace {

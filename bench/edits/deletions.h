@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg::bench {

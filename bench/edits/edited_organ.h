@@ -13,9 +13,9 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/paper_step.h"
-#include "support/repeated_step.h"
-#include "support/timing.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/repeated_step.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 

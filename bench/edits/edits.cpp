@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "report.h"
-#include "support/executors.h"
-#include "support/gpu_times.h"
-#include "support/program.h"
-#include "support/sample.h"
-#include "support/subject.h"
+#include "apps/support/executors.h"
+#include "bench/edits/report.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/program.h"
+#include "bench/support/sample.h"
+#include "bench/support/subject.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "measure.h"
+#include "bench/edits/measure.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "edited_organ.h"
+#include "bench/edits/edited_organ.h"
 
 namespace pbdsurg::bench {
 namespace {

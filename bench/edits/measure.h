@@ -11,8 +11,8 @@
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "cut_times.h"
-#include "deletions.h"
+#include "bench/edits/cut_times.h"
+#include "bench/edits/deletions.h"
 
 namespace pbdsurg::bench {
 

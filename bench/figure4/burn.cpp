@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "burn.h"
+#include "bench/figure4/burn.h"
 
 #include <array>
 

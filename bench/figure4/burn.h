@@ -7,11 +7,11 @@
 #include <memory>
 #include <string>
 
+#include "pbdsurg/heat/surface_map.h"
+#include "pbdsurg/heat/surface_texture.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/thermal/surface_map.h"
-#include "pbdsurg/thermal/surface_texture.h"
 #include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg::bench {

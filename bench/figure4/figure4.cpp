@@ -10,17 +10,17 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/organs.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "burn.h"
-#include "legend.h"
-#include "picture.h"
-#include "support/program.h"
-#include "viewer/montage.h"
-#include "viewer/offscreen_renderer.h"
-#include "viewer/png.h"
+#include "apps/viewer/montage.h"
+#include "apps/viewer/offscreen_renderer.h"
+#include "apps/viewer/png.h"
+#include "bench/figure4/burn.h"
+#include "bench/figure4/legend.h"
+#include "bench/figure4/picture.h"
+#include "bench/support/program.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "legend.h"
+#include "bench/figure4/legend.h"
 
-#include "viewer/canvas.h"
+#include "apps/viewer/canvas.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/thermal/tissue_color.h"
+#include "pbdsurg/heat/tissue_color.h"
 
-#include "viewer/image.h"
+#include "apps/viewer/image.h"
 
 namespace pbdsurg::bench {
 

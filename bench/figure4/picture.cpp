@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "picture.h"
+#include "bench/figure4/picture.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "viewer/instruments.h"
-#include "viewer/tube.h"
+#include "apps/viewer/instruments.h"
+#include "apps/viewer/tube.h"
 
 namespace pbdsurg::bench {
 namespace {

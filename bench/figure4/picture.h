@@ -7,8 +7,8 @@
 #include <functional>
 #include <span>
 
-#include "burn.h"
-#include "viewer/render_snapshot.h"
+#include "apps/viewer/render_snapshot.h"
+#include "bench/figure4/burn.h"
 
 namespace pbdsurg::bench {
 

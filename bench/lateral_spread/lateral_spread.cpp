@@ -14,9 +14,9 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/meshes.h"
-#include "viewer/plot.h"
-#include "viewer/png.h"
+#include "apps/viewer/plot.h"
+#include "apps/viewer/png.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/program.h"
-#include "support/subject.h"
-#include "support/table_files.h"
-#include "support/timing.h"
+#include "bench/support/program.h"
+#include "bench/support/subject.h"
+#include "bench/support/table_files.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {

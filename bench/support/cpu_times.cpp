@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/cpu_times.h"
+#include "bench/support/cpu_times.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/plain_loop.h"
-#include "support/repeated_step.h"
+#include "bench/support/plain_loop.h"
+#include "bench/support/repeated_step.h"
 
 namespace pbdsurg::bench {
 namespace {

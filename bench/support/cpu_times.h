@@ -8,7 +8,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "support/timing.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 

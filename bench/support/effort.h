@@ -8,8 +8,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "support/cpu_times.h"
-#include "support/gpu_times.h"
+#include "bench/support/cpu_times.h"
+#include "bench/support/gpu_times.h"
 
 namespace pbdsurg::bench {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/gpu_columns.h"
+#include "bench/support/gpu_columns.h"
 
 namespace pbdsurg::bench {
 

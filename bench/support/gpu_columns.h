@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "support/cpu_times.h"
-#include "support/gpu_times.h"
-#include "support/table_files.h"
+#include "bench/support/cpu_times.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/table_files.h"
 
 namespace pbdsurg::bench {
 

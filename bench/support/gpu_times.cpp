@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/gpu_times.h"
+#include "bench/support/gpu_times.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/executors.h"
-#include "support/repeated_step.h"
+#include "apps/support/executors.h"
+#include "bench/support/repeated_step.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/coloring/greedy.h"
-#include "pbdsurg/core/random.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/scene.h"
 
-#include "support/paper_step.h"
+#include "bench/support/paper_step.h"
 
 namespace pbdsurg::bench {
 

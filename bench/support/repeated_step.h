@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/paper_step.h"
-#include "support/timing.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/sample.h"
+#include "bench/support/sample.h"
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/edge_ownership.h"
-#include "pbdsurg/core/error.h"
 
 namespace pbdsurg::bench {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/subject.h"
+#include "bench/support/subject.h"
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/surgery/membrane.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/paper_step.h"
-#include "support/sample.h"
+#include "bench/support/paper_step.h"
+#include "bench/support/sample.h"
 
 namespace pbdsurg::bench {
 namespace {

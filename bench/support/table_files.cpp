@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/table_files.h"
+#include "bench/support/table_files.h"
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "colorings.h"
+#include "bench/table1/colorings.h"
 
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "figure8.h"
+#include "bench/table1/figure8.h"
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "colorings.h"
-#include "palette.h"
-#include "viewer/montage.h"
-#include "viewer/offscreen_renderer.h"
-#include "viewer/png.h"
-#include "viewer/tube.h"
+#include "apps/viewer/montage.h"
+#include "apps/viewer/offscreen_renderer.h"
+#include "apps/viewer/png.h"
+#include "apps/viewer/tube.h"
+#include "bench/table1/colorings.h"
+#include "bench/table1/palette.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "support/sample.h"
+#include "bench/support/sample.h"
 
 namespace pbdsurg::bench {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "figure8.h"
+#include "bench/table1/figure8.h"
 
 namespace pbdsurg::bench {
 

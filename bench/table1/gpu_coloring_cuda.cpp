@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/cuda/coloring.h"
 #include "pbdsurg/cuda/device.h"
 
-#include "gpu_coloring.h"
-#include "support/timing.h"
+#include "bench/support/timing.h"
+#include "bench/table1/gpu_coloring.h"
 
 namespace pbdsurg::bench {
 

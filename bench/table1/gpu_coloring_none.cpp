@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gpu_coloring.h"
+#include "bench/table1/gpu_coloring.h"
 
 namespace pbdsurg::bench {
 

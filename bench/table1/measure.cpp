@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "measure.h"
+#include "bench/table1/measure.h"
 
-#include "colorings.h"
-#include "gpu_coloring.h"
-#include "support/gpu_times.h"
-#include "support/timing.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/timing.h"
+#include "bench/table1/colorings.h"
+#include "bench/table1/gpu_coloring.h"
 
 namespace pbdsurg::bench {
 namespace {

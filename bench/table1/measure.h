@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "step_time.h"
-#include "support/sample.h"
+#include "bench/support/sample.h"
+#include "bench/table1/step_time.h"
 
 namespace pbdsurg::bench {
 

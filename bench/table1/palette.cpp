@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "palette.h"
+#include "bench/table1/palette.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report.h"
+#include "bench/table1/report.h"
 
 #include <array>
 
-#include "colorings.h"
+#include "bench/table1/colorings.h"
 
 namespace pbdsurg::bench {
 namespace {

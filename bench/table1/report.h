@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "measure.h"
-#include "support/table_files.h"
+#include "bench/support/table_files.h"
+#include "bench/table1/measure.h"
 
 namespace pbdsurg::bench {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "step_time.h"
+#include "bench/table1/step_time.h"
 
 #include <utility>
 
-#include "support/executors.h"
-#include "support/repeated_step.h"
+#include "apps/support/executors.h"
+#include "bench/support/repeated_step.h"
 
 namespace pbdsurg::bench {
 

@@ -11,7 +11,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "support/sample.h"
+#include "bench/support/sample.h"
 
 namespace pbdsurg::bench {
 

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "figure8.h"
-#include "gpu_coloring.h"
-#include "measure.h"
-#include "report.h"
-#include "support/gpu_times.h"
-#include "support/program.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/program.h"
+#include "bench/table1/figure8.h"
+#include "bench/table1/gpu_coloring.h"
+#include "bench/table1/measure.h"
+#include "bench/table1/report.h"
 
 namespace pbdsurg::bench {
 namespace {

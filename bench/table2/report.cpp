@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report.h"
+#include "bench/table2/report.h"
 
 #include <array>
 
-#include "support/gpu_columns.h"
+#include "bench/support/gpu_columns.h"
 
 namespace pbdsurg::bench {
 namespace {

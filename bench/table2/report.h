@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "support/cpu_times.h"
-#include "support/gpu_times.h"
-#include "support/subject.h"
-#include "support/table_files.h"
+#include "bench/support/cpu_times.h"
+#include "bench/support/gpu_times.h"
+#include "bench/support/subject.h"
+#include "bench/support/table_files.h"
 
 namespace pbdsurg::bench {
 

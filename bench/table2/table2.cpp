@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "report.h"
-#include "support/effort.h"
-#include "support/program.h"
+#include "bench/support/effort.h"
+#include "bench/support/program.h"
+#include "bench/table2/report.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report.h"
+#include "bench/table3/report.h"
 
-#include "support/gpu_columns.h"
+#include "bench/support/gpu_columns.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <span>
 
-#include "report.h"
-#include "support/effort.h"
-#include "support/program.h"
+#include "bench/support/effort.h"
+#include "bench/support/program.h"
+#include "bench/table3/report.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/color_masks.h"
+#include "lib/coloring/color_masks.h"
 
 namespace pbdsurg::cuda {
 

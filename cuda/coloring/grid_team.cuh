@@ -10,10 +10,10 @@
 #include <cooperative_groups.h>
 #include <cuda_runtime_api.h>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "check.cuh"
-#include "coloring/team.h"
+#include "cuda/check.cuh"
+#include "lib/coloring/team.h"
 
 namespace pbdsurg::cuda {
 

@@ -10,14 +10,14 @@
 
 #include <cuda_runtime_api.h>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "check.cuh"
-#include "coloring/color_masks.h"
-#include "coloring/constraint_order.h"
-#include "coloring/disc_palette.h"
-#include "coloring/grid_team.cuh"
-#include "coloring/repair_program.h"
+#include "cuda/check.cuh"
+#include "cuda/coloring/grid_team.cuh"
+#include "lib/coloring/color_masks.h"
+#include "lib/coloring/constraint_order.h"
+#include "lib/coloring/disc_palette.h"
+#include "lib/coloring/repair_program.h"
 
 namespace pbdsurg::cuda {
 

@@ -16,12 +16,12 @@
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 
-#include "solver/cluster_layout.h"
-#include "solver/cluster_memory.cuh"
-#include "solver/cluster_shapes.h"
-#include "solver/kernel_support.cuh"
-#include "solver/tool_kernels.cuh"
-#include "solver/vertex_kernels.cuh"
+#include "cuda/solver/cluster_memory.cuh"
+#include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
+#include "lib/device/cluster_layout.h"
+#include "lib/device/cluster_shapes.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

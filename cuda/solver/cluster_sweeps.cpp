@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "buffer.cuh"
-#include "solver/cluster_program.h"
-#include "solver/sweeps.h"
+#include "cuda/buffer.cuh"
+#include "cuda/solver/sweeps.h"
+#include "lib/device/cluster_program.h"
 
 namespace pbdsurg::cuda {
 namespace {

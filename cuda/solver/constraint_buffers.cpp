@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/constraint_buffers.h"
+#include "cuda/solver/constraint_buffers.h"
 
-#include "solver/record_table.h"
+#include "lib/device/record_table.h"
 
 namespace pbdsurg::cuda {
 

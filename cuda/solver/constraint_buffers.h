@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <tuple>
 
-#include "buffer.cuh"
-#include "solver/device_arrays.h"
-#include "solver/stage_plan.h"
+#include "cuda/buffer.cuh"
+#include "lib/device/device_arrays.h"
+#include "lib/device/stage_plan.h"
 
 namespace pbdsurg::cuda {
 

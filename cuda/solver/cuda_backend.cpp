@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/cuda_backend.h"
+#include "cuda/solver/cuda_backend.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,21 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "solver/constraint_buffers.h"
-#include "solver/contact_stage.h"
-#include "solver/device_step.h"
-#include "solver/stage_plan.h"
-#include "solver/state_buffers.h"
-#include "solver/state_report.h"
-#include "solver/step_graph.h"
-#include "solver/sweeps.h"
-#include "solver/tool_buffers.h"
-#include "solver/vertex_buffers.h"
-#include "solver/word_batches.h"
-#include "solver/word_kernels.h"
-#include "stream.cuh"
+#include "cuda/solver/constraint_buffers.h"
+#include "cuda/solver/device_step.h"
+#include "cuda/solver/state_buffers.h"
+#include "cuda/solver/step_graph.h"
+#include "cuda/solver/sweeps.h"
+#include "cuda/solver/tool_buffers.h"
+#include "cuda/solver/vertex_buffers.h"
+#include "cuda/solver/word_kernels.h"
+#include "cuda/stream.cuh"
+#include "lib/device/stage_plan.h"
+#include "lib/device/word_batches.h"
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/state/state_report.h"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <memory>
 
-#include "solver/backend.h"
-#include "solver/solver_data.h"
+#include "lib/solver/program/backend.h"
+#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg::cuda {
 

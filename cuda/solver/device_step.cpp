@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/device_step.h"
+#include "cuda/solver/device_step.h"
 
 namespace pbdsurg::cuda {
 namespace {

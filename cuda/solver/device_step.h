@@ -4,10 +4,10 @@
 /// @file
 /// A whole step as work for a stream.
 
-#include "solver/device_arrays.h"
-#include "solver/step_kernels.h"
-#include "solver/step_program.h"
-#include "solver/sweeps.h"
+#include "cuda/solver/step_kernels.h"
+#include "cuda/solver/sweeps.h"
+#include "lib/device/device_arrays.h"
+#include "lib/solver/program/step_program.h"
 
 namespace pbdsurg::cuda {
 

@@ -9,10 +9,10 @@
 
 #include <cuda_runtime.h>
 
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/vec3.h"
 
-#include "check.cuh"
-#include "solver/step_kernels.h"
+#include "cuda/check.cuh"
+#include "cuda/solver/step_kernels.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

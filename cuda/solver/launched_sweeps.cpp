@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/sweeps.h"
-#include "solver/vertex_method.h"
+#include "cuda/solver/sweeps.h"
+#include "lib/solver/methods/vertex_method.h"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <type_traits>
 
-#include "solver/constraint_kinds.h"
-#include "solver/kernel_support.cuh"
+#include "cuda/solver/kernel_support.cuh"
+#include "lib/solver/sets/constraint_kinds.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

@@ -8,7 +8,7 @@
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/volume.h"
 
-#include "solver/kernel_support.cuh"
+#include "cuda/solver/kernel_support.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/state_buffers.h"
+#include "cuda/solver/state_buffers.h"
 
 #include <algorithm>
 #include <bit>
 #include <utility>
 #include <vector>
 
-#include "solver/room_to_grow.h"
+#include "lib/solver/state/room_to_grow.h"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -8,10 +8,10 @@
 #include <cstddef>
 #include <span>
 
-#include "buffer.cuh"
-#include "solver/device_arrays.h"
-#include "solver/solver_state.h"
-#include "solver/word_kernels.h"
+#include "cuda/buffer.cuh"
+#include "cuda/solver/word_kernels.h"
+#include "lib/device/device_arrays.h"
+#include "lib/solver/state/solver_state.h"
 
 namespace pbdsurg::cuda {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/step_graph.h"
+#include "cuda/solver/step_graph.h"
 
 #include <utility>
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 
 namespace pbdsurg::cuda {
 namespace {

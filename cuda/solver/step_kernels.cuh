@@ -4,12 +4,12 @@
 /// @file
 /// All kernels of a step, for one of its two compilations.
 
-#include "solver/cluster_kernel.cuh"
-#include "solver/project_kernels.cuh"
-#include "solver/report_kernels.cuh"
-#include "solver/tool_kernels.cuh"
-#include "solver/vertex_block_kernels.cuh"
-#include "solver/vertex_kernels.cuh"
+#include "cuda/solver/cluster_kernel.cuh"
+#include "cuda/solver/project_kernels.cuh"
+#include "cuda/solver/report_kernels.cuh"
+#include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/vertex_block_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

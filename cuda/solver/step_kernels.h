@@ -7,9 +7,9 @@
 
 #include <cuda_runtime_api.h>
 
-#include "solver/cluster_layout.h"
-#include "solver/device_arrays.h"
-#include "solver/stages.h"
+#include "lib/device/cluster_layout.h"
+#include "lib/device/device_arrays.h"
+#include "lib/device/stages.h"
 
 namespace pbdsurg::cuda {
 

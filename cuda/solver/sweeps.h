@@ -11,12 +11,12 @@
 
 #include "pbdsurg/solver/solver_options.h"
 
-#include "solver/changes.h"
-#include "solver/device_arrays.h"
-#include "solver/solver_data.h"
-#include "solver/stage_plan.h"
-#include "solver/stages.h"
-#include "solver/step_kernels.h"
+#include "cuda/solver/step_kernels.h"
+#include "lib/device/device_arrays.h"
+#include "lib/device/stage_plan.h"
+#include "lib/device/stages.h"
+#include "lib/solver/state/changes.h"
+#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg::cuda {
 

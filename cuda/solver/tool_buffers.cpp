@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/tool_buffers.h"
+#include "cuda/solver/tool_buffers.h"
 
 #include <algorithm>
 #include <bit>
@@ -11,9 +11,9 @@
 
 #include "pbdsurg/cuda/device.h"
 
-#include "solver/contact_stage.h"
-#include "solver/load_store.h"
-#include "solver/vertex_method.h"
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/state/load_store.h"
 
 namespace pbdsurg::cuda {
 

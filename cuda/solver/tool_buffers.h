@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "buffer.cuh"
-#include "solver/device_arrays.h"
-#include "solver/solver_data.h"
+#include "cuda/buffer.cuh"
+#include "lib/device/device_arrays.h"
+#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg::cuda {
 

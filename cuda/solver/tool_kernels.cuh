@@ -9,7 +9,7 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 
-#include "solver/kernel_support.cuh"
+#include "cuda/solver/kernel_support.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

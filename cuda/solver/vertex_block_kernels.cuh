@@ -7,11 +7,11 @@
 
 #include <cstddef>
 
-#include "solver/kernel_support.cuh"
-#include "solver/tool_kernels.cuh"
-#include "solver/vertex_kernel.h"
-#include "solver/vertex_kernels.cuh"
-#include "solver/vertex_moves.h"
+#include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/tool_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
+#include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/methods/vertex_moves.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

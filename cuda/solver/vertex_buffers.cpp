@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/vertex_buffers.h"
+#include "cuda/solver/vertex_buffers.h"
 
 #include <span>
 

@@ -7,10 +7,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "buffer.cuh"
-#include "solver/device_arrays.h"
-#include "solver/solver_data.h"
-#include "solver/stages.h"
+#include "cuda/buffer.cuh"
+#include "lib/device/device_arrays.h"
+#include "lib/device/stages.h"
+#include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg::cuda {
 

@@ -4,7 +4,7 @@
 /// @file
 /// Prediction and velocities: a thread a vertex.
 
-#include "solver/kernel_support.cuh"
+#include "cuda/solver/kernel_support.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {

@@ -2,8 +2,8 @@
 // Kernels that move words about and compute nothing.
 #include <cuda_runtime.h>
 
-#include "check.cuh"
-#include "solver/word_kernels.h"
+#include "cuda/check.cuh"
+#include "cuda/solver/word_kernels.h"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -6,11 +6,11 @@
 
 #include <cuda_runtime_api.h>
 
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/vec3.h"
 
-#include "solver/device_arrays.h"
-#include "solver/particle.h"
-#include "solver/stages.h"
+#include "lib/device/device_arrays.h"
+#include "lib/device/stages.h"
+#include "lib/solver/state/particle.h"
 
 namespace pbdsurg::cuda {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/surface_distance.h"
 
-#include "anatomy/outer_surface.h"
-#include "core/describe.h"
+#include "lib/base/describe.h"
+#include "lib/mesh/outer_surface.h"
 
 namespace pbdsurg {
 namespace {

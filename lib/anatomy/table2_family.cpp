@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "pbdsurg/anatomy/organs.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
-#include "anatomy/outer_surface.h"
-#include "anatomy/tetgen_program.h"
+#include "lib/anatomy/tetgen_program.h"
+#include "lib/mesh/outer_surface.h"
 
 namespace pbdsurg {
 namespace {

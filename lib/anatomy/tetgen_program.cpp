@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anatomy/tetgen_program.h"
+#include "lib/anatomy/tetgen_program.h"
 
 #include <array>
 #include <cerrno>
@@ -19,7 +19,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 extern char** environ;
 

@@ -4,13 +4,13 @@
 #include <utility>
 #include <vector>
 
-#include "coloring/balance_program.h"
-#include "coloring/chain_balance.h"
-#include "coloring/claims.h"
-#include "coloring/color_gaps.h"
-#include "coloring/color_tables.h"
-#include "coloring/constraint_access.h"
-#include "coloring/thread_team.h"
+#include "lib/coloring/balance_program.h"
+#include "lib/coloring/chain_balance.h"
+#include "lib/coloring/claims.h"
+#include "lib/coloring/color_gaps.h"
+#include "lib/coloring/color_tables.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/thread_team.h"
 
 namespace pbdsurg {
 

@@ -6,13 +6,13 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/claims.h"
-#include "coloring/color_masks.h"
-#include "coloring/team.h"
+#include "lib/coloring/claims.h"
+#include "lib/coloring/color_masks.h"
+#include "lib/coloring/team.h"
 
 namespace pbdsurg {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coloring/chain_balance.h"
+#include "lib/coloring/chain_balance.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
 
-#include "coloring/color_gaps.h"
-#include "coloring/color_holders.h"
-#include "coloring/color_masks.h"
-#include "coloring/color_tables.h"
-#include "coloring/constraint_access.h"
+#include "lib/coloring/color_gaps.h"
+#include "lib/coloring/color_holders.h"
+#include "lib/coloring/color_masks.h"
+#include "lib/coloring/color_tables.h"
+#include "lib/coloring/constraint_access.h"
 
 namespace pbdsurg {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/coloring.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

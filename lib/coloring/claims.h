@@ -7,11 +7,11 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/constraint_order.h"
+#include "lib/coloring/constraint_order.h"
 
 namespace pbdsurg {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/constraint_access.h"
+#include "lib/coloring/constraint_access.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,16 +3,16 @@
 
 #include <string>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/balance.h"
 #include "pbdsurg/coloring/jones_plassmann.h"
 #include "pbdsurg/coloring/luby.h"
 #include "pbdsurg/coloring/repair.h"
-#include "pbdsurg/core/error.h"
 
-#include "coloring/coloring_device.h"
-#include "coloring/coloring_options.h"
-#include "coloring/disc_palette.h"
-#include "core/executor_state.h"
+#include "lib/base/executor_state.h"
+#include "lib/coloring/coloring_device.h"
+#include "lib/coloring/coloring_options.h"
+#include "lib/coloring/disc_palette.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coloring/color_gaps.h"
+#include "lib/coloring/color_gaps.h"
 
 #include <algorithm>
 #include <vector>

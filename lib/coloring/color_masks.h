@@ -6,9 +6,9 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/bits.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/bits.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

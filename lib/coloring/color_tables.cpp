@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coloring/color_tables.h"
+#include "lib/coloring/color_tables.h"
 
 #include <algorithm>
 #include <numeric>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/color_masks.h"
-#include "coloring/constraint_access.h"
+#include "lib/coloring/color_masks.h"
+#include "lib/coloring/constraint_access.h"
 
 namespace pbdsurg {
 namespace {

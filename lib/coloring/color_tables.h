@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/coloring.h"
-#include "pbdsurg/core/export.h"
 
-#include "coloring/color_holders.h"
+#include "lib/coloring/color_holders.h"
 
 namespace pbdsurg {
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg {
 namespace {

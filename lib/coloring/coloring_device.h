@@ -4,8 +4,8 @@
 /// @file
 /// What colourings ask of a device.
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/color.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

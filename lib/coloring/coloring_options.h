@@ -4,9 +4,9 @@
 /// @file
 /// What every backend refuses and understands alike.
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/coloring/repair.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

@@ -7,8 +7,8 @@
 
 #include <utility>
 
+#include "pbdsurg/base/host_device.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/host_device.h"
 
 namespace pbdsurg {
 

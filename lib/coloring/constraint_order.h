@@ -6,8 +6,8 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/constraint_access.h"
-#include "coloring/constraint_checks.h"
-#include "coloring/valences.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/constraint_checks.h"
+#include "lib/coloring/valences.h"
 
 namespace pbdsurg {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <cstdint>
 
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/coloring/random_disc.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
 

@@ -8,12 +8,12 @@
 #include <numeric>
 #include <string>
 
-#include "pbdsurg/core/bits.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/bits.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 
-#include "coloring/constraint_checks.h"
-#include "coloring/dynamic_tables.h"
+#include "lib/coloring/constraint_checks.h"
+#include "lib/coloring/dynamic_tables.h"
 
 namespace pbdsurg {
 namespace {

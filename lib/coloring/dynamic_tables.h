@@ -10,11 +10,11 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/bits.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/bits.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/color_masks.h"
-#include "core/list_pool.h"
+#include "lib/base/list_pool.h"
+#include "lib/coloring/color_masks.h"
 
 namespace pbdsurg {
 

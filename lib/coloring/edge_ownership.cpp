@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/error.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coloring/first_fit.h"
+#include "lib/coloring/first_fit.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/bits.h"
+#include "pbdsurg/base/bits.h"
 
-#include "coloring/constraint_access.h"
+#include "lib/coloring/constraint_access.h"
 
 namespace pbdsurg {
 namespace {

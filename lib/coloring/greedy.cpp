@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/bits.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/bits.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/constraint_access.h"
-#include "coloring/constraint_order.h"
-#include "coloring/first_fit.h"
-#include "coloring/valences.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/constraint_order.h"
+#include "lib/coloring/first_fit.h"
+#include "lib/coloring/valences.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 
-#include "coloring/claims.h"
-#include "coloring/constraint_order.h"
-#include "coloring/first_fit.h"
+#include "lib/coloring/claims.h"
+#include "lib/coloring/constraint_order.h"
+#include "lib/coloring/first_fit.h"
 
 namespace pbdsurg {
 

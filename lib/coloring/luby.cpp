@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "coloring/constraint_access.h"
-#include "coloring/luby_program.h"
-#include "coloring/thread_team.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/luby_program.h"
+#include "lib/coloring/thread_team.h"
 
 namespace pbdsurg {
 

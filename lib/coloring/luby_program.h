@@ -6,11 +6,11 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/claims.h"
-#include "coloring/team.h"
+#include "lib/coloring/claims.h"
+#include "lib/coloring/team.h"
 
 namespace pbdsurg {
 

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/color_gaps.h"
-#include "coloring/constraint_access.h"
-#include "coloring/disc_palette.h"
-#include "coloring/random_disc_program.h"
-#include "coloring/thread_team.h"
+#include "lib/coloring/color_gaps.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/disc_palette.h"
+#include "lib/coloring/random_disc_program.h"
+#include "lib/coloring/thread_team.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/color_gaps.h"
-#include "coloring/color_tables.h"
-#include "coloring/constraint_access.h"
-#include "coloring/repair_program.h"
-#include "coloring/thread_team.h"
+#include "lib/coloring/color_gaps.h"
+#include "lib/coloring/color_tables.h"
+#include "lib/coloring/constraint_access.h"
+#include "lib/coloring/repair_program.h"
+#include "lib/coloring/thread_team.h"
 
 namespace pbdsurg {
 namespace {

@@ -24,7 +24,7 @@
 
 #include <cstdint>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

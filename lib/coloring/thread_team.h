@@ -7,11 +7,11 @@
 #include <atomic>
 #include <type_traits>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "coloring/team.h"
-#include "core/executor_state.h"
-#include "core/step_team.h"
+#include "lib/base/executor_state.h"
+#include "lib/base/step_team.h"
+#include "lib/coloring/team.h"
 
 namespace pbdsurg {
 

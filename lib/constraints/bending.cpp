@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "core/check.h"
-#include "mesh/hinge_shape.h"
+#include "lib/base/check.h"
+#include "lib/mesh/hinge_shape.h"
 
 namespace pbdsurg {
 HingeAtRest hinge_at_rest(const Vec3<double> (&x)[4], double rigidity) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/boundary_check.h"
+#include "lib/mesh/boundary_check.h"
 
 #include <algorithm>
 #include <numeric>

@@ -12,8 +12,8 @@
 #include <string>
 #include <string_view>
 
-#include "scalar_type.h"
-#include "source.h"
+#include "lib/mesh/scalar_type.h"
+#include "lib/mesh/source.h"
 
 namespace pbdsurg {
 

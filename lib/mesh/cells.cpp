@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cells.h"
+#include "lib/mesh/cells.h"
 
 #include <utility>
 

@@ -14,10 +14,10 @@
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "point_check.h"
-#include "surface_check.h"
-#include "surface_crossing.h"
-#include "welding.h"
+#include "lib/mesh/point_check.h"
+#include "lib/mesh/surface_check.h"
+#include "lib/mesh/surface_crossing.h"
+#include "lib/mesh/welding.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "encoded_stream.h"
+#include "lib/mesh/encoded_stream.h"
 
 #include <array>
 #include <cstdint>

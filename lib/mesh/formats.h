@@ -10,7 +10,7 @@
 
 #include "pbdsurg/mesh/mesh_data.h"
 
-#include "source.h"
+#include "lib/mesh/source.h"
 
 namespace pbdsurg {
 

@@ -9,10 +9,10 @@
 #include <cmath>
 #include <string>
 
-#include "pbdsurg/core/types.h"
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
 
-#include "core/check.h"
+#include "lib/base/check.h"
 
 namespace pbdsurg {
 

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "core/describe.h"
+#include "lib/base/describe.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/lattice.h"
+#include "lib/mesh/lattice.h"
 
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "core/describe.h"
+#include "lib/base/describe.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 
 namespace pbdsurg {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "core/describe.h"
+#include "lib/base/describe.h"
 
 namespace pbdsurg {
 namespace {

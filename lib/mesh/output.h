@@ -11,7 +11,7 @@
 #include <cstring>
 #include <string>
 
-#include "scalar_type.h"
+#include "lib/mesh/scalar_type.h"
 
 namespace pbdsurg {
 

@@ -13,7 +13,7 @@
 #include <metis.h>
 #endif
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "point_check.h"
+#include "lib/mesh/point_check.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "point_ids.h"
+#include "lib/mesh/point_ids.h"
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "mesh/vertex_ids.h"
+#include "lib/mesh/vertex_ids.h"
 
 namespace pbdsurg {
 namespace {

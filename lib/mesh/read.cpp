@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "core/check.h"
-#include "formats.h"
-#include "stated_unit.h"
-#include "text_reader.h"
-#include "vertex_ids.h"
+#include "lib/base/check.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/stated_unit.h"
+#include "lib/mesh/text_reader.h"
+#include "lib/mesh/vertex_ids.h"
 
 namespace pbdsurg {
 namespace {

@@ -4,11 +4,11 @@
 #include <array>
 #include <optional>
 
-#include "byte_reader.h"
-#include "cells.h"
-#include "formats.h"
-#include "point_ids.h"
-#include "text_reader.h"
+#include "lib/mesh/byte_reader.h"
+#include "lib/mesh/cells.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/point_ids.h"
+#include "lib/mesh/text_reader.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,9 +3,9 @@
 #include <charconv>
 #include <vector>
 
-#include "cells.h"
-#include "formats.h"
-#include "text_reader.h"
+#include "lib/mesh/cells.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/text_reader.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "byte_reader.h"
-#include "cells.h"
-#include "formats.h"
-#include "text_reader.h"
+#include "lib/mesh/byte_reader.h"
+#include "lib/mesh/cells.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/text_reader.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <tuple>
 
-#include "byte_reader.h"
-#include "formats.h"
-#include "text_reader.h"
+#include "lib/mesh/byte_reader.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/text_reader.h"
 
 namespace pbdsurg {
 namespace {

@@ -2,9 +2,9 @@
 // TetGen .node and .ele: "File formats" of the TetGen manual.
 #include <array>
 
-#include "cells.h"
-#include "formats.h"
-#include "text_reader.h"
+#include "lib/mesh/cells.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/text_reader.h"
 
 namespace pbdsurg {
 namespace {

@@ -6,12 +6,12 @@
 
 #include <zlib.h>
 
-#include "cells.h"
-#include "encoded_stream.h"
-#include "formats.h"
-#include "scalar_type.h"
-#include "text_reader.h"
-#include "xml_reader.h"
+#include "lib/mesh/cells.h"
+#include "lib/mesh/encoded_stream.h"
+#include "lib/mesh/formats.h"
+#include "lib/mesh/scalar_type.h"
+#include "lib/mesh/text_reader.h"
+#include "lib/mesh/xml_reader.h"
 
 namespace pbdsurg {
 namespace {

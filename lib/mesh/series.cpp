@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/owned.h"
-#include "pbdsurg/core/write_file.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/owned.h"
+#include "pbdsurg/base/write_file.h"
 
-#include "output.h"
+#include "lib/mesh/output.h"
 
 namespace pbdsurg {
 namespace {

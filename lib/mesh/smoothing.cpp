@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/smoothing.h"
+#include "lib/mesh/smoothing.h"
 
 #include <array>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "mesh/tet_shape.h"
+#include "lib/mesh/tet_shape.h"
 
 namespace pbdsurg {
 namespace {

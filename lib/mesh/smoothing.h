@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 
 namespace pbdsurg {

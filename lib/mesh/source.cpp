@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "source.h"
+#include "lib/mesh/source.h"
 
 #include <algorithm>
 #include <fstream>
 #include <limits>
 #include <system_error>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

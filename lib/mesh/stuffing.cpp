@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/stuffing.h"
+#include "lib/mesh/stuffing.h"
 
 #include <algorithm>
 #include <array>
@@ -8,12 +8,12 @@
 #include <numbers>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
-#include "core/describe.h"
-#include "mesh/lattice.h"
-#include "mesh/tet_shape.h"
+#include "lib/base/describe.h"
+#include "lib/mesh/lattice.h"
+#include "lib/mesh/tet_shape.h"
 
 // Four steps. Every lattice point inside, or next to one inside, becomes a node. Edges between
 // inside and outside get a cut point. A node with a cut point close by moves there and counts as on

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surface_check.h"
+#include "lib/mesh/surface_check.h"
 
 #include <algorithm>
 #include <cstdint>

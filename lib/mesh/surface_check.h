@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/surface_crossing.h"
+#include "lib/mesh/surface_crossing.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mesh/box_tree.h"
+#include "lib/mesh/box_tree.h"
 
 namespace pbdsurg {
 namespace {

@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "core/describe.h"
-#include "mesh/box_tree.h"
-#include "mesh/closest_on_triangle.h"
-#include "mesh/triangle_orientation.h"
+#include "lib/base/describe.h"
+#include "lib/mesh/box_tree.h"
+#include "lib/mesh/closest_on_triangle.h"
+#include "lib/mesh/triangle_orientation.h"
 
 namespace pbdsurg {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "mesh/vertex_ids.h"
+#include "lib/mesh/vertex_ids.h"
 
 namespace pbdsurg {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/quality.h"
 
 namespace pbdsurg {

@@ -8,16 +8,16 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/surface_distance.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "core/describe.h"
-#include "mesh/boundary_check.h"
-#include "mesh/lattice.h"
-#include "mesh/smoothing.h"
-#include "mesh/stuffing.h"
-#include "mesh/tet_shape.h"
+#include "lib/base/describe.h"
+#include "lib/mesh/boundary_check.h"
+#include "lib/mesh/lattice.h"
+#include "lib/mesh/smoothing.h"
+#include "lib/mesh/stuffing.h"
+#include "lib/mesh/tet_shape.h"
 
 namespace pbdsurg {
 namespace {

@@ -16,7 +16,7 @@
 #include <system_error>
 #include <type_traits>
 
-#include "source.h"
+#include "lib/mesh/source.h"
 
 namespace pbdsurg {
 

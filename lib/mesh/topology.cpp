@@ -5,7 +5,7 @@
 #include <numeric>
 #include <string>
 
-#include "mesh/vertex_ids.h"
+#include "lib/mesh/vertex_ids.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/triangle_orientation.h"
+#include "lib/mesh/triangle_orientation.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -6,9 +6,9 @@
 
 #include <span>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "core/check.h"
+#include "lib/base/check.h"
 
 namespace pbdsurg {
 

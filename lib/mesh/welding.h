@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

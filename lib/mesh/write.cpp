@@ -3,11 +3,11 @@
 
 #include <cctype>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/write_file.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/write_file.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "encoders.h"
+#include "lib/mesh/encoders.h"
 
 namespace pbdsurg {
 namespace {

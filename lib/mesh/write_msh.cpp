@@ -2,9 +2,9 @@
 #include <bit>
 #include <cstdint>
 
-#include "encoders.h"
-#include "output.h"
-#include "stated_unit.h"
+#include "lib/mesh/encoders.h"
+#include "lib/mesh/output.h"
+#include "lib/mesh/stated_unit.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <span>
 
-#include "encoders.h"
-#include "output.h"
-#include "stated_unit.h"
+#include "lib/mesh/encoders.h"
+#include "lib/mesh/output.h"
+#include "lib/mesh/stated_unit.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "xml_reader.h"
+#include "lib/mesh/xml_reader.h"
 
 #include <algorithm>
 #include <charconv>

@@ -6,13 +6,13 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "solver/solver_data.h"
-#include "solver/solver_input.h"
-#include "solver/state_follower.h"
-#include "tissue/compact.h"
-#include "tissue/renumber.h"
+#include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/solver_input.h"
+#include "lib/solver/state/state_follower.h"
+#include "lib/tissue/compact.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

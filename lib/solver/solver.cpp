@@ -8,19 +8,19 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 
-#include "core/check.h"
-#include "core/executor_state.h"
-#include "solver/backend.h"
-#include "solver/host_backends.h"
-#include "solver/neo_hookean_record.h"
-#include "solver/solver_data.h"
-#include "solver/solver_device.h"
-#include "solver/solver_input.h"
-#include "solver/solver_options.h"
-#include "solver/vertex_method.h"
+#include "lib/base/check.h"
+#include "lib/base/executor_state.h"
+#include "lib/solver/host/host_backends.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/program/backend.h"
+#include "lib/solver/program/solver_device.h"
+#include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/solver/solver_options.h"
+#include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/solver_input.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/solver_options.h"
+#include "lib/solver/solver_options.h"
 
 #include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/coloring_options.h"
+#include "lib/coloring/coloring_options.h"
 
 namespace pbdsurg {
 namespace {

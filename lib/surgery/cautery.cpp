@@ -10,14 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "core/check.h"
-#include "surgery/current.h"
-#include "surgery/electrode_contact.h"
-#include "surgery/heat_changes.h"
-#include "tissue/renumber.h"
+#include "lib/base/check.h"
+#include "lib/surgery/current.h"
+#include "lib/surgery/electrode_contact.h"
+#include "lib/surgery/heat_changes.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

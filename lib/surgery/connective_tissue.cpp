@@ -8,13 +8,13 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "core/check.h"
-#include "core/describe.h"
-#include "mesh/segment_crossing.h"
+#include "lib/base/check.h"
+#include "lib/base/describe.h"
+#include "lib/mesh/segment_crossing.h"
 
 namespace pbdsurg {
 namespace {

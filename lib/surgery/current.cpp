@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/current.h"
+#include "lib/surgery/current.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/heat/tissue_state.h"
 
-#include "tissue/renumber.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,15 +9,15 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/disk_source.h"
+#include "pbdsurg/heat/heat_field.h"
+#include "pbdsurg/heat/potential_field.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/thermal/disk_source.h"
-#include "pbdsurg/thermal/heat_field.h"
-#include "pbdsurg/thermal/potential_field.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "surgery/electrode_contact.h"
+#include "lib/surgery/electrode_contact.h"
 
 namespace pbdsurg {
 

@@ -4,10 +4,10 @@
 #include <array>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "surgery/cut_planner.h"
-#include "surgery/cut_surface.h"
+#include "lib/surgery/cut_planner.h"
+#include "lib/surgery/cut_surface.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/cut_neighborhood.h"
+#include "lib/surgery/cut_neighborhood.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/surgery/cut.h"
 
 namespace pbdsurg {

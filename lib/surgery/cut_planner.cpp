@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/cut_planner.h"
+#include "lib/surgery/cut_planner.h"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,11 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "surgery/cut_neighborhood.h"
-#include "surgery/cut_surface.h"
+#include "lib/surgery/cut_neighborhood.h"
+#include "lib/surgery/cut_surface.h"
 
 namespace pbdsurg {
 namespace {

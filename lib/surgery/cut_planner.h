@@ -6,7 +6,7 @@
 
 #include "pbdsurg/surgery/cut.h"
 
-#include "surgery/cut_neighborhood.h"
+#include "lib/surgery/cut_neighborhood.h"
 
 namespace pbdsurg {
 

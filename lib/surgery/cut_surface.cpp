@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/cut_surface.h"
+#include "lib/surgery/cut_surface.h"
 
 #include <algorithm>
 #include <limits>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "mesh/closest_on_triangle.h"
+#include "lib/mesh/closest_on_triangle.h"
 
 namespace pbdsurg {
 namespace {

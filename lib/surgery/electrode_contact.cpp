@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/electrode_contact.h"
+#include "lib/surgery/electrode_contact.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "mesh/closest_on_triangle.h"
-#include "tissue/renumber.h"
+#include "lib/mesh/closest_on_triangle.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

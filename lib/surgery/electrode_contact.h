@@ -11,11 +11,11 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/potential_field.h"
+#include "pbdsurg/heat/thermal_mesh.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/thermal/potential_field.h"
-#include "pbdsurg/thermal/thermal_mesh.h"
 #include "pbdsurg/tissue/renumbering.h"
 #include "pbdsurg/views/live_surface.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "surgery/heat_changes.h"
+#include "lib/surgery/heat_changes.h"
 
 #include <algorithm>
 #include <array>
 #include <tuple>
 
+#include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/mesh/topology.h"
-#include "pbdsurg/thermal/tissue_state.h"
 
-#include "tissue/renumber.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

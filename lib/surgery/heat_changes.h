@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
-#include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/renumbering.h"
 #include "pbdsurg/tissue/tissue.h"
 

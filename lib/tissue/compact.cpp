@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/compact.h"
+#include "lib/tissue/compact.h"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "tissue/renumber.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

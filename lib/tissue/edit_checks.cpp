@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/edit_checks.h"
+#include "lib/tissue/edit_checks.h"
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,10 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "tissue/scene_checks.h"
-#include "tissue/split_tets.h"
+#include "lib/tissue/scene_checks.h"
+#include "lib/tissue/split_tets.h"
 
 namespace pbdsurg {
 namespace {

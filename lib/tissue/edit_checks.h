@@ -4,7 +4,7 @@
 /// @file
 /// What an edit must fulfil.
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

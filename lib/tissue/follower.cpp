@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "tissue/follower_list.h"
+#include "lib/tissue/follower_list.h"
 
 namespace pbdsurg {
 

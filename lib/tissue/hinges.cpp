@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/hinges.h"
+#include "lib/tissue/hinges.h"
 
 #include <algorithm>
 #include <optional>
@@ -8,7 +8,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {

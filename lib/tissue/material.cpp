@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/new_bodies.h"
+#include "lib/tissue/new_bodies.h"
 
 #include <vector>
 

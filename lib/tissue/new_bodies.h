@@ -4,7 +4,7 @@
 /// @file
 /// Bodies that come into living tissue.
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

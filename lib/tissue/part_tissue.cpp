@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/part_tissue.h"
+#include "lib/tissue/part_tissue.h"
 
 #include <algorithm>
 #include <memory_resource>
@@ -9,7 +9,7 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "tissue/removal.h"
+#include "lib/tissue/removal.h"
 
 namespace pbdsurg {
 namespace {

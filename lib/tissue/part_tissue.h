@@ -5,7 +5,7 @@
 /// Tissue that parts along faces: corners of tetrahedra and ends of links move to copies of
 /// vertices.
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/removal.h"
+#include "lib/tissue/removal.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "tissue/hinges.h"
+#include "lib/tissue/hinges.h"
 
 namespace pbdsurg {
 

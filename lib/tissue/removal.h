@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

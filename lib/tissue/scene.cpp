@@ -8,13 +8,13 @@
 #include <string>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "core/check.h"
-#include "mesh/hinge_shape.h"
-#include "tissue/scene_checks.h"
+#include "lib/base/check.h"
+#include "lib/mesh/hinge_shape.h"
+#include "lib/tissue/scene_checks.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/split_tets.h"
+#include "lib/tissue/split_tets.h"
 
 #include <Eigen/LU>
 #include <algorithm>
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "tissue/removal.h"
+#include "lib/tissue/removal.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,7 +8,7 @@
 #include <array>
 #include <optional>
 
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "tissue/usual_ranges.h"
+#include "lib/tissue/usual_ranges.h"
 
 namespace pbdsurg {
 namespace {

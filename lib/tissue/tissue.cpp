@@ -8,14 +8,14 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "core/check.h"
-#include "tissue/edit_checks.h"
-#include "tissue/hinges.h"
-#include "tissue/new_bodies.h"
-#include "tissue/part_tissue.h"
-#include "tissue/removal.h"
-#include "tissue/split_tets.h"
-#include "tissue/tissue_data.h"
+#include "lib/base/check.h"
+#include "lib/tissue/edit_checks.h"
+#include "lib/tissue/hinges.h"
+#include "lib/tissue/new_bodies.h"
+#include "lib/tissue/part_tissue.h"
+#include "lib/tissue/removal.h"
+#include "lib/tissue/split_tets.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {

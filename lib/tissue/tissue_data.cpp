@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tissue/tissue_data.h"
+#include "lib/tissue/tissue_data.h"
 
 #include <array>
 #include <atomic>

@@ -12,12 +12,12 @@
 #include <memory_resource>
 #include <vector>
 
-#include "pbdsurg/core/undo_array.h"
+#include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/tissue/scene.h"
 #include "pbdsurg/tissue/tissue_change.h"
 
-#include "tissue/follower_list.h"
-#include "tissue/vertex_lists.h"
+#include "lib/tissue/follower_list.h"
+#include "lib/tissue/vertex_lists.h"
 
 namespace pbdsurg {
 

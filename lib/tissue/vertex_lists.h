@@ -9,11 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
-#include "pbdsurg/core/undo_array.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "core/list_pool.h"
+#include "lib/base/list_pool.h"
 
 namespace pbdsurg {
 

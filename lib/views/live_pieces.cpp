@@ -7,12 +7,12 @@
 #include <tuple>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "core/check.h"
-#include "tissue/renumber.h"
+#include "lib/base/check.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,9 +8,9 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "core/check.h"
-#include "tissue/renumber.h"
-#include "tissue/tissue_data.h"
+#include "lib/base/check.h"
+#include "lib/tissue/renumber.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg {
 namespace {

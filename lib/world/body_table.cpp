@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "world/body_table.h"
+#include "lib/world/body_table.h"
 
 #include <algorithm>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/renumbering.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "tissue/renumber.h"
+#include "lib/tissue/renumber.h"
 
 namespace pbdsurg {
 

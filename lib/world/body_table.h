@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/ids.h"
+#include "pbdsurg/base/ids.h"
 #include "pbdsurg/tissue/follower.h"
 #include "pbdsurg/tissue/library.h"
 

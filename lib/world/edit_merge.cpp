@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "world/edit_merge.h"
+#include "lib/world/edit_merge.h"
 
 #include <algorithm>
 #include <cstdint>

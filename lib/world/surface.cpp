@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/heat/heat_field.h"
 
 namespace pbdsurg {
 

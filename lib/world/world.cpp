@@ -7,12 +7,12 @@
 #include <map>
 #include <utility>
 
-#include "pbdsurg/anatomy/membrane.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/surgery/membrane.h"
 
-#include "world/body_table.h"
-#include "world/edit_merge.h"
+#include "lib/world/body_table.h"
+#include "lib/world/edit_merge.h"
 
 namespace pbdsurg {
 namespace {

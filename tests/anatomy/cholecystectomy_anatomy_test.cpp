@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <numbers>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

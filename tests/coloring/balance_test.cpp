@@ -3,14 +3,14 @@
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/repair.h"
-#include "pbdsurg/core/error.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
-#include "coloring/chain_balance.h"
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "lib/coloring/chain_balance.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 

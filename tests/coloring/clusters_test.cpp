@@ -9,8 +9,8 @@
 #include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/coloring/greedy.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/color.h"
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/coloring/balance.h"
 #include "pbdsurg/coloring/jones_plassmann.h"
 #include "pbdsurg/coloring/luby.h"
 #include "pbdsurg/coloring/repair.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 namespace {

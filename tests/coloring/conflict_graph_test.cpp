@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/coloring/greedy.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

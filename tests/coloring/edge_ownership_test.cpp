@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

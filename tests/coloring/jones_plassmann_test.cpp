@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/jones_plassmann.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/coloring/luby.h"
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 namespace {

@@ -4,15 +4,15 @@
 #include <numeric>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/jones_plassmann.h"
 #include "pbdsurg/coloring/luby.h"
 #include "pbdsurg/coloring/random_disc.h"
-#include "pbdsurg/core/error.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg {
 namespace {

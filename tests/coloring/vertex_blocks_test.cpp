@@ -5,8 +5,8 @@
 #include "pbdsurg/coloring/constraint_vertices.h"
 #include "pbdsurg/coloring/greedy.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 

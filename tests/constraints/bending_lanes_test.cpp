@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "constraints/bending_lanes.h"
+#include "tests/support/bending_lanes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/constraints/bending.h"
-#include "pbdsurg/core/random.h"
 
-#include "constraints/bending_hinge.h"
-#include "support/catch.h"
+#include "tests/support/bending_hinge.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

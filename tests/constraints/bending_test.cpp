@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/vertex_block.h"
-#include "pbdsurg/core/random.h"
 
-#include "constraints/bending_hinge.h"
-#include "constraints/support.h"
-#include "support/catch.h"
+#include "tests/support/bending_hinge.h"
+#include "tests/support/catch.h"
+#include "tests/support/constraint_checks.h"
 
 namespace pbdsurg {
 namespace {

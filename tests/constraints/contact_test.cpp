@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/constraints/contact.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

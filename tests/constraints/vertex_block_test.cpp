@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/constraints/volume.h"
 
-#include "constraints/support.h"
+#include "tests/support/constraint_checks.h"
 
 namespace pbdsurg {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/contact/proximity.h"
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 

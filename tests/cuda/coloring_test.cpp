@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/table2_family.h"
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/cuda/device.h"
 
-#include "coloring/sample_constraints.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_constraints.h"
 
 namespace pbdsurg::cuda {
 namespace {

@@ -4,16 +4,16 @@
 #include <cmath>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
-#include "pbdsurg/core/random.h"
 
-#include "check.cuh"
-#include "support/catch.h"
+#include "cuda/check.cuh"
+#include "tests/support/catch.h"
 
 namespace pbdsurg::cuda {
 namespace {

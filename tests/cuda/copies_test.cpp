@@ -8,9 +8,9 @@
 #include "pbdsurg/cuda/device.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/catch.h"
-#include "support/copies_program.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/copies_program.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,12 +3,12 @@
 #include <cstring>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/cuda/device.h"
 
-#include "check.cuh"
-#include "support/catch.h"
+#include "cuda/check.cuh"
+#include "tests/support/catch.h"
 
 namespace pbdsurg::cuda {
 namespace {

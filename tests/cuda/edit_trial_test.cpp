@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/edit_trial.h"
+#include "tests/support/edit_trial.h"
 
 #include <cstdint>
 #include <string>
 
 #include "pbdsurg/cuda/device.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 

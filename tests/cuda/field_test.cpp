@@ -4,7 +4,7 @@
 
 #include "pbdsurg/cuda/device.h"
 
-#include "thermal/field_backend_cases.h"
+#include "tests/support/field_backend_cases.h"
 
 namespace pbdsurg {
 
@@ -44,7 +44,7 @@ TEST_CASE("cuda fields: temperatures are what the CPU finds", "[device]") {
   testing::check_temperatures({16, 15, 8}, cuda::device());
 }
 
-// A disk on a half-space, as tests/thermal/potential_field_test.cpp. Would catch a wrong region
+// A disk on a half-space, as tests/heat/potential_field_test.cpp. Would catch a wrong region
 // where both backends have the same.
 TEST_CASE("cuda fields: a contact has nearly a disk's resistance", "[device]") {
   constexpr double kEdge = 1e-3;

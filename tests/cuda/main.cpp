@@ -8,7 +8,7 @@
 #if !defined(PBDSURG_CATCH2_3)
 #define CATCH_CONFIG_RUNNER
 #endif
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 int main(int argc, char** argv) {
   constexpr int kSkipped = 77;

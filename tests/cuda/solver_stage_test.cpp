@@ -7,22 +7,22 @@
 #include <string>
 #include <vector>
 
-#include "buffer.cuh"
-#include "host_stages.h"
-#include "solver/constraint_buffers.h"
-#include "solver/contact_stage.h"
-#include "solver/serial_phases.h"
-#include "solver/state_buffers.h"
-#include "solver/state_report.h"
-#include "solver/step_kernels.h"
-#include "solver/sweeps.h"
-#include "solver/tool_buffers.h"
-#include "solver/vertex_buffers.h"
-#include "solver/vertex_method.h"
-#include "stream.cuh"
-#include "support/catch.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
+#include "cuda/buffer.cuh"
+#include "cuda/solver/constraint_buffers.h"
+#include "cuda/solver/state_buffers.h"
+#include "cuda/solver/step_kernels.h"
+#include "cuda/solver/sweeps.h"
+#include "cuda/solver/tool_buffers.h"
+#include "cuda/solver/vertex_buffers.h"
+#include "cuda/stream.cuh"
+#include "lib/solver/host/serial_phases.h"
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/state/state_report.h"
+#include "tests/support/catch.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/host_stages.h"
+#include "tests/support/inspect.h"
 
 namespace pbdsurg::cuda {
 namespace {

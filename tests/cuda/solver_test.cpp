@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/cuda/device.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/edits_within_steps.h"
-#include "support/eventful_program.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/edits_within_steps.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,18 +9,18 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_boundary.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/catch.h"
-#include "support/cuts.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
-#include "support/plan_checks.h"
-#include "support/solver_digest.h"
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/inspect.h"
+#include "tests/support/plan_checks.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
 namespace {

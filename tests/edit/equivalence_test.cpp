@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
-#include "solver/fake_device.h"
-#include "support/catch.h"
-#include "support/edit_trial.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/edit_trial.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 

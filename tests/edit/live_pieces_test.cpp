@@ -5,12 +5,12 @@
 #include <map>
 #include <set>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "edit/random_edits.h"
-#include "edit/random_growth.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/random_edits.h"
+#include "tests/support/random_growth.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/views/live_boundary.h"
 
-#include "edit/random_edits.h"
-#include "edit/random_growth.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/random_edits.h"
+#include "tests/support/random_growth.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,20 +8,20 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/contact/proximity.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_boundary.h"
 
-#include "solver/neo_hookean_record.h"
-#include "support/catch.h"
-#include "support/cuts.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
-#include "support/meshes.h"
-#include "support/plan_checks.h"
-#include "support/solver_digest.h"
+#include "lib/solver/sets/neo_hookean_record.h"
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/plan_checks.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
 namespace {

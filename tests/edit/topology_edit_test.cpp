@@ -4,15 +4,15 @@
 #include <limits>
 #include <set>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_boundary.h"
 
-#include "support/catch.h"
-#include "support/inspect.h"
-#include "support/meshes.h"
-#include "support/soft_sweep.h"
+#include "tests/support/catch.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/soft_sweep.h"
 
 namespace pbdsurg {
 namespace {

@@ -2,14 +2,14 @@
 #include <array>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
-#include "support/solver_digest.h"
+#include "tests/support/catch.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/inspect.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "support/edit_trial.h"
-#include "support/executors.h"
+#include "apps/support/executors.h"
+#include "tests/support/edit_trial.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string wrong = pbdsurg::testing::run_edit_trial(

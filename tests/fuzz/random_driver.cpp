@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "support/edit_trial.h"
+#include "tests/support/edit_trial.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 

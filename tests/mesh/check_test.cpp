@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "mesh/sample_files.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_files.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

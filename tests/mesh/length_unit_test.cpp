@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/mesh/length_unit.h"
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

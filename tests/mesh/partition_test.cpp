@@ -7,11 +7,11 @@
 #include <limits>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

@@ -4,12 +4,12 @@
 #include <array>
 #include <cctype>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "mesh/sample_files.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_files.h"
 
 namespace pbdsurg {
 namespace {

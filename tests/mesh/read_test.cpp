@@ -5,10 +5,10 @@
 #include <cmath>
 #include <locale>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "mesh/sample_files.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_files.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/read.h"
 
-#include "mesh/sample_files.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_files.h"
 
 namespace pbdsurg {
 

@@ -8,12 +8,12 @@
 #include <numbers>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/check.h"
 
-#include "mesh/sample_files.h"
-#include "mesh/test_surfaces.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/sample_files.h"
+#include "tests/support/test_surfaces.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 
-#include "mesh/test_surfaces.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/test_surfaces.h"
 
 namespace pbdsurg {
 namespace {

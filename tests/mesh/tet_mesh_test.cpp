@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

@@ -9,11 +9,11 @@
 #include <map>
 #include <numbers>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "mesh/test_surfaces.h"
-#include "support/catch.h"
+#include "tests/support/catch.h"
+#include "tests/support/test_surfaces.h"
 
 namespace pbdsurg {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 

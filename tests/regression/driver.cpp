@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "regression/driver.h"
+#include "tests/regression/driver.h"
 
 #include <array>
 #include <cmath>

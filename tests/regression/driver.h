@@ -12,19 +12,19 @@
 #include <string>
 #include <vector>
 
+#include "pbdsurg/heat/heat_field.h"
+#include "pbdsurg/heat/surface_map.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/surgery/cut.h"
-#include "pbdsurg/thermal/heat_field.h"
-#include "pbdsurg/thermal/surface_map.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "regression/record.h"
-#include "support/digest.h"
+#include "tests/regression/record.h"
+#include "tests/support/digest.h"
 
 namespace pbdsurg::testing {
 

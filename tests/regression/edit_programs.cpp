@@ -6,11 +6,11 @@
 
 #include "pbdsurg/tissue/library.h"
 
-#include "regression/programs.h"
-#include "support/choices.h"
-#include "support/edit_maker.h"
-#include "support/edit_scenes.h"
-#include "support/meshes.h"
+#include "tests/regression/programs.h"
+#include "tests/support/choices.h"
+#include "tests/support/edit_maker.h"
+#include "tests/support/edit_scenes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 namespace {

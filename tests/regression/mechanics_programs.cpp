@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <utility>
 
-#include "regression/programs.h"
-#include "support/copies_program.h"
-#include "support/edits_within_steps.h"
-#include "support/eventful_program.h"
-#include "support/meshes.h"
+#include "tests/regression/programs.h"
+#include "tests/support/copies_program.h"
+#include "tests/support/edits_within_steps.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "regression/driver.h"
+#include "tests/regression/driver.h"
 
 namespace pbdsurg::testing {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "regression/record.h"
+#include "tests/regression/record.h"
 
 #include <cinttypes>
 #include <cmath>
@@ -9,10 +9,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/write_file.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/write_file.h"
 
-#include "support/digest.h"
+#include "tests/support/digest.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "regression/programs.h"
-#include "regression/record.h"
-#include "support/catch.h"
+#include "tests/regression/programs.h"
+#include "tests/regression/record.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/thermal/generator.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/heat/generator.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "regression/programs.h"
-#include "support/meshes.h"
-#include "surgery/slabs.h"
+#include "tests/regression/programs.h"
+#include "tests/support/meshes.h"
+#include "tests/support/slabs.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -7,17 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "coloring/coloring_device.h"
-#include "solver/fake_device.h"
-#include "support/catch.h"
-#include "support/edits_within_steps.h"
-#include "support/eventful_program.h"
-#include "support/meshes.h"
+#include "lib/coloring/coloring_device.h"
+#include "tests/support/catch.h"
+#include "tests/support/edits_within_steps.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

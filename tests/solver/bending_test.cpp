@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/renumbering.h"
 
-#include "support/catch.h"
-#include "support/inspect.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "solver/fake_device.h"
-#include "support/catch.h"
-#include "support/copies_program.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/copies_program.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

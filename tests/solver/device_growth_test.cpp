@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "solver/fake_device.h"
-#include "support/catch.h"
-#include "support/cuts.h"
-#include "support/edits_within_steps.h"
-#include "support/eventful_program.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/edits_within_steps.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

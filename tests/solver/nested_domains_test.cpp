@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/nested_domains.h"
+#include "lib/solver/sets/nested_domains.h"
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 

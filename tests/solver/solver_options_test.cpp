@@ -4,9 +4,9 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "solver/fake_device.h"
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

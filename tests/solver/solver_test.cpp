@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

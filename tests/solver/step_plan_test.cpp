@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/coloring/edge_ownership.h"
-#include "pbdsurg/core/error.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
-#include "support/soft_sweep.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
+#include "tests/support/soft_sweep.h"
 
 namespace pbdsurg {
 namespace {

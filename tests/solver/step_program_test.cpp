@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/step_program.h"
+#include "lib/solver/program/step_program.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/thread_choice.h"
+#include "lib/solver/host/thread_choice.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

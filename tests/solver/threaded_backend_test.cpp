@@ -8,9 +8,9 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/instruction_set.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/instruction_set.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

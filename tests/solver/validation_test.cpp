@@ -5,7 +5,7 @@
 
 #include "pbdsurg/solver/solver.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

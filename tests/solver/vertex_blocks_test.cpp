@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/vertex_blocks.h"
+#include "lib/solver/methods/vertex_blocks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/scene.h"
 
-#include "solver/lane_access.h"
-#include "solver/vertex_kernel.h"
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/vertex_kernel.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -5,13 +5,13 @@
 #include <limits>
 #include <string>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/instruction_set.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/instruction_set.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

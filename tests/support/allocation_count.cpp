@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/allocation_count.h"
+#include "tests/support/allocation_count.h"
 
 #include <cstddef>
 #include <cstdlib>

@@ -10,9 +10,9 @@
 #include <limits>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
-#include "support/choices.h"
+#include "tests/support/choices.h"
 
 namespace pbdsurg::testing {
 

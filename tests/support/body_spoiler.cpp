@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/body_spoiler.h"
+#include "tests/support/body_spoiler.h"
 
 #include <array>
 #include <vector>
 
-#include "support/bad_ids.h"
-#include "support/meshes.h"
+#include "tests/support/bad_ids.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 namespace {

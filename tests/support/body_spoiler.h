@@ -7,7 +7,7 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/choices.h"
+#include "tests/support/choices.h"
 
 namespace pbdsurg::testing {
 

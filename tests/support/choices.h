@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg::testing {
 

@@ -12,7 +12,7 @@
 
 #include "pbdsurg/mesh/tet_mesh.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 

@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/eventful_program.h"
+#include "tests/support/eventful_program.h"
 
 namespace pbdsurg::testing {
 

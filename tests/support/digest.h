@@ -9,7 +9,7 @@
 #include <iterator>
 #include <type_traits>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 
 namespace pbdsurg::testing {
 

@@ -8,11 +8,11 @@
 #include <exception>
 #include <vector>
 
-#include "pbdsurg/anatomy/membrane.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/surgery/connective_tissue.h"
 #include "pbdsurg/surgery/cut.h"
-#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/surgery/membrane.h"
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/edit_maker.h"
+#include "tests/support/edit_maker.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "support/cuts.h"
-#include "support/inspect.h"
-#include "support/random_bodies.h"
+#include "tests/support/cuts.h"
+#include "tests/support/inspect.h"
+#include "tests/support/random_bodies.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -10,7 +10,7 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/choices.h"
+#include "tests/support/choices.h"
 
 namespace pbdsurg::testing {
 

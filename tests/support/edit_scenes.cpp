@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/edit_scenes.h"
+#include "tests/support/edit_scenes.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/edit_spoiler.h"
+#include "tests/support/edit_spoiler.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,10 @@
 #include <limits>
 #include <utility>
 
-#include "support/bad_ids.h"
-#include "support/body_spoiler.h"
-#include "support/cuts.h"
-#include "support/inspect.h"
+#include "tests/support/bad_ids.h"
+#include "tests/support/body_spoiler.h"
+#include "tests/support/cuts.h"
+#include "tests/support/inspect.h"
 
 namespace pbdsurg::testing {
 namespace {

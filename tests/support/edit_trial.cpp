@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/edit_trial.h"
+#include "tests/support/edit_trial.h"
 
 #include <array>
 #include <cstddef>
 #include <sstream>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
-#include "pbdsurg/thermal/heat_field.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/edit_maker.h"
-#include "support/edit_spoiler.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
-#include "support/model_difference.h"
-#include "support/solver_digest.h"
+#include "tests/support/edit_maker.h"
+#include "tests/support/edit_spoiler.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/inspect.h"
+#include "tests/support/model_difference.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg::testing {
 namespace {

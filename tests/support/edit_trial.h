@@ -19,9 +19,9 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/choices.h"
-#include "support/edit_scenes.h"
-#include "support/live_model.h"
+#include "tests/support/choices.h"
+#include "tests/support/edit_scenes.h"
+#include "tests/support/live_model.h"
 
 namespace pbdsurg::testing {
 

@@ -9,13 +9,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/cuts.h"
-#include "support/eventful_program.h"
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/eventful_program.h"
 
 namespace pbdsurg::testing {
 

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/cuts.h"
-#include "support/meshes.h"
+#include "tests/support/cuts.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 

@@ -7,8 +7,8 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "solver/solver_data.h"
-#include "tissue/tissue_data.h"
+#include "lib/solver/state/solver_data.h"
+#include "lib/tissue/tissue_data.h"
 
 namespace pbdsurg::testing {
 

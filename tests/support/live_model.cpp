@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/live_model.h"
+#include "tests/support/live_model.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/scene.h"
 #include "pbdsurg/tissue/tissue.h"

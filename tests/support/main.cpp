@@ -2,4 +2,4 @@
 #if !defined(PBDSURG_CATCH2_3)
 #define CATCH_CONFIG_MAIN
 #endif
-#include "support/catch.h"
+#include "tests/support/catch.h"

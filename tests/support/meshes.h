@@ -8,7 +8,7 @@
 #include <array>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg::testing {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/model_difference.h"
+#include "tests/support/model_difference.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 
 #include "pbdsurg/mesh/topology.h"
 
-#include "solver/neo_hookean_record.h"
-#include "support/inspect.h"
+#include "lib/solver/sets/neo_hookean_record.h"
+#include "tests/support/inspect.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -7,13 +7,13 @@
 
 #include <string>
 
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/connective_tissue.h"
-#include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/live_model.h"
+#include "tests/support/live_model.h"
 
 namespace pbdsurg::testing {
 

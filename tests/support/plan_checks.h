@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "support/inspect.h"
+#include "tests/support/inspect.h"
 
 namespace pbdsurg::testing {
 

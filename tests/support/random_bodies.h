@@ -9,7 +9,7 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/scene.h"
 
-#include "support/choices.h"
+#include "tests/support/choices.h"
 
 namespace pbdsurg::testing {
 

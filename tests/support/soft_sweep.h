@@ -12,12 +12,12 @@
 #include <limits>
 #include <vector>
 
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/volume.h"
-#include "pbdsurg/core/vec3.h"
 #include "pbdsurg/solver/solver.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 

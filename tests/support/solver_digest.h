@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <span>
 
-#include "support/digest.h"
-#include "support/inspect.h"
+#include "tests/support/digest.h"
+#include "tests/support/inspect.h"
 
 namespace pbdsurg::testing {
 

@@ -9,7 +9,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/views/live_boundary.h"
 
-#include "support/model_difference.h"
+#include "tests/support/model_difference.h"
 
 namespace pbdsurg::testing {
 namespace {

@@ -2,14 +2,14 @@
 // A cautery whose heat is on a device that fails.
 #include <memory>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "core/executor_state.h"
-#include "support/catch.h"
-#include "support/meshes.h"
-#include "thermal/device_system.h"
+#include "lib/base/executor_state.h"
+#include "lib/heat/device_system.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

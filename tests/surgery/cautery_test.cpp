@@ -9,12 +9,12 @@
 #include <memory>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/thermal/tissue_state.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/surgery/cut.h"
 
-#include "support/catch.h"
-#include "surgery/slabs.h"
+#include "tests/support/catch.h"
+#include "tests/support/slabs.h"
 
 namespace pbdsurg {
 namespace {

@@ -7,13 +7,13 @@
 #include <set>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/cautery.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

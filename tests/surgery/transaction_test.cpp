@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "pbdsurg/core/random.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/surgery/cut.h"
 
-#include "support/catch.h"
-#include "surgery/slabs.h"
+#include "tests/support/catch.h"
+#include "tests/support/slabs.h"
 
 namespace pbdsurg {
 namespace {

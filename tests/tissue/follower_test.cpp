@@ -9,22 +9,22 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/connective_tissue.h"
-#include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/tissue/tissue.h"
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
-#include "support/catch.h"
-#include "support/cuts.h"
-#include "support/inspect.h"
-#include "support/meshes.h"
-#include "support/solver_digest.h"
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
 namespace {

@@ -7,14 +7,14 @@
 #include <set>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/scene.h"
 #include "pbdsurg/tissue/tissue.h"
 
-#include "support/catch.h"
-#include "support/inspect.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 namespace {

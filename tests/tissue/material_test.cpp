@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/tissue/material.h"
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
-#include "support/meshes.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace pbdsurg {
 namespace {

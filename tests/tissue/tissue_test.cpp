@@ -6,20 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/surgery/cut.h"
-#include "pbdsurg/thermal/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/catch.h"
-#include "support/eventful_program.h"
-#include "support/inspect.h"
-#include "support/live_model.h"
-#include "support/model_difference.h"
-#include "support/plan_checks.h"
-#include "support/solver_digest.h"
+#include "tests/support/catch.h"
+#include "tests/support/eventful_program.h"
+#include "tests/support/inspect.h"
+#include "tests/support/live_model.h"
+#include "tests/support/model_difference.h"
+#include "tests/support/plan_checks.h"
+#include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
 namespace {

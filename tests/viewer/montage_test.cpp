@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/montage.h"
+#include "apps/viewer/montage.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/noise_volumes.h"
+#include "apps/viewer/noise_volumes.h"
 
 #include <algorithm>
 #include <cstdlib>
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures are judged by their structure, never by their exact pixels: drivers differ.
-#include "viewer/offscreen_renderer.h"
+#include "apps/viewer/offscreen_renderer.h"
 
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/plot.h"
+#include "apps/viewer/plot.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/png.h"
+#include "apps/viewer/png.h"
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
@@ -10,9 +10,9 @@
 
 #include <stb_image.h>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

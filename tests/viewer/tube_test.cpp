@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/tube.h"
+#include "apps/viewer/tube.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <map>
 #include <utility>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

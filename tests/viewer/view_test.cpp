@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "viewer/view.h"
+#include "apps/viewer/view.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
+#include "pbdsurg/base/error.h"
 
-#include "support/catch.h"
+#include "tests/support/catch.h"
 
 namespace cholecystectomy {
 namespace {

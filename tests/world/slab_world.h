@@ -9,7 +9,7 @@
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/world/world.h"
 
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::testing {
 

@@ -7,9 +7,9 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/views/live_boundary.h"
 
-#include "support/catch.h"
-#include "support/inspect.h"
-#include "world/slab_world.h"
+#include "tests/support/catch.h"
+#include "tests/support/inspect.h"
+#include "tests/world/slab_world.h"
 
 namespace pbdsurg {
 namespace {

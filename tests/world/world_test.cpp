@@ -10,9 +10,9 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/views/live_pieces.h"
 
-#include "support/bad_ids.h"
-#include "support/catch.h"
-#include "world/slab_world.h"
+#include "tests/support/bad_ids.h"
+#include "tests/support/catch.h"
+#include "tests/world/slab_world.h"
 
 namespace pbdsurg {
 namespace {

@@ -10,8 +10,8 @@
 #include <variant>
 
 #include "pbdsurg/anatomy/organs.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"

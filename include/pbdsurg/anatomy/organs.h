@@ -9,7 +9,7 @@
 /// are those of an adult. No two organs overlap, except that Calot's fat encloses the cystic duct
 /// and the cystic artery.
 
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
 

@@ -7,8 +7,8 @@
 
 #include <array>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {

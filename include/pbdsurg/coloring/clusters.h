@@ -5,9 +5,9 @@
 /// Clusters of constraints: projected one after another inside, in parallel with clusters of the
 /// same colour.
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

@@ -6,12 +6,12 @@
 
 #include <cstdint>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/executor.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/random_disc.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/executor.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

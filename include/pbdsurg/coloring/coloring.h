@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
 
 namespace pbdsurg {
 

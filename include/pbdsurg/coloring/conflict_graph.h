@@ -7,9 +7,9 @@
 #include <iosfwd>
 #include <string_view>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/coloring/coloring.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/owned.h"
 
 namespace pbdsurg {
 
@@ -32,7 +32,7 @@ struct ColoringUpdate {
   std::vector<Index> recolored;  ///< ids, ascending, that were there before and changed colour
 };
 
-/// The constraints that are there and their colouring, as the functions of this room take them.
+/// The constraints that are there and their colouring, as the functions of this module take them.
 struct PBDSURG_API ColoringExtract {
   std::vector<Index> ids;       ///< [constraint_count] ascending; id of each constraint
   std::vector<Index> vertices;  ///< constraint by constraint

@@ -6,9 +6,9 @@
 
 #include <cstdint>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/coloring.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

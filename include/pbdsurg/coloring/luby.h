@@ -6,10 +6,10 @@
 
 #include <cstdint>
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/executor.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/coloring/coloring.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/executor.h"
-#include "pbdsurg/core/export.h"
 
 namespace pbdsurg {
 

@@ -9,9 +9,9 @@
 ///                        compliance                                     m/N
 ///                        multiplier  one per axis                       kg m
 
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 

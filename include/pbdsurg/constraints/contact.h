@@ -8,9 +8,9 @@
 ///     ---^------    gradient  normal                1
 ///        | normal   multiplier >= 0                 kg m
 
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 

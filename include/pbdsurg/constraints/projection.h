@@ -29,9 +29,9 @@
 #include <limits>
 #include <type_traits>
 
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/select.h"
-#include "pbdsurg/core/vec3.h"
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
+#include "pbdsurg/base/vec3.h"
 
 namespace pbdsurg {
 

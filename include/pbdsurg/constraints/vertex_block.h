@@ -21,11 +21,11 @@
 
 #include <cmath>
 
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/select.h"
-#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 

@@ -11,10 +11,10 @@
 ///        \ | /           multiplier                              kg/m
 ///          x1
 
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
+#include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/core/host_device.h"
-#include "pbdsurg/core/select.h"
-#include "pbdsurg/core/vec3.h"
 
 namespace pbdsurg {
 

@@ -7,9 +7,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/solver.h"
 
 namespace pbdsurg {

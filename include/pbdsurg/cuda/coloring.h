@@ -4,10 +4,10 @@
 /// @file
 /// Colouring on a CUDA device, with the same result as on the CPU, bit for bit.
 
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/coloring/color.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/owned.h"
 
 namespace pbdsurg::cuda {
 

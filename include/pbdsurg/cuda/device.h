@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/executor.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/executor.h"
+#include "pbdsurg/base/export.h"
 
 namespace pbdsurg::cuda {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/mesh_data.h"
 
 namespace pbdsurg {

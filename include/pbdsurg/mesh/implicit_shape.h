@@ -9,8 +9,8 @@
 #include <memory>
 #include <span>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 
 namespace pbdsurg {
 

@@ -25,8 +25,8 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/length_unit.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"

@@ -13,8 +13,8 @@
 #include <functional>
 #include <optional>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/mesh_data.h"
 #include "pbdsurg/mesh/tet_mesh.h"

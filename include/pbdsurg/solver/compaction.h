@@ -4,9 +4,9 @@
 /// @file
 /// A solver without what is dead in it, made while it goes on.
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/owned.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/renumbering.h"
 

@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/ids.h"
-#include "pbdsurg/core/owned.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/owned.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"
 #include "pbdsurg/solver/step_report.h"

@@ -6,11 +6,11 @@
 
 #include <cstdint>
 
+#include "pbdsurg/base/executor.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/constraints/projection.h"
-#include "pbdsurg/core/executor.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
 #include "pbdsurg/solver/step_plan.h"
 
 namespace pbdsurg {

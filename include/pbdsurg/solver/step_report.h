@@ -4,7 +4,7 @@
 /// @file
 /// What a step has to say about itself. Physics never throws: it is reported here.
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

@@ -9,16 +9,16 @@
 #include <optional>
 #include <span>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/owned.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/owned.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/generator.h"
+#include "pbdsurg/heat/heat_field.h"
+#include "pbdsurg/heat/potential_field.h"
+#include "pbdsurg/heat/thermal_model.h"
+#include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/thermal/generator.h"
-#include "pbdsurg/thermal/heat_field.h"
-#include "pbdsurg/thermal/potential_field.h"
-#include "pbdsurg/thermal/thermal_model.h"
-#include "pbdsurg/thermal/tissue_state.h"
 #include "pbdsurg/tissue/tissue.h"
 
 namespace pbdsurg {

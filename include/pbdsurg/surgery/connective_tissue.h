@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/anatomy/membrane.h"
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/surgery/membrane.h"
 #include "pbdsurg/tissue/scene.h"
 #include "pbdsurg/tissue/tissue.h"
 

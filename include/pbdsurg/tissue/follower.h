@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/export.h"
 
 namespace pbdsurg {
 

@@ -40,8 +40,8 @@
 #include <string_view>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/tissue/look.h"
 #include "pbdsurg/tissue/material.h"
 #include "pbdsurg/tissue/thermal_properties.h"

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 
 namespace pbdsurg {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/ids.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/tissue/material.h"
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/types.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/tissue/topology_edit.h"
 

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
 

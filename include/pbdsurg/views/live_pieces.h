@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/types.h"
-#include "pbdsurg/core/undo_array.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/tissue.h"
 

@@ -11,11 +11,11 @@
 #include <span>
 #include <vector>
 
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/ids.h"
-#include "pbdsurg/core/types.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/heat/surface_map.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/thermal/surface_map.h"
 #include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {

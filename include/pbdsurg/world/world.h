@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/core/error.h"
-#include "pbdsurg/core/export.h"
-#include "pbdsurg/core/ids.h"
-#include "pbdsurg/core/owned.h"
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cautery.h"

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// One moment of a scene, as plain data for a renderer. Lengths are metres, colours are sRGB in
+/// [0, 1]. A snapshot owns its arrays, so that it can cross threads.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/tissue/look.h"
+
+namespace cholecystectomy {
+
+/// A triangle mesh of one kind of tissue. Both sides are lit; counter-clockwise is outside.
+///
+/// A triangle with a corner that is not finite is not drawn. An optional array is empty or has one
+/// entry per vertex.
+struct Surface {
+  std::string name;
+  std::vector<Eigen::Vector3f> positions;    ///< [vertex_count] m
+  std::vector<pbdsurg::Triangle> triangles;  ///< [triangle_count] vertex ids
+  pbdsurg::TissueLook look;
+  std::vector<Eigen::Vector3f> normals;  ///< optional, of any length: else those of the triangles
+  std::vector<Eigen::Vector3f> rest_positions;  ///< optional m: where the tissue's texture sticks
+  std::vector<Eigen::Vector4f> burn;            ///< optional rgb and cover: a dull layer over the
+                                                ///< tissue, which hides that share of its colour
+  std::vector<float> wetness;                   ///< optional 0..1: a film of fluid, shines
+  std::vector<Eigen::Vector4f> colors;          ///< optional rgba: replaces colour and opacity
+};
+
+enum class ToolFinish { steel, insulation };
+
+/// A rod swept along a polyline, closed by round caps. Points that are not finite are left out.
+struct ToolPart {
+  std::vector<Eigen::Vector3f> points;  ///< [point_count] m
+  std::vector<float> radii;             ///< [point_count] m
+  ToolFinish finish = ToolFinish::steel;
+};
+
+struct Tool {
+  std::string name;
+  std::vector<ToolPart> parts;
+};
+
+/// A straight fibre between two organs.
+struct Strand {
+  Eigen::Vector3f from;   ///< m
+  Eigen::Vector3f to;     ///< m
+  Eigen::Vector4f color;  ///< rgba
+  float thickness;        ///< m
+};
+
+struct SmokePuff {
+  Eigen::Vector3f center;  ///< m
+  float radius;            ///< m
+  float opacity;           ///< 0..1 in its middle
+};
+
+/// The laparoscope: an eye with a light beside it.
+struct Camera {
+  Eigen::Vector3f eye{0, 0, 0.1f};      ///< m
+  Eigen::Vector3f target{0, 0, 0};      ///< m
+  Eigen::Vector3f up{0, 1, 0};          ///< any length, not along the view
+  float vertical_field_of_view = 1.1f;  ///< rad
+
+  /// Where the light leaves the scope, in camera axes (right, up, back). m
+  Eigen::Vector3f light_offset{0.003f, 0.006f, 0};
+
+  /// 1 exposes tissue at the target's distance well.
+  float brightness = 1;
+};
+
+enum class Style {
+  scope,   ///< through a laparoscope
+  figure,  ///< on white, without gloss, texture or shadows, so that colours are read as given
+};
+
+struct RenderSnapshot {
+  std::vector<Surface> surfaces;
+  std::vector<Tool> tools;
+  std::vector<Strand> strands;
+  std::vector<SmokePuff> smoke;
+  Camera camera;
+  Style style = Style::scope;  ///< a figure is meant for surfaces with colours, and strands
+};
+
+}  // namespace cholecystectomy

@@ -1,3 +1,0 @@
-pbdsurg_room(contact
-  HEADERS proximity.h
-  SOURCES proximity.cpp)

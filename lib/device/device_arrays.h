@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What kernels of a step read and write, as plain pointers to device memory.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
+
+#include "lib/device/records.h"
+#include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/state/particle.h"
+
+namespace pbdsurg::cuda {
+
+/// State, in the order of places: see SolverData. Here and below, arrays are those of all copies;
+/// kernels take the part of theirs. There is room for more vertices than there are, which
+/// StepInput::vertex_count says; what lies there is undefined.
+struct DeviceState {
+  Particle* particles;     ///< [copy][capacity]
+  Particle* previous;      ///< [copy][capacity] at the start of the substep
+  Velocity* velocities;    ///< [copy][capacity] before and after a step
+  Index* vertex_of_place;  ///< [capacity] of the scene
+  // of the vertex-block method, else null
+  float* falling;     ///< [copy][capacity] as in Snapshot
+  Particle* flights;  ///< [copy][capacity] m, where a vertex would be without its rows
+  Index capacity;
+
+  bool operator==(const DeviceState&) const = default;
+};
+
+/// The rows of the vertex-block method, as on the host. Damping changes rows in each substep, each
+/// copy's otherwise; without it, copies share them.
+struct VertexArrays {
+  const VertexBlock* blocks;        ///< [block_count]
+  const PullRow* pulls;             ///< [pull_count]
+  SpringRow* springs;               ///< [copy, if damped][spring_count]
+  VolumeRow* volumes;               ///< [copy, if damped][volume_count]
+  HingeRow* hinges;                 ///< [copy, if damped][hinge_count]
+  const DampedRow* damped_springs;  ///< [spring_count] if damped
+  const DampedRow* damped_volumes;  ///< [volume_count] if damped
+  const DampedRow* damped_hinges;   ///< [hinge_count] if damped
+  /// [copy][block][lane] what tools do at a vertex in the current substep: the index of its
+  /// HeldInput, kOnlyTouched or kInvalidIndex.
+  Index* holds;
+  Index block_count, spring_count, volume_count, hinge_count;
+  bool is_damped;
+
+  bool operator==(const VertexArrays&) const = default;
+};
+
+inline constexpr Index kOnlyTouched = -2;
+
+/// Constraints of a kind, in the order of the stages.
+template <class Constraint>
+struct KindArrays {
+  const Record<Constraint>* records = nullptr;  ///< [count]
+  float* multipliers = nullptr;  ///< [Constraint::kMultiplierCount][count] of the first copy
+  Index count = 0;
+
+  bool operator==(const KindArrays&) const = default;
+};
+
+template <class... Constraints>
+struct ArraysOfKinds : KindArrays<Constraints>... {
+  template <class Constraint>
+  PBDSURG_HOST_DEVICE const KindArrays<Constraint>& of() const noexcept {
+    return *this;
+  }
+
+  bool operator==(const ArraysOfKinds&) const = default;
+};
+
+/// All constraints, and multipliers that sweeps hand to the next: these are those of the first
+/// copy, and so on every multiplier_count.
+struct ConstraintArrays : ForAllConstraints<ArraysOfKinds> {
+  const float* distance_damping = nullptr;  ///< [distance] s
+  const JointRecord* joints = nullptr;      ///< [joint_count]
+  float* joint_multipliers = nullptr;       ///< [7][joint] of six edges, then of the volume
+  const TubeRecord* tubes = nullptr;        ///< [tube_count]
+  const Index* level_ends = nullptr;        ///< of serial stages
+  Index joint_count = 0, tube_count = 0;
+  std::size_t multiplier_count = 0;  ///< of a copy, all kinds together
+
+  bool operator==(const ConstraintArrays&) const = default;
+};
+
+/// What tools touch and hold. A pusher is a tool that has capsules and holds nothing. There is room
+/// for the copy that has most.
+struct ToolArrays {
+  // of the current substep
+  std::uint32_t* touched;               ///< [copy][pusher][word_count] a bit a place
+  ContactPlane* planes;                 ///< [copy][pusher][DeviceState::capacity] where touched
+  float* contact_multipliers;           ///< likewise, kg m
+  Index* contact_places;                ///< [copy][pusher][contact_room] ascending
+  Index* contact_counts;                ///< [copy][pusher]
+  Vec3<float>* attachment_multipliers;  ///< [copy][attachment] kg m
+  Index word_count;                     ///< 32 places each, of those there is room for
+  Index contact_room;                   ///< the contact capacity, or all these if they are fewer
+  Index pusher_room, attachment_room;
+
+  bool operator==(const ToolArrays&) const = default;
+};
+
+/// What a step sums up. Integers, whose sums do not depend on the order.
+struct StepSums {
+  Index inverted_tets;
+  Index non_finite_vertices;
+  Index first_non_finite;  ///< scene vertex, or the largest Index
+  Index contacts;
+  Index dropped_contacts;
+  std::uint32_t distance_residual;  ///< bits of a float >= 0, which are ordered as it is
+  std::uint32_t volume_residual;    ///< likewise
+  std::uint32_t blocks_done;        ///< of the kernel at work, whose last block sets it to zero
+};
+
+struct ToolInput {
+  Index pusher;  ///< or kInvalidIndex
+  Index first_attachment;
+  Index attachment_count;
+  Index unused;
+};
+
+/// A pusher in one substep.
+struct alignas(16) PusherInput {
+  ContactBox box;
+  Index first_capsule;
+  Index capsule_count;
+};
+
+/// Where an attachment pulls to in one substep.
+struct alignas(16) AttachmentInput {
+  Vec3<float> target;  ///< m
+  float compliance;    ///< m/N
+};
+
+/// A vertex that tools hold: attachments HeldInput::first to first + count of the list of those
+/// held, in the order of their colours.
+struct alignas(16) HeldInput {
+  Index place;
+  Index first;
+  Index count;
+  Index unused;
+};
+
+/// What the host tells about a step, in one piece of memory: one of these for each copy, then the
+/// tables that they point to, each in bytes from its own start. Everything in it may differ from
+/// step to step without a kernel being launched another way. What has nothing to do with tools is
+/// alike in all copies.
+struct alignas(16) StepInput {
+  float h;                     ///< s, of a substep
+  float keep;                  ///< share of the velocity that drag leaves
+  Vec3<float> kick;            ///< m/s, of the external force
+  Substep<float> substep;      ///< lengths
+  float force_per_multiplier;  ///< 1/s^2
+  // of the vertex-block method: see way_of_fall() and gravity_per_square()
+  Vec3<float> fall;                ///< m
+  Vec3<float> gravity_per_square;  ///< s^2/m
+  Index vertex_count;
+  Index contact_capacity;
+  Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
+  std::uint32_t tools;        ///< ToolInput[tool]
+  std::uint32_t forces;       ///< Vec3<float>[tool] N, summed up in the step
+  std::uint32_t pushers;      ///< PusherInput[substep][pusher]
+  std::uint32_t capsules;     ///< PlacedCapsule[substep][capsule]
+  std::uint32_t attachments;  ///< AttachmentInput[substep][attachment]
+  std::uint32_t held;         ///< HeldInput[held]
+  std::uint32_t held_order;   ///< Index[attachment]
+  StepSums sums;
+};
+
+/// A table of a step's input.
+template <class T>
+PBDSURG_HOST_DEVICE T* table(StepInput* input, std::uint32_t offset) {
+  return reinterpret_cast<T*>(reinterpret_cast<char*>(input) + offset);
+}
+
+/// What a step tells the host: in its memory, written by the device.
+struct StepOutput {
+  StepSums* sums;               ///< [copy]
+  Vec3<float>* forces;          ///< [copy][tool] N
+  Vec3<float>* watched;         ///< [copy][watched] m
+  const Index* watched_places;  ///< [watched] on the device
+
+  bool operator==(const StepOutput&) const = default;
+};
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <memory>
+#include <ranges>
+
+#include "lib/solver/host/host_backends.h"
+#include "lib/solver/host/serial_phases.h"
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/program/step_program.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/state_report.h"
+
+namespace pbdsurg {
+namespace {
+
+// External force, damping and prediction. Damping is implicit, so no value of it reverses a motion,
+// and leaves the kick of the force alone, so that what rests on a tool weighs what it should.
+void predict(const StepContext& step, float h) {
+  const Vec3<float> kick = h * load(step.data.gravity);
+  const float keep = 1 / (1 + step.data.options.damping * h);
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    Particle& p = step.copy.particles[v];
+    step.scratch.previous[v] = p;
+    if (p.w > 0) {
+      const Velocity& velocity = step.copy.velocities[v];
+      store(p, load(p) + h * (keep * Vec3<float>{velocity.x, velocity.y, velocity.z} + kick));
+    }
+  }
+}
+
+void update_velocities(const StepContext& step, float h) {
+  const float inverse_h = 1 / h;
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    const Vec3<float> velocity =
+        inverse_h * (load(step.copy.particles[v]) - load(step.scratch.previous[v]));
+    step.copy.velocities[v] = {velocity.x, velocity.y, velocity.z};
+  }
+}
+
+// What each operation of a step means.
+class SerialStep {
+ public:
+  SerialStep(const StepContext& step, float dt)
+      : step_(step),
+        h_(dt / static_cast<float>(step.data.options.substeps)),
+        lengths_{1 / h_, 1 / (h_ * h_)} {}
+
+  StepReport run() {
+    begin_tools(step_.copy);
+    run_step(step_program(step_.data.options),
+             [&](StepOperation operation, int substep) { run(operation, substep); });
+    end_tools(step_.copy);
+    drop_holds(step_);
+    report_vertices(step_.data, step_.copy, report_);
+    report_constraints(step_.data, step_.copy, report_);
+    report_tubes(step_.data, step_.copy, report_);
+    return report_;
+  }
+
+ private:
+  void run(StepOperation operation, int substep) {
+    const auto substeps = static_cast<float>(step_.data.options.substeps);
+    switch (operation) {
+      case StepOperation::predict:
+        predict(step_, h_);
+        break;
+      case StepOperation::extrapolate:
+        extrapolate_vertices(step_, lengths_);
+        break;
+      case StepOperation::clear_multipliers:
+        step_.scratch.multipliers.for_each([](auto& groups) {
+          for (auto& blocks : groups) {
+            std::ranges::fill(blocks, std::ranges::range_value_t<decltype(blocks)>{});
+          }
+        });
+        break;
+      case StepOperation::find_contacts:
+        place_tools(step_.copy, static_cast<float>(substep + 1) / substeps);
+        find_contacts(step_.data.options, step_.copy, report_);
+        break;
+      case StepOperation::gather_holds:
+        gather_holds(step_);
+        break;
+      case StepOperation::damp_rows:
+        damp_rows(step_, lengths_);
+        break;
+      case StepOperation::sweep:
+        for (int iteration = 0; iteration < step_.data.options.iterations; ++iteration) {
+          sweep(iteration);
+        }
+        break;
+      case StepOperation::collect_forces:
+        collect_tool_forces(step_.copy, lengths_.inverse_dt_squared / substeps);
+        break;
+      case StepOperation::measure_fall:
+        measure_fall(step_, lengths_);
+        break;
+      case StepOperation::update_velocities:
+        update_velocities(step_, h_);
+        break;
+    }
+  }
+
+  void sweep(int iteration) {
+    const VertexState state =
+        vertex_state(step_, lengths_, relaxation_of(step_.data.options, iteration));
+    for (const Phase& phase : step_.data.plan.phases) {
+      if (phase.kind == PhaseKind::vertex) {
+        solve_vertices(step_, state, phase.color);
+      } else {
+        project_serially(step_, phase, lengths_);
+      }
+    }
+  }
+
+  StepContext step_;
+  float h_;  // s
+  Substep<float> lengths_;
+  StepReport report_;
+};
+
+class SerialBackend final : public Backend {
+ public:
+  [[nodiscard]] const char* name() const noexcept override { return "serial"; }
+
+  void start_step(SolverData& data, float dt) override {
+    data.step_scratch.fit(data);
+    report_ = {};
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      CopyState& copy = data.copy(i);
+      report_copy(i, SerialStep({data, copy, data.step_scratch}, dt).run(), copy, report_);
+    }
+  }
+  StepReport finish_step(SolverState& /*state*/) override { return report_; }
+
+  [[nodiscard]] Maker maker() const override {
+    return [](const SolverData&) { return make_serial_backend(); };
+  }
+
+ private:
+  StepReport report_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_serial_backend() {
+  return std::make_unique<SerialBackend>();
+}
+
+}  // namespace pbdsurg

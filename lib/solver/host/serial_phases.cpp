@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/host/serial_phases.h"
+
+#include <algorithm>
+
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/attachment.h"
+#include "pbdsurg/constraints/contact.h"
+
+#include "lib/solver/state/load_store.h"
+
+namespace pbdsurg {
+namespace {
+
+template <class Constraint, ProjectionMode kMode, bool kDamped>
+void project_group(const StepContext& step, const ConstraintSlots<Constraint>& slots, Index group,
+                   const Substep<float>& substep) {
+  constexpr int kVertices = Constraint::kVertexCount;
+  Particle* const particles = step.copy.particles.data();
+  const auto* const blocks = slots.blocks(group).data();
+  auto* const multiplier_blocks = step.scratch.multipliers.of<Constraint>()[group].data();
+  const Index count = slots.size(group);
+  for (Index first = 0; first < count; first += kBlockLanes) {
+    const auto& block = blocks[first / kBlockLanes];
+    [[maybe_unused]] auto& stored = multiplier_blocks[first / kBlockLanes].values;
+    const Index lanes = std::min(kBlockLanes, count - first);
+    for (Index lane = 0; lane < lanes; ++lane) {
+      Vec3<float> points[kVertices];
+      float weights[kVertices];
+      for (int k = 0; k < kVertices; ++k) {
+        const Particle& p = at(particles, block.corners[k][lane]);
+        points[k] = load(p);
+        weights[k] = p.w;
+      }
+      float parameters[Constraint::kParameterCount];
+      for (int p = 0; p < Constraint::kParameterCount; ++p) {
+        parameters[p] = block.parameters[p][lane];
+      }
+      float multipliers[Constraint::kMultiplierCount] = {};
+      if constexpr (kMode == ProjectionMode::fraction) {  // has no memory
+        Constraint::template project<kMode>(points, weights, parameters, substep, multipliers);
+      } else {
+        for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+          multipliers[m] = stored[m][lane];
+        }
+        if constexpr (kDamped) {
+          Damped<float, kVertices> damping;
+          for (int k = 0; k < kVertices; ++k) {
+            damping.start[k] = load(at(step.scratch.previous.data(), block.corners[k][lane]));
+          }
+          Constraint::template project<kMode>(points, weights, parameters, substep, multipliers,
+                                              damping);
+        } else {
+          Constraint::template project<kMode>(points, weights, parameters, substep, multipliers);
+        }
+        for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
+          stored[m][lane] = multipliers[m];
+        }
+      }
+      for (int k = 0; k < kVertices; ++k) {
+        store(at(particles, block.corners[k][lane]), points[k]);
+      }
+    }
+  }
+}
+
+template <class Constraint>
+void project_group(const StepContext& step, const ConstraintSlots<Constraint>& slots, Index group,
+                   const Substep<float>& substep) {
+  using Kind = KindOf<Constraint>;
+  if constexpr (Kind::kHasFraction) {
+    if (!Kind::kHasCompliance || step.data.options.mode == ProjectionMode::fraction) {
+      project_group<Constraint, ProjectionMode::fraction, false>(step, slots, group, substep);
+      return;
+    }
+  }
+  if constexpr (Kind::kHasCompliance) {
+    if (step.data.sets.has_damping) {
+      project_group<Constraint, ProjectionMode::compliance, true>(step, slots, group, substep);
+    } else {
+      project_group<Constraint, ProjectionMode::compliance, false>(step, slots, group, substep);
+    }
+  }
+}
+
+void project_attachments(const StepContext& step, Index color, const Substep<float>& substep) {
+  for (ToolState& tool : step.copy.tools) {
+    for (Attachment& attachment : tool.attachments) {
+      if (attachment.color != color) {
+        continue;
+      }
+      Particle& p = step.copy.particles[step.data.place_of_vertex[attachment.vertex]];
+      Vec3<float> x = load(p);
+      Vec3<float> multiplier = load(attachment.multiplier);
+      AttachmentConstraint::project<ProjectionMode::compliance>(
+          x, p.w, load(attachment.target), attachment.compliance * substep.inverse_dt_squared,
+          multiplier);
+      store(p, x);
+      attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
+    }
+  }
+}
+
+void project_contacts(CopyState& copy, Index tool) {
+  for (Contact& contact : copy.tools[tool].contacts) {
+    Particle& p = copy.particles[contact.place];
+    Vec3<float> x = load(p);
+    ContactConstraint::project(x, p.w, load(contact.normal), contact.offset, contact.multiplier);
+    store(p, x);
+  }
+}
+
+}  // namespace
+
+void project_serially(const StepContext& step, const Phase& phase, const Substep<float>& substep) {
+  switch (phase.kind) {
+    case PhaseKind::distance:
+    case PhaseKind::volume:
+    case PhaseKind::neo_hookean:
+    case PhaseKind::strain_limit:
+    case PhaseKind::bending:
+      step.data.sets.visit_set(
+          phase.kind, [&](auto& slots) { project_group(step, slots, phase.color, substep); });
+      break;
+    case PhaseKind::joint:
+      // Tetrahedra of one colour share no vertex: all edges at one place, then those at the next,
+      // give the bits of one tetrahedron after the other, and the processor something to overlap.
+      for (Index place = 0; place < 6; ++place) {
+        project_group(step, step.data.sets.of<DistanceConstraint>(),
+                      step.data.sets.joint_group(phase.color, place), substep);
+      }
+      project_group(step, step.data.sets.of<VolumeConstraint>(), phase.color, substep);
+      break;
+    case PhaseKind::vertex:
+      break;  // see solve_vertices()
+    case PhaseKind::attachment:
+      project_attachments(step, phase.color, substep);
+      break;
+    case PhaseKind::contact:
+      project_contacts(step.copy, phase.color);
+      break;
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Where a vertex meets a tool, for one vertex, on a CPU or a device.
+
+#include <cmath>
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
+
+#include "lib/base/segment.h"
+
+namespace pbdsurg {
+
+/// Vertices this share of a radius away get a contact too, so that the sweeps cannot push them in.
+inline constexpr float kContactMargin = 0.25F;
+
+/// A capsule in the world.
+struct alignas(16) PlacedCapsule {
+  Vec3<float> start;  ///< m
+  float radius;       ///< m
+  Vec3<float> end;    ///< m
+  float unused = 0;   // two 16-byte loads
+};
+
+/// What holds all that touches a tool.
+struct ContactBox {
+  Vec3<float> low{kInfinity, kInfinity, kInfinity};      ///< m
+  Vec3<float> high{-kInfinity, -kInfinity, -kInfinity};  ///< m
+
+  /// Grows by a capsule and its margin.
+  PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule) {
+    const float reach = (1 + kContactMargin) * capsule.radius;
+    const auto least = [](float a, float b) { return a < b ? a : b; };
+    const auto most = [](float a, float b) { return a > b ? a : b; };
+    low = {least(low.x, least(capsule.start.x, capsule.end.x) - reach),
+           least(low.y, least(capsule.start.y, capsule.end.y) - reach),
+           least(low.z, least(capsule.start.z, capsule.end.z) - reach)};
+    high = {most(high.x, most(capsule.start.x, capsule.end.x) + reach),
+            most(high.y, most(capsule.start.y, capsule.end.y) + reach),
+            most(high.z, most(capsule.start.z, capsule.end.z) + reach)};
+  }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool contains(const Vec3<float>& x) const {
+    return x.x >= low.x && x.x <= high.x && x.y >= low.y && x.y <= high.y && x.z >= low.z &&
+           x.z <= high.z;
+  }
+};
+
+/// The plane that stands for a tool's surface near a vertex.
+struct alignas(16) ContactPlane {
+  Vec3<float> normal{};  ///< out of the tool
+  float offset = 0;      ///< m
+};
+
+/// The deepest of a tool's capsules around a vertex, one after another.
+struct ContactSearch {
+  float deepest = kInfinity;  ///< m, negative inside; infinite while there is no contact
+  ContactPlane plane;
+
+  /// @param x  m, the vertex
+  PBDSURG_HOST_DEVICE void add(const PlacedCapsule& capsule, const Vec3<float>& x) {
+    using std::sqrt;
+    const Vec3<float> axis_point = closest_on_segment(capsule.start, capsule.end, x);
+    const Vec3<float> away = x - axis_point;
+    const float distance = sqrt(dot(away, away));
+    // a vertex on the axis has no side to be pushed to
+    if (distance > 0 && distance < (1 + kContactMargin) * capsule.radius &&
+        distance - capsule.radius < deepest) {
+      deepest = distance - capsule.radius;
+      plane.normal = {away.x / distance, away.y / distance, away.z / distance};
+      plane.offset = dot(plane.normal, axis_point) + capsule.radius;
+    }
+  }
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE bool has_contact() const { return deepest < kInfinity; }
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The neighbourhoods of free vertices, coloured and laid out for the vertex-block method. Vertices
+/// go by their places here, see SolverData.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/undo_array.h"
+#include "pbdsurg/coloring/color.h"
+#include "pbdsurg/mesh/topology.h"
+
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/state/particle.h"
+
+namespace pbdsurg {
+
+/// What a tetrahedron adds to the energy of its vertices.
+struct VertexTet {
+  Tet vertices{};
+  std::array<float, 6> weights{};       ///< N/m, of the pulls along kTetEdges; zero for none
+  float stiffness = 0;                  ///< N/m^5, >= 0, of the volume
+  float target = 0;                     ///< m^3
+  std::array<float, 6> edge_damping{};  ///< N s/m, >= 0, along kTetEdges
+  float volume_damping = 0;             ///< N s/m^5, >= 0
+};
+
+/// What an edge or a link adds.
+struct VertexSpring {
+  Edge vertices{};
+  float stiffness = 0;  ///< N/m, >= 0
+  float rest = 0;       ///< m
+  float damping = 0;    ///< N s/m, >= 0
+};
+
+/// What a hinge adds.
+struct VertexHinge {
+  std::array<Index, 4> vertices{};
+  float stiffness = 0;  ///< N m, >= 0
+  float rest = 0;       ///< BendingConstraint::kRest
+  float damping = 0;    ///< N m s, >= 0
+};
+
+/// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour.
+///
+/// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
+/// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
+/// what the row has already, that is one spring again, of stiffness k + c / h and a target between
+/// the two. So sweeps need not know of damping; damp_rows() does, once a substep.
+class VertexBlocks {
+ public:
+  VertexBlocks() = default;
+
+  /// @param moves     [vertex_count] whether a vertex is free
+  /// @param tets      [tet_count] those without weights, stiffness and damping do nothing
+  /// @param springs   [spring_count] likewise
+  /// @param hinges    [hinge_count] likewise
+  /// @param coloring  of the vertices, without max_colors
+  VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
+               std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
+               const ColoringOptions& coloring);
+
+  [[nodiscard]] Index color_count() const noexcept {
+    return static_cast<Index>(first_block_.size()) - 1;
+  }
+
+  /// Blocks of a colour: [first, first + count).
+  [[nodiscard]] RowRange blocks(Index color) const noexcept {
+    return {first_block_[color], first_block_[color + 1] - first_block_[color]};
+  }
+  [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
+  [[nodiscard]] VertexRows rows() const noexcept {
+    return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data(), hinges_.data()};
+  }
+  [[nodiscard]] DampedRows damped_rows() noexcept {
+    return {blocks_.data(),         springs_.data(),        volumes_.data(),      hinges_.data(),
+            damped_springs_.data(), damped_volumes_.data(), damped_hinges_.data()};
+  }
+
+  /// All arrays, for those who keep a copy of them.
+  struct Arrays {
+    std::span<const VertexBlock> blocks;
+    std::span<const PullRow> pulls;
+    std::span<const SpringRow> springs;
+    std::span<const VolumeRow> volumes;
+    std::span<const HingeRow> hinges;
+    std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
+  };
+  [[nodiscard]] Arrays arrays() const noexcept {
+    return {blocks_, pulls_,          springs_,        volumes_,
+            hinges_, damped_springs_, damped_volumes_, damped_hinges_};
+  }
+
+  /// Where a vertex is; no block holds one that is not free.
+  struct Place {
+    Index block = kInvalidIndex;
+    Index lane = 0;
+  };
+  [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
+
+  /// The lanes of a vertex in its block: idle ones, too, if they repeat it.
+  [[nodiscard]] LaneBits lanes_of(Index vertex) const noexcept {
+    const auto [block, lane] = places_[vertex];
+    const Index lanes = blocks_[block].lane_count;
+    return LaneBits{1} << lane | (lane == lanes - 1 ? ~LaneBits{0} << lanes : 0);
+  }
+
+  /// Whether damp_rows() has anything to do.
+  [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
+
+  // Changes; refresh() makes them felt. Cost: constant.
+  void set_tet(Index tet, const VertexTet& terms);
+  void remove_tet(Index tet);
+  void set_spring_rest(Index spring, float rest);
+  void remove_spring(Index spring);
+  void remove_hinge(Index hinge);
+  [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
+
+  /// Vertices whose rows refresh() will rebuild.
+  [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
+
+  /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer, but for
+  /// those that come back. Cost: proportional to the neighbours of those vertices.
+  void refresh();
+
+  /// Forgets what changed so far.
+  void begin_edit() noexcept;
+
+  /// Takes back all changes since begin_edit(); refresh() makes that felt.
+  void undo();
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  // One vertex's rows before they are laid out.
+  struct Pull {
+    Index neighbor;
+    float weight;
+    float damping;  // N s/m
+  };
+  struct Spring {
+    Index neighbor;
+    float stiffness, rest, damping;
+  };
+  struct Volume {
+    std::array<Index, 3> face;
+    float stiffness, target, damping;
+  };
+  struct Bend {
+    std::array<Index, 3> neighbors;  // as in HingeRow
+    bool is_opposite;
+    float stiffness, rest, damping;
+  };
+  struct Neighborhood {
+    std::vector<Pull> pulls;
+    std::vector<Spring> springs;
+    std::vector<Volume> volumes;
+    std::vector<Bend> hinges;
+  };
+  struct Rows {
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0;
+  };
+
+  [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
+                                        const ColoringOptions& options) const;
+  void append_block(std::span<const Index> vertices);
+  void touch(std::span<const Index> vertices);
+  template <class Element>
+  void set(UndoArray<Element>& elements, Index id, const Element& terms);
+  void find_neighborhood(Index vertex);
+  void write_rows(Index vertex) noexcept;
+  void write_lane(const VertexBlock& block, Index lane) noexcept;
+  void count_rows(VertexBlock& block) noexcept;
+
+  // What is removed keeps its vertices and has no terms any more.
+  UndoArray<VertexTet> tets_;            // [tet_count]
+  UndoArray<VertexSpring> given_;        // [spring_count]
+  UndoArray<VertexHinge> given_hinges_;  // [hinge_count]
+  IndexLists tets_at_, springs_at_;      // [vertex_count] all that there ever were
+  IndexLists hinges_at_;                 // likewise; none if there is no hinge
+  bool has_damping_ = false;
+
+  std::vector<Index> first_block_{0};  // [color_count + 1]
+  std::vector<VertexBlock> blocks_;
+  std::vector<PullRow> pulls_;
+  std::vector<SpringRow> springs_;
+  std::vector<VolumeRow> volumes_;
+  std::vector<HingeRow> hinges_;
+  std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
+  std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
+  std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
+  std::vector<Place> places_;              // [vertex_count]
+  std::vector<Rows> needs_;                // [vertex_count]
+
+  std::vector<Index> touched_;
+  std::vector<bool> is_touched_;  // [vertex_count]
+  Neighborhood neighborhood_;     // of the vertex at hand
+};
+
+/// Sets stiffness and target of damped rows for a substep, in one thread.
+/// @param start       [place] where the substep starts
+/// @param inverse_dt  1/s
+void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> start,
+                 float inverse_dt) noexcept;
+
+}  // namespace pbdsurg

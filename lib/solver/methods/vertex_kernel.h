@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The loops of the vertex-block method, for one vertex or for a register of them.
+
+#include <cmath>
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/bending.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/vertex_block.h"
+
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/state/particle.h"
+
+namespace pbdsurg {
+
+/// The vertices of a hinge in their order.
+template <class Scalar>
+struct RowHinge {
+  Vec3<Scalar> x[4];
+
+  template <class Condition>
+  PBDSURG_DEVICE RowHinge(const Vec3<Scalar>& own, const Vec3<Scalar>& second,
+                          const Vec3<Scalar>& other, const Vec3<Scalar>& fourth,
+                          const Condition& is_opposite) {
+    const auto choose = [&](const Vec3<Scalar>& a, const Vec3<Scalar>& b) {
+      return Vec3<Scalar>{select(is_opposite, a.x, b.x), select(is_opposite, a.y, b.y),
+                          select(is_opposite, a.z, b.z)};
+    };
+    x[0] = choose(other, own);
+    x[1] = second;
+    x[2] = choose(own, other);
+    x[3] = fourth;
+  }
+};
+
+/// Adds what the rows of a block tell to the energies of its vertices. Not a number, or infinite,
+/// where a neighbour is.
+/// @param access  load(const float*): a Scalar of stored lanes; position(const ParticleOffset*):
+/// likewise
+/// @param x       m, where the vertices are
+template <class Access, class Scalar>
+PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
+                                    const Access& access, const Vec3<Scalar>& x,
+                                    VertexEnergy<Scalar>& energy) {
+  const PullRow* const pulls = rows.pulls + block.pulls.first;
+  for (Index i = 0; i < block.pulls.count; ++i) {
+    energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors) - x);
+  }
+  const SpringRow* const springs = rows.springs + block.springs.first;
+  for (Index i = 0; i < block.springs.count; ++i) {
+    energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest),
+                      access.position(springs[i].neighbors) - x);
+  }
+  const VolumeRow* const volumes = rows.volumes + block.volumes.first;
+  for (Index i = 0; i < block.volumes.count; ++i) {
+    energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x,
+                      access.position(volumes[i].face[0]), access.position(volumes[i].face[1]),
+                      access.position(volumes[i].face[2]));
+  }
+  const HingeRow* const hinges = rows.hinges + block.hinges.first;
+  for (Index i = 0; i < block.hinges.count; ++i) {
+    const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
+    const RowHinge<Scalar> hinge(x, access.position(hinges[i].neighbors[0]),
+                                 access.position(hinges[i].neighbors[1]),
+                                 access.position(hinges[i].neighbors[2]), is_opposite);
+    energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
+                     is_opposite);
+  }
+}
+
+/// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
+/// do not add up, and beyond half a turn the shorter way is the other.
+/// @param turn  C towards which, from rest
+/// @return      BendingConstraint::kRest
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Scalar turned_rest(Scalar rest, Scalar turn) {
+  const Scalar across = Scalar(4) * (rest + turn);
+  const Scalar along = Scalar(16) - rest * turn;
+  const auto is_beyond = across * across > along * along;
+  return Scalar(4) * select(is_beyond, -along, across) / select(is_beyond, across, along);
+}
+
+/// Sets stiffness and target of the damped rows of a block for a substep: see VertexBlocks.
+/// @param access      also store(Scalar, float*); positions are those at the start of the substep
+/// @param inverse_dt  1/s
+template <class Access, class Scalar>
+PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock& block,
+                                       const Access& access, Scalar inverse_dt) {
+  using std::sqrt;
+  const auto set = [&](const DampedRow& from, Scalar start, float* stiffness, float* target) {
+    const Scalar given = access.load(from.stiffness);
+    const Scalar damping = access.load(from.damping) * inverse_dt;
+    const Scalar sum = given + damping;
+    access.store(sum, stiffness);
+    access.store(select(sum > Scalar(0), (given * access.load(from.target) + damping * start) / sum,
+                        Scalar(0)),
+                 target);
+  };
+  const Vec3<Scalar> x = access.position(block.corners);
+  for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+    SpringRow& row = rows.springs[i];
+    const Vec3<Scalar> d = access.position(row.neighbors) - x;
+    const Scalar length = sqrt(dot(d, d));
+    set(rows.damped_springs[i], select(is_usable(length), length, Scalar(0)), row.stiffness,
+        row.rest);
+  }
+  for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+    VolumeRow& row = rows.volumes[i];
+    const Vec3<Scalar> a = access.position(row.face[0]);
+    const Vec3<Scalar> face =
+        cross(access.position(row.face[1]) - a, access.position(row.face[2]) - a);
+    set(rows.damped_volumes[i], dot(a - x, face), row.stiffness, row.target);
+  }
+  for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+    HingeRow& row = rows.hinges[i];
+    const DampedRow& from = rows.damped_hinges[i];
+    const RowHinge<Scalar> hinge(
+        x, access.position(row.neighbors[0]), access.position(row.neighbors[1]),
+        access.position(row.neighbors[2]), access.load(row.is_opposite) > Scalar(0));
+    const Scalar rest = access.load(from.target);
+    const Scalar start = BendingConstraint::value(hinge.x, rest);
+    const Scalar damping = access.load(from.damping) * inverse_dt;
+    const Scalar sum = access.load(from.stiffness) + damping;
+    const auto is_usable_start = (start * start < Scalar(kInfinity)) & (sum > Scalar(0));
+    access.store(sum, row.stiffness);
+    access.store(select(is_usable_start, turned_rest(rest, damping / sum * start), rest), row.rest);
+  }
+}
+
+/// Where the sweeps of a substep start: see extrapolate_vertices().
+/// @param flight   m, where the vertex would be without its rows
+/// @param w        1/kg
+/// @param falling  as in Snapshot
+/// @param fall     m, what gravity adds to the way of a substep
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w,
+                                                 Scalar falling, const Vec3<Scalar>& fall) {
+  return flight - select(w > Scalar(0), Scalar(1) - falling, Scalar(0)) * fall;
+}
+
+/// The share of gravity with which a vertex has sped up, in [0, 1].
+/// @param velocity            m/s, before the substep
+/// @param gravity_per_square  s^2/m, gravity over its square
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Scalar falling_of(const Vec3<Scalar>& x, const Vec3<Scalar>& previous,
+                                             const Vec3<Scalar>& velocity,
+                                             const Vec3<Scalar>& gravity_per_square,
+                                             Scalar inverse_dt) {
+  const Scalar share = inverse_dt * dot(inverse_dt * (x - previous) - velocity, gravity_per_square);
+  // in this order, of what is no number it makes zero
+  return select(share > Scalar(0), select(share < Scalar(1), share, Scalar(1)), Scalar(0));
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,500 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/vertex_method.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/constraints/vertex_block.h"
+
+#include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+// Dashpots of c = this share of mu V0 / l^2 along the edges of tetrahedra that lie in all
+// directions alike resist shear with the modulus mu, and a change of volume as if both Lame
+// parameters were mu. A lattice of cubes is not that isotropic: up to a third more along its axes,
+// and less in shear.
+constexpr double kEdgeDampingShare = 2.5;
+
+struct Moduli {
+  double mu, lambda;  // Pa, as NeoHookeanTerms takes them
+};
+
+Moduli moduli_of(const Material& material) {
+  const double youngs_modulus = material.youngs_modulus;
+  const double ratio = material.poissons_ratio;
+  const double mu = youngs_modulus / (2 * (1 + ratio));
+  return {mu, 2 * mu * ratio / (1 - 2 * ratio) + mu};
+}
+
+bool is_used(const SolverData& data) {
+  return data.options.method == SolverMethod::vertex_block;
+}
+
+VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material) {
+  const auto [mu, lambda] = moduli_of(material);
+  const Vec3<double> x[4] = {rest[0], rest[1], rest[2], rest[3]};
+  const NeoHookeanTerms<double> terms = NeoHookeanTerms<double>::at_rest(x, mu, lambda);
+  VertexTet tet;
+  std::copy(std::begin(terms.weights), std::end(terms.weights), tet.weights.begin());
+  tet.stiffness = static_cast<float>(terms.stiffness);
+  tet.target = static_cast<float>(terms.target);
+  const double volume = terms.target / (1 + mu / lambda);
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const Vec3<double> side = x[kTetEdges[e][0]] - x[kTetEdges[e][1]];
+    tet.edge_damping[e] =
+        static_cast<float>(kEdgeDampingShare * material.damping * mu * volume / dot(side, side));
+  }
+  tet.volume_damping =
+      material.damping * std::max(0.0F, static_cast<float>(1 - 2 * mu / lambda)) * tet.stiffness;
+  return tet;
+}
+
+void check_compliance(const std::string& what, float compliance) {
+  if (!(compliance > 0) || !std::isfinite(1 / compliance)) {
+    throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
+                          "; the vertex-block method needs > 0");
+  }
+}
+
+VertexTet make_volume(const ConstraintRecord<VolumeConstraint>& record) {
+  VertexTet tet;
+  tet.stiffness = 1 / record.parameters[VolumeConstraint::kStiffness];
+  tet.target = record.parameters[VolumeConstraint::kRest];
+  tet.volume_damping = record.parameters[VolumeConstraint::kDamping] * tet.stiffness;
+  return tet;
+}
+
+VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
+                           const Material& material) {
+  const Eigen::Matrix3d sides = rest_sides(record);
+  std::array<Vec3<double>, 4> rest{};
+  for (int k = 0; k < 3; ++k) {
+    rest[k + 1] = {sides(0, k), sides(1, k), sides(2, k)};
+  }
+  return make_neo_hookean(rest, material);
+}
+
+// With those that the worker has of its own.
+template <class Rows>
+Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
+  if (scratch.has_own_rows) {
+    rows.springs = scratch.springs.data();
+    rows.volumes = scratch.volumes.data();
+    rows.hinges = scratch.hinges.data();
+  }
+  return rows;
+}
+
+// What tools do at one vertex, as move_held() takes it.
+class HeldVertex {
+ public:
+  HeldVertex(const StepContext& step, Index first) : step_(step), first_(first) {}
+
+  template <class Visit>
+  void for_each_grasp(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (!hold.is_contact) {
+        visit(Grasp{tool.attachments[hold.entry]});
+      }
+    });
+  }
+
+  template <class Visit>
+  void for_each_contact(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (hold.is_contact) {
+        visit(Touch{tool.contacts[hold.entry]});
+      }
+    });
+  }
+
+ private:
+  struct Grasp {
+    Attachment& attachment;
+
+    [[nodiscard]] Vec3<float> target() const { return load(attachment.target); }
+    [[nodiscard]] float compliance() const { return attachment.compliance; }
+    void set_multiplier(const Vec3<float>& multiplier) const {
+      attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
+    }
+  };
+
+  struct Touch {
+    Contact& contact;
+
+    [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
+    [[nodiscard]] float offset() const { return contact.offset; }
+    [[nodiscard]] float multiplier() const { return contact.multiplier; }
+    void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
+  };
+
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    const std::vector<VertexHold>& holds = step_.scratch.holds;
+    for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
+      visit(holds[h], step_.copy.tools[holds[h].tool]);
+    }
+  }
+
+  const StepContext& step_;
+  Index first_;
+};
+
+}  // namespace
+
+void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
+                         const SolverOptions& options) {
+  if (options.method != SolverMethod::vertex_block) {
+    return;
+  }
+  if (options.mode == ProjectionMode::fraction) {
+    throw InvalidArgument("the vertex-block method minimises an energy; fraction mode has none");
+  }
+  if (options.coloring.max_colors != 0) {
+    throw InvalidArgument("max_colors is " + std::to_string(options.coloring.max_colors) +
+                          "; the vertex-block method needs all its colours: 0");
+  }
+  if (options.composition == PlanComposition::joint) {
+    throw InvalidArgument(
+        "a joint composition is of constraints; the vertex-block method has none");
+  }
+  for (const Body& body : bodies) {
+    const Material& material = body.material;
+    if (body.tet_count > 0 && material.model == ElasticModel::springs) {
+      check_compliance("body '" + body.name + "': stretch", material.stretch.compliance);
+      if (material.has_volume_constraints) {
+        check_compliance("body '" + body.name + "': volume", material.volume.compliance);
+      }
+    }
+  }
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    check_vertex_link(options, "link " + std::to_string(l), links[l]);
+  }
+}
+
+void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link) {
+  if (options.method == SolverMethod::vertex_block) {
+    check_compliance(what + ":", link.stiffness.compliance);
+  }
+}
+
+ColoringOptions vertex_coloring(const SolverOptions& options) {
+  ColoringOptions coloring = options.coloring;
+  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order == GreedyOrder::natural) {
+    coloring.order = GreedyOrder::saturation;
+  }
+  return coloring;
+}
+
+std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue) {
+  const std::span<const Eigen::Vector3d> positions = tissue.rest_positions();
+  std::vector<VertexTet> tets(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
+    if (!tissue.is_tet_alive(t)) {
+      continue;
+    }
+    const Material& material = tissue.bodies()[tissue.body_of_tet(t)].material;
+    if (material.model == ElasticModel::neo_hookean) {
+      std::array<Vec3<double>, 4> rest;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Vector3d& x = positions[tissue.tets()[t][k]];
+        rest[k] = {x.x(), x.y(), x.z()};
+      }
+      tets[t] = make_neo_hookean(rest, material);
+    } else if (material.has_volume_constraints) {
+      tets[t].stiffness = 1 / material.volume.compliance;
+      tets[t].target = static_cast<float>(tet_volume(positions, tissue.tets()[t]));
+      tets[t].volume_damping = material.damping * tets[t].stiffness;
+    }
+  }
+  return tets;
+}
+
+VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> tets) {
+  if (!is_used(data)) {
+    return {};
+  }
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    tets[t].vertices = data.places_of(data.tissue->tets()[t]);
+  }
+  std::vector<VertexSpring> springs(static_cast<std::size_t>(data.sets.distance_ids.count()));
+  const auto set_spring = [&](Index distance, const Edge& ends) {
+    VertexSpring& spring = springs[distance];
+    spring.vertices = data.places_of(ends);
+    if (data.sets.of<DistanceConstraint>().is_alive(distance)) {
+      const auto& numbers = data.sets.of<DistanceConstraint>().record(distance).parameters;
+      spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
+      spring.rest = numbers[DistanceConstraint::kRest];
+      spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
+    }
+  };
+  const std::span<const Edge> edges = data.tissue->edges();
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    set_spring(data.sets.distance_ids.of_edge(static_cast<Index>(e)), edges[e]);
+  }
+  for (std::size_t l = 0; l < data.tissue->links().size(); ++l) {
+    const Link& link = data.tissue->links()[l];
+    set_spring(data.sets.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
+  }
+  std::vector<VertexHinge> hinges(data.tissue->hinges().size());
+  for (std::size_t h = 0; h < hinges.size(); ++h) {
+    const auto id = static_cast<Index>(h);
+    const auto& bendings = data.sets.of<BendingConstraint>();
+    hinges[h].vertices = data.places_of(data.tissue->hinges()[h].vertices);
+    if (bendings.is_alive(id)) {
+      const auto& numbers = bendings.record(id).parameters;
+      hinges[h].stiffness = 1 / numbers[BendingConstraint::kStiffness];
+      hinges[h].rest = numbers[BendingConstraint::kRest];
+      hinges[h].damping = numbers[BendingConstraint::kDamping] * hinges[h].stiffness;
+    }
+  }
+  std::vector<bool> moves;
+  for (const Particle& p : data.particles) {
+    moves.push_back(p.w > 0);
+  }
+  return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
+                      vertex_coloring(data.options));
+}
+
+Vec3<float> way_of_fall(const SolverData& data, const Substep<float>& substep) noexcept {
+  return (1 / substep.inverse_dt_squared) * load(data.gravity);
+}
+
+Vec3<float> gravity_per_square(const SolverData& data) noexcept {
+  const Vec3<float> gravity = load(data.gravity);
+  const float square = dot(gravity, gravity);
+  return (square > 0 ? 1 / square : 0.0F) * gravity;
+}
+
+VertexRows vertex_rows(const StepContext& step) noexcept {
+  return of_worker(step.data.vertex_blocks.rows(), step.scratch);
+}
+
+DampedRows damped_rows(const StepContext& step) noexcept {
+  return of_worker(step.data.vertex_blocks.damped_rows(), step.scratch);
+}
+
+void extrapolate_vertices(const StepContext& step, const Substep<float>& substep) {
+  const Vec3<float> fall = way_of_fall(step.data, substep);
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
+    Particle& p = step.copy.particles[v];
+    step.scratch.flights[v] = p;
+    store(p, start_of(load(p), p.w, step.copy.falling[v], fall));
+  }
+}
+
+void drop_holds(const StepContext& step) noexcept {
+  StepScratch& scratch = step.scratch;
+  for (const VertexHold& hold : scratch.holds) {
+    scratch.first_holds[hold.place] = kInvalidIndex;
+    scratch.held[step.data.vertex_blocks.place_of(hold.place).block] = 0;
+  }
+  scratch.holds.clear();
+}
+
+void gather_holds(const StepContext& step) {
+  drop_holds(step);
+  StepScratch& scratch = step.scratch;
+  const VertexBlocks& blocks = step.data.vertex_blocks;
+  const auto add = [&](Index place, std::size_t tool, std::size_t entry, bool is_contact) {
+    const Index block = blocks.place_of(place).block;
+    if (block == kInvalidIndex) {
+      return;  // fixed, and so no tool's business
+    }
+    scratch.held[block] |= blocks.lanes_of(place);
+    scratch.holds.push_back({place, scratch.first_holds[place], static_cast<Index>(tool),
+                             static_cast<Index>(entry), is_contact});
+    scratch.first_holds[place] = static_cast<Index>(scratch.holds.size()) - 1;
+  };
+  for (std::size_t t = 0; t < step.copy.tools.size(); ++t) {
+    const ToolState& tool = step.copy.tools[t];
+    for (std::size_t a = 0; a < tool.attachments.size(); ++a) {
+      add(step.data.place_of_vertex[tool.attachments[a].vertex], t, a, false);
+    }
+    for (std::size_t c = 0; c < tool.contacts.size(); ++c) {
+      add(tool.contacts[c].place, t, c, true);
+    }
+  }
+}
+
+void damp_rows(const StepContext& step, const Substep<float>& substep) {
+  if (!step.data.vertex_blocks.has_damping()) {
+    return;
+  }
+  add_damping(damped_rows(step), step.data.vertex_blocks.block_count(), step.scratch.previous,
+              substep.inverse_dt);
+}
+
+float relaxation_of(const SolverOptions& options, int iteration) noexcept {
+  return iteration + 1 < options.iterations ? options.over_relaxation : 1.0F;
+}
+
+VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
+                         float relaxation) noexcept {
+  return {step.copy.particles.data(), step.scratch.flights.data(), step.scratch.held.data(),
+          substep.inverse_dt_squared, relaxation};
+}
+
+void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
+                 LaneBits lanes) {
+  const VertexRows rows = vertex_rows(step);
+  const VertexBlock& block = rows.blocks[block_index];
+  const std::vector<Index>& first_holds = step.scratch.first_holds;
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    Particle& p = at(state.particles, block.corners[lane]);
+    if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
+      continue;  // not asked for, or without tissue
+    }
+    const Index v = place_at(block.corners[lane]);
+    const LaneAccess access{state.particles, lane};
+    const Vec3<float> x = load(p);
+    VertexEnergy<float> start;
+    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
+    const auto solve = [&](const VertexEnergy<float>& energy) {
+      return first_holds[v] == kInvalidIndex
+                 ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
+                 : move_held(HeldVertex(step, first_holds[v]), x, energy,
+                             1 / state.inverse_dt_squared);
+    };
+    store(p, move_vertex(rows, block, access, x, start, solve));
+  }
+}
+
+void solve_vertices(const StepContext& step, const VertexState& state, Index color) {
+  const auto [first, count] = step.data.vertex_blocks.blocks(color);
+  for (Index block = first; block < first + count; ++block) {
+    solve_lanes(step, state, block, ~LaneBits{0});
+  }
+}
+
+void measure_fall(const StepContext& step, const Substep<float>& substep) {
+  const Vec3<float> gravity = gravity_per_square(step.data);
+  CopyState& copy = step.copy;
+  for (std::size_t v = 0; v < copy.particles.size(); ++v) {
+    const Velocity& velocity = copy.velocities[v];
+    copy.falling[v] = falling_of(load(copy.particles[v]), load(step.scratch.previous[v]),
+                                 {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
+  }
+}
+
+void VertexFollower::validate(const Tissue& tissue, const TopologyEdit& edit) const {
+  check_vertex_method(edit.new_bodies.bodies(), edit.new_bodies.links(), data_.options);
+  for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
+    check_vertex_link(data_.options, "link " + std::to_string(tissue.links().size() + i),
+                      edit.new_links[i]);
+  }
+}
+
+void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) noexcept {
+  if (!is_used(data_)) {
+    return;
+  }
+  VertexBlocks& blocks = data_.vertex_blocks;
+  blocks.begin_edit();
+  before_growth_.reset();
+  for (const RestLengthChange& rest : change.edit.rest_lengths) {
+    blocks.set_spring_rest(data_.sets.distance_ids.of_edge(rest.edge), rest.rest_length);
+  }
+  for (const RestVolumeChange& rest : change.edit.rest_volumes) {
+    set_rest_volume(tissue, rest);
+  }
+  remove(change);
+  if (change.adds()) {
+    regrow(tissue, change);
+  } else {
+    refresh();
+  }
+}
+
+void VertexFollower::remove(const TissueChange& change) {
+  VertexBlocks& blocks = data_.vertex_blocks;
+  for (const Index tet : change.removed_tets) {
+    if (tet < change.first_new_tet) {
+      blocks.remove_tet(tet);
+    }
+  }
+  for (const Index edge : change.removed_edges) {
+    blocks.remove_spring(data_.sets.distance_ids.of_edge(edge));
+  }
+  for (const Index link : change.removed_links) {
+    blocks.remove_spring(data_.sets.distance_ids.of_link(link));
+  }
+  for (const Index hinge : change.removed_hinges) {
+    blocks.remove_hinge(hinge);
+  }
+}
+
+void VertexFollower::set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest) {
+  const Material& material = tissue.bodies()[tissue.body_of_tet(rest.tet)].material;
+  VertexTet terms = data_.vertex_blocks.tet(rest.tet);
+  if (material.model == ElasticModel::neo_hookean) {
+    const auto [mu, lambda] = moduli_of(material);
+    NeoHookeanTerms<double> before{};
+    std::copy(terms.weights.begin(), terms.weights.end(), before.weights);
+    before.stiffness = terms.stiffness;
+    before.target = terms.target;
+    const double ratio = rest.rest_volume * (1 + mu / lambda) / before.target;
+    const NeoHookeanTerms<double> after = before.resized(ratio);
+    std::copy(std::begin(after.weights), std::end(after.weights), terms.weights.begin());
+    terms.stiffness = static_cast<float>(after.stiffness);
+    terms.target = static_cast<float>(after.target);
+    terms.volume_damping /= static_cast<float>(ratio);
+    for (float& damping : terms.edge_damping) {
+      damping *= static_cast<float>(std::cbrt(ratio));
+    }
+  } else {
+    terms.target = rest.rest_volume;
+  }
+  data_.vertex_blocks.set_tet(rest.tet, terms);
+}
+
+void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
+  VertexBlocks& blocks = data_.vertex_blocks;
+  const auto& volumes = data_.sets.of<VolumeConstraint>();
+  const auto& solids = data_.sets.of<NeoHookeanConstraint>();
+  std::vector<VertexTet> tets(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
+    if (tissue.is_tet_alive(t) && t < change.first_new_tet) {
+      tets[t] = blocks.tet(t);
+    } else if (volumes.is_alive(t)) {
+      tets[t] = make_volume(volumes.record(t));
+    } else if (solids.is_alive(t)) {
+      tets[t] = make_neo_hookean(solids.record(t), tissue.bodies()[tissue.body_of_tet(t)].material);
+    }
+  }
+  VertexBlocks grown = make_vertex_blocks(data_, std::move(tets));
+  before_growth_ = std::move(blocks);
+  blocks = std::move(grown);
+}
+
+void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
+  if (!is_used(data_)) {
+    return;
+  }
+  if (before_growth_) {
+    data_.vertex_blocks = std::move(*before_growth_);
+    before_growth_.reset();
+  }
+  data_.vertex_blocks.undo();
+  refresh();
+}
+
+void VertexFollower::refresh() {
+  VertexBlocks& blocks = data_.vertex_blocks;
+  for (const Index place : blocks.touched()) {
+    data_.log_constraint(PhaseKind::vertex, place);
+  }
+  blocks.refresh();
+}
+
+}  // namespace pbdsurg

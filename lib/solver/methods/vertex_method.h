@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The vertex-block method: its rows, and its operations within a step (step_program.h).
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/solver/solver_options.h"
+#include "pbdsurg/tissue/tissue.h"
+
+#include "lib/solver/methods/vertex_blocks.h"
+#include "lib/solver/program/step_scratch.h"
+
+namespace pbdsurg {
+
+class SolverData;
+
+/// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
+///                          the option, the body or the link
+void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
+                         const SolverOptions& options);
+
+/// @param what  the link's name
+/// @throws InvalidArgument  as check_vertex_method()
+void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link);
+
+/// How it colours vertices: as asked, but by saturation where the order is the natural one, which
+/// would be kept for want of a reason and takes up to twice the colours.
+[[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
+
+/// What live tetrahedra add to the energy; their vertices are left out. [tet_count]
+[[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue);
+
+/// Colours vertices and lays out their rows.
+/// @param data  with all else that a solver has
+/// @param tets  [tet_count] their vertices are set here
+/// @return      none for other methods
+[[nodiscard]] VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> tets);
+
+// Operations of a substep. Kernels on registers stand in for some of these.
+
+/// m, what gravity adds to the way of a substep.
+[[nodiscard]] PBDSURG_API Vec3<float> way_of_fall(const SolverData& data,
+                                                  const Substep<float>& substep) noexcept;
+
+/// s^2/m, gravity over its square; zero without gravity.
+[[nodiscard]] PBDSURG_API Vec3<float> gravity_per_square(const SolverData& data) noexcept;
+
+/// The rows that a worker's sweeps read, and those that it damps.
+[[nodiscard]] VertexRows vertex_rows(const StepContext& step) noexcept;
+[[nodiscard]] DampedRows damped_rows(const StepContext& step) noexcept;
+
+/// Lets the sweeps start where vertices would be if they went on as they did.
+/// What rests would else fall first, and sweeps that are too few would not bring it back.
+void extrapolate_vertices(const StepContext& step, const Substep<float>& substep);
+
+/// Finds out which vertices tools touch or hold; at the end of a step nobody may hold any.
+void gather_holds(const StepContext& step);
+void drop_holds(const StepContext& step) noexcept;
+
+/// Makes damping felt.
+void damp_rows(const StepContext& step, const Substep<float>& substep);
+
+/// How far vertices go in a sweep, as a share of the way to their least energy.
+[[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
+
+[[nodiscard]] VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
+                                       float relaxation) noexcept;
+
+/// Moves some vertices of a block, one after another.
+void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
+
+/// Moves the vertices of one colour, one after another.
+void solve_vertices(const StepContext& step, const VertexState& state, Index color);
+
+/// After the sweeps, and before velocities change.
+void measure_fall(const StepContext& step, const Substep<float>& substep);
+
+/// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
+/// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.
+class VertexFollower final : public Follower {
+ public:
+  explicit VertexFollower(SolverData& data) : data_(data) {}
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return before_growth_ ? before_growth_->memory_bytes() : 0;
+  }
+
+  void validate(const Tissue& tissue, const TopologyEdit& edit) const override;
+  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+
+ private:
+  void set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest);
+  void remove(const TissueChange& change);
+  void regrow(const Tissue& tissue, const TissueChange& change);
+  void refresh();
+
+  SolverData& data_;
+  std::optional<VertexBlocks> before_growth_;  // of the last edit
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How one vertex of the vertex-block method moves, with all that may happen to it: neighbours that
+/// are lost, tools that touch or hold it. On a CPU or a device.
+
+#include <cmath>
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/vertex_block.h"
+
+#include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/methods/vertex_rows.h"
+
+namespace pbdsurg {
+
+/// Whether a displacement is finite, and so is its square.
+PBDSURG_HOST_DEVICE inline bool is_finite_way(const Vec3<float>& d) {
+  return dot(d, d) < kInfinity;
+}
+
+/// As add_rows(), of one vertex, without the rows that lead to what is not finite. A neighbour may
+/// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
+template <class Access>
+PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexBlock& block,
+                                           const Access& access, const Vec3<float>& x,
+                                           VertexEnergy<float>& energy) {
+  const PullRow* const pulls = rows.pulls + block.pulls.first;
+  for (Index i = 0; i < block.pulls.count; ++i) {
+    const Vec3<float> d = access.position(pulls[i].neighbors) - x;
+    const float weight = access.load(pulls[i].weights);
+    if (is_finite_way(d) && weight > 0) {
+      energy.add_pull(weight, d);
+    }
+  }
+  const SpringRow* const springs = rows.springs + block.springs.first;
+  for (Index i = 0; i < block.springs.count; ++i) {
+    const Vec3<float> d = access.position(springs[i].neighbors) - x;
+    if (is_finite_way(d)) {
+      energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest), d);
+    }
+  }
+  const VolumeRow* const volumes = rows.volumes + block.volumes.first;
+  for (Index i = 0; i < block.volumes.count; ++i) {
+    const Vec3<float> a = access.position(volumes[i].face[0]);
+    const Vec3<float> b = access.position(volumes[i].face[1]);
+    const Vec3<float> c = access.position(volumes[i].face[2]);
+    if (is_finite_way(a - x) && is_finite_way(b - x) && is_finite_way(c - x)) {
+      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x, a, b,
+                        c);
+    }
+  }
+  const HingeRow* const hinges = rows.hinges + block.hinges.first;
+  for (Index i = 0; i < block.hinges.count; ++i) {
+    const Vec3<float> a = access.position(hinges[i].neighbors[0]);
+    const Vec3<float> b = access.position(hinges[i].neighbors[1]);
+    const Vec3<float> c = access.position(hinges[i].neighbors[2]);
+    const float rest = access.load(hinges[i].rest);
+    if (is_finite_way(a - x) && is_finite_way(b - x) && is_finite_way(c - x)) {
+      const bool is_opposite = access.load(hinges[i].is_opposite) > 0;
+      energy.add_hinge(access.load(hinges[i].stiffness), rest,
+                       RowHinge<float>(x, a, b, c, is_opposite).x, is_opposite);
+    }
+  }
+}
+
+/// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
+inline constexpr int kContactPasses = 8;
+
+/// Where a vertex goes that tools touch or hold. Grasps are springs, or where the vertex is:
+/// between the targets if several tools hold it rigidly, which share the force. Contacts are planes
+/// that it may not cross, if no grasp takes it there.
+///
+/// @param holds       of the vertex, the later of them first, in two lists:
+///                    for_each_grasp() visits {target(): m, compliance(): m/N, set_multiplier()},
+///                    for_each_contact() visits {normal(), offset(): m, multiplier(): kg m,
+///                    set_multiplier()}
+/// @param x           m, where it is
+/// @param dt_squared  s^2
+/// @return            m
+template <class Holds>
+PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float>& x,
+                                            VertexEnergy<float> energy, float dt_squared) {
+  const auto is_soft = [](float stiffness) {
+    using std::fabs;
+    return fabs(stiffness) < kInfinity;
+  };
+  int contact_count = 0;
+  holds.for_each_contact([&](const auto& contact) {
+    contact.set_multiplier(0);
+    ++contact_count;
+  });
+
+  int rigid_count = 0;
+  Vec3<float> target;
+  holds.for_each_grasp([&](const auto& grasp) {
+    const float stiffness = 1 / grasp.compliance();
+    if (is_soft(stiffness)) {
+      energy.add_pull(stiffness, grasp.target() - x);
+    } else {
+      target = target + grasp.target();
+      ++rigid_count;
+    }
+  });
+
+  Vec3<float> rigid_force;
+  if (rigid_count > 0) {
+    const float share = 1 / static_cast<float>(rigid_count);
+    target = share * target;
+    rigid_force = share * (energy * (target - x) - energy.force);
+  } else {
+    const VertexFactor<float> factor(energy);
+    Vec3<float> move = factor.solve(energy.force);
+    for (int pass = 0; pass < (contact_count > 1 ? kContactPasses : contact_count); ++pass) {
+      holds.for_each_contact([&](const auto& contact) {
+        const Vec3<float> n = contact.normal();
+        const Vec3<float> given = factor.solve(n);
+        const float depth = contact.offset() - dot(n, x + move);
+        const float before = contact.multiplier();
+        const float pushed = before + depth / dot(n, given);
+        const float force = pushed > 0 ? pushed : 0.0F;
+        move = move + (force - before) * given;
+        contact.set_multiplier(force);
+      });
+    }
+    holds.for_each_contact(
+        [&](const auto& contact) { contact.set_multiplier(contact.multiplier() * dt_squared); });
+    target = x + move;
+  }
+  holds.for_each_grasp([&](const auto& grasp) {
+    const float stiffness = 1 / grasp.compliance();
+    grasp.set_multiplier(
+        dt_squared * (is_soft(stiffness) ? stiffness * (grasp.target() - target) : rigid_force));
+  });
+  return target;
+}
+
+/// Where a vertex goes, or where it is if that is nowhere.
+/// @param x      m, where it is
+/// @param start  its energy without rows
+/// @param solve  where a vertex goes that has an energy, m
+template <class Access, class Solve>
+PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const VertexBlock& block,
+                                              const Access& access, const Vec3<float>& x,
+                                              const VertexEnergy<float>& start,
+                                              const Solve& solve) {
+  VertexEnergy<float> energy = start;
+  add_rows(rows, block, access, x, energy);
+  Vec3<float> moved = solve(energy);
+  // where a rigid grasp takes a vertex is finite, whatever its neighbours pull it with
+  if (!is_finite_way(moved - x) || !is_finite_way(energy.force)) {
+    energy = start;
+    add_finite_rows(rows, block, access, x, energy);
+    moved = solve(energy);
+  }
+  return is_finite_way(moved - x) ? moved : x;
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How the neighbourhoods of vertices lie in memory, for the vertex-block method: sixteen vertices
+/// of one colour side by side, one neighbour or tetrahedron of each to a row. A vertex with fewer
+/// than its block has rows is padded: itself for the others, and no stiffness. This header and
+/// particle.h are shared with kernels that are compiled for several instruction sets.
+
+#include <cstdint>
+
+#include "pbdsurg/base/types.h"
+
+#include "lib/solver/sets/constraint_block.h"
+#include "lib/solver/state/particle.h"
+
+namespace pbdsurg {
+
+/// Distortion of Neo-Hookean tetrahedra, which pulls a vertex towards a neighbour.
+struct alignas(64) PullRow {
+  ParticleOffset neighbors[kBlockLanes];
+  float weights[kBlockLanes];  ///< N/m
+};
+
+/// An edge of a body of springs, a link, or the damping of an edge.
+struct alignas(64) SpringRow {
+  ParticleOffset neighbors[kBlockLanes];
+  float stiffness[kBlockLanes];  ///< N/m
+  float rest[kBlockLanes];       ///< m
+};
+
+/// A tetrahedron's volume.
+struct alignas(64) VolumeRow {
+  ParticleOffset face[3][kBlockLanes];  ///< opposite, counter-clockwise seen from outside
+  float stiffness[kBlockLanes];         ///< N/m^5 / 36
+  float target[kBlockLanes];            ///< 6 m^3
+};
+
+/// A hinge, turned so that the vertex is the first or, opposite the edge, the third of it. Of the
+/// others, the second, the third or else the first, and the fourth.
+struct alignas(64) HingeRow {
+  ParticleOffset neighbors[3][kBlockLanes];
+  float stiffness[kBlockLanes];    ///< N m
+  float rest[kBlockLanes];         ///< BendingConstraint::kRest
+  float is_opposite[kBlockLanes];  ///< 1 or 0
+};
+
+/// What damping makes a row's stiffness and target from, in each substep.
+struct alignas(64) DampedRow {
+  float stiffness[kBlockLanes];
+  float target[kBlockLanes];
+  float damping[kBlockLanes];  ///< s times the unit of the stiffness
+};
+
+struct RowRange {
+  Index first = 0;
+  Index count = 0;
+};
+
+/// Sixteen vertices of one colour. Where there are fewer, the idle lanes repeat the last in use,
+/// rows and all, so that a kernel of any width may store them: to the same place, the same bits.
+struct alignas(64) VertexBlock {
+  ParticleOffset corners[kBlockLanes];
+  Index lane_count;
+  bool is_damped;  ///< whether some row is
+  RowRange pulls, springs, volumes, hinges;
+};
+
+/// All of them.
+struct VertexRows {
+  const VertexBlock* blocks;
+  const PullRow* pulls;
+  const SpringRow* springs;
+  const VolumeRow* volumes;
+  const HingeRow* hinges;
+};
+
+/// Those that damping changes.
+struct DampedRows {
+  const VertexBlock* blocks;
+  SpringRow* springs;
+  VolumeRow* volumes;
+  HingeRow* hinges;
+  const DampedRow* damped_springs;  ///< [springs]
+  const DampedRow* damped_volumes;  ///< [volumes]
+  const DampedRow* damped_hinges;   ///< [hinges]
+};
+
+/// One bit a lane of a block, the first lane's the lowest.
+using LaneBits = std::uint32_t;
+
+/// What moving vertices reads and writes beside their rows.
+struct VertexState {
+  Particle* particles;
+  const Particle* flights;   ///< m, where a vertex would be without its rows
+  const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
+  float inverse_dt_squared;  ///< 1/s^2
+  float relaxation;          ///< how far to go, as a share of the way to the least energy
+};
+
+}  // namespace pbdsurg

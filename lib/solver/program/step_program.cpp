@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/program/step_program.h"
+
+#include <array>
+
+namespace pbdsurg {
+namespace {
+
+using enum StepOperation;
+
+// Position-based dynamics (Mueller et al. 2007, algorithm 1): factors have no memory.
+constexpr std::array kFractionProjections{predict, find_contacts, sweep, collect_forces,
+                                          update_velocities};
+
+// With compliances (Macklin et al. 2016, algorithm 1).
+constexpr std::array kComplianceProjections{predict, clear_multipliers, find_contacts,
+                                            sweep,   collect_forces,    update_velocities};
+
+// Vertex block descent (Chen et al. 2024, algorithm 1).
+constexpr std::array kVertexBlocks{predict,        extrapolate,  find_contacts,
+                                   gather_holds,   damp_rows,    sweep,
+                                   collect_forces, measure_fall, update_velocities};
+
+}  // namespace
+
+StepProgram step_program(const SolverOptions& options) noexcept {
+  switch (options.method) {
+    case SolverMethod::projection:
+      return options.mode == ProjectionMode::fraction
+                 ? StepProgram{kFractionProjections, options.substeps}
+                 : StepProgram{kComplianceProjections, options.substeps};
+    case SolverMethod::vertex_block:
+      break;
+  }
+  return {kVertexBlocks, options.substeps};
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A step as data: what happens in each of its substeps. A method writes it, an executor runs it.
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "pbdsurg/base/export.h"
+#include "pbdsurg/solver/solver_options.h"
+
+namespace pbdsurg {
+
+/// A part of a substep. The serial backend defines what each does; an executor may join neighbours,
+/// and leave out what changes nothing.
+enum class StepOperation : std::uint8_t {
+  predict,      ///< keeps where vertices are; they go on under gravity and drag
+  extrapolate,  ///< keeps the prediction; vertices go where they come to if they fall as before
+  clear_multipliers,  ///< of constraints with compliances
+  find_contacts,      ///< moves the tools, and finds the vertices that they touch
+  gather_holds,       ///< finds what tools do to each vertex
+  damp_rows,          ///< gives the rows of vertices this substep's damping
+  sweep,              ///< all sweeps: the phases of the StepPlan, again and again
+  collect_forces,     ///< adds what pushed back to the forces of tools
+  measure_fall,       ///< finds how vertices fall, for the next substep
+  update_velocities,  ///< from the way of the substep
+};
+
+struct StepProgram {
+  std::span<const StepOperation> operations;  ///< of one substep, in order; lives for ever
+  int substeps = 0;
+
+  bool operator==(const StepProgram& other) const noexcept {
+    return substeps == other.substeps && std::ranges::equal(operations, other.operations);
+  }
+};
+
+/// What the method of the options does in a step.
+[[nodiscard]] PBDSURG_API StepProgram step_program(const SolverOptions& options) noexcept;
+
+/// The loop over substeps, of every executor.
+/// @param run  called with an operation and its substep, 0 to substeps - 1
+template <class Run>
+void run_step(const StepProgram& program, Run run) {
+  for (int substep = 0; substep < program.substeps; ++substep) {
+    for (const StepOperation operation : program.operations) {
+      run(operation, substep);
+    }
+  }
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/program/step_scratch.h"
+
+#include <algorithm>
+
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& list) {
+  return list.capacity() * sizeof(T);
+}
+
+// With as much room as another list has, so that both grow together.
+template <class T>
+void fit_list(std::vector<T>& list, std::size_t size, std::size_t capacity, const T& value = {}) {
+  list.reserve(capacity);
+  list.resize(size, value);
+}
+
+}  // namespace
+
+void StepScratch::fit(const SolverData& data) {
+  const std::size_t places = data.particles.size(), room = data.particles.capacity();
+  fit_list(previous, places, room);
+  data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+    auto& groups = multipliers.of<Constraint>();
+    // what an undo closes, edits open again
+    groups.resize(std::max(groups.size(), static_cast<std::size_t>(slots.group_count())));
+    for (Index group = 0; group < slots.group_count(); ++group) {
+      fit_list(groups[group], slots.blocks(group).size(), slots.block_capacity(group));
+    }
+  });
+  if (data.options.method != SolverMethod::vertex_block) {
+    return;
+  }
+  fit_list(flights, places, room);
+  fit_list(first_holds, places, room, kInvalidIndex);
+  held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
+  reserve_holds(data);
+}
+
+void StepScratch::reserve_holds(const SolverData& data) {
+  std::size_t most = 0;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    std::size_t sum = 0;
+    for (const ToolState& tool : data.copy(i).tools) {
+      sum += tool.attachments.size() + tool.contacts.capacity();
+    }
+    most = std::max(most, sum);
+  }
+  holds.reserve(most);
+}
+
+void StepScratch::fit_beside(const SolverData& data) {
+  fit(data);
+  const bool is_current = has_own_rows && rows_version == data.tissue->version();
+  has_own_rows = data.vertex_blocks.has_damping();
+  rows_version = data.tissue->version();
+  if (has_own_rows && !is_current) {
+    const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
+    springs.assign(rows.springs.begin(), rows.springs.end());
+    volumes.assign(rows.volumes.begin(), rows.volumes.end());
+    hinges.assign(rows.hinges.begin(), rows.hinges.end());
+  }
+}
+
+std::size_t StepScratch::memory_bytes() const noexcept {
+  std::size_t bytes = bytes_of(previous) + bytes_of(flights) + bytes_of(first_holds) +
+                      bytes_of(holds) + bytes_of(held) + bytes_of(springs) + bytes_of(volumes) +
+                      bytes_of(hinges);
+  multipliers.for_each([&](const auto& groups) {
+    for (const auto& blocks : groups) {
+      bytes += bytes_of(blocks);
+    }
+  });
+  return bytes;
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a host writes while it steps a copy, beside that copy's state.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "pbdsurg/base/export.h"
+
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/sets/constraint_block.h"
+#include "lib/solver/sets/constraint_kinds.h"
+#include "lib/solver/state/particle.h"
+
+namespace pbdsurg {
+
+class SolverData;
+struct CopyState;
+
+/// What constraints remember from sweep to sweep of a substep.
+template <class... Constraints>
+class MultiplierStore {
+ public:
+  template <class Constraint>
+  using Groups = std::vector<std::vector<MultiplierBlock<Constraint>>>;
+
+  /// [group][block] as the blocks of ConstraintSlots
+  template <class Constraint>
+  [[nodiscard]] Groups<Constraint>& of() noexcept {
+    return std::get<Groups<Constraint>>(groups_);
+  }
+
+  /// Calls visit(groups) for each kind.
+  template <class Visit>
+  void for_each(Visit visit) {
+    (visit(std::get<Groups<Constraints>>(groups_)), ...);
+  }
+  template <class Visit>
+  void for_each(Visit visit) const {
+    (visit(std::get<Groups<Constraints>>(groups_)), ...);
+  }
+
+ private:
+  std::tuple<Groups<Constraints>...> groups_;
+};
+
+/// A tool's contact or grasp at a vertex.
+struct VertexHold {
+  Index place;  ///< of the vertex, see SolverState
+  Index next;   ///< at the same vertex, or kInvalidIndex
+  Index tool;
+  Index entry;  ///< of its attachments or contacts
+  bool is_contact;
+};
+
+/// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.
+struct PBDSURG_API StepScratch {
+  std::vector<Particle> previous;  ///< [place] at the start of the substep
+  ForAllConstraints<MultiplierStore> multipliers;
+
+  // of the vertex-block method
+  std::vector<Particle> flights;   ///< [place] m, where a vertex would be without its rows
+  std::vector<Index> first_holds;  ///< [place] or kInvalidIndex
+  std::vector<VertexHold> holds;   ///< of the current substep
+  std::vector<LaneBits> held;      ///< [block] lanes of vertices with holds
+  /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
+  /// which is for one worker to do.
+  bool has_own_rows = false;
+  std::uint64_t rows_version = 0;  ///< of the tissue, whose rows they are
+  std::vector<SpringRow> springs;
+  std::vector<VolumeRow> volumes;
+  std::vector<HingeRow> hinges;
+
+  /// Makes room for a step of any copy, before it begins. Cost: O(groups) where no edit came
+  /// between.
+  void fit(const SolverData& data);
+
+  /// As fit(), for a worker beside the one that changes the rows of VertexBlocks. Cost: O(rows), if
+  /// these have damping and an edit came between.
+  void fit_beside(const SolverData& data);
+
+  /// Makes room for all that tools can touch and hold, part of fit().
+  void reserve_holds(const SolverData& data);
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+};
+
+/// A step of one copy, as one worker takes it.
+struct StepContext {
+  SolverData& data;  ///< read, but for the rows of VertexBlocks: see StepScratch
+  CopyState& copy;
+  StepScratch& scratch;
+};
+
+}  // namespace pbdsurg

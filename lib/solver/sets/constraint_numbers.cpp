@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/sets/constraint_numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+
+#include "pbdsurg/base/error.h"
+
+#include "lib/solver/sets/edge_owners.h"
+#include "lib/solver/sets/neo_hookean_record.h"
+
+namespace pbdsurg {
+namespace {
+
+// What a projection takes: a fraction, or a compliance, m/N or m^5/N.
+float stiffness_in(ProjectionMode mode, const Stiffness& stiffness) noexcept {
+  return mode == ProjectionMode::fraction ? stiffness.fraction : stiffness.compliance;
+}
+
+EdgeNumbers edge_numbers(double length, const Material& material, ProjectionMode mode) {
+  EdgeNumbers numbers;
+  if (material.model == ElasticModel::springs) {
+    numbers.distance = {static_cast<float>(length), stiffness_in(mode, material.stretch),
+                        material.damping};
+  }
+  if (std::isfinite(material.max_stretch)) {
+    numbers.limit = {static_cast<float>(material.max_stretch * length)};
+  }
+  return numbers;
+}
+
+TetNumbers tet_numbers(std::span<const Eigen::Vector3d> positions, const Tet& tet, const Body& body,
+                       ProjectionMode mode) {
+  TetNumbers numbers;
+  if (has_volume_constraints(body)) {
+    numbers.volume = {static_cast<float>(tet_volume(positions, tet)),
+                      stiffness_in(mode, body.material.volume), body.material.damping};
+  }
+  if (body.material.model == ElasticModel::neo_hookean) {
+    numbers.neo_hookean = make_neo_hookean(positions, tet, {}, body.material).parameters;
+  }
+  return numbers;
+}
+
+Numbers<BendingConstraint> hinge_numbers(std::span<const Eigen::Vector3d> positions,
+                                         const Hinge& hinge, const Material& material) {
+  Vec3<double> x[4];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d& position = positions[hinge.vertices[k]];
+    x[k] = {position.x(), position.y(), position.z()};
+  }
+  const HingeAtRest rest = hinge_at_rest(x, hinge.rigidity);
+  return {static_cast<float>(rest.turn), static_cast<float>(1 / rest.stiffness), material.damping};
+}
+
+const Material& material_of(std::span<const Body> bodies, Index vertex) {
+  const auto after = std::ranges::upper_bound(bodies, vertex, {}, &Body::first_vertex);
+  return std::prev(after)->material;
+}
+
+}  // namespace
+
+ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edges,
+                                  ProjectionMode mode) {
+  ConstraintNumbers numbers;
+  numbers.edges.reserve(edges.size());
+  numbers.tets.reserve(scene.tets().size());
+  std::size_t b = 0;  // edges are sorted, so their bodies ascend
+  for (const Edge& edge : edges) {
+    while (edge[0] >= scene.bodies()[b].first_vertex + scene.bodies()[b].vertex_count) {
+      ++b;
+    }
+    const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
+    numbers.edges.push_back(edge_numbers(length, scene.bodies()[b].material, mode));
+  }
+  for (const Body& body : scene.bodies()) {
+    for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
+      numbers.tets.push_back(tet_numbers(scene.positions(), tet, body, mode));
+    }
+  }
+  for (const Hinge& hinge : scene.hinges()) {
+    numbers.hinges.emplace_back(
+        hinge_numbers(scene.positions(), hinge, material_of(scene.bodies(), hinge.vertices[0])));
+  }
+  return numbers;
+}
+
+ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
+  const std::span<const Eigen::Vector3d> positions = tissue.rest_positions();
+  ConstraintNumbers numbers;
+  numbers.edges.resize(tissue.edges().size());
+  for (std::size_t e = 0; e < numbers.edges.size(); ++e) {
+    const auto [a, b] = tissue.edges()[e];
+    if (tissue.edge_tets()[e] > 0) {
+      numbers.edges[e] = edge_numbers((positions[a] - positions[b]).norm(),
+                                      tissue.bodies()[tissue.body_of_vertex(a)].material, mode);
+    }
+  }
+  numbers.tets.resize(tissue.tets().size());
+  for (Index t = 0; t < static_cast<Index>(numbers.tets.size()); ++t) {
+    if (tissue.is_tet_alive(t)) {
+      numbers.tets[t] =
+          tet_numbers(positions, tissue.tets()[t], tissue.bodies()[tissue.body_of_tet(t)], mode);
+    }
+  }
+  numbers.hinges.resize(tissue.hinges().size());
+  for (Index h = 0; h < static_cast<Index>(numbers.hinges.size()); ++h) {
+    if (tissue.is_hinge_alive(h)) {
+      const Hinge& hinge = tissue.hinges()[h];
+      const Body& body = tissue.bodies()[tissue.body_of_vertex(hinge.vertices[0])];
+      numbers.hinges[h] = hinge_numbers(positions, hinge, body.material);
+    }
+  }
+  return numbers;
+}
+
+void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
+  for (const Body& body : bodies) {
+    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+      throw InvalidArgument("body '" + body.name +
+                            "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
+                            "the compliance mode");
+    }
+  }
+}
+
+void check_hinges(std::size_t count, ProjectionMode mode) {
+  if (count > 0 && mode == ProjectionMode::fraction) {
+    throw InvalidArgument("the " + std::to_string(count) +
+                          " hinges have a rigidity and no fraction: they need the compliance mode");
+  }
+}
+
+bool has_damping(std::span<const Body> bodies) noexcept {
+  return std::ranges::any_of(bodies, [](const Body& body) { return body.material.damping > 0; });
+}
+
+Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode) {
+  return {link.rest_length, stiffness_in(mode, link.stiffness), 0};
+}
+
+}  // namespace pbdsurg

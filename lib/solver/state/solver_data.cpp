@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/state/solver_data.h"
+
+#include <algorithm>
+
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/state/state_follower.h"
+
+namespace pbdsurg {
+namespace {
+
+// The plan, and what the backend made of it.
+class ProgramFollower final : public Follower {
+ public:
+  ProgramFollower(SolverData& data, const StateFollower& state) : data_(data), state_(state) {}
+
+  void follow(const Tissue&, const TissueChange&) noexcept override { update(); }
+  void undo(const Tissue&, const TissueChange&) noexcept override { update(); }
+  void renumber(const Tissue&, const Renumbering&) noexcept override {}
+
+ private:
+  // At no cost for the plan where no phase was left without constraints and none got its first.
+  void update() {
+    if (data_.sets.has_other_phases() || state_.has_other_holds()) {
+      data_.rebuild_plan();
+    }
+    data_.backend->follow_edit(data_);
+  }
+
+  SolverData& data_;
+  const StateFollower& state_;
+};
+
+}  // namespace
+
+struct SolverData::Followers {
+  explicit Followers(SolverData& data)
+      : state(data), sets(data.sets), vertices(data), program(data, state) {}
+
+  StateFollower state;
+  ConstraintSets& sets;
+  VertexFollower vertices;
+  ProgramFollower program;
+
+  // In their order.
+  template <class Visit>
+  void for_each(Visit visit) {
+    visit(state), visit(sets), visit(vertices), visit(program);
+  }
+};
+
+SolverData::SolverData() : followers_(std::make_unique<Followers>(*this)) {}
+SolverData::~SolverData() = default;
+
+void SolverData::follow_tissue() {
+  followers_->for_each(
+      [&](Follower& follower) { tissue->add_follower(follower, FollowerRank::solver); });
+}
+
+void SolverData::leave_tissue() noexcept {
+  followers_->for_each([](Follower& follower) { follower.leave_tissue(); });
+}
+
+void SolverData::set_backend(std::unique_ptr<Backend> made) {
+  backend = std::move(made);
+  if (!backend->keeps_state()) {
+    step_scratch.fit(*this);
+  }
+}
+
+void SolverData::start_step(float dt) {
+  if (!backend->keeps_state()) {
+    backend->start_step(*this, dt);
+    report = backend->finish_step(*this);
+    for (Index i = 0; i < copy_count(); ++i) {
+      CopyState& each = copy(i);
+      std::ranges::transform(watched_places, each.watched_positions.begin(), [&](Index place) {
+        const Particle& p = each.particles[place];
+        return Eigen::Vector3f(p.x, p.y, p.z);
+      });
+    }
+  } else {
+    try {
+      backend->start_step(*this, dt);
+    } catch (...) {  // part of it may be done: what the host has is the state
+      for (Index i = 0; i < copy_count(); ++i) {
+        changes.state[i] = changes.state[i] || copy(i).is_state_current;
+      }
+      throw;
+    }
+    for (Index i = 0; i < copy_count(); ++i) {
+      copy(i).is_state_current = false;
+    }
+  }
+  step_in_flight = Step::running;
+  changes.clear();
+}
+
+void SolverData::rebuild_plan() {
+  plan.phases.clear();
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  if (by_vertices) {
+    step_scratch.reserve_holds(*this);
+    for (Index color = 0; color < vertex_blocks.color_count(); ++color) {
+      if (vertex_blocks.blocks(color).count > 0) {
+        plan.phases.push_back({PhaseKind::vertex, color});
+      }
+    }
+  }
+  for (const Phase& phase : sets.phases) {
+    if (sets.constraint_count(phase) > 0 &&
+        (!by_vertices || phase.kind == PhaseKind::strain_limit)) {
+      plan.phases.push_back(phase);
+    }
+  }
+  if (by_vertices) {  // tools act within it
+    return;
+  }
+  // what a copy does not need does nothing there
+  Index colors = 0;
+  for (Index i = 0; i < copy_count(); ++i) {
+    colors = std::max(colors, copy(i).attachment_colors);
+  }
+  for (Index color = 0; color < colors; ++color) {
+    plan.phases.push_back({PhaseKind::attachment, color});
+  }
+  for (std::size_t tool = 0; tool < tools.size(); ++tool) {
+    bool pushes = false;
+    for (Index i = 0; i < copy_count() && !pushes; ++i) {
+      const ToolState& state = copy(i).tools[tool];
+      pushes = !state.capsules.empty() && state.attachments.empty();
+    }
+    if (pushes) {
+      plan.phases.push_back({PhaseKind::contact, static_cast<Index>(tool)});
+    }
+  }
+}
+
+void SolverData::reserve_spare_room() {
+  followers_->state.reserve(static_cast<std::size_t>(options.spare.vertices));
+  sets.reserve(options.spare);
+  constexpr std::size_t kToolPhases = 64;
+  plan.phases.reserve(sets.phases.size() + kToolPhases);
+}
+
+std::size_t SolverData::memory_bytes() const noexcept {
+  return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
+         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
+         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
+         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+}
+
+}  // namespace pbdsurg

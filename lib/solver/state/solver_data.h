@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Everything a solver holds, for the backends that step it.
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+
+#include "pbdsurg/tissue/tissue.h"
+
+#include "lib/solver/methods/vertex_blocks.h"
+#include "lib/solver/program/step_scratch.h"
+#include "lib/solver/sets/constraint_sets.h"
+#include "lib/solver/state/solver_state.h"
+
+namespace pbdsurg {
+
+class Solver;
+
+/// The parts follow the tissue in the order in which each needs those before it.
+class SolverData : public SolverState {
+ public:
+  static constexpr const char* kWho = "a solver";
+
+  SolverData();
+  ~SolverData();
+  SolverData(const SolverData&) = delete;
+  SolverData& operator=(const SolverData&) = delete;
+
+  /// By which it is known again, also after a compaction; whoever holds on to it keeps others from
+  /// having the same.
+  std::shared_ptr<const char> identity = std::make_shared<const char>();
+  std::unique_ptr<Tissue> own_tissue;  ///< of a solver that was made of a scene
+  const Tissue* tissue = nullptr;
+  ConstraintSets sets{*this};
+  VertexBlocks vertex_blocks;  ///< of the vertex-block method, else empty
+  StepPlan plan;
+  StepScratch step_scratch;  ///< of the first worker on a host
+
+  /// From here on edits of the tissue are followed.
+  void follow_tissue();
+  void leave_tissue() noexcept;
+
+  /// Takes who steps from now on, with the scratch that it needs on a host.
+  void set_backend(std::unique_ptr<Backend> made);
+
+  /// @param dt  s, as Solver::step() takes it
+  void start_step(float dt);
+
+  /// Phases follow what tools of any copy hold and what is left, so this is called after each
+  /// grasp, release or removal. Cost: O(phases + tools of all copies).
+  void rebuild_plan();
+
+  /// Makes the room that options ask for.
+  void reserve_spare_room();
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  struct Followers;
+  std::unique_ptr<Followers> followers_;
+};
+
+/// Calls visit(tet) for those without constraints of their own, dead ones, too.
+template <class Visit>
+void for_each_tube_tet(const Tissue& tissue, Visit visit) {
+  const auto is_tube = [](const Body& body) {
+    return body.material.model == ElasticModel::springs && !has_volume_constraints(body);
+  };
+  if (std::ranges::none_of(tissue.bodies(), is_tube)) {
+    return;
+  }
+  const Index first_later = tissue.first_later_tet(0);
+  for (const Body& body : tissue.bodies()) {
+    const Index end = std::min(body.first_tet + body.tet_count, first_later);
+    for (Index t = body.first_tet; is_tube(body) && t < end; ++t) {
+      visit(t);
+    }
+  }
+  for (Index t = first_later; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (is_tube(tissue.bodies()[tissue.body_of_tet(t)])) {
+      visit(t);
+    }
+  }
+}
+
+SolverData& solver_data(Solver& solver);
+const SolverData& solver_data(const Solver& solver);
+
+}  // namespace pbdsurg

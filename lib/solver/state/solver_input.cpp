@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/state/solver_input.h"
+
+#include <string>
+#include <utility>
+
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/sets/build_constraints.h"
+#include "lib/solver/sets/nested_domains.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> positions,
+                    SolverData& data) {
+  data.place_of_vertex = order_vertices(positions);
+  data.particles.resize(positions.size());
+  for (Index v = 0; v < tissue.vertex_count(); ++v) {
+    const Eigen::Vector3f x = positions[v].cast<float>();
+    const double mass = tissue.masses()[v];
+    const bool moves = mass > 0 && !tissue.is_fixed(v);
+    data.particle(v) = {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / mass) : 0.0F};
+  }
+  data.velocities.assign(positions.size(), {});
+  if (data.options.method == SolverMethod::vertex_block) {
+    data.falling.assign(positions.size(), 1.0F);
+  }
+}
+
+std::string plan_name(const SolverOptions& options) {
+  const bool moves_vertices = options.method == SolverMethod::vertex_block;
+  const ColoringOptions coloring = moves_vertices ? vertex_coloring(options) : options.coloring;
+  std::string name = name_of(coloring.algorithm);
+  if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
+    name += std::string(" by ") + name_of(coloring.order);
+  }
+  if (coloring.algorithm == ColoringAlgorithm::random_disc &&
+      coloring.disc.palette == Palette::conflicts) {
+    name += " by conflicts";
+  }
+  name += coloring.repair ? "+repair" : "";
+  name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
+  name += coloring.balance ? "+balance" : "";
+  if (moves_vertices) {
+    return name + ", vertices";
+  }
+  switch (options.composition) {
+    case PlanComposition::automatic:
+      break;
+    case PlanComposition::separate:
+      return name + ", distances then volumes";
+    case PlanComposition::joint:
+      return name + ", joint";
+    case PlanComposition::nested:
+      return name + ", nested";
+  }
+  return name;
+}
+
+}  // namespace
+
+SolverInput input_at_rest(const Tissue& tissue, const SolverOptions& options) {
+  SolverInput input;
+  input.options = options;
+  input.positions.assign(tissue.rest_positions().begin(), tissue.rest_positions().end());
+  input.numbers = numbers_at_rest(tissue, options.mode);
+  if (options.method == SolverMethod::vertex_block) {
+    input.vertex_tets = vertex_tets_at_rest(tissue);
+  }
+  return input;
+}
+
+std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue, SolverInput input) {
+  auto made = std::make_unique<SolverData>();
+  SolverData& data = *made;
+  data.tissue = &tissue;
+  data.options = input.options;
+  data.gravity = tissue.gravity();
+  place_vertices(tissue, input.positions, data);
+  build_constraints(input.numbers, data);
+  data.sets.has_damping = has_damping(tissue.bodies());
+  data.vertex_blocks = make_vertex_blocks(data, std::move(input.vertex_tets));
+  data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);
+  data.reserve_spare_room();
+  data.changes.state.assign(static_cast<std::size_t>(data.options.copies), true);
+  data.plan.name = plan_name(data.options);
+  data.rebuild_plan();
+  return made;
+}
+
+void reserve_spare_room(Tissue& tissue, const SpareRoom& spare) {
+  tissue.reserve(static_cast<std::size_t>(spare.vertices), static_cast<std::size_t>(spare.tets),
+                 static_cast<std::size_t>(spare.edges), static_cast<std::size_t>(spare.links));
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/state/solver_state.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace pbdsurg {
+
+void CopyState::color_attachments() {
+  attachment_colors = 0;
+  std::unordered_map<Index, Index> holders;
+  for (ToolState& tool : tools) {
+    for (Attachment& attachment : tool.attachments) {
+      attachment.color = holders[attachment.vertex]++;
+      attachment_colors = std::max(attachment_colors, attachment.color + 1);
+    }
+  }
+}
+
+void SolverState::finish_running_step() {
+  if (step_in_flight != Step::running) {
+    return;
+  }
+  if (backend->keeps_state()) {
+    step_in_flight = Step::none;  // also if the backend fails
+    report = backend->finish_step(*this);
+  }
+  step_in_flight = Step::finished;
+}
+
+void SolverState::fetch_state(Index index) {
+  finish_running_step();
+  CopyState& state = copy(index);
+  if (state.is_state_current) {
+    return;
+  }
+  std::pmr::vector<VertexMotion> moved(scratch.get());  // of these the backend has not heard yet
+  for (const Index v : changes.moved) {
+    moved.push_back(state.motion_of(place_of_vertex[v]));
+  }
+  backend->fetch_state(*this, index);
+  for (const Index place : changes.vertices) {
+    if (state.particles[place].w == 0) {
+      state.velocities[place] = {};
+    }
+  }
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    state.set_motion(place_of_vertex[changes.moved[i]], moved[i]);
+  }
+  state.is_state_current = true;
+}
+
+void SolverState::fetch_motion(std::span<const Index> vertices) {
+  finish_running_step();
+  read_places.clear();
+  for (const Index v : vertices) {
+    if (!changes.has_moved(v)) {
+      read_places.push_back(place_of_vertex[v]);
+    }
+  }
+  bool is_current = true;
+  for (Index i = 0; i < copy_count(); ++i) {
+    is_current = is_current && copy(i).is_state_current;
+  }
+  if (read_places.empty() || is_current) {
+    return;
+  }
+  backend->ask_for_motion(read_places);
+  std::pmr::vector<VertexMotion> motions(read_places.size(), scratch.get());
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    if (state.is_state_current) {
+      continue;
+    }
+    backend->collect_motion(i, motions);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      state.set_motion(read_places[k], motions[k]);
+    }
+  }
+}
+
+void SolverState::read_positions(Index index, std::span<const Index> vertices,
+                                 std::span<Eigen::Vector3f> out) {
+  finish_running_step();
+  const CopyState& state = copy(index);
+  const auto is_here = [&](Index v) { return state.is_state_current || changes.has_moved(v); };
+  read_places.clear();
+  for (const Index v : vertices) {
+    if (!is_here(v)) {
+      read_places.push_back(place_of_vertex[v]);
+    }
+  }
+  std::size_t unread = read_places.size();
+  if (unread > 0) {
+    backend->read_positions(*this, index, read_places, out.first(unread));
+  }
+  for (std::size_t i = vertices.size(); i-- > 0;) {  // what was read moves back to make room
+    const Particle& p = state.particles[place_of_vertex[vertices[i]]];
+    out[i] = is_here(vertices[i]) ? Eigen::Vector3f(p.x, p.y, p.z) : out[--unread];
+  }
+}
+
+void SolverState::set_inverse_mass(Index vertex, float w) {
+  const Index place = place_of_vertex[vertex];
+  for (Index i = 0; i < copy_count(); ++i) {
+    CopyState& state = copy(i);
+    state.particles[place].w = w;
+    if (w == 0) {
+      state.velocities[place] = {};
+    }
+  }
+  log_vertex(vertex);
+}
+
+void SolverState::log_constraint(PhaseKind kind, Index id) {
+  if (backend->keeps_state()) {
+    changes.constraints.push_back({kind, id});
+  }
+}
+
+void SolverState::log_tet(Index tet) {
+  if (backend->keeps_state()) {
+    changes.tets.push_back(tet);
+  }
+}
+
+void SolverState::log_vertex(Index vertex) {
+  if (backend->keeps_state()) {
+    changes.vertices.push_back(place_of_vertex[vertex]);
+  }
+}
+
+void SolverState::log_moved(Index vertex) {
+  if (backend->keeps_state()) {
+    changes.add_moved(vertex);
+  }
+}
+
+void SolverState::log_growth() {
+  changes.grown = changes.grown || backend->keeps_state();
+}
+
+void SolverState::forget_releases(Index index, Index tool) {
+  std::erase_if(releases, [&](const Release& release) {
+    return release.copy == index && release.tool == tool;
+  });
+}
+
+void SolverState::reserve_tool(ToolState& tool) const {
+  tool.placed_capsules.reserve(tool.capsules.size());
+  if (!backend->keeps_state()) {
+    tool.contacts.reserve(
+        std::min(particles.size(), static_cast<std::size_t>(options.contact_capacity)));
+  }
+}
+
+void SolverState::reserve_tools() {
+  for (Index i = 0; i < copy_count(); ++i) {
+    for (ToolState& tool : copy(i).tools) {
+      reserve_tool(tool);
+    }
+  }
+}
+
+std::size_t SolverState::memory_bytes() const noexcept {
+  const auto bytes_of = [](const auto&... arrays) {
+    return (... + (arrays.capacity() * sizeof(arrays[0])));
+  };
+  std::size_t bytes = bytes_of(place_of_vertex, watched_places, read_places, releases,
+                               changes.moved, changes.vertices, changes.constraints, changes.tets);
+  for (Index i = 0; i < copy_count(); ++i) {
+    const CopyState& each = copy(i);
+    bytes += bytes_of(each.particles, each.velocities, each.falling, each.watched_positions);
+    for (const ToolState& tool : each.tools) {
+      bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
+    }
+  }
+  return bytes;
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How vertices of a solver move, what its tools do, and what its backend has to hear of that.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/solver/solver_options.h"
+
+#include "lib/solver/program/backend.h"
+#include "lib/solver/state/changes.h"
+#include "lib/solver/state/particle.h"
+#include "lib/solver/state/tool_state.h"
+
+namespace pbdsurg {
+
+/// What each copy of a scene has of its own.
+struct CopyState {
+  // State lies in the order of places, in which near vertices are near, so that threads that work
+  // on different parts of a body share few cache lines. Constraints name places.
+  std::vector<Particle> particles;   // [place] inverse masses are alike in all copies
+  std::vector<Velocity> velocities;  // [place]
+  std::vector<float> falling;        // [place] of the vertex-block method, as in Snapshot
+  std::vector<ToolState> tools;
+  Index attachment_colors = 0;
+  bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
+  std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
+  StepReport last_report;
+
+  /// As it is here, see `is_state_current`.
+  [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
+    const Particle& p = particles[place];
+    return {p.x, p.y, p.z, velocities[place], falling.empty() ? 0.0F : falling[place]};
+  }
+  void set_motion(Index place, const VertexMotion& motion) noexcept {
+    particles[place] = {motion.x, motion.y, motion.z, particles[place].w};
+    velocities[place] = motion.velocity;
+    if (!falling.empty()) {
+      falling[place] = motion.falling;
+    }
+  }
+
+  /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the
+  /// same vertex. Cost: O(held vertices).
+  void color_attachments();
+};
+
+/// All that copies share of motion, and the state of copy 0.
+struct SolverState : CopyState {
+  SolverOptions options;
+  Eigen::Vector3f gravity;
+  std::vector<Index> place_of_vertex;  // [vertex_count]
+  std::vector<CopyState> others;       // [copies - 1] copy 1 and on
+  std::unique_ptr<Backend> backend;
+
+  // between steps
+  enum class Step { none, running, finished };  // finished: its report was not asked for yet
+  Step step_in_flight = Step::none;
+  StepReport report;  // of a finished step
+  Changes changes;    // since the last step began
+  std::vector<Index> watched_places;
+  std::vector<Index> read_places;  // buffer of reads from the backend
+
+  // by tools, of vertices that the last edit left without tissue
+  struct Release {
+    Index copy, tool;
+    std::size_t entry;  ///< of the tool's attachments, after those released before it
+    Attachment attachment;
+  };
+  std::vector<Release> releases;
+
+  // for lists of a while: keeps what it has got, so that later edits ask for no memory
+  std::unique_ptr<std::pmr::memory_resource> scratch =
+      std::make_unique<std::pmr::unsynchronized_pool_resource>(
+          std::pmr::pool_options{.largest_required_pool_block = std::size_t{1} << 20});
+
+  [[nodiscard]] Index copy_count() const noexcept { return static_cast<Index>(others.size()) + 1; }
+  [[nodiscard]] CopyState& copy(Index index) { return index == 0 ? *this : others[index - 1]; }
+  [[nodiscard]] const CopyState& copy(Index index) const {
+    return index == 0 ? *this : others[index - 1];
+  }
+
+  [[nodiscard]] Particle& particle(Index vertex) { return particles[place_of_vertex[vertex]]; }
+  [[nodiscard]] const Particle& particle(Index vertex) const {
+    return particles[place_of_vertex[vertex]];
+  }
+
+  /// @param vertices  of the scene
+  template <std::size_t kCount>
+  [[nodiscard]] std::array<Index, kCount> places_of(
+      const std::array<Index, kCount>& vertices) const {
+    std::array<Index, kCount> places;
+    std::transform(vertices.begin(), vertices.end(), places.begin(),
+                   [&](Index v) { return place_of_vertex[v]; });
+    return places;
+  }
+
+  /// Waits for the step that is running, if one is. All that reads the state, or changes what
+  /// Backend says must stay while a step runs, calls this first.
+  void finish_running_step();
+
+  /// Makes positions, velocities and `falling` of a copy those of now.
+  void fetch_state(Index copy);
+
+  /// As fetch_state(), of some vertices with tissue in all copies: what else is out of date stays
+  /// so. Cost: proportional to these.
+  void fetch_motion(std::span<const Index> vertices);
+
+  /// Reads some positions of a copy, without fetching all.
+  /// @param vertices  [n] scene vertices
+  /// @param out       [n] m
+  void read_positions(Index copy, std::span<const Index> vertices, std::span<Eigen::Vector3f> out);
+
+  /// In all copies; a vertex that cannot move stops.
+  /// @param w  1/kg
+  void set_inverse_mass(Index vertex, float w);
+
+  // Entries of the log, for backends that need it.
+  void log_constraint(PhaseKind kind, Index id);
+  void log_tet(Index tet);
+  void log_vertex(Index vertex);
+  void log_moved(Index vertex);
+
+  /// Constraints are added, or such are gone.
+  void log_growth();
+
+  /// A tool of a copy gave up what it holds: no undo brings it back.
+  void forget_releases(Index copy, Index tool);
+
+  /// Makes room for what a tool can touch, so that no step allocates; of all tools for the latter.
+  void reserve_tool(ToolState& tool) const;
+  void reserve_tools();
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+};
+
+}  // namespace pbdsurg

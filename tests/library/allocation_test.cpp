@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <atomic>
+#include <new>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/tissue/tissue.h"
+
+#include "lib/base/step_team.h"
+#include "tests/support/allocation_count.h"
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::allocation_count;
+using testing::allocation_limit;
+
+constexpr double kEdge = 4e-3;      // m
+constexpr float kTimeStep = 5e-3F;  // s
+
+}  // namespace
+
+// Would catch a constructor that leaves behind threads which wait for work, and so never ends.
+TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
+  std::vector<int> sizes;
+  for (long spare = 0; sizes.empty() || sizes.back() < 4; ++spare) {
+    REQUIRE(spare < 100);
+    try {
+      allocation_limit = allocation_count + spare;
+      StepTeam team(4);
+      allocation_limit = testing::kNoLimit;
+      std::atomic<int> workers{0};
+      team.run([&](int) { ++workers; });
+      CHECK(workers == team.size());
+      sizes.push_back(team.size());
+    } catch (const std::bad_alloc&) {  // for the team itself
+      allocation_limit = testing::kNoLimit;
+      CHECK(sizes.empty());
+    }
+  }
+  CHECK(sizes.front() == 1);
+}
+
+// Would catch a vector that grows within a step: a real-time thread must not wait for memory.
+TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
+  const Index copies = GENERATE(1, 3);
+  Solver solver(scene, {.method = method, .copies = copies, .executor = executor});
+  solver.watch(std::array<Index, 3>{5, 1, 40});
+  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
+  ToolPose pose = ToolPose::Identity();
+  pose.translation() = Eigen::Vector3f(0, 0.04F, 0.01F);
+  const ToolId tool = solver.add_tool({&capsule, 1}, pose);
+  const ToolId holder = solver.add_tool({}, ToolPose::Identity());
+  const Index corner = solver.vertex_count() - 1;
+  solver.grasp(holder, {&corner, 1}, 1e-4F);
+  solver.step(kTimeStep);
+
+  const long before = allocation_count;
+  Index contacts = 0;
+  for (int i = 0; i < 20; ++i) {
+    pose.translation().y() -= 1e-3F;
+    solver.move_tool(tool, pose);
+    contacts = std::max(contacts, solver.step(kTimeStep).contacts);
+  }
+  CHECK(allocation_count == before);
+  CHECK(contacts > 0);
+}
+
+// Would catch what a step needs and a grasp or a compaction leaves to it to find.
+TEST_CASE("solver: the step after a grasp, and after a compaction, allocates nothing",
+          "[validation]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(scene, {.method = method, .executor = executor::serial()});
+  const ToolId holder = solver.add_tool({}, ToolPose::Identity());
+  const auto allocations_of_step = [&] {
+    const long before = allocation_count;
+    solver.step(kTimeStep);
+    return allocation_count - before;
+  };
+  CHECK(allocations_of_step() == 0);
+  std::vector<Index> vertices(60);
+  std::iota(vertices.begin(), vertices.end(), Index{100});
+  solver.grasp(holder, vertices, 1e-4F);
+  CHECK(allocations_of_step() == 0);
+  solver.tissue().apply({.remove_tets = {0, 1, 2, 3, 4, 5}});
+  Compaction compaction(solver);
+  compaction.build();
+  static_cast<void>(compaction.finish(solver));
+  CHECK(allocations_of_step() == 0);
+}
+
+// Would catch an edit that looks for memory between two steps, or leaves that to the next step.
+TEST_CASE("solver: edits within the spare room allocate nothing after the first ones",
+          "[validation]") {
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
+  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(scene, {.executor = executor, .composition = composition, .spare = {.links = 400}});
+  TopologyEdit edit;
+  long before = 0;
+  for (Index round = 0; round < 30; ++round) {
+    edit.remove_tets.clear();
+    for (Index i = 0; i < (round < 15 ? 24 : 8); ++i) {  // at first with all of a corner
+      edit.remove_tets.push_back(24 * round + i);
+    }
+    edit.rest_volumes.assign({{1439, 1e-9F}});
+    edit.remove_links.clear();
+    if (round > 1 && solver.tissue().is_link_alive(8)) {
+      edit.remove_links.push_back(8);
+    }
+    edit.new_links.clear();
+    for (Index i = 0; i < 8; ++i) {
+      const Index first = solver.vertex_count() - 1 - (37 * round + 5 * i) % 100;
+      const Index second = first - 40 - 3 * i;
+      edit.new_links.push_back({first, second, 0.01F, {0.5F, 1e-2F}});
+    }
+    if (round == 15) {
+      before = allocation_count;
+    }
+    solver.tissue().apply(edit);
+    if (round % 5 == 0) {
+      solver.tissue().undo();
+      solver.tissue().apply(edit);
+    }
+    solver.step(kTimeStep);
+  }
+  CHECK(allocation_count == before);
+  CHECK(solver.tissue().links().size() > 230);
+}
+
+// Would catch lists that no room was made for, in the solver or in a compacted one, and colours
+// that open or fill beyond theirs.
+TEST_CASE("solver: a blade's edits within the spare room allocate nothing after the first pass",
+          "[validation]") {
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Material limited = elastic_material(mesh, 1000, 20e3);
+  limited.max_stretch = 1.2F;
+  Scene scene;
+  scene.add_body("block", mesh, limited);
+  Solver solver(scene, {.executor = executor,
+                        .composition = PlanComposition::separate,
+                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  if (GENERATE(false, true)) {
+    Compaction compaction(solver);
+    compaction.build();
+    static_cast<void>(compaction.finish(solver));
+  }
+  std::size_t added = 0;
+  constexpr int kPasses = 4, kFrames = 20;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    CutFront front;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const float z = kEdge * (0.6F + 1.1F * static_cast<float>(pass));
+      const auto blade_at = [&](int at) {
+        const float x = kEdge * (-1 + 10 * static_cast<float>(at) / kFrames);
+        return BladeEdge{{x, -1, z}, {x, 1, z}};
+      };
+      const CutSurface way = sweep_blade(std::array{blade_at(frame), blade_at(frame + 1)});
+      const CutPlan plan = plan_cut(solver, way, {.front = std::move(front)});
+      const long before = allocation_count;
+      solver.tissue().apply(plan.edit);
+      solver.step(kTimeStep);
+      const long count = allocation_count - before;
+      INFO("pass " << pass << ", frame " << frame << ": " << plan.edit.new_tets.size());
+      CHECK((pass == 0 || count == 0));
+      front = plan.front;
+      added += plan.edit.new_tets.size();
+    }
+  }
+  CHECK(added > 2000);
+}
+
+// Would catch a list that is made anew for each tetrahedron that is split, or each edge of it. What
+// is left are lists that grow as cuts do, and colours that open.
+TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the spare room",
+          "[validation]") {
+  const Executor executor = GENERATE(executor::serial(), executor::threads(2));
+  const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
+  Scene scene;
+  scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
+  Solver solver(scene, {.executor = executor,
+                        .composition = PlanComposition::separate,
+                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  constexpr int kCuts = 10;
+  for (int cut = 0; cut < kCuts; ++cut) {
+    const float z = kEdge * (0.4F + 0.37F * static_cast<float>(cut));
+    const auto blade_at = [&](float x) { return BladeEdge{{x, -1, z}, {x, 1, z}}; };
+    const CutPlan plan = plan_cut(solver, sweep_blade(std::array{blade_at(-1), blade_at(1)}));
+    REQUIRE(plan.edit.new_tets.size() > 100);
+    const long before = allocation_count;
+    solver.tissue().apply(plan.edit);
+    solver.step(kTimeStep);
+    INFO("cut " << cut << " into " << plan.edit.new_tets.size());
+    CHECK((cut < 2 || allocation_count - before < 100));
+  }
+}
+
+}  // namespace pbdsurg
