@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ids that are out of range, for all public functions that take one or a list of them.
-#include "lib/base/check.h"
-
 #include <functional>
 #include <span>
 #include <string>
@@ -20,6 +18,7 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
+#include "lib/base/check.h"
 #include "tests/support/bad_ids.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What was moved from, of every public class that can be.
-#include "pbdsurg/base/owned.h"
-
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -12,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/coloring/dynamic_coloring.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/heat/disk_source.h"

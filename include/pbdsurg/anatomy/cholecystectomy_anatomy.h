@@ -30,6 +30,7 @@ enum class Organ : std::uint8_t {
   calot_fat,         ///< 3150 and 14 800; encloses cystic duct and artery
 };
 
+/// All of them, in the order of the enumeration.
 inline constexpr std::array<Organ, 6> kOrgans{Organ::gallbladder,      Organ::liver,
                                               Organ::cystic_duct,      Organ::cystic_artery,
                                               Organ::common_bile_duct, Organ::calot_fat};
@@ -53,8 +54,8 @@ inline constexpr std::array<Organ, 6> kOrgans{Organ::gallbladder,      Organ::li
 
 /// What tetrahedralize() needs to make a built-in organ in its default resolution.
 struct OrganRecipe {
-  ShapeAtSpacing shape;
-  TetrahedralizeOptions options;
+  ShapeAtSpacing shape;           ///< the solid, which may depend on the spacing
+  TetrahedralizeOptions options;  ///< its default resolution
 };
 
 /// The recipe of an organ. To change the resolution, change the options.
@@ -80,6 +81,7 @@ organ_recipe(Organ organ, const ImplicitShape& gallbladder = gallbladder_outer()
 /// its lumen filled; its wall is made.
 using OrganSource = std::variant<ImplicitShape, TetMesh>;
 
+/// What is not built in.
 struct CholecystectomyOptions {
   /// In place of built-in organs. Liver bed and fat follow the outside of a gallbladder given here.
   std::map<Organ, OrganSource> own;
@@ -88,6 +90,7 @@ struct CholecystectomyOptions {
   double wall_thickness = 2.7e-3;
 };
 
+/// The meshes of the demo scene, in the frame of organs.h.
 struct CholecystectomyAnatomy {
   std::map<Organ, TetMesh> organs;  ///< all of kOrgans
   MeshData abdominal_wall;          ///< triangles for pictures

@@ -15,9 +15,9 @@ namespace pbdsurg {
 
 /// Sizes of one mesh.
 struct Table2Row {
-  Index vertices;
-  Index links;  ///< distance constraints, which are the edges of the mesh
-  Index tets;
+  Index vertices;  ///< of the mesh
+  Index links;     ///< distance constraints, which are the edges of the mesh
+  Index tets;      ///< tetrahedra of the mesh
 };
 
 /// The rows as printed, but for the links of row 2. A tetrahedral mesh with a manifold boundary has
@@ -30,6 +30,7 @@ inline constexpr std::array<Table2Row, 5> kTable2{{{3966, 21076, 13125},
                                                    {12481, 66366, 41144},
                                                    {20869, 110459, 68338}}};
 
+/// How a row is filled with tetrahedra.
 enum class Table2Kind {
   /// A hollow gallbladder of well-shaped tetrahedra, its wall as thin as the lattice resolves:
   /// links within 3 % of the row, tetrahedra within 5 %, dihedral angles of 22 degrees and more.

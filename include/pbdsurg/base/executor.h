@@ -15,6 +15,7 @@ namespace pbdsurg {
 
 class ExecutorState;
 
+/// What an executor works with.
 enum class ExecutorKind : std::uint8_t {
   serial,   ///< one thread, operation by operation: the definition of correct
   threads,  ///< threads and vector registers
@@ -33,16 +34,18 @@ class PBDSURG_API Executor {
  public:
   /// Nobody by name: an object asks its owner's, and without an owner takes executor::threads().
   Executor() noexcept;
+  /// Internal: those of namespace executor, and cuda::device(), make executors.
   explicit Executor(std::shared_ptr<ExecutorState> state) noexcept;
   ~Executor();
-  Executor(const Executor&) noexcept;
-  Executor(Executor&&) noexcept;
-  Executor& operator=(const Executor&) noexcept;
-  Executor& operator=(Executor&&) noexcept;
+  Executor(const Executor&) noexcept;             ///< the same threads, or the same device
+  Executor(Executor&&) noexcept;                  ///< leaves nobody in the other
+  Executor& operator=(const Executor&) noexcept;  ///< likewise
+  Executor& operator=(Executor&&) noexcept;       ///< likewise
 
   /// Whether there is one by name.
   [[nodiscard]] explicit operator bool() const noexcept { return state_ != nullptr; }
 
+  /// What it works with.
   /// @throws InvalidArgument  if there is none
   [[nodiscard]] ExecutorKind kind() const;
   /// "serial", "up to 16 threads", "2 threads", or the device's.

@@ -12,20 +12,24 @@ namespace pbdsurg {
 /// by name alone.
 template <class Thing>
 struct Id {
-  Index value = kInvalidIndex;
+  Index value = kInvalidIndex;  ///< kInvalidIndex: of nothing
 
   constexpr Id() = default;
+  /// Of that number, whatever it is.
   constexpr explicit Id(Index index) noexcept : value(index) {}
 
+  /// The number, for functions that take an Index.
   constexpr operator Index() const noexcept { return value; }
+  /// Whether it is of something; only its owner knows whether that is there.
   [[nodiscard]] constexpr bool is_valid() const noexcept { return value != kInvalidIndex; }
 
+  /// Whether both have the same number.
   friend constexpr bool operator==(Id, Id) = default;
 };
 
-using BodyId = Id<struct BodyOfScene>;  ///< of a World it stays; of a tissue, until a compaction
-using ToolId = Id<struct ToolOfSolver>;
-using CauteryId = Id<struct CauteryOfWorld>;
-using ReplicaId = Id<struct ReplicaOfSolver>;
+using BodyId = Id<struct BodyOfScene>;   ///< of a World it stays; of a tissue, until a compaction
+using ToolId = Id<struct ToolOfSolver>;  ///< of a Solver, and of its World
+using CauteryId = Id<struct CauteryOfWorld>;   ///< of a World
+using ReplicaId = Id<struct ReplicaOfSolver>;  ///< of a World, in [0, SolverOptions::copies)
 
 }  // namespace pbdsurg

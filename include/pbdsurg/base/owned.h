@@ -12,6 +12,7 @@
 
 namespace pbdsurg {
 
+/// Refuses a call to what was moved from.
 /// @param who  "a solver"
 /// @throws InvalidArgument  saying that it was moved from
 [[noreturn]] inline void throw_moved_from(const char* who) {
@@ -27,8 +28,10 @@ template <class T>
 class Owned {
  public:
   Owned() = default;
+  /// Takes over what may be null.
   Owned(std::unique_ptr<T> object) noexcept : object_(std::move(object)) {}
 
+  /// What it owns.
   /// @throws InvalidArgument  if there is none
   T& operator*() const {
     if (object_ == nullptr) {
@@ -36,8 +39,11 @@ class Owned {
     }
     return *object_;
   }
+  /// Likewise.
+  /// @throws InvalidArgument  if there is none
   T* operator->() const { return &**this; }
 
+  /// Takes over another.
   /// @return  what there was
   std::unique_ptr<T> exchange(std::unique_ptr<T> object) noexcept {
     object_.swap(object);

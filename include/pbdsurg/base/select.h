@@ -13,6 +13,7 @@
 
 namespace pbdsurg {
 
+/// One of two numbers.
 /// @return  a where the condition holds, else b; both are computed
 template <class Scalar>
 PBDSURG_HOST_DEVICE constexpr Scalar select(bool condition, std::type_identity_t<Scalar> a,

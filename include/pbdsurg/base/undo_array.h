@@ -25,19 +25,26 @@ template <class T>
 class UndoArray {
  public:
   UndoArray() = default;
+  /// Takes over values.
   explicit UndoArray(std::vector<T> values) : values_(std::move(values)) {}
 
+  /// Entries.
   [[nodiscard]] Index size() const noexcept { return static_cast<Index>(values_.size()); }
+  /// One entry.
   [[nodiscard]] const T& operator[](Index i) const noexcept {
     return values_[static_cast<std::size_t>(i)];
   }
+  /// [size()] valid until the size changes.
   [[nodiscard]] std::span<const T> values() const noexcept { return values_; }
 
+  /// Writes an entry that there is.
   void set(Index i, const T& value) {
     log(i);
     values_[static_cast<std::size_t>(i)] = value;
   }
+  /// Adds an entry behind the others.
   void push_back(const T& value) { values_.push_back(value); }
+  /// Takes the last entry away; there must be one.
   void pop_back() {
     log(size() - 1);
     values_.pop_back();
@@ -75,6 +82,7 @@ class UndoArray {
     log_.reserve(std::min(writes, kEntriesOfEdit));
   }
 
+  /// Bytes that values and log hold, spare room included.
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     return values_.capacity() * sizeof(T) + log_.capacity() * sizeof(log_[0]);
   }

@@ -14,7 +14,7 @@
 namespace pbdsurg {
 
 /// Moves constraints from colours above the mean size to free ones below it, without an extra
-/// colour (guided shuffle: Lu et al. 2017, "Algorithms for balanced graph colorings"). In sweeps:
+/// colour. A guided shuffle (Lu et al. 2017, "Algorithms for balanced graph colorings"), in sweeps:
 /// constraints of a colour volunteer with the probability that would bring it to the mean, and draw
 /// a free colour below the mean. While many volunteer, the colours take turns, as those of one
 /// colour cannot clash; when few are left, all move at once, but for those whose neighbour of

@@ -11,6 +11,7 @@
 
 namespace pbdsurg {
 
+/// Groups of constraints, and what to colour them by.
 struct ConstraintClusters {
   IndexLists members;   ///< [cluster_count] constraints of each, in the order of projection
   IndexLists vertices;  ///< [cluster_count] vertices of each, ascending; colour these

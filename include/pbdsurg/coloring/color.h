@@ -15,6 +15,7 @@
 
 namespace pbdsurg {
 
+/// What colours first, before repair, limit and balance.
 enum class ColoringAlgorithm : std::uint8_t {
   greedy,           ///< see color_greedy()
   luby,             ///< see color_luby()
@@ -25,14 +26,14 @@ enum class ColoringAlgorithm : std::uint8_t {
 /// Options that name an algorithm are refused with another, unless they are as they were. Seed and
 /// executor go with all: they change nothing where nothing is drawn, or all is sequential.
 struct ColoringOptions {
-  ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;
-  GreedyOrder order = GreedyOrder::natural;  ///< of ColoringAlgorithm::greedy
-  RandomDiscOptions disc = {};               ///< of ColoringAlgorithm::random_disc
+  ColoringAlgorithm algorithm = ColoringAlgorithm::greedy;  ///< what colours first
+  GreedyOrder order = GreedyOrder::natural;                 ///< of ColoringAlgorithm::greedy
+  RandomDiscOptions disc = {};                              ///< of ColoringAlgorithm::random_disc
   /// Call repair_coloring(); after random_disc RepairSwaps::with_two, after others with_one.
   bool repair = false;
-  bool balance = false;  ///< call balance_coloring(), last
-  Index max_colors = 0;  ///< call limit_colors() unless it is 0
-  std::uint64_t seed = 0;
+  bool balance = false;    ///< call balance_coloring(), last
+  Index max_colors = 0;    ///< call limit_colors() unless it is 0
+  std::uint64_t seed = 0;  ///< of all that is drawn at random
   /// Who works: threads, if it names how many, or a device; else the caller's thread. The result is
   /// the same. A solver on a device takes that from 1.5 million edges and tetrahedra on, where this
   /// is nobody: an H200 colours and repairs 0.25 million tetrahedra in 20 ms, one thread beside it

@@ -22,14 +22,15 @@ inline constexpr Index kOverflowColor = kInvalidIndex;
 /// A colour for each constraint.
 struct Coloring {
   std::vector<Index> color_of;  ///< [constraint_count] in [0, color_count), or kOverflowColor
-  Index color_count = 0;
+  Index color_count = 0;        ///< colours are [0, color_count)
 
+  /// Whether each constraint has the same colour in both.
   friend bool operator==(const Coloring&, const Coloring&) = default;
 };
 
 /// Two constraints of one colour that share a vertex.
 struct ColorConflict {
-  Index color = kInvalidIndex;
+  Index color = kInvalidIndex;   ///< of both
   Index first = kInvalidIndex;   ///< constraint, the smaller of the two
   Index second = kInvalidIndex;  ///< constraint
   Index vertex = kInvalidIndex;  ///< shared by both
@@ -52,17 +53,18 @@ struct ColorConflict {
 /// up, as the figures in table 1 of Pan et al. 2020 imply; the only colour there is counts among
 /// the largest.
 struct ColoringStatistics {
-  Index constraints = 0;
-  Index colors = 0;
-  Index clique_bound = 0;
-  Index overflow = 0;
+  Index constraints = 0;          ///< overflow included
+  Index colors = 0;               ///< Coloring::color_count
+  Index clique_bound = 0;         ///< no colouring has fewer colours: clique_bound()
+  Index overflow = 0;             ///< constraints in kOverflowColor
   double relative_deviation = 0;  ///< standard deviation of the colours' sizes / their mean
   double max_over_mean = 0;       ///< largest colour / mean
   double top10 = 0;               ///< share in the largest tenth of the colours
-  double mid80 = 0;
-  double last10 = 0;  ///< share in the smallest tenth of the colours
+  double mid80 = 0;               ///< share in the colours between these tenths
+  double last10 = 0;              ///< share in the smallest tenth of the colours
 };
 
+/// Counts colours and compares their sizes. Cost: O(vertices named).
 /// @throws InvalidArgument  as find_conflict(), which it does not call
 [[nodiscard]] PBDSURG_API ColoringStatistics
 measure_coloring(const Coloring& coloring, const ConstraintVertices& constraints);

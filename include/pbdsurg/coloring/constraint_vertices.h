@@ -27,7 +27,7 @@ struct ConstraintVertices {
   std::span<const Index> vertices;  ///< ids in [0, vertex_count), constraint by constraint
   std::span<const Index> offsets;   ///< [constraint_count + 1], empty for fixed arity
   int arity = 1;                    ///< 0 where `offsets` says
-  Index vertex_count = 0;
+  Index vertex_count = 0;           ///< of the mesh, those that no constraint touches included
 
   ConstraintVertices() = default;
 
@@ -46,6 +46,7 @@ struct ConstraintVertices {
   ConstraintVertices(const IndexLists& lists, Index vertices_in_use)
       : vertices(lists.entries), offsets(lists.offsets), arity(0), vertex_count(vertices_in_use) {}
 
+  /// How many constraints there are.
   [[nodiscard]] Index constraint_count() const noexcept {
     return arity == 0 ? static_cast<Index>(offsets.size()) - 1
                       : static_cast<Index>(vertices.size() / static_cast<std::size_t>(arity));

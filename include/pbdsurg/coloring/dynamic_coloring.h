@@ -38,8 +38,8 @@ struct PBDSURG_API ColoringExtract {
   std::vector<Index> vertices;  ///< constraint by constraint
   std::vector<Index> offsets;   ///< [constraint_count + 1], empty for fixed arity
   int arity = 1;                ///< 0 where `offsets` says
-  Index vertex_count = 0;
-  Coloring coloring;
+  Index vertex_count = 0;       ///< of the set: DynamicColoring::vertex_count()
+  Coloring coloring;            ///< of these constraints: color_of[i] is that of ids[i]
 
   [[nodiscard]] ConstraintVertices constraints() const;  ///< a view of this
 };
@@ -83,8 +83,9 @@ class PBDSURG_API DynamicColoring {
   /// @throws InvalidArgument  as find_conflict(), or if there is a conflict or overflow
   DynamicColoring(const ConstraintVertices& constraints, const Coloring& coloring);
   ~DynamicColoring();
+  /// Takes over. The other can then only be destroyed or assigned to.
   DynamicColoring(DynamicColoring&&) noexcept;
-  DynamicColoring& operator=(DynamicColoring&&) noexcept;
+  DynamicColoring& operator=(DynamicColoring&&) noexcept;  ///< likewise
 
   /// Makes room for vertices with ids from vertex_count() on. Cost: O(count), amortised.
   /// @throws InvalidArgument  if count is negative or there would be more than 2^31 - 1
@@ -104,18 +105,20 @@ class PBDSURG_API DynamicColoring {
   ///                          fit the arity, or more than 2^31 - 1 vertices named in all
   ColoringUpdate apply(const ConstraintEdit& edit);
 
-  [[nodiscard]] int arity() const;  ///< vertices a constraint, 0 where it varies
-  [[nodiscard]] Index vertex_count() const;
+  [[nodiscard]] int arity() const;               ///< vertices a constraint, 0 where it varies
+  [[nodiscard]] Index vertex_count() const;      ///< vertex ids are in [0, vertex_count)
   [[nodiscard]] Index constraint_count() const;  ///< those that are there
   [[nodiscard]] Index id_count() const;          ///< ids are in [0, id_count)
-  [[nodiscard]] bool contains(Index id) const;
+  [[nodiscard]] bool contains(Index id) const;   ///< whether it is there; any id may be asked
+  /// The vertices of a constraint, as given, or ascending after a merge.
   /// Until the next edit.
   /// @throws InvalidArgument  if there is no such constraint
   [[nodiscard]] std::span<const Index> vertices(Index id) const;
+  /// The colour of a constraint, in [0, color_count()).
   /// @throws InvalidArgument  if there is no such constraint
   [[nodiscard]] Index color(Index id) const;
 
-  [[nodiscard]] Index color_count() const;
+  [[nodiscard]] Index color_count() const;                   ///< empty ones included
   [[nodiscard]] std::span<const Index> color_sizes() const;  ///< [color_count]
   /// Most constraints at one vertex now. Cost: O(1).
   [[nodiscard]] Index clique_bound() const;
@@ -128,6 +131,7 @@ class PBDSURG_API DynamicColoring {
   /// what the mesh does not allow.
   [[nodiscard]] bool recoloring_pays() const;
 
+  /// A copy of what there is, to be coloured anew elsewhere.
   /// Cost: O(vertices named).
   [[nodiscard]] ColoringExtract extract() const;
 

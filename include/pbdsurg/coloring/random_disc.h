@@ -18,12 +18,13 @@ enum class Palette : std::uint8_t {
   /// All constraints draw from as many colours as the clique bound: few colours, evenly filled.
   clique_bound,
   /// 1 + floor(conflicts / shrink) colours, as in Vivace, where conflicts are the other constraints
-  /// that share a vertex: low colours fill first, as in table 1 of Pan et al. 2020.
+  /// that share a vertex: low colours fill first, as in the paper's table 1.
   conflicts,
 };
 
+/// From how many colours constraints draw.
 struct RandomDiscOptions {
-  Palette palette = Palette::clique_bound;
+  Palette palette = Palette::clique_bound;  ///< how it starts
   double shrink = 2;  ///< >= 1, of Palette::conflicts; refused with another palette, unless 2
 };
 

@@ -4,10 +4,10 @@
 /// @file
 /// Holds a vertex at a moving target: a grasped point, a suture, a bone.
 ///
-///   target *~~~~o x      C = x - target   (three constraints at once)   m
-///                        gradient  identity                             1
-///                        compliance                                     m/N
-///                        multiplier  one per axis                       kg m
+///     target *~~~~o x      C = x - target   (three constraints at once)   m
+///                          gradient  identity                             1
+///                          compliance                                     m/N
+///                          multiplier  one per axis                       kg m
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/vec3.h"
@@ -15,8 +15,10 @@
 
 namespace pbdsurg {
 
+/// Holds a vertex at a target, along three axes at once: constraints/attachment.h has the
+/// equations.
 struct AttachmentConstraint {
-  static constexpr int kVertexCount = 1;
+  static constexpr int kVertexCount = 1;  ///< vertices of one constraint
 
   /// One projection, in place.
   ///

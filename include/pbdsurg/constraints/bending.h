@@ -19,7 +19,7 @@
 ///
 /// The energy of a hinge is k/2 C^2, with the weights of Grinspun et al. 2003 ("Discrete Shells"):
 ///
-///   k = D |e|^2 / (A1 + A2)                                                              N m
+///     k = D |e|^2 / (A1 + A2)                                                              N m
 ///
 /// where D is the flexural rigidity, e the edge and A1, A2 the areas, all at rest. With this factor
 /// a sheet bent to a cylinder stores D/2 curvature^2 per area: for any axis on equilateral
@@ -42,20 +42,22 @@
 
 namespace pbdsurg {
 
+/// Keeps the angle of a hinge: constraints/bending.h has the equations.
 struct BendingConstraint {
-  static constexpr int kVertexCount = 4;
-  static constexpr int kMultiplierCount = 1;
+  static constexpr int kVertexCount = 4;      ///< vertices of one constraint
+  static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
+  /// What one constraint stores.
   enum Parameter {
-    kRest,       ///< 4 tan(rest theta / 4)
-    kStiffness,  ///< fraction, or compliance in 1/(N m)
-    kDamping,    ///< s
-    kParameterCount
+    kRest,           ///< 4 tan(rest theta / 4)
+    kStiffness,      ///< fraction, or compliance in 1/(N m)
+    kDamping,        ///< s
+    kParameterCount  ///< how many these are
   };
 
   /// C, and how it changes with each vertex.
   template <class Scalar>
   struct Turn {
-    Scalar value;
+    Scalar value;              ///< C
     Vec3<Scalar> gradient[4];  ///< 1/m
     Scalar curvature[4];       ///< 1/m^2, bounds of the second derivative
   };
@@ -208,8 +210,8 @@ struct HingeAtRest {
 ///                          edge
 [[nodiscard]] PBDSURG_API HingeAtRest hinge_at_rest(const Vec3<double> (&x)[4], double rigidity);
 
-/// The flexural rigidity D of an isotropic thin plate, E t^3 / (12 (1 - nu^2)) (Timoshenko and
-/// Woinowsky-Krieger 1959, "Theory of Plates and Shells", eq. 3).
+/// The flexural rigidity D of an isotropic thin plate, E t^3 / (12 (1 - nu^2)). See Timoshenko and
+/// Woinowsky-Krieger 1959, "Theory of Plates and Shells", eq. 3.
 ///
 /// @param youngs_modulus  Pa, positive and finite
 /// @param thickness       m, positive and finite

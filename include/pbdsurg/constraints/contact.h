@@ -14,8 +14,9 @@
 
 namespace pbdsurg {
 
+/// Keeps a vertex on the outer side of a plane: constraints/contact.h has the equations.
 struct ContactConstraint {
-  static constexpr int kVertexCount = 1;
+  static constexpr int kVertexCount = 1;  ///< vertices of one constraint
 
   /// One rigid projection, in place. The multiplier never becomes negative, so a contact pushes and
   /// never pulls, and lets go of what it pushed too far.

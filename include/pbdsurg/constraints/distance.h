@@ -2,12 +2,12 @@
 #pragma once
 
 /// @file
-/// Keeps the length of an edge or a link (the paper's eq. 1).
+/// Keeps the length of an edge or a link (the paper's equation 1).
 ///
-///   x0 o-----------o x1      C = |x0 - x1| - rest length      m
-///                            gradient  +n at x0, -n at x1     1
-///                            compliance                       m/N
-///                            multiplier                       kg m
+///     x0 o-----------o x1      C = |x0 - x1| - rest length      m
+///                              gradient  +n at x0, -n at x1     1
+///                              compliance                       m/N
+///                              multiplier                       kg m
 
 #include <cmath>
 
@@ -18,14 +18,16 @@
 
 namespace pbdsurg {
 
+/// Keeps the length of an edge or a link: constraints/distance.h has the equations.
 struct DistanceConstraint {
-  static constexpr int kVertexCount = 2;
-  static constexpr int kMultiplierCount = 1;
+  static constexpr int kVertexCount = 2;      ///< vertices of one constraint
+  static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
+  /// What one constraint stores.
   enum Parameter {
-    kRest,       ///< m
-    kStiffness,  ///< fraction, or compliance in m/N
-    kDamping,    ///< s
-    kParameterCount
+    kRest,           ///< m
+    kStiffness,      ///< fraction, or compliance in m/N
+    kDamping,        ///< s
+    kParameterCount  ///< how many these are
   };
 
   /// C, in m.

@@ -33,15 +33,17 @@
 
 namespace pbdsurg {
 
+/// Keeps the shape of a tetrahedron, which has moduli: constraints/neo_hookean.h has the equations.
 struct NeoHookeanConstraint {
-  static constexpr int kVertexCount = 4;
-  static constexpr int kMultiplierCount = 9;
+  static constexpr int kVertexCount = 4;      ///< vertices of one constraint
+  static constexpr int kMultiplierCount = 9;  ///< numbers that it accumulates over a substep
+  /// What one constraint stores.
   enum Parameter {
     kInverseShape,                   ///< 1/m, nine entries of B, row by row
     kStiffness = kInverseShape + 9,  ///< mu V0, N m
     kRatio,                          ///< r = 1 / (1 - 2 Poisson's ratio), >= 1
     kDamping,                        ///< s
-    kParameterCount
+    kParameterCount                  ///< how many these are
   };
 
   /// (V - V0) / V0: the volume beyond that at rest, as a share of it.

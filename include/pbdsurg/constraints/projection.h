@@ -7,21 +7,23 @@
 /// A constraint C(x) with gradient g_i at vertex i moves its vertices by  dx_i = w_i g_i dlambda.
 /// Two modes use the same line:
 ///
-///   fraction    dlambda = -k C / m                position-based dynamics (Mueller et al. 2007,
-///                                                 "Position Based Dynamics", section 3.3)
-///   compliance  dlambda = -(C + a lambda + c r) / ((1 + c) m + a)
-///                                                 XPBD (Macklin, Mueller, Chentanez 2016, "XPBD",
-///                                                 eq. 18, and eq. 26 with damping)
+///     fraction    dlambda = -k C / m                position-based dynamics (Mueller et al. 2007,
+///                                                   "Position Based Dynamics", section 3.3)
+///     compliance  dlambda = -(C + a lambda + c r) / ((1 + c) m + a)
+///                                                   XPBD (Macklin, Mueller, Chentanez 2016,
+///                                                   "XPBD", eq. 18, and eq. 26 with damping)
 ///
 /// with m = sum_i w_i |g_i|^2, a = compliance / dt^2, r = sum_i g_i . (x_i - x_i at the start of
 /// the substep) and c = damping / dt: the damping coefficient is the stiffness times the relaxation
 /// time `damping`, which takes the stiffness out of eq. 26's gamma. The force of a constraint is
 /// g_i lambda / dt^2.
 ///
-/// A constraint is a struct of
-///   kVertexCount, kMultiplierCount, and an enum of what one constraint stores, kParameterCount
-///   long; value(x, rest)                                       C project<kMode>(x, w, parameters,
-///   substep, multipliers, damping)
+/// A constraint is a struct of kVertexCount, kMultiplierCount, an enum of what one constraint
+/// stores, kParameterCount long, and the functions
+///
+///     value(x, rest)                                                       C
+///     project<kMode>(x, w, parameters, substep, multipliers, damping)      one visit
+///
 /// in which Scalar is a number or a vector register of numbers, one constraint each. So there is no
 /// branch: a constraint that has no direction, or a vertex that is not finite, moves nothing.
 
@@ -57,6 +59,7 @@ struct Damped {
   Vec3<Scalar> start[std::size_t{kVertexCount}];  ///< m, at the start of the substep
 };
 
+/// Whether a projection reads the damping parameter: its last argument is a Damped.
 template <class Damping>
 inline constexpr bool kIsDamped = !std::is_same_v<Damping, Undamped>;
 

@@ -4,11 +4,11 @@
 /// @file
 /// Keeps an edge from getting longer than its tissue can bear.
 ///
-///   x0 o-----------o x1      C = |x0 - x1| - limit <= 0       m
-///                            gradient  +n at x0, -n at x1     1
-///                            compliance                       0: rigid, in both modes
-///                            multiplier                       none: it pulls when too long,
-///                                                             and gives nothing back
+///     x0 o-----------o x1      C = |x0 - x1| - limit <= 0       m
+///                              gradient  +n at x0, -n at x1     1
+///                              compliance                       0: rigid, in both modes
+///                              multiplier                       none: it pulls when too long,
+///                                                               and gives nothing back
 
 #include <cmath>
 
@@ -19,12 +19,14 @@
 
 namespace pbdsurg {
 
+/// Keeps an edge from getting longer than a limit: constraints/strain_limit.h has the equations.
 struct StrainLimitConstraint {
-  static constexpr int kVertexCount = 2;
-  static constexpr int kMultiplierCount = 1;  // stays zero
+  static constexpr int kVertexCount = 2;      ///< vertices of one constraint
+  static constexpr int kMultiplierCount = 1;  ///< none: it stays zero
+  /// What one constraint stores.
   enum Parameter {
-    kLimit,  ///< m
-    kParameterCount
+    kLimit,          ///< m
+    kParameterCount  ///< how many these are
   };
 
   /// One projection, in place.

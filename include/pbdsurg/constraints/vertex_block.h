@@ -2,8 +2,8 @@
 #pragma once
 
 /// @file
-/// Moves one vertex to the least energy that its neighbours leave it (Chen et al. 2024, "Vertex
-/// Block Descent").
+/// Moves one vertex to the least energy that its neighbours leave it. After Chen et al. 2024,
+/// "Vertex Block Descent".
 ///
 ///            o            E(x) = m / (2 h^2) |x - y|^2     inertia; y is where it flies by itself
 ///          / | \                + sum w/2 |x_j - x|^2      distortion of Neo-Hookean tetrahedra
@@ -13,7 +13,7 @@
 ///
 /// A stable Neo-Hookean tetrahedron (Smith, de Goes, Kim 2018) stores, per rest volume V0,
 ///
-///   mu/2 (tr(F^T F) - 3) + lambda/2 (J - 1 - mu/lambda)^2,  lambda = lambda_Lame + mu,
+///     mu/2 (tr(F^T F) - 3) + lambda/2 (J - 1 - mu/lambda)^2,  lambda = lambda_Lame + mu,
 ///
 /// whose moduli at rest are those asked for. F is linear in the vertices, so the first term is a
 /// sum over edges with constant weights; the second is a volume term. Both are quadratic in one
@@ -77,7 +77,12 @@ struct VertexEnergy {
   Vec3<Scalar> force;  ///< N, minus the gradient
   Scalar isotropic{};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone
                        ///< are positive semidefinite
-  Scalar xx{}, yy{}, zz{}, xy{}, xz{}, yz{};  ///< N/m
+  Scalar xx{},         ///< N/m
+      yy{},            ///< N/m
+      zz{},            ///< N/m
+      xy{},            ///< N/m
+      xz{},            ///< N/m
+      yz{};            ///< N/m
 
   /// Stiffness towards a point: inertia, the distortion of tetrahedra, a soft grasp.
   /// @param stiffness  N/m

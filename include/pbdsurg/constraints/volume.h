@@ -2,7 +2,8 @@
 #pragma once
 
 /// @file
-/// Keeps the volume of a tetrahedron (the paper's eq. 2, with the true gradient of the volume).
+/// Keeps the volume of a tetrahedron (the paper's equation 2, with the true gradient of the
+/// volume).
 ///
 ///          x3            C = V - rest volume                     m^3
 ///         /|\            V = (x1-x0) x (x2-x0) . (x3-x0) / 6
@@ -18,14 +19,16 @@
 
 namespace pbdsurg {
 
+/// Keeps the volume of a tetrahedron: constraints/volume.h has the equations.
 struct VolumeConstraint {
-  static constexpr int kVertexCount = 4;
-  static constexpr int kMultiplierCount = 1;
+  static constexpr int kVertexCount = 4;      ///< vertices of one constraint
+  static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
+  /// What one constraint stores.
   enum Parameter {
-    kRest,       ///< m^3
-    kStiffness,  ///< fraction, or compliance in m^5/N
-    kDamping,    ///< s
-    kParameterCount
+    kRest,           ///< m^3
+    kStiffness,      ///< fraction, or compliance in m^5/N
+    kDamping,        ///< s
+    kParameterCount  ///< how many these are
   };
 
   /// C, in m^3.

@@ -23,8 +23,9 @@ class PBDSURG_API DeviceColoring {
   /// @throws DeviceError         naming the CUDA call that failed
   explicit DeviceColoring(const ConstraintVertices& constraints);
   ~DeviceColoring();
+  /// Takes over. The other can then only be destroyed or assigned to.
   DeviceColoring(DeviceColoring&&) noexcept;
-  DeviceColoring& operator=(DeviceColoring&&) noexcept;
+  DeviceColoring& operator=(DeviceColoring&&) noexcept;  ///< likewise
 
   /// Colours them as color_constraints() does on the CPU, and waits for the end. The colours stay
   /// on the device.

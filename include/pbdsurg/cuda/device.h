@@ -22,19 +22,19 @@ class PBDSURG_API DeviceError : public Error {
 
 /// One device of this machine.
 struct DeviceInfo {
-  int id = 0;  ///< as the CUDA runtime numbers it
-  std::string name;
-  int compute_major = 0;  ///< compute capability, 9 of 9.0
-  int compute_minor = 0;
-  std::size_t memory = 0;  ///< total device memory, bytes
-  int multiprocessor_count = 0;
+  int id = 0;                      ///< as the CUDA runtime numbers it
+  std::string name;                ///< "NVIDIA H200"
+  int compute_major = 0;           ///< compute capability, 9 of 9.0
+  int compute_minor = 0;           ///< 0 of 9.0
+  std::size_t memory = 0;          ///< total device memory, bytes
+  int multiprocessor_count = 0;    ///< streaming multiprocessors
   bool supports_clusters = false;  ///< thread block clusters with distributed shared memory
 };
 
 /// The devices found, or why there are none.
 struct DeviceList {
-  std::vector<DeviceInfo> devices;
-  std::string reason;  ///< empty if devices is not, else one sentence for the user
+  std::vector<DeviceInfo> devices;  ///< in the order of their ids
+  std::string reason;               ///< empty if devices is not, else one sentence for the user
 };
 
 /// Lists the devices. No driver and no device are answers, not errors. The first call in a process

@@ -24,7 +24,7 @@ struct DiskContact {
 
 /// A vertex and its part of the whole power.
 struct VertexShare {
-  Index vertex;
+  Index vertex;  ///< index of its position
   double share;  ///< positive
 };
 
@@ -45,8 +45,9 @@ class PBDSURG_API DiskSource {
   static constexpr int kShells = 16;  ///< of equal power: from 0.05 to 20 radii
   static constexpr int kRows = 6;     ///< of equal power, by depth
   static constexpr int kTurns = 12;   ///< points around the axis
-  static constexpr int kPoints = kShells * kRows * kTurns;
+  static constexpr int kPoints = kShells * kRows * kTurns;  ///< of equal power
 
+  /// Places the points, once for all contacts.
   DiskSource();
 
   /// Shares out the power over some tetrahedra. What the half-space would take elsewhere, they take

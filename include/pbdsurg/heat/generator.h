@@ -12,6 +12,7 @@
 
 namespace pbdsurg {
 
+/// The wave that a generator makes.
 enum class GeneratorMode : std::uint8_t {
   cut,            ///< a continuous wave
   coagulate,      ///< short bursts of high voltage
@@ -20,7 +21,7 @@ enum class GeneratorMode : std::uint8_t {
 
 /// Voltages and currents are root mean squares; limits hold within a burst.
 struct GeneratorSettings {
-  GeneratorMode mode;
+  GeneratorMode mode;    ///< the wave
   double power;          ///< W, mean over bursts and pauses
   double current_limit;  ///< A
   double voltage_limit;  ///< V
@@ -51,7 +52,7 @@ struct OperatingPoint {
   double voltage = 0;  ///< V across the load
   double current = 0;  ///< A
   double power = 0;    ///< W into the load, never above the setting
-  GeneratorRegime regime = GeneratorRegime::open_circuit;
+  GeneratorRegime regime = GeneratorRegime::open_circuit;  ///< which limit governs
   /// The peak within bursts reaches kArcVoltage, at which sparks jump through steam.
   bool may_arc = false;
 };
@@ -68,6 +69,7 @@ class PBDSURG_API Generator {
   ///                          outside (0, 1]; of a known current, only that is looked at
   explicit Generator(const GeneratorSettings& settings);
 
+  /// As given.
   [[nodiscard]] const GeneratorSettings& settings() const noexcept { return settings_; }
 
   /// @param resistance  ohm, of the whole circuit. Zero is a short circuit: full current, no power.

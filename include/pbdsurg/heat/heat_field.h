@@ -25,13 +25,13 @@ class HeatRegion;
 
 /// Heat delivered to one vertex.
 struct HeatSource {
-  Index vertex;
+  Index vertex;  ///< of HeatField::mesh()
   double power;  ///< W
 };
 
 /// Heat delivered evenly within one tetrahedron.
 struct TetHeatSource {
-  Index tet;
+  Index tet;     ///< of HeatField::mesh()
   double power;  ///< W
 };
 
@@ -65,9 +65,9 @@ struct HeatOptions {
 
 /// What one step did.
 struct HeatReport {
-  Index active_vertices = 0;
-  int iterations = 0;
-  double residual = 0;  ///< relative, of the linear system
+  Index active_vertices = 0;  ///< that took part
+  int iterations = 0;         ///< of the linear system's solver
+  double residual = 0;        ///< relative, of the linear system
   /// Whether the tolerance was reached. If not, energy is still accounted for.
   bool converged = true;
   /// Whether the step was taken; one whose result would not be finite is not.
@@ -83,7 +83,9 @@ struct HeatReport {
 /// Linear finite elements with lumped mass on the rest mesh, stepped by the theta method in
 /// increment form (the generalised trapezoidal rule: Hughes, The Finite Element Method, 8.2; for an
 /// equation of first order also what is left of Newmark's scheme, whose gamma is theta):
-///   (M + theta dt (K + R + B)) d = dt (b - (K + R + B) T),  T += d,
+///
+///     (M + theta dt (K + R + B)) d = dt (b - (K + R + B) T),  T += d,
+///
 /// with M_i = rho c(w) V_i, (K T)_i = sum_j K_ij (T_j - T_i), R the perfusion of Pennes' equation,
 /// + G (T_body - T), which ends where tissue coagulates, and B loss at the surface, + h A (T_amb -
 /// T). Where linear elements have negative conductances they stay, so linear fields stay exact. A
@@ -144,10 +146,14 @@ class PBDSURG_API HeatField final : public Follower {
 
   /// The tissue there is. Its topology follows edits through this field.
   [[nodiscard]] const ThermalMesh& mesh() const noexcept { return mesh_; }
+  /// As given.
   [[nodiscard]] const ThermalModel& model() const noexcept { return model_; }
+  /// HeatOptions::executor.
   [[nodiscard]] const Executor& executor() const noexcept { return options_.executor; }
 
-  // All [vertex_count] of mesh().
+  /// @name State
+  /// Each [vertex_count] of mesh().
+  /// @{
 
   /// degrees Celsius
   [[nodiscard]] std::span<const double> temperatures() const noexcept { return temperatures_; }
@@ -167,7 +173,11 @@ class PBDSURG_API HeatField final : public Follower {
   /// share that is char, 0 to 1, never falling
   [[nodiscard]] std::span<const double> charred() const noexcept { return charred_; }
 
-  // @throws InvalidArgument  the next three, naming the vertex or tetrahedron out of range
+  /// @}
+
+  /// @name One vertex or tetrahedron
+  /// These functions throw InvalidArgument, naming the vertex or tetrahedron out of range.
+  /// @{
 
   /// J/K of living tissue at a vertex, with the water that is left. Cost: O(tets at it).
   [[nodiscard]] double capacity(Index vertex) const;
@@ -178,10 +188,13 @@ class PBDSURG_API HeatField final : public Follower {
   /// How many of a tetrahedron's vertices have boiled.
   [[nodiscard]] int boiled_vertices(Index tet) const;
 
+  /// @}
+
   /// Vertices that the last step worked on, ascending. Valid until the next call that changes
   /// anything.
   [[nodiscard]] std::span<const Index> active_vertices() const;
 
+  /// Where the energy went since the start.
   [[nodiscard]] const HeatLedger& ledger() const noexcept { return ledger_; }
 
   void validate(const Tissue& tissue, const TopologyEdit& edit) const override;

@@ -22,13 +22,14 @@ class HeatField;
 
 /// A vertex that the electrode touches.
 struct PatchVertex {
-  Index vertex;
+  Index vertex;  ///< of the mesh
   /// Share of the vertex's part of the surface that is touched, (0, 1]. From 0.99 on the vertex
   /// has the potential of the electrode; a lesser share adds the resistance by which a smaller disk
   /// exceeds a larger one, so that contact is made and broken smoothly.
   double weight;
 };
 
+/// How the potential is computed.
 struct PotentialOptions {
   double region_radii = 10;   ///< radius of the region over that of the contact, > 1
   double tolerance = 1e-3;    ///< of the residual, (0, 1); the power's error is its square
@@ -43,13 +44,14 @@ struct PotentialOptions {
   Index device_rows = 1000;
 };
 
+/// What PotentialField::solve() found.
 struct PotentialReport {
-  double conductance = 0;  ///< S, between electrode and ground; 0: an open circuit
-  bool is_closed = false;  ///< whether current has a way from the electrode to ground
-  bool is_new = false;     ///< whether this call solved, or found its last solution good enough
-  int iterations = 0;      ///< of the last solution, as what follows
-  double residual = 0;     ///< relative
-  bool has_converged = true;
+  double conductance = 0;     ///< S, between electrode and ground; 0: an open circuit
+  bool is_closed = false;     ///< whether current has a way from the electrode to ground
+  bool is_new = false;        ///< whether this call solved, or found its last solution good enough
+  int iterations = 0;         ///< of the last solution, as what follows
+  double residual = 0;        ///< relative
+  bool has_converged = true;  ///< whether the tolerance was reached
   Index vertex_count = 0;     ///< of the region
   Index lost_count = 0;       ///< vertices of the patch that no conducting tetrahedron has
   bool is_on_device = false;  ///< who solves in this region
@@ -129,6 +131,7 @@ class PBDSURG_API PotentialField {
   const PotentialReport& solve(std::span<const double> conductivities,
                                std::span<const Eigen::Vector3f> positions = {});
 
+  /// Of the last call of solve().
   [[nodiscard]] const PotentialReport& report() const noexcept;
 
   /// [vertex_count of the region] ids. Until another region is searched for, those stay whose

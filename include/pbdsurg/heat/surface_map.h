@@ -29,11 +29,12 @@ struct SurfaceFields {
 
 /// BurnMarks in 8 bits, four bytes as a texture of bytes has them.
 struct BurnBytes {
-  std::uint8_t white = 0;
-  std::uint8_t brown = 0;
-  std::uint8_t charred = 0;
-  std::uint8_t unused = 0;
+  std::uint8_t white = 0;    ///< coagulated
+  std::uint8_t brown = 0;    ///< dried
+  std::uint8_t charred = 0;  ///< carbonised
+  std::uint8_t unused = 0;   ///< fills a texel of four bytes
 
+  /// Whether all bytes are the same.
   friend bool operator==(const BurnBytes&, const BurnBytes&) = default;
 };
 

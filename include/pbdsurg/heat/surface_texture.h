@@ -41,6 +41,7 @@ class PBDSURG_API SurfaceTexture {
   ///                          then nothing has changed
   void update(const LiveSurface& surface, const SurfaceMap& map);
 
+  /// n, along an edge of a tile.
   [[nodiscard]] Index texels() const noexcept { return texels_; }
 
   /// [slot_count * n * n] degrees Celsius, tile by tile

@@ -25,8 +25,8 @@ namespace pbdsurg {
 
 /// A body of living tissue that conducts.
 struct ThermalBody {
-  Index body;
-  ThermalProperties properties;
+  Index body;                    ///< of the tissue
+  ThermalProperties properties;  ///< of all its tetrahedra
 };
 
 /// What linear finite elements need of each tetrahedron of conducting bodies, at rest; which live,
@@ -55,9 +55,11 @@ class PBDSURG_API ThermalMesh final : public Follower {
   ///                          properties are out of range
   ThermalMesh(const Tissue& tissue, std::span<const ThermalBody> bodies);
 
+  /// Of the tissue, vertices of other bodies included.
   [[nodiscard]] Index vertex_count() const noexcept {
     return tissue_ == nullptr ? 0 : tissue_->vertex_count();
   }
+  /// Of the tissue, removed ones and those of other bodies included.
   [[nodiscard]] Index tet_count() const noexcept { return tet_tissues_.size(); }
 
   /// [vertex_count] m
@@ -82,9 +84,10 @@ class PBDSURG_API ThermalMesh final : public Follower {
   /// [tissue_count] in the order in which bodies or layers were given
   [[nodiscard]] std::span<const ThermalProperties> tissues() const noexcept { return tissues_; }
 
-  /// Which of tissues() a vertex or a tetrahedron is of, removed ones included; kInvalidIndex for
-  /// those of other bodies.
+  /// Which of tissues() a vertex is of, removed ones included; kInvalidIndex for those of other
+  /// bodies.
   [[nodiscard]] Index tissue_of_vertex(Index vertex) const { return vertex_tissues_[vertex]; }
+  /// The same of a tetrahedron.
   [[nodiscard]] Index tissue_of_tet(Index tet) const { return tet_tissues_[tet]; }
 
   /// m^3, of the rest shape
@@ -96,6 +99,7 @@ class PBDSURG_API ThermalMesh final : public Follower {
   [[nodiscard]] const std::array<double, 6>& edge_coefficients(Index tet) const {
     return coefficients_[tet];
   }
+  /// Of a tetrahedron that is no sliver, over the cube of its longest edge.
   static constexpr double kLeastVolume = 1e-6;
 
   /// How many tetrahedra conduct less than they would for being slivers; removed ones count, until

@@ -32,9 +32,9 @@ struct PBDSURG_API ThermalModel {
   bool has_perfusion = false;      ///< blood cools; seconds of burning hardly notice (liver: 65 s)
   double surface_transfer = 0;     ///< W/(m^2 K) to the ambient; free convection has 5 to 25
   double ambient_temperature{37};  ///< degrees Celsius
-  RemovalRule removal = RemovalRule::water;
-  double dry_water = 0.05;  ///< share of its water at which tissue counts as dry, (0, 1)
-  ColorRule color = ColorRule::state;
+  RemovalRule removal = RemovalRule::water;  ///< when tetrahedra go
+  double dry_water = 0.05;             ///< share of its water at which tissue counts as dry, (0, 1)
+  ColorRule color = ColorRule::state;  ///< what colours follow
   /// Of the theta method, [1/2, 1]: 1 never overshoots, 1/2 is of second order.
   double theta = 1;
   std::optional<ThermalProperties> tissue;  ///< what all bodies are made of, instead of their own

@@ -14,7 +14,10 @@ namespace pbdsurg {
 
 /// Channels in [0, 1].
 struct Color {
-  float red, green, blue, alpha;
+  float red,  ///< red
+      green,  ///< green
+      blue,   ///< blue
+      alpha;  ///< opacity
 };
 
 /// (1 - share) from + share to, of each channel.
@@ -24,7 +27,7 @@ PBDSURG_HOST_DEVICE constexpr Color mix(const Color& from, const Color& to, floa
           rest * from.blue + share * to.blue, rest * from.alpha + share * to.alpha};
 }
 
-/// Equation 7 of Pan et al. 2020: with k = (T - T_0) / (T_v - T_0), at most 1, the colour is
+/// The paper's equation 7: with k = (T - T_0) / (T_v - T_0), at most 1, the colour is
 /// (1 - k) C + k C_i; i is 1 for k <= 0.8, 2 for k <= 0.99, else 3. It jumps there, as printed. Of
 /// the current temperature it forgets when tissue cools; of the highest so far it does not. Below
 /// body temperature it is the flesh's own.

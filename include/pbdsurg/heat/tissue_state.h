@@ -31,9 +31,9 @@ PBDSURG_HOST_DEVICE Real specific_heat(const ThermalProperties& tissue, Real wat
 /// Tissue after boiling; all per kg of moist tissue.
 template <class Real>
 struct Boiled {
-  Real temperature;
-  Real water;       ///< share left
-  Real steam_heat;  ///< J/kg that the steam took along: latent heat, and what warmed that water
+  Real temperature;  ///< degrees Celsius
+  Real water;        ///< share left
+  Real steam_heat;   ///< J/kg that the steam took along: latent heat, and what warmed that water
 };
 
 /// Boils what heat above the boiling temperature can: the excess-heat correction, for after a step
@@ -92,9 +92,10 @@ PBDSURG_HOST_DEVICE Real surviving(const DamageKinetics& kinetics, Real survival
   return survival * exp(-damage_rate(kinetics, temperature) * dt);
 }
 
-/// Tissue chars above the first temperature, from the second on as fast as it can. Where it begins
-/// is common teaching; the rate is our choice, after how long it takes to see.
+/// Degrees Celsius above which tissue chars. That is common teaching; the rate is our choice, after
+/// how long it takes to see.
 inline constexpr double kCharringTemperature = 200;
+/// Degrees Celsius from which on it chars as fast as it can.
 inline constexpr double kFullCharringTemperature = 300;
 inline constexpr double kMostCharringRate = 10;  ///< 1/s
 
@@ -168,8 +169,8 @@ PBDSURG_HOST_DEVICE Real shrunk_length(const ThermalProperties& tissue, Real wat
   return dried < contracted ? dried : contracted;
 }
 
-/// State of a tetrahedron under heat (algorithm 2 of Pan et al. 2020), by how many of its vertices
-/// have boiled.
+/// State of a tetrahedron under heat, by how many of its vertices have boiled: the paper's
+/// algorithm 2.
 enum class HeatState : std::uint8_t {
   normal,     ///< none
   heated,     ///< one: no change of volume

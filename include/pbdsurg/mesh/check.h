@@ -13,6 +13,7 @@
 
 namespace pbdsurg {
 
+/// How bad a finding is.
 enum class Severity : std::uint8_t {
   note,     ///< worth knowing
   warning,  ///< can be simulated or filled, but is seldom meant
@@ -24,39 +25,45 @@ enum class Severity : std::uint8_t {
 
 /// One thing found, as a sentence that names the first few elements.
 struct Finding {
-  Severity severity;
-  std::string text;
+  Severity severity;  ///< how bad it is
+  std::string text;   ///< the sentence
 };
 
 /// Counts and measures of a mesh. Vertices are the points that some tetrahedron uses, or some
 /// triangle if the mesh is a surface (has no tetrahedra). Lengths are in metres if the points are.
 struct PBDSURG_API MeshReport {
-  // --- counts ---
-  Index vertices = 0;      ///< points in use
-  Index unreferenced = 0;  ///< points not in use
-  Index edges = 0;         ///< of tetrahedra, or of triangles for a surface
-  Index faces = 0;         ///< triangles of tetrahedra, shared ones once
-  Index tets = 0;
+  /// @name Counts
+  /// @{
+  Index vertices = 0;            ///< points in use
+  Index unreferenced = 0;        ///< points not in use
+  Index edges = 0;               ///< of tetrahedra, or of triangles for a surface
+  Index faces = 0;               ///< triangles of tetrahedra, shared ones once
+  Index tets = 0;                ///< tetrahedra
   Index triangles = 0;           ///< as stored beside the tetrahedra
   Index boundary_triangles = 0;  ///< triangles of one tetrahedron, or all triangles of a surface
-  Index boundary_vertices = 0;
-  Index components = 0;  ///< parts joined through shared vertices
-  Index shells = 0;      ///< closed pieces of boundary, joined through shared edges
-  Index euler = 0;       ///< vertices - edges + faces - tets
+  Index boundary_vertices = 0;   ///< corners of boundary triangles
+  Index components = 0;          ///< parts joined through shared vertices
+  Index shells = 0;              ///< closed pieces of boundary, joined through shared edges
+  Index euler = 0;               ///< vertices - edges + faces - tets
 
-  // --- measures; zero where there is nothing to measure ---
-  double volume = 0;         ///< m^3: of the tetrahedra once all are oriented alike, or enclosed
-                             ///< by a closed surface
-  double area = 0;           ///< m^2, of the boundary
-  double shortest_edge = 0;  ///< m
-  double longest_edge = 0;   ///< m
-  double min_dihedral = 0;   ///< rad
-  double max_dihedral = 0;   ///< rad
-  double min_radius_ratio = 0;
-  double mean_radius_ratio = 0;
-  Index max_vertex_tets = 0;  ///< most tetrahedra at one vertex
+  /// @}
+  /// @name Measures
+  /// Zero where there is nothing to measure.
+  /// @{
+  double volume = 0;            ///< m^3: of the tetrahedra once all are oriented alike, or enclosed
+                                ///< by a closed surface
+  double area = 0;              ///< m^2, of the boundary
+  double shortest_edge = 0;     ///< m
+  double longest_edge = 0;      ///< m
+  double min_dihedral = 0;      ///< rad
+  double max_dihedral = 0;      ///< rad
+  double min_radius_ratio = 0;  ///< of the worst tetrahedron: radius_ratio()
+  double mean_radius_ratio = 0;  ///< over all tetrahedra
+  Index max_vertex_tets = 0;     ///< most tetrahedra at one vertex
 
-  // --- defects ---
+  /// @}
+  /// @name Defects
+  /// @{
   bool turned = false;            ///< most tetrahedra have negative volume: all are judged turned
   Index inverted = 0;             ///< of negative volume after that
   Index flat = 0;                 ///< of zero volume, see is_flat(); also a vertex used twice
@@ -75,11 +82,13 @@ struct PBDSURG_API MeshReport {
   Index welded_components = 0;    ///< components if they were
   bool closed = false;            ///< no boundary edge is open or over-shared
   bool inside_out = false;        ///< a closed, consistently wound surface with normals inwards
+  /// @}
 
   std::vector<Finding> findings;         ///< errors first, then warnings, then notes
   std::vector<std::string> checked;      ///< what was looked at, in words
   std::vector<std::string> not_checked;  ///< what was not
 
+  /// Whether any finding is an error.
   [[nodiscard]] bool has_errors() const;
 };
 

@@ -3,6 +3,8 @@
 
 /// @file
 /// Solids described by a function that is negative inside: primitives, and what combines them.
+/// Values of primitives are exact distances; their sizes are positive and finite, else they throw
+/// InvalidArgument.
 
 #include <Eigen/Geometry>
 #include <functional>
@@ -22,7 +24,9 @@ namespace pbdsurg {
 /// number of threads if the given functions are.
 class PBDSURG_API ImplicitShape {
  public:
+  /// m, at a point in m.
   using Value = std::function<double(const Eigen::Vector3d&)>;
+  /// m, to a point in m.
   using ClosestPoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
   /// @param value          m, negative inside
@@ -32,8 +36,8 @@ class PBDSURG_API ImplicitShape {
   ///                       value's gradient
   /// @throws InvalidArgument  if there is no value function or the box is empty or not a number
   ImplicitShape(Value value, const Eigen::AlignedBox3d& bounds, ClosestPoint closest_point = {});
-  ImplicitShape(const ImplicitShape&) = default;  // a move copies, so that none is left empty
-  ImplicitShape& operator=(const ImplicitShape&) = default;
+  ImplicitShape(const ImplicitShape&) = default;  ///< a move copies, so that none is left empty
+  ImplicitShape& operator=(const ImplicitShape&) = default;  ///< likewise
 
   /// Distance-like value at a point, m; negative inside.
   [[nodiscard]] double operator()(const Eigen::Vector3d& point) const {
@@ -43,6 +47,7 @@ class PBDSURG_API ImplicitShape {
   /// Box around the solid, m.
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const noexcept { return definition_->bounds; }
 
+  /// Whether it was given a function for the closest point.
   [[nodiscard]] bool has_closest_point() const noexcept {
     return static_cast<bool>(definition_->closest_point);
   }
@@ -63,10 +68,9 @@ class PBDSURG_API ImplicitShape {
   std::shared_ptr<const Definition> definition_;
 };
 
-// --- primitives: exact distances. Sizes must be positive and finite, else
-// --- InvalidArgument
-// ------------------------------------------------------------------------------
+// --- primitives
 
+/// All points within `radius` of a centre.
 [[nodiscard]] PBDSURG_API ImplicitShape sphere_shape(const Eigen::Vector3d& center, double radius);
 
 /// All points within `radius` of a segment.
@@ -102,12 +106,15 @@ class PBDSURG_API ImplicitShape {
 [[nodiscard]] PBDSURG_API ImplicitShape half_space_shape(const Eigen::Vector3d& point,
                                                          const Eigen::Vector3d& normal);
 
-// --- combinations: the quadratic blend changes only points where both values differ by less than
-// --- blend_radius (m, zero or more); it moves the surface by at most a quarter of it
-// ---------------
+// --- combinations
 
+/// What is in `a` or in `b`, blended where they meet.
+/// @param blend_radius  m, zero or more: points whose two values differ by less are blended,
+///                      which moves the surface by at most a quarter of it
 [[nodiscard]] PBDSURG_API ImplicitShape smooth_union(const ImplicitShape& a, const ImplicitShape& b,
                                                      double blend_radius);
+/// What is in both, blended likewise.
+/// @throws InvalidArgument  if their boxes are apart
 [[nodiscard]] PBDSURG_API ImplicitShape smooth_intersection(const ImplicitShape& a,
                                                             const ImplicitShape& b,
                                                             double blend_radius);

@@ -15,6 +15,7 @@
 
 namespace pbdsurg {
 
+/// What the coordinates of a file are in.
 enum class LengthUnit : std::uint8_t {
   automatic,  ///< guessed from the longest side: see guess_length_unit()
   millimetre,
@@ -39,6 +40,7 @@ struct PBDSURG_API LengthRange {
   double shortest;  ///< m
   double longest;   ///< m
 
+  /// Whether a length, m, lies within, but for rounding.
   [[nodiscard]] bool contains(double length) const;
 };
 
@@ -51,6 +53,7 @@ struct MeasuredLength {
   LengthRange expected = kAnyOrgan;  ///< see plausible_length() for the organs of the anatomy
 };
 
+/// Which units the coordinates of files may be in.
 struct LengthUnitGuess {
   LengthUnit unit;                    ///< the best guess, never `automatic`
   std::vector<LengthUnit> plausible;  ///< all that put every side into its range, the best first

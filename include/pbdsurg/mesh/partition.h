@@ -26,7 +26,7 @@ enum class PartitionMethod {
 
 /// A division of vertices.
 struct Partition {
-  Index part_count = 0;
+  Index part_count = 0;               ///< none of them empty
   std::vector<Index> part_of_vertex;  ///< [vertex_count] in [0, part_count)
   Index cut_edges = 0;                ///< edges that join two parts
   std::string_view method;            ///< what made it: "metis" or "recursive bisection"

@@ -33,6 +33,7 @@
 
 namespace pbdsurg {
 
+/// How coordinates of a file become metres.
 struct ReadOptions {
   LengthUnit unit = LengthUnit::metre;  ///< what one unit of the file's coordinates is
   LengthRange expected = kAnyOrgan;     ///< longest sides that `automatic` takes for plausible

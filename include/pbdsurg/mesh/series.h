@@ -34,6 +34,7 @@ class PBDSURG_API MeshSeries {
   /// Cost: the frame, and one line for each frame so far.
   void add_frame(double time, const MeshData& mesh, const MeshFields& fields = {});
 
+  /// Frames so far.
   [[nodiscard]] std::size_t frame_count() const noexcept { return times_.size(); }
 
  private:

@@ -33,8 +33,8 @@ class PBDSURG_API SurfaceDistance {
   ///                      surface, so that there is no inside
   /// @note Cost: O(n log n); about 20 ms for 15 000 triangles.
   SurfaceDistance(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
-  SurfaceDistance(const SurfaceDistance&) = default;  // a move copies, so that none is left empty
-  SurfaceDistance& operator=(const SurfaceDistance&) = default;
+  SurfaceDistance(const SurfaceDistance&) = default;  ///< a move copies, so that none is left empty
+  SurfaceDistance& operator=(const SurfaceDistance&) = default;  ///< likewise
 
   /// Nearest point on any triangle, m.
   [[nodiscard]] Eigen::Vector3d closest_point(const Eigen::Vector3d& point) const;
@@ -47,6 +47,7 @@ class PBDSURG_API SurfaceDistance {
   /// that happens without a triangle nearby, so that holes are closed by a smooth lid.
   [[nodiscard]] double signed_distance(const Eigen::Vector3d& point) const;
 
+  /// Box around the triangles that have an area, m.
   [[nodiscard]] const Eigen::AlignedBox3d& bounds() const noexcept;
 
   /// Triangles that were turned to agree with their neighbours.

@@ -39,9 +39,11 @@ class PBDSURG_API TetMesh {
   /// Inverted tetrahedra are refused, not repaired: see orient_tets(). Cost: O(tet_count) expected.
   TetMesh(std::vector<Eigen::Vector3d> positions, std::vector<Tet> tets);
 
+  /// Vertices, those that no tetrahedron uses included.
   [[nodiscard]] Index vertex_count() const noexcept {
     return static_cast<Index>(positions_.size());
   }
+  /// Tetrahedra.
   [[nodiscard]] Index tet_count() const noexcept { return static_cast<Index>(tets_.size()); }
 
   /// [vertex_count] m. Spans stay valid until the mesh is assigned to, moved from or destroyed.

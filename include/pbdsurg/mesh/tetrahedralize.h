@@ -36,7 +36,7 @@ struct TetrahedralizeOptions {
   /// as nearly as the shape allows. Zero: the spacing decides.
   Index vertex_count = 0;
 
-  Pieces pieces = Pieces::largest;
+  Pieces pieces = Pieces::largest;  ///< which to keep
 
   /// Smoothing sweeps; none leaves dihedral angles of 10 degrees in place.
   int smoothing_sweeps = 5;
@@ -67,9 +67,10 @@ struct TetrahedralizeReport {
   double thin_share = 0;
 };
 
+/// A mesh, and how it came about.
 struct Tetrahedralization {
-  TetMesh mesh;
-  TetrahedralizeReport report;
+  TetMesh mesh;                 ///< in m
+  TetrahedralizeReport report;  ///< how it came about
 };
 
 /// A shape that depends on the lattice, such as a wall of just resolvable thickness.

@@ -19,7 +19,9 @@ struct IndexLists {
   std::vector<Index> offsets{0};  ///< [list_count + 1] first entry of each list
   std::vector<Index> entries;     ///< [offsets.back()]
 
+  /// How many lists there are.
   [[nodiscard]] Index list_count() const noexcept { return static_cast<Index>(offsets.size()) - 1; }
+  /// The entries of one list.
   /// @param list  in [0, list_count()), which is not checked
   [[nodiscard]] std::span<const Index> operator[](Index list) const noexcept {
     const auto at = static_cast<std::size_t>(list);
@@ -65,7 +67,7 @@ inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
 
 /// Connected parts, joined through shared vertices.
 struct Components {
-  Index count = 0;
+  Index count = 0;               ///< how many parts there are
   std::vector<Index> of_vertex;  ///< [vertex_count] component, kInvalidIndex for an unused vertex
 };
 

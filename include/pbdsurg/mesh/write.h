@@ -16,8 +16,10 @@
 
 namespace pbdsurg {
 
+/// How numbers are written.
 enum class MeshEncoding : std::uint8_t { ascii, binary };
 
+/// Which variant of a format is written.
 struct WriteOptions {
   /// Of the format: "2.2" or "4.1" for MSH, "4.2" for VTK. Empty: the one that most programs read
   /// (MSH 2.2).
@@ -28,15 +30,15 @@ struct WriteOptions {
 
 /// One value, or one vector of three, for each point or cell.
 struct MeshField {
-  std::string name;
+  std::string name;           ///< not empty
   int components = 1;         ///< 1 or 3
   std::vector<float> values;  ///< [components * point_count or cell_count], in units of its own
 };
 
 /// Fields of a mesh. Its cells are the tetrahedra, then the triangles.
 struct MeshFields {
-  std::vector<MeshField> point;
-  std::vector<MeshField> cell;
+  std::vector<MeshField> point;  ///< of points
+  std::vector<MeshField> cell;   ///< of tetrahedra, then triangles
 };
 
 /// Writes a mesh in the format of the extension:

@@ -15,12 +15,13 @@ namespace pbdsurg {
 /// Gives a solver new ids, memory and colours, as if it were made of what lives in it: after many
 /// edits ids of the dead take room, what was added lies behind, and colours are more than need be.
 ///
-///   Compaction compaction(solver);                      // between two steps
-///   std::future<void> built =                           // meanwhile the solver steps
-///       std::async(std::launch::async, [&] { compaction.build(); });
-///   ...
-///   built.get();                                        // what build() throws comes here
-///   const Renumbering ids = compaction.finish(solver);  // between two steps, nothing edited since
+///     Compaction compaction(solver);                      // between two steps
+///     std::future<void> built =                           // meanwhile the solver steps
+///         std::async(std::launch::async, [&] { compaction.build(); });
+///     ...
+///     built.get();                                        // what build() throws comes here
+///     const Renumbering ids = compaction.finish(solver);  // between two steps, nothing edited
+///     since
 ///
 /// All that moves goes over: positions, velocities, tools, what they hold, what is watched, of all
 /// copies; so do rest values, masses and options as they are. Steps then do the same in another
@@ -36,8 +37,9 @@ class PBDSURG_API Compaction {
   /// Cost: O(all that there ever was), of memory bandwidth.
   explicit Compaction(const Solver& solver);
   ~Compaction();
+  /// Takes over. The other can then only be destroyed or assigned to.
   Compaction(Compaction&&) noexcept;
-  Compaction& operator=(Compaction&&) noexcept;
+  Compaction& operator=(Compaction&&) noexcept;  ///< likewise
 
   /// Colours and plans, in any thread; the solver may step, be read, written and edited meanwhile.
   /// Of a solver on a CUDA device, on that device.

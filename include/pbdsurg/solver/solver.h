@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Steps a scene in time: algorithm 1 of Pan et al. 2020, with contacts and grasped vertices.
+/// Steps a scene in time: the paper's algorithm 1, with contacts and grasped vertices.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -70,8 +70,9 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument, BackendUnavailable  as above
   explicit Solver(const Scene& scene, const SolverOptions& options = {});
   ~Solver();
+  /// Takes over. The other can then only be destroyed or assigned to.
   Solver(Solver&&) noexcept;
-  Solver& operator=(Solver&&) noexcept;
+  Solver& operator=(Solver&&) noexcept;  ///< likewise
 
   /// Advances by dt: external force, damping, prediction, sweeps, velocities, for each substep.
   /// Heat, edits, rendering and readback are outside it. All copies advance.
@@ -105,15 +106,19 @@ class PBDSURG_API Solver {
   /// As given, but with the composition that was taken where that was automatic, and with who
   /// works.
   [[nodiscard]] const SolverOptions& options() const;
+  /// The phases of one sweep, as they are now.
   [[nodiscard]] const StepPlan& plan() const;
+  /// Who works: "serial", "threaded, 2 threads, AVX2", or the device's.
   [[nodiscard]] const char* backend_name() const;
 
   /// Bytes that the solver's arrays hold, those on a device included, without what their allocator
   /// adds.
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  // --- state ---------------------------------------------------------------------------------
+  /// @name State
+  /// @{
 
+  /// Of the tissue, vertices without tissue included.
   [[nodiscard]] Index vertex_count() const;
 
   /// [vertex_count] m
@@ -153,6 +158,7 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  as write_positions()
   void write_velocities(std::span<const Eigen::Vector3f> velocities, Index copy = 0);
 
+  /// The state of a copy, but for what tools hold.
   [[nodiscard]] Snapshot snapshot(Index copy = 0) const;
 
   /// Goes back to a snapshot; what tools hold is released.
@@ -163,7 +169,10 @@ class PBDSURG_API Solver {
   /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
   [[nodiscard]] std::uint64_t state_hash(Index copy = 0) const;
 
-  // --- tools ---------------------------------------------------------------------------------
+  /// @}
+
+  /// @name Tools
+  /// @{
 
   /// Adds an instrument to all copies. It pushes vertices out of its capsules, without friction.
   /// Only vertices are tested: a capsule thinner than an edge can pass through a face.
@@ -177,8 +186,9 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
   void move_tool(ToolId tool, const ToolPose& pose, Index copy = 0);
 
-  /// Where a tool is, and where it is to be at the end of the next step.
+  /// Where a tool is.
   [[nodiscard]] ToolPose tool_pose(ToolId tool, Index copy = 0) const;
+  /// Where it is to be at the end of the next step.
   [[nodiscard]] ToolPose tool_target(ToolId tool, Index copy = 0) const;
 
   /// Holds vertices where they are now in the tool's frame; they follow it until released. While a
@@ -199,7 +209,10 @@ class PBDSURG_API Solver {
   /// nothing.
   [[nodiscard]] Eigen::Vector3f tool_force(ToolId tool, Index copy = 0) const;
 
-  // --- tissue --------------------------------------------------------------------------------
+  /// @}
+
+  /// @name Tissue
+  /// @{
 
   /// What all copies are made of. Its edits between two steps change the solver, those between
   /// start_step() and finish_step() change the next step, with the same bits as after
@@ -221,13 +234,17 @@ class PBDSURG_API Solver {
   /// the next step, which costs as much as there is. So does what adds anything with the
   /// vertex-block method, which lays out its rows anew.
   [[nodiscard]] Tissue& tissue();
+  /// Likewise, to read.
   [[nodiscard]] const Tissue& tissue() const;
 
-  /// Rest length of a live edge, m, and rest volume of a live tetrahedron, m^3, as they are now.
-  /// @throws InvalidArgument  if there is none: edges of Neo-Hookean bodies have no rest length,
-  ///                          tetrahedra of springs without volume constraints no rest volume
+  /// Rest length of a live edge as it is now, m.
+  /// @throws InvalidArgument  if there is none: edges of Neo-Hookean bodies have no rest length
   [[nodiscard]] float rest_length(Index edge) const;
+  /// Rest volume of a live tetrahedron as it is now, m^3.
+  /// @throws InvalidArgument  if there is none, as of springs without volume constraints
   [[nodiscard]] float rest_volume(Index tet) const;
+
+  /// @}
 
  private:
   friend class Compaction;  // which exchanges the data

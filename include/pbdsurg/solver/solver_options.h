@@ -18,8 +18,8 @@ namespace pbdsurg {
 /// What a step finds new positions with.
 enum class SolverMethod : std::uint8_t {
   projection,  ///< constraint by constraint: PBD or XPBD, as ProjectionMode says
-  /// Vertex by vertex, each to the least energy that its neighbours leave it (Chen et al. 2024,
-  /// "Vertex Block Descent"). Compliance mode only, and no compliance may be zero.
+  /// Vertex by vertex, each to the least energy that its neighbours leave it. After Chen et al.
+  /// 2024, "Vertex Block Descent". Compliance mode only, and no compliance may be zero.
   vertex_block,
 };
 
@@ -44,10 +44,10 @@ enum class DeviceStrategy : std::uint8_t {
 
 /// How much edits may add before memory has to be found for it.
 struct SpareRoom {
-  Index vertices = 0;
-  Index tets = 0;   ///< about 40 bytes a tetrahedron for each colour of them
-  Index edges = 0;  ///< about 30 bytes an edge, or a link, for each colour of distances
-  Index links = 0;
+  Index vertices = 0;  ///< that parting and dividing bring
+  Index tets = 0;      ///< about 40 bytes a tetrahedron for each colour of them
+  Index edges = 0;     ///< about 30 bytes an edge, or a link, for each colour of distances
+  Index links = 0;     ///< as edges
 };
 
 /// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
@@ -56,10 +56,10 @@ struct SpareRoom {
 /// What another option leaves without a reader is refused, unless it is at its default; seed and
 /// executor of a colouring go with every algorithm.
 struct PBDSURG_API SolverOptions {
-  SolverMethod method = SolverMethod::projection;
-  ProjectionMode mode = ProjectionMode::compliance;
-  int substeps = 10;   ///< per step, >= 1
-  int iterations = 1;  ///< sweeps over all phases per substep, >= 1
+  SolverMethod method = SolverMethod::projection;    ///< what finds new positions
+  ProjectionMode mode = ProjectionMode::compliance;  ///< how stiffness is read
+  int substeps = 10;                                 ///< per step, >= 1
+  int iterations = 1;                                ///< sweeps over all phases per substep, >= 1
   /// 1/s, >= 0: a rate of drag against the world; each substep divides speeds by 1 + damping h.
   float damping = 0;
   /// In [1, 2), of the vertex-block method: in all sweeps of a substep but the last, vertices go

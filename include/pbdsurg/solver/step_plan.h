@@ -49,8 +49,8 @@ enum class PhaseKind : std::uint8_t {
 
 /// Constraints of one kind that share no vertex, unless the phase is serial.
 struct Phase {
-  PhaseKind kind;
-  Index color;  ///< of the kind's colouring; for contacts the tool
+  PhaseKind kind;  ///< what it projects
+  Index color;     ///< of the kind's colouring; for contacts the tool
   /// These are what ColoringOptions::max_colors left over: they may share vertices and are
   /// projected one after another.
   bool serial = false;
@@ -61,8 +61,8 @@ struct Phase {
 
 /// The phases of one sweep, executed in order. The number of phases is what limits a parallel step.
 struct StepPlan {
-  std::string name;  ///< quoted in reports: colouring and composition
-  std::vector<Phase> phases;
+  std::string name;           ///< quoted in reports: colouring and composition
+  std::vector<Phase> phases;  ///< in the order of execution
 };
 
 }  // namespace pbdsurg

@@ -31,6 +31,7 @@ struct Electrode {
   Eigen::Vector3f heel;  ///< m
 };
 
+/// An electrode, and when its heat tears, removes and parts.
 struct CauteryOptions {
   /// m: surface that is nearer to the electrode's axis is touched, and up to four times as far
   /// where the electrode has gone through it into the tissue. A point then has a contact of
@@ -47,10 +48,10 @@ struct CauteryOptions {
   /// observed. Literature leaves that shape open, too.
   double electrode_cooling = 2e4;
   double electrode_capacity = 0.1;  ///< J/K of that metal, which warms: 25 mm^3 of steel
-  /// 1/s and share of its water: tissue that boils so fast, and has lost so much, is torn by its
-  /// steam before it is dry.
+  /// 1/s, positive: tissue that boils off this share of its water a second, and has lost
+  /// tearing_loss, is torn by its steam before it is dry.
   double tearing_rate = 0.3;
-  double tearing_loss = 0.02;
+  double tearing_loss = 0.02;  ///< share of its water, [0, 1]: see tearing_rate
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
@@ -59,22 +60,22 @@ struct CauteryOptions {
   /// as much membrane, 1.4 mm^2 across and 0.35 mm long; none once it has its energy. By
   /// conductance the current divides itself.
   double link_conductance = 1.4e-3;
-  ThermalModel model{};
-  HeatOptions heat{};
-  PotentialOptions potential{.region_radii = 6};
+  ThermalModel model{};                           ///< which physics of heat
+  HeatOptions heat{};                             ///< how heat is computed
+  PotentialOptions potential{.region_radii = 6};  ///< how current is computed
 };
 
 /// What one update did. Electrical quantities are of its last substep, root mean squares over
 /// bursts and pauses.
 struct CauteryReport {
-  Index contact_vertices = 0;
-  double contact_area = 0;  ///< m^2, nominal
-  Index contact_links = 0;
-  double power = 0;       ///< W, mean of `energy` over the update
-  double voltage = 0;     ///< V of the generator
-  double current = 0;     ///< A
-  double resistance = 0;  ///< ohm of the whole circuit; infinite where it is open
-  GeneratorRegime regime = GeneratorRegime::open_circuit;
+  Index contact_vertices = 0;  ///< surface vertices that the electrode touches
+  double contact_area = 0;     ///< m^2, nominal
+  Index contact_links = 0;     ///< links that it touches
+  double power = 0;            ///< W, mean of `energy` over the update
+  double voltage = 0;          ///< V of the generator
+  double current = 0;          ///< A
+  double resistance = 0;       ///< ohm of the whole circuit; infinite where it is open
+  GeneratorRegime regime = GeneratorRegime::open_circuit;  ///< which limit of the generator governs
   bool is_arcing = false;  ///< sparks pass over dry tissue, or to what is not quite touched
   bool is_disk = false;    ///< the mesh is coarser than the contact: DiskSource
   /// J into tissue (what HeatLedger::in rose by) and links; none where the circuit is open. Not in
@@ -90,12 +91,12 @@ struct CauteryReport {
   double hottest = 0;            ///< degrees Celsius
   int substeps = 0;              ///< of heat
   int potential_iterations = 0;  ///< over all substeps
-  int heat_iterations = 0;
-  bool converged = true;      ///< each linear system reached its tolerance
-  double removed_volume = 0;  ///< m^3 at rest
-  Index torn = 0;             ///< tetrahedra of those removed that steam tore
-  Index deferred = 0;         ///< tetrahedra, dry or torn before, that wait for energy
-  TissueChange edit;          ///< of update(): what heat changed; empty if there was no edit
+  int heat_iterations = 0;       ///< over all substeps
+  bool converged = true;         ///< each linear system reached its tolerance
+  double removed_volume = 0;     ///< m^3 at rest
+  Index torn = 0;                ///< tetrahedra of those removed that steam tore
+  Index deferred = 0;            ///< tetrahedra, dry or torn before, that wait for energy
+  TissueChange edit;             ///< of update(): what heat changed; empty if there was no edit
 };
 
 /// Couples an electrode to heat in tissue, and heat to topology. Deterministic.
@@ -118,8 +119,9 @@ class PBDSURG_API Cautery {
   Cautery(const Tissue& tissue, std::span<const ThermalBody> bodies,
           const CauteryOptions& options = {});
   ~Cautery();
+  /// Takes over. The other can then only be destroyed or assigned to.
   Cautery(Cautery&&) noexcept;
-  Cautery& operator=(Cautery&&) noexcept;
+  Cautery& operator=(Cautery&&) noexcept;  ///< likewise
 
   /// Drives current for dt, lets heat spread, shrinks, removes and cuts; in substeps of 2 ms or a
   /// fifth of the time to boil, at most 32.
@@ -146,8 +148,11 @@ class PBDSURG_API Cautery {
   CauteryReport heat(const Solver& solver, const Electrode& electrode,
                      const std::optional<GeneratorSettings>& generator, double dt,
                      TopologyEdit& edit);
+  /// Counts what heat() added to an edit that was then applied.
+  /// @param report  of that call; takes removed_volume and torn
   void commit(CauteryReport& report);
 
+  /// Temperature and state of what it burns.
   [[nodiscard]] const HeatField& field() const;
 
   /// Around the electrode, at the start of the last substep in which the generator was on and the

@@ -51,17 +51,17 @@ struct Strand {
 
 /// Why a strand parted.
 enum class StrandLoss : std::uint8_t {
-  torn,
-  blade,
+  torn,            ///< longer than its tear_length
+  blade,           ///< cut
   removed,         ///< a link went by an edit made elsewhere: a cautery's, where heat parted it
   without_tissue,  ///< what it hung on has gone
 };
 
 /// A strand that parted.
 struct StrandEvent {
-  Index strand;
-  Index link;  ///< of the tissue, where it parted first; kInvalidIndex after a compaction
-  StrandLoss cause;
+  Index strand;      ///< of ConnectiveTissue::strands()
+  Index link;        ///< of the tissue, where it parted first; kInvalidIndex after a compaction
+  StrandLoss cause;  ///< why it parted
   std::uint64_t version;  ///< of the tissue, after the edit
 };
 
@@ -85,9 +85,12 @@ class PBDSURG_API ConnectiveTissue final : public Follower {
   Index join(Scene& scene, Index first, Index second, std::span<const MembraneLink> links,
              const StrandOptions& options = {});
 
+  /// [strand_count] in the order of join(), those that parted included.
   [[nodiscard]] std::span<const Strand> strands() const noexcept { return strands_; }
+  /// Whether a strand has not parted.
   /// @throws InvalidArgument  naming the strand that there is not
   [[nodiscard]] bool is_whole(Index strand) const;
+  /// How many have not parted.
   [[nodiscard]] Index whole_count() const noexcept { return static_cast<Index>(whole_.size()); }
 
   /// Strands that parted, in their order; undoing an edit takes its events back. Read what is new

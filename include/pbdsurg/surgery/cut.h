@@ -33,8 +33,8 @@ struct BladeEdge {
 
 /// That edge on its way from one instant to another: two triangles.
 struct BladeSweep {
-  BladeEdge before;
-  BladeEdge now;
+  BladeEdge before;  ///< at the first instant
+  BladeEdge now;     ///< at the second
 };
 
 /// What a blade sweeps: two triangles between each two instants. Left out are those without area,
@@ -61,8 +61,9 @@ struct CutFront {
   std::vector<Triangle> closed_faces{};
 };
 
+/// How a cut is made.
 struct CutOptions {
-  CutStyle style = CutStyle::through_tets;
+  CutStyle style = CutStyle::through_tets;  ///< where tissue parts
   /// In [0.01, 0.4]: an edge that is crossed within this share of its length of a vertex parts at
   /// the vertex. Larger makes better tetrahedra and a rougher cut. Each part of a tetrahedron keeps
   /// at least the third power of it of the volume.
@@ -71,6 +72,7 @@ struct CutOptions {
   CutFront front{};
 };
 
+/// A cut as an edit, and how to go on.
 struct CutPlan {
   TopologyEdit edit;  ///< empty if no tissue parts
   CutFront front;     ///< after that edit

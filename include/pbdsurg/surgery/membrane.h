@@ -37,6 +37,7 @@ struct MembraneLink {
                                                                    const TetMesh& second,
                                                                    double max_distance);
 
+/// How far fibres reach, and how many there are.
 struct ScatterOptions {
   double max_distance = 3.5e-3;  ///< m, of a link, or between surfaces; positive
   double density = 0.5e6;        ///< fibres per m^2 of the first surface, positive

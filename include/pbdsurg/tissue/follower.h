@@ -30,10 +30,10 @@ enum class FollowerRank : std::uint8_t { solver, heat, view, surgery, user };
 class PBDSURG_API Follower {
  public:
   Follower() = default;
-  Follower(const Follower& other);
-  Follower(Follower&& other) noexcept;
-  Follower& operator=(const Follower& other);
-  Follower& operator=(Follower&& other) noexcept;
+  Follower(const Follower& other);                 ///< follows nothing
+  Follower(Follower&& other) noexcept;             ///< takes over the registration
+  Follower& operator=(const Follower& other);      ///< follows nothing from here on
+  Follower& operator=(Follower&& other) noexcept;  ///< takes over the registration
   virtual ~Follower();
 
   /// Refuses an edit by throwing. Changes nothing. The tissue is as before the edit, and has

@@ -4,9 +4,10 @@
 /// @file
 /// The tissues of a cholecystectomy: mechanics, heat and look of each in one record.
 ///
-///   const TissueRecord& liver = tissues::liver();
-///   const Index body = scene.add_body(liver.name, mesh, liver.mechanics);
-///   Cautery cautery(solver, std::array{ThermalBody{body, &mesh, liver.heat}});
+///     const TissueRecord& liver = tissues::liver();
+///     const Index body = scene.add_body(liver.name, mesh, liver.mechanics);
+///     Tissue tissue(scene);
+///     Cautery cautery(tissue, std::array{ThermalBody{body, liver.heat}});
 ///
 /// Moduli of tissue differ by factors between persons, species and ways of measuring: a record is a
 /// start. Copy it and write what you have measured. Sources, by the marks used below:
@@ -20,12 +21,10 @@
 ///      2 (1 + nu) times the former, the largest stretch the exponential of the latter.
 ///
 /// For all tissues alike:
-/// - Density: [I], [i], for mechanics and heat. [R] rounds to 1060 kg/m^3, the artery to 1050,
-/// while
-///   [i] has 1102: taken, as the heat capacity belongs to it.
+/// - Density: [I], [i], for mechanics and heat. [R] rounds to 1060 kg/m^3, the artery to
+///   1050, while [i] has 1102: taken, as the heat capacity belongs to it.
 /// - The model is Neo-Hookean; springs() makes springs of it. Poisson's ratio 0.45: tissue is
-/// nearly
-///   incompressible, but tetrahedra with straight edges lock towards 0.5.
+///   nearly incompressible, but tetrahedra with straight edges lock towards 0.5.
 /// - Damping 1 ms: an estimate. Elastography of livers finds viscosities of about 2 Pa s beside
 ///   shear moduli of about 2 kPa.
 /// - Largest stretch: an estimate of 1.5 where no source is named.
@@ -50,10 +49,10 @@ namespace pbdsurg {
 
 /// All that is known of one tissue. A density is of both: who changes one changes the other.
 struct TissueRecord {
-  std::string name;
-  Material mechanics;
-  ThermalProperties heat;
-  TissueLook look;
+  std::string name;        ///< that of its function: "liver"
+  Material mechanics;      ///< how it resists deformation
+  ThermalProperties heat;  ///< how it conducts, boils and is damaged
+  TissueLook look;         ///< how it looks before it is burnt
 };
 
 /// What no soft tissue has, in mechanics, heat and look, and densities that differ: each as a

@@ -33,8 +33,8 @@ struct Stiffness {
 /// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid
 /// until given: see elastic_material().
 struct PBDSURG_API Material {
-  float density = 1000;  ///< kg/m^3, positive
-  ElasticModel model = ElasticModel::springs;
+  float density = 1000;                        ///< kg/m^3, positive
+  ElasticModel model = ElasticModel::springs;  ///< which of the following count
 
   // springs
   Stiffness stretch{0.4F, 0.0F};       ///< along edges

@@ -21,12 +21,12 @@ namespace pbdsurg {
 
 /// A body's place in the numbering that all bodies of a scene share.
 struct Body {
-  std::string name;
-  Material material;
-  Index first_vertex = 0;
-  Index vertex_count = 0;
-  Index first_tet = 0;
-  Index tet_count = 0;
+  std::string name;        ///< unlike that of any other body
+  Material material;       ///< of all its tetrahedra
+  Index first_vertex = 0;  ///< the others follow
+  Index vertex_count = 0;  ///< those that it came with
+  Index first_tet = 0;     ///< the others follow
+  Index tet_count = 0;     ///< those that it came with; of particles 0
 };
 
 /// A distance constraint between two vertices of the scene that no tetrahedron joins: connective
@@ -35,7 +35,7 @@ struct Link {
   Index first = kInvalidIndex;   ///< scene vertex
   Index second = kInvalidIndex;  ///< scene vertex
   float rest_length = 0;         ///< m, >= 0
-  Stiffness stiffness;
+  Stiffness stiffness;           ///< compliance in m/N
 };
 
 /// Two triangles of a body's surface that share an edge and resist a change of the angle between
@@ -104,8 +104,10 @@ class PBDSURG_API Scene {
   /// Acceleration of free vertices, m/s^2. Default: earth's, downwards along y.
   /// @throws InvalidArgument  if it is not finite
   void set_gravity(const Eigen::Vector3f& gravity);
+  /// m/s^2
   [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept { return gravity_; }
 
+  /// [body_count] in the order in which they were added.
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_; }
 
   /// @throws InvalidArgument  naming the index and how many bodies there are
@@ -118,6 +120,7 @@ class PBDSURG_API Scene {
   /// @throws InvalidArgument  as add_body(); then nothing has changed
   void append(const Scene& other);
 
+  /// Of all bodies.
   [[nodiscard]] Index vertex_count() const noexcept {
     return static_cast<Index>(positions_.size());
   }

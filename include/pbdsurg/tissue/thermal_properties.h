@@ -34,12 +34,16 @@ struct DamageKinetics {
   double activation_energy;  ///< E, J/mol
 };
 
-inline constexpr DamageKinetics kLiverCoagulation{91.800946, 2.577e5};      // A = 7.39e39 [C]
-inline constexpr DamageKinetics kFatDamage{38.329761, 1.30e5};              // A = 4.43e16 [C]
-inline constexpr DamageKinetics kCollagenDenaturation{104.090076, 3.06e5};  // A = 1.606e45 [P]
+/// Liver, A = 7.39e39 [C].
+inline constexpr DamageKinetics kLiverCoagulation{91.800946, 2.577e5};
+/// Fat, A = 4.43e16 [C].
+inline constexpr DamageKinetics kFatDamage{38.329761, 1.30e5};
+/// Collagen, A = 1.606e45 [P].
+inline constexpr DamageKinetics kCollagenDenaturation{104.090076, 3.06e5};
 /// Epidermis, A = 3.1e98 (Henriques 1947, as commonly quoted).
 inline constexpr DamageKinetics kSkinBurn{226.784741, 6.28e5};
 
+/// How a tissue conducts heat and current, boils and is damaged.
 struct ThermalProperties {
   double density;                     ///< kg/m^3
   double specific_heat;               ///< J/(kg K), of moist tissue
@@ -50,7 +54,7 @@ struct ThermalProperties {
   /// Largest share by which lengths contract as collagen denatures, [0, 1): tissue without much of
   /// it has zero. About 0.3 along fibres (literature).
   double collagen_contraction{0};
-  DamageKinetics damage{kLiverCoagulation};
+  DamageKinetics damage{kLiverCoagulation};  ///< how it coagulates
   /// 1/K, b of the conductivity of heat k (1 + b (T - 37)), constant from 100 degrees on; positive
   /// there and at 0: (-1/63, 1/37). Ablation models take some 0.002, as commonly quoted; results
   /// hardly depend on it (Dodde et al. 2008). 0 costs nothing.

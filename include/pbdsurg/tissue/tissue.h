@@ -28,8 +28,9 @@ struct TissueData;
 /// Tissue::version() with the tissue that it is of.
 struct TissueVersion {
   std::uint64_t tissue = 0;  ///< differs between all tissues of a process; zero: none
-  std::uint64_t number = 0;
+  std::uint64_t number = 0;  ///< Tissue::version()
 
+  /// Whether both are of one topology of one tissue.
   friend bool operator==(const TissueVersion&, const TissueVersion&) = default;
 };
 
@@ -55,7 +56,8 @@ class PBDSURG_API Tissue {
   Tissue(const Tissue&) = delete;
   Tissue& operator=(const Tissue&) = delete;
 
-  // --- edits ---------------------------------------------------------------------------------
+  /// @name Edits
+  /// @{
 
   /// Changes the topology.
   ///
@@ -91,9 +93,15 @@ class PBDSURG_API Tissue {
 
   /// Counts edits: each gives a number that there never was. undo() goes back to the one before.
   [[nodiscard]] std::uint64_t version() const noexcept;
+  /// version(), and of which tissue.
   [[nodiscard]] TissueVersion identified_version() const noexcept;
 
-  // --- bodies --------------------------------------------------------------------------------
+  /// @}
+
+  /// @name Bodies
+  /// Functions that take an id throw InvalidArgument, naming the one out of range; so do those
+  /// below.
+  /// @{
 
   /// [body_count] all that there ever were: the scene's, then those that edits brought.
   [[nodiscard]] std::span<const Body> bodies() const noexcept;
@@ -105,22 +113,29 @@ class PBDSURG_API Tissue {
   /// @throws InvalidArgument  as body()
   [[nodiscard]] bool is_body_alive(Index body) const;
 
-  /// The body of a vertex or of a tetrahedron. What a body came with has the ids that bodies()
-  /// says; what edits split off it has ids behind, among those of others.
+  /// The body of a vertex. What a body came with has the ids that bodies() says; what edits split
+  /// off it has ids behind, among those of others.
   [[nodiscard]] Index body_of_vertex(Index vertex) const;
+  /// The body of a tetrahedron, likewise.
   [[nodiscard]] Index body_of_tet(Index tet) const;
 
-  /// The ids from which on those may be a body's that it did not come with.
+  /// The id from which on vertices may be a body's that it did not come with.
   [[nodiscard]] Index first_later_vertex(Index body) const;
+  /// The same of tetrahedra.
   [[nodiscard]] Index first_later_tet(Index body) const;
 
-  /// Ids of a body, those of the dead included, ascending. Cost: O(those that it came with, and all
-  /// that edits brought).
+  /// Vertices of a body, those without tissue included, ascending. Cost: O(those that it came with,
+  /// and all that edits brought).
   [[nodiscard]] std::vector<Index> vertices_of(Index body) const;
+  /// Tetrahedra of a body, removed ones included, likewise.
   [[nodiscard]] std::vector<Index> tets_of(Index body) const;
 
-  // --- vertices ------------------------------------------------------------------------------
+  /// @}
 
+  /// @name Vertices
+  /// @{
+
+  /// All that there ever were.
   [[nodiscard]] Index vertex_count() const noexcept;
 
   /// [vertex_count] m, of the scene; new vertices lie between where these do.
@@ -129,27 +144,30 @@ class PBDSURG_API Tissue {
   /// [vertex_count] kg: a quarter of each live tetrahedron at a vertex, or a particle's own.
   [[nodiscard]] std::span<const double> masses() const noexcept;
 
-  // @throws InvalidArgument  all that take an id, naming the one out of range
-
   /// Whether a vertex has mass: a particle, or a corner of a live tetrahedron.
   [[nodiscard]] bool has_tissue(Index vertex) const;
 
   /// Whether the scene fixed it, or it lies between two that are fixed.
   [[nodiscard]] bool is_fixed(Index vertex) const;
 
-  /// Live tetrahedra at a vertex, live links, and live hinges, ascending. Valid until the next
-  /// edit.
+  /// Live tetrahedra at a vertex, ascending. Valid until the next edit.
   [[nodiscard]] std::span<const Index> tets_at(Index vertex) const;
+  /// Live links, likewise.
   [[nodiscard]] std::span<const Index> links_at(Index vertex) const;
+  /// Live hinges, likewise.
   [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const;
 
-  // --- tetrahedra, edges, links, hinges ------------------------------------------------------
+  /// @}
+
+  /// @name Tetrahedra, edges, links, hinges
+  /// @{
 
   /// [tet_count] corners of every tetrahedron there ever was.
   [[nodiscard]] std::span<const Tet> tets() const noexcept;
 
   /// [tet_count] edges of each, in the order of kTetEdges.
   [[nodiscard]] std::span<const std::array<Index, 6>> tet_edges() const noexcept;
+  /// Those of one.
   [[nodiscard]] std::span<const Index, 6> tet_edges(Index tet) const;
 
   /// kg
@@ -168,21 +186,30 @@ class PBDSURG_API Tissue {
   /// [hinge_count] as they are now, or were last: parting gives them copies of vertices.
   [[nodiscard]] std::span<const Hinge> hinges() const noexcept;
 
+  /// Whether a tetrahedron has not been removed.
   [[nodiscard]] bool is_tet_alive(Index tet) const;
+  /// Whether a live tetrahedron is around an edge.
   [[nodiscard]] bool is_edge_alive(Index edge) const;
+  /// Whether a link has neither been removed nor lost an end.
   [[nodiscard]] bool is_link_alive(Index link) const;
+  /// Whether a hinge has both its triangles and their common edge.
   [[nodiscard]] bool is_hinge_alive(Index hinge) const;
 
   /// m/s^2, of the scene
   [[nodiscard]] const Eigen::Vector3f& gravity() const noexcept;
 
-  // --- memory --------------------------------------------------------------------------------
+  /// @}
+
+  /// @name Memory
+  /// @{
 
   /// Makes room for so many more of each, so that edits that bring them allocate nothing.
   void reserve(std::size_t vertices, std::size_t tets, std::size_t edges, std::size_t links);
 
   /// Bytes in use, without followers and without what allocators add.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+  /// @}
 
  private:
   friend TissueData& tissue_data(Tissue& tissue) noexcept;

@@ -16,15 +16,15 @@ namespace pbdsurg {
 
 /// A tetrahedron before a change of its corners or edges.
 struct ReshapedTet {
-  Index tet;
-  Tet vertices;
+  Index tet;                   ///< its id
+  Tet vertices;                ///< its corners
   std::array<Index, 6> edges;  ///< in the order of kTetEdges
 };
 
 /// An edge that came to be where tissue parted along another.
 struct PartedEdge {
-  Index edge;
-  Index origin;
+  Index edge;    ///< the new one
+  Index origin;  ///< the other
 };
 
 /// An edit and its consequences. Each list is in the order of events, which were: links removed as
@@ -32,7 +32,7 @@ struct PartedEdge {
 /// and the removal of their parents, hinges of these and of moved corners, links lost with tissue,
 /// new bodies, new links, new hinges. Vertices keep their ids for ever.
 struct TissueChange {
-  TopologyEdit edit{};
+  TopologyEdit edit{};  ///< as asked
   /// As asked, then those of removed bodies, then parents of new ones, each once.
   std::vector<Index> removed_tets{};
   Index first_removed_parent = 0;  ///< entries of removed_tets from here on are parents of new ones
@@ -53,11 +53,11 @@ struct TissueChange {
   std::vector<Index> moved_edges{};        ///< of these, those with other ends
   std::vector<PartedEdge> parted_edges{};  ///< new, from first_new_edge on
   // New ones follow each other, in the order of the edit; new bodies' come last.
-  Index first_new_vertex = 0;
-  Index first_new_tet = 0;
-  Index first_new_link = 0;
-  Index first_new_hinge = 0;
-  Index first_new_edge = 0;
+  Index first_new_vertex = 0;        ///< vertices from here on are new
+  Index first_new_tet = 0;           ///< tetrahedra from here on are new
+  Index first_new_link = 0;          ///< links from here on are new
+  Index first_new_hinge = 0;         ///< hinges from here on are new
+  Index first_new_edge = 0;          ///< edges from here on are new
   Index first_new_body = 0;          ///< of edit.new_bodies.bodies()[0]
   std::uint64_t version_before = 0;  ///< Tissue::version() before the edit
   std::uint64_t version = 0;         ///< and after it
@@ -66,6 +66,7 @@ struct TissueChange {
   [[nodiscard]] bool adds() const noexcept {
     return brings_vertices() || !edit.new_tets.empty() || !edit.new_links.empty();
   }
+  /// Whether any vertex came, by itself or with a body.
   [[nodiscard]] bool brings_vertices() const noexcept {
     return !edit.new_vertices.empty() || !edit.new_bodies.bodies().empty();
   }

@@ -14,7 +14,7 @@ namespace pbdsurg {
 
 /// A new rest length of a live edge of a body of springs. A strain limit follows.
 struct RestLengthChange {
-  Index edge;
+  Index edge;         ///< live, each once
   float rest_length;  ///< m, positive and finite
 };
 
@@ -23,13 +23,13 @@ struct RestLengthChange {
 /// tetrahedra around an edge scales its limit by the n-th root of what it scales its own sides by,
 /// so that the limit follows in full where all change alike.
 struct RestVolumeChange {
-  Index tet;
+  Index tet;          ///< live, each once
   float rest_volume;  ///< m^3, positive and finite
 };
 
 /// A vertex that comes to be: on the segment between two vertices of one body, or where one is.
 struct NewVertex {
-  Index first;
+  Index first;      ///< a corner of a live tetrahedron
   Index second;     ///< the same as `first` for a copy of it
   float share = 0;  ///< in [0, 1]: it starts at first + share (second - first), and moves as there
 };
@@ -37,16 +37,16 @@ struct NewVertex {
 /// Moves a corner of a tetrahedron from a vertex to a copy of it that the same edit makes: this is
 /// how tissue parts along faces. The tetrahedron keeps its id, its rest shape and its colour.
 struct CornerMove {
-  Index tet;
+  Index tet;   ///< live, not removed by the same edit
   Index from;  ///< a corner of it
   Index to;    ///< a new vertex, copy of `from`
 };
 
 /// Moves an end of a link from a vertex to a copy of it that the same edit makes.
 struct LinkMove {
-  Index link;
-  Index from;
-  Index to;
+  Index link;  ///< live, not removed by the same edit
+  Index from;  ///< an end of it
+  Index to;    ///< a new vertex, copy of `from`
 };
 
 /// A tetrahedron that takes over part of another's tissue: material, density, rest shape. The other
@@ -64,18 +64,18 @@ struct NewTet {
 /// before the edit; so entries of an edit can name its new vertices. Vertices, tetrahedra, links
 /// and hinges of new_bodies follow all of these, in the order of that scene.
 struct TopologyEdit {
-  std::vector<Index> remove_tets{};
-  std::vector<Index> remove_links{};
+  std::vector<Index> remove_tets{};   ///< live, each once
+  std::vector<Index> remove_links{};  ///< live, each once
   /// Whole bodies, particles included. Nothing of theirs can be moved, divided or linked by the
   /// same edit, nor be listed in remove_tets.
   std::vector<Index> remove_bodies{};
-  std::vector<RestLengthChange> rest_lengths{};
-  std::vector<RestVolumeChange> rest_volumes{};
-  std::vector<NewVertex> new_vertices{};
-  std::vector<CornerMove> corner_moves{};
-  std::vector<LinkMove> link_moves{};
-  std::vector<NewTet> new_tets{};
-  std::vector<Link> new_links{};
+  std::vector<RestLengthChange> rest_lengths{};  ///< of edges
+  std::vector<RestVolumeChange> rest_volumes{};  ///< of tetrahedra
+  std::vector<NewVertex> new_vertices{};         ///< for the next four
+  std::vector<CornerMove> corner_moves{};        ///< where tissue parts along faces
+  std::vector<LinkMove> link_moves{};            ///< to copies of vertices
+  std::vector<NewTet> new_tets{};                ///< where tissue is divided
+  std::vector<Link> new_links{};  ///< between vertices with tissue, new ones included
   /// Bodies that come in, with their hinges and the links between them: at rest where the scene has
   /// them, without speed, in all copies. Links to what is there already go to new_links. The
   /// scene's gravity is of no account.

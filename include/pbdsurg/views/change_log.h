@@ -15,8 +15,8 @@ namespace pbdsurg {
 
 /// Slots first, ..., end - 1.
 struct SlotRange {
-  Index first;
-  Index end;
+  Index first;  ///< the first slot
+  Index end;    ///< the one after the last
 };
 
 /// Remembers the last changes, for any number of readers, each with the version that it has seen.

@@ -19,8 +19,8 @@ namespace pbdsurg {
 
 /// Small parts that an edit drops along.
 struct Crumbs {
-  Index parts = 0;
-  Index tets = 0;
+  Index parts = 0;  ///< how many
+  Index tets = 0;   ///< of all parts
 };
 
 /// Which live tetrahedra hang together, through shared vertices; links do not join.
@@ -50,11 +50,14 @@ class PBDSURG_API LivePieces final : public Follower {
   /// @throws InvalidArgument  naming the tetrahedron that is not of the scene
   [[nodiscard]] Index piece_of(Index tet) const;
 
-  // @throws InvalidArgument  all of these, naming the piece out of [0, count())
+  /// @name One piece
+  /// These functions throw InvalidArgument, naming the piece out of [0, count()).
+  /// @{
 
   /// The body that its tissue is from; kInvalidIndex once a compaction has left that out.
   [[nodiscard]] Index body(Index piece) const { return checked(piece).body; }
 
+  /// Its live tetrahedra; 0 once it is all gone.
   [[nodiscard]] Index tet_count(Index piece) const { return checked(piece).tet_count; }
 
   /// Its tetrahedra, ascending. Cost: O(n log n) in these.
@@ -62,6 +65,8 @@ class PBDSURG_API LivePieces final : public Follower {
 
   /// Whether it has a vertex that cannot move.
   [[nodiscard]] bool is_anchored(Index piece) const { return checked(piece).anchor_count > 0; }
+
+  /// @}
 
   /// Adds to an edit, before it is applied, the removal of parts that its removals would free and
   /// that have fewer than `smallest` tetrahedra, so that crumbs go in the same transaction. A part

@@ -20,8 +20,8 @@ namespace pbdsurg {
 
 /// One of the four triangles of a tetrahedron.
 struct TetFace {
-  Index tet = kInvalidIndex;
-  Index face = 0;  ///< in kTetTriangles: it lies opposite to this corner
+  Index tet = kInvalidIndex;  ///< scene tetrahedron
+  Index face = 0;             ///< in kTetTriangles: it lies opposite to this corner
 };
 
 /// Boundary triangles of a body's live tetrahedra, in slots that make an index buffer: a triangle
@@ -34,12 +34,15 @@ struct TetFace {
 class PBDSURG_API LiveSurface final : public Follower,
                                       public std::enable_shared_from_this<LiveSurface> {
  public:
+  /// What a slot without a triangle holds.
   static constexpr Triangle kEmptyTriangle{0, 0, 0};
 
   /// @throws InvalidArgument  if there is no such body
   LiveSurface(const Tissue& tissue, Index body);
 
+  /// Slots, those without a triangle included.
   [[nodiscard]] Index slot_count() const noexcept { return triangles_.size(); }
+  /// Slots with a triangle.
   [[nodiscard]] Index triangle_count() const noexcept { return slot_count() - free_slots_.size(); }
 
   /// [slot_count] scene vertices, wound so that normals point out of the tissue.
@@ -64,7 +67,7 @@ class PBDSURG_API LiveSurface final : public Follower,
   void collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
     changes_.collect(since, slot_count(), ranges);
   }
-  static constexpr Index kJoinedGap = ChangeLog::kJoinedGap;
+  static constexpr Index kJoinedGap = ChangeLog::kJoinedGap;  ///< slots; of collect_changes()
 
   void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
   void undo(const Tissue& tissue, const TissueChange& change) noexcept override;

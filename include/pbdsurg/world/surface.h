@@ -28,6 +28,7 @@ class HeatField;
 /// triangles() as they are. All spans are valid until the next step or edit of the world.
 class PBDSURG_API Surface {
  public:
+  /// World::surface() makes these.
   /// @param body  of the solver's tissue
   Surface(const Solver& solver, BodyId body);
   ~Surface();
@@ -41,8 +42,10 @@ class PBDSURG_API Surface {
   /// empty. A triangle keeps its slot.
   [[nodiscard]] std::span<const Triangle> triangles() const noexcept { return triangles_; }
 
-  /// Which slots a reader has to copy that has seen version(), as LiveSurface::collect_changes().
+  /// Grows with every slot that changes. Above zero.
   [[nodiscard]] std::uint64_t version() const noexcept;
+
+  /// Which slots a reader has to copy that has seen a version, as LiveSurface::collect_changes().
   void collect_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const;
 
   /// [vertex_count] m
@@ -58,9 +61,10 @@ class PBDSURG_API Surface {
   /// [vertex_count] degrees Celsius; empty where nothing burns the body, as are the next two.
   [[nodiscard]] std::span<const float> temperatures() const noexcept { return temperatures_; }
 
-  /// [vertex_count] the highest so far, degrees Celsius, and what heat left to see, of vertices
-  /// that a triangle has: what burn_layer() takes.
+  /// [vertex_count] the highest so far, degrees Celsius, of vertices that a triangle has: with
+  /// marks() what burn_layer() takes.
   [[nodiscard]] std::span<const float> peak_temperatures() const noexcept { return peaks_; }
+  /// [vertex_count] what heat left to see, of vertices that a triangle has.
   [[nodiscard]] std::span<const BurnBytes> marks() const noexcept { return marks_; }
 
   /// Takes over what a step or an edit changed. The world does this. Cost: O(vertices).

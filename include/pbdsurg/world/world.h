@@ -33,7 +33,7 @@ namespace pbdsurg {
 struct JoinOptions {
   double max_distance = 3.5e-3;  ///< m between the surfaces; positive
   double density = 0.5e6;        ///< fibres per m^2 of the first surface, positive
-  StrandOptions strands{};
+  StrandOptions strands{};       ///< what strands are made of
 };
 
 /// Who asks for a change of topology in a frame, in the order in which they are asked.
@@ -44,22 +44,25 @@ enum class EditSource : std::uint8_t { heat, strands, program };
 
 /// What one source asked for, and why it was refused. Nothing of it was done.
 struct RefusedEdit {
-  EditSource source;
-  std::string why;
+  EditSource source;  ///< who asked
+  std::string why;    ///< the message of the refusal
 };
 
 /// What happened in a step of a world.
 struct Frame {
   StepReport report;                     ///< of the solver, all replicas
   std::vector<CauteryReport> cauteries;  ///< [cautery]
-  Index removed_tets = 0, removed_links = 0;
-  Index parted_strands = 0;
-  std::vector<RefusedEdit> refused;
-  /// s of the processor's clock: heat, edits with their followers, the solver's step, readback. The
-  /// only part of a frame that differs from run to run.
+  Index removed_tets = 0,                ///< by all edits of the step
+      removed_links = 0;                 ///< likewise
+  Index parted_strands = 0;              ///< for any cause: ConnectiveTissue::events()
+  std::vector<RefusedEdit> refused;      ///< in the order in which they were asked
+  /// s of the processor's clock. The only part of a frame that differs from run to run.
   struct Times {
-    double heat = 0, edit = 0, step = 0, readback = 0;
-  } times;
+    double heat = 0,   ///< heat, and what it, strands and the program ask for
+        edit = 0,      ///< edits with their followers
+        step = 0,      ///< the solver's step
+        readback = 0;  ///< surfaces
+  } times;             ///< of this step
 
   /// Whether positions are finite and nothing was refused.
   [[nodiscard]] bool ok() const noexcept;
@@ -71,18 +74,28 @@ struct Frame {
 /// where it is.
 class PBDSURG_API Replica {
  public:
+  /// World::replica() makes these.
   Replica(Solver& solver, ReplicaId id) noexcept : solver_(&solver), id_(id) {}
 
-  // As those of World; throw InvalidArgument where that does.
+  /// As Solver::move_tool().
   void move(ToolId tool, const ToolPose& pose);
+  /// As Solver::grasp().
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
+  /// As Solver::release().
   void release(ToolId tool);
+  /// N, of the tissue on the tool, in the last step.
   [[nodiscard]] Eigen::Vector3f force(ToolId tool) const;
+  /// [vertex_count] m
   [[nodiscard]] std::vector<Eigen::Vector3f> positions() const;
+  /// [vertex_count] m/s
   [[nodiscard]] std::vector<Eigen::Vector3f> velocities() const;
+  /// Of the last step.
   [[nodiscard]] StepReport report() const;
+  /// As Solver::snapshot().
   [[nodiscard]] Snapshot snapshot() const;
+  /// As Solver::restore().
   void restore(const Snapshot& snapshot);
+  /// As Solver::state_hash().
   [[nodiscard]] std::uint64_t state_hash() const;
 
  private:
@@ -93,18 +106,18 @@ class PBDSURG_API Replica {
 /// A whole simulation. Bodies, what is fixed and what is joined come first; the first call of any
 /// other function makes a solver of them. From then on bodies still come and go.
 ///
-///   World world;
-///   const BodyId liver = world.add_body("liver", mesh, tissues::liver());
-///   world.fix(liver, [](const Eigen::Vector3d& x) { return x.z() > 0.05; });
-///   const ToolId hook = world.add_tool(capsules);
-///   const CauteryId burner = world.add_cautery(hook, {liver});
-///   const Surface& skin = world.surface(liver);
-///   for (;;) {
-///     world.move(hook, pose);
-///     world.energise(burner, pedal ? cut_settings(30) : off_settings());
-///     const Frame frame = world.step(5e-3);
-///     draw(skin.positions(), skin.triangles(), skin.normals(), skin.marks());
-///   }
+///     World world;
+///     const BodyId liver = world.add_body("liver", mesh, tissues::liver());
+///     world.fix(liver, [](const Eigen::Vector3d& x) { return x.z() > 0.05; });
+///     const ToolId hook = world.add_tool(capsules);
+///     const CauteryId burner = world.add_cautery(hook, {liver});
+///     const Surface& skin = world.surface(liver);
+///     for (;;) {
+///       world.move(hook, pose);
+///       world.energise(burner, pedal ? cut_settings(30) : off_settings());
+///       const Frame frame = world.step(5e-3);
+///       draw(skin.positions(), skin.triangles(), skin.normals(), skin.marks());
+///     }
 ///
 /// A step does this, in this order:
 ///   1. instruments travel to where move() wants them, over the substeps of 5;
@@ -122,9 +135,11 @@ class PBDSURG_API Replica {
 /// from refuses all but destruction and assignment.
 class PBDSURG_API World {
  public:
+  /// Without bodies.
   /// @throws InvalidArgument, BackendUnavailable  as Solver; at the latest when the solver is made
   /// @param options  their executor does the work of all parts
   explicit World(const SolverOptions& options = {});
+  /// Without bodies, and with all other options at their defaults.
   explicit World(const Executor& executor);
 
   /// Of a scene that is whole, with bodies and strands of a program's own making.
@@ -134,23 +149,27 @@ class PBDSURG_API World {
   World(const Scene& scene, std::span<const TissueRecord> tissues,
         const ConnectiveTissue& strands = {}, const SolverOptions& options = {});
   ~World();
+  /// Takes over. The other can then only be destroyed or assigned to.
   World(World&&) noexcept;
-  World& operator=(World&&) noexcept;
+  World& operator=(World&&) noexcept;  ///< likewise
 
-  // --- the scene -----------------------------------------------------------------------------
+  /// @name The scene
+  /// What is fixed, joined and stiffened, and gravity, come before the solver is made. These
+  /// functions throw InvalidArgument if it is, or if there is no such body, and as Scene and
+  /// ConnectiveTissue.
+  /// @{
 
   /// Adds a body at rest, of one tissue. Once there is a solver, it comes in with the next step;
   /// until then other functions refuse it.
   /// @throws InvalidArgument  as Scene::add_body(), naming the value out of range
   BodyId add_body(const std::string& name, const TetMesh& mesh, const TissueRecord& tissue);
 
-  // The next five come before the solver is made.
-  // @throws InvalidArgument  if it is, or there is no such body; and as Scene and ConnectiveTissue
-
   /// Holds vertices of a body where they are, for good.
   /// @param vertices  [n] ids within the body
   void fix(BodyId body, std::span<const Index> vertices);
+  /// Likewise.
   void fix(BodyId body, std::initializer_list<Index> vertices);
+  /// Likewise, where a condition holds.
   /// @param condition  bool(const Eigen::Vector3d& position), position at rest in m
   /// @return           how many vertices were fixed
   template <std::predicate<const Eigen::Vector3d&> Condition>
@@ -173,21 +192,30 @@ class PBDSURG_API World {
   /// Takes a body out, with all its tissue, in the next step.
   void remove_body(BodyId body);
 
-  // --- instruments ---------------------------------------------------------------------------
-  // @throws InvalidArgument  as the functions of Solver and Cautery, and naming the id that there
-  //                          is not
+  /// @}
+
+  /// @name Instruments
+  /// These functions throw InvalidArgument as those of Solver and Cautery, and naming the id that
+  /// there is not.
+  /// @{
 
   /// Of the solver's add_tool().
   /// @param capsules  [n] in the tool's frame, whose origin is its tip
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose = ToolPose::Identity());
+  /// Likewise.
   ToolId add_tool(std::initializer_list<Capsule> capsules,
                   const ToolPose& pose = ToolPose::Identity());
+  /// As Solver::move_tool(): it travels there in the next step.
   void move(ToolId tool, const ToolPose& pose);
+  /// As Solver::grasp().
+  /// @param vertices    [n] ids in the tissue
+  /// @param compliance  m/N, 0 holds rigidly
   void grasp(ToolId tool, std::span<const Index> vertices, float compliance = 0);
   /// Grasps what of a body lies near the tool's tip, where that is now, and none if nothing does.
   /// @param radius  m
   /// @return        the vertices, ids in the tissue
   std::vector<Index> grasp_near(ToolId tool, BodyId body, float radius, float compliance = 0);
+  /// Lets go of everything the tool holds.
   void release(ToolId tool);
   /// Where it is to be at the end of the next step, and is after it.
   [[nodiscard]] ToolPose pose(ToolId tool) const;
@@ -202,6 +230,7 @@ class PBDSURG_API World {
                         const CauteryOptions& options = {},
                         const Electrode& electrode = {Eigen::Vector3f::Zero(),
                                                       Eigen::Vector3f::Zero()});
+  /// Likewise.
   CauteryId add_cautery(ToolId tool, std::initializer_list<BodyId> bodies,
                         const CauteryOptions& options = {},
                         const Electrode& electrode = {Eigen::Vector3f::Zero(),
@@ -211,7 +240,10 @@ class PBDSURG_API World {
   /// Cuts strands in the next step.
   void sweep(const BladeSweep& blade);
 
-  // --- frames --------------------------------------------------------------------------------
+  /// @}
+
+  /// @name Frames
+  /// @{
 
   /// Advances by dt: see above. With default options a step of 5 ms or less carries organs by their
   /// strands; in one of 1/60 s, strands that bear weight stretch so far that they tear.
@@ -232,25 +264,36 @@ class PBDSURG_API World {
   /// and tools stay.
   void compact();
 
-  // --- what there is -------------------------------------------------------------------------
+  /// @}
+
+  /// @name What there is
+  /// @{
 
   /// Follows the body from here on; the same for all who ask.
   [[nodiscard]] const Surface& surface(BodyId body);
   /// What of the tissue hangs together; follows from here on, the same for all who ask.
   [[nodiscard]] const LivePieces& pieces();
+  /// The body of a name.
   /// @throws InvalidArgument  naming the bodies that there are
   [[nodiscard]] BodyId find_body(const std::string& name) const;
   /// Its number in tissue(), which functions on the parts take; until the next compact().
   [[nodiscard]] Index body_in_tissue(BodyId body) const;
+  /// What it was added with.
   [[nodiscard]] const TissueRecord& tissue_of(BodyId body) const;
 
   /// [replica_count] see SolverOptions::copies. World's own functions are of the first.
   [[nodiscard]] Replica replica(ReplicaId id);
 
+  /// All bodies, as living tissue.
   [[nodiscard]] Tissue& tissue();
+  /// What moves them.
   [[nodiscard]] Solver& solver();
+  /// All strands of join(), or of the constructor.
   [[nodiscard]] ConnectiveTissue& strands();
+  /// What add_cautery() made.
   [[nodiscard]] Cautery& cautery(CauteryId cautery);
+
+  /// @}
 
  private:
   struct Data;
