@@ -1,18 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -D EXPECTED=LIST -P run.cmake -- PROGRAM ARGUMENTS...
-foreach(last RANGE ${CMAKE_ARGC})
-  if("${CMAKE_ARGV${last}}" STREQUAL "--")
-    break()
-  endif()
-endforeach()
-set(command "")
-math(EXPR first "${last} + 1")
-math(EXPR end "${CMAKE_ARGC} - 1")
-foreach(i RANGE ${first} ${end})
-  list(APPEND command "${CMAKE_ARGV${i}}")
-endforeach()
-
-execute_process(COMMAND ${command} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
+# Runs PROGRAM with ARGUMENTS and looks for EXPECTED, a list of regular expressions, in what it prints.
+execute_process(COMMAND "${PROGRAM}" ${ARGUMENTS}
+  RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
 message("${output}${error}")
 if(NOT status EQUAL 0)
   message(FATAL_ERROR "ended with ${status}")
