@@ -6,7 +6,7 @@
 ///
 ///   const TissueRecord& liver = tissues::liver();
 ///   const Index body = scene.add_body(liver.name, mesh, liver.mechanics);
-///   Cautery cautery(solver, std::array{ThermalBody{body, &mesh, liver.heat}});
+///   Cautery cautery(tissue, std::array{ThermalBody{body, liver.heat}});
 ///
 /// Moduli of tissue differ by factors between persons, species and ways of measuring: a record is a
 /// start. Copy it and write what you have measured. Sources, by the marks used below:
