@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Burns a block of liver with a flat electrode: heat_probe [W] [s] [mm^2 of contact].
+// Burns a block of liver with a flat electrode: heat [W] [s] [mm^2 of contact].
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -59,6 +59,6 @@ int main(int argc, char** argv) try {
               ledger.in, ledger.sensible, ledger.latent, ledger.removed,
               cautery.electrode_energy());
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "heat_probe: %s\n", error.what());
+  std::fprintf(stderr, "heat: %s\n", error.what());
   return 2;
 }
