@@ -132,12 +132,6 @@ class Layout {
     low_ = {20 + (plot.y_label.empty() ? 0 : 30) + widest_tick,
             16.0 + (titled ? 34 : 0) + (legend ? 28 : 0)};
     high_ = {plot.width - 30.0, plot.height - 34.0 - (plot.x_label.empty() ? 0 : 26)};
-    if (plot.is_to_scale) {
-      const double x_range = x_axis_.last() - x_axis_.first;
-      const double y_range = y_axis_.last() - y_axis_.first;
-      const double unit = std::min((high_.x - low_.x) / x_range, (high_.y - low_.y) / y_range);
-      high_ = {low_.x + unit * x_range, low_.y + unit * y_range};
-    }
   }
 
   Image draw() {

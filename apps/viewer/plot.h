@@ -24,9 +24,8 @@ struct Plot {
   std::string x_label;  ///< with its unit, for example "time [s]"
   std::string y_label;
   std::vector<PlotSeries> series;
-  int width = 960;           ///< pixels
-  int height = 540;          ///< pixels
-  bool is_to_scale = false;  ///< a unit is as long along y as along x: for shapes
+  int width = 960;   ///< pixels
+  int height = 540;  ///< pixels
 };
 
 /// Draws the curves over axes with round tick values that enclose all points.

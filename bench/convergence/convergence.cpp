@@ -7,11 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "pbdsurg/base/error.h"
-
 #include "bench/convergence/equilibrium.h"
 #include "bench/convergence/methods.h"
-#include "bench/convergence/picture.h"
 #include "bench/convergence/report.h"
 #include "bench/support/program.h"
 
@@ -21,7 +18,6 @@ namespace {
 struct Arguments {
   std::filesystem::path out = "out/tables";
   int threads = 0;
-  bool no_pictures = false;
   bool quick = false;
 };
 
@@ -99,16 +95,6 @@ void run(const Arguments& arguments) {
   write_text(arguments.out / "convergence.md", markdown);
   write_text(arguments.out / "convergence.csv", to_csv(points_of(comparisons)));
   merge_into_json(arguments.out / "tables.json", "convergence", rows);
-  if (!arguments.no_pictures) {
-    try {
-      for (const Comparison& comparison : comparisons) {
-        const long dt = std::lround(1e3 * comparison.dt);  // ms
-        draw_curves(comparison, arguments.out / ("convergence_" + std::to_string(dt) + "ms.png"));
-      }
-    } catch (const BackendUnavailable& error) {
-      std::fprintf(stderr, "no picture: %s\n", error.what());
-    }
-  }
 }
 
 }  // namespace
@@ -118,7 +104,6 @@ int main(int argc, char** argv) {
   CLI::App app("How fast methods bring a sagging bar to rest.", "convergence");
   pbdsurg::bench::Arguments arguments;
   pbdsurg::bench::add_threads_option(app, arguments.threads);
-  app.add_flag("--no-pictures", arguments.no_pictures, "leave out the plots");
   app.add_flag("--quick", arguments.quick, "a small bar, few steps: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });

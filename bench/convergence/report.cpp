@@ -85,12 +85,13 @@ Json to_json(const std::vector<Comparison>& comparisons) {
 Json points_of(const std::vector<Comparison>& comparisons) {
   Json rows = Json::array();
   const auto add = [&](const Comparison& comparison, const char* curve, const Method& method,
-                       const Setting& setting) -> Json& {
+                       const Setting& setting, const Json& is_best) -> Json& {
     rows.push_back({{"dt_ms", dt_in_ms(comparison)},
                     {"curve", curve},
                     {"method", method.name},
                     {"substeps", setting.substeps},
                     {"iterations", setting.iterations},
+                    {"best", is_best},
                     {"time_s", Json()},
                     {"ms", Json()},
                     {"residual", Json()},
@@ -100,15 +101,15 @@ Json points_of(const std::vector<Comparison>& comparisons) {
   for (const Comparison& comparison : comparisons) {
     for (const StepCurve& curve : comparison.steps) {
       for (const StepCurve::Point& point : curve.points) {
-        Json& row =
-            add(comparison, "step", *curve.method, with_sweeps(*curve.method, point.sweeps));
+        Json& row = add(comparison, "step", *curve.method, with_sweeps(*curve.method, point.sweeps),
+                        Json());
         row["ms"] = rounded(point.ms, 1e4);
         row["residual"] = finite(point.residual);
       }
     }
     for (const RestCurve& curve : comparison.rests) {
       for (const RestCurve::Point& point : curve.points) {
-        Json& row = add(comparison, "rest", *curve.method, curve.setting);
+        Json& row = add(comparison, "rest", *curve.method, curve.setting, curve.is_best);
         row["time_s"] = rounded(point.time_s, 1e6);
         row["ms"] = rounded(point.ms, 1e4);
         row["residual"] = finite(point.residual);

@@ -25,7 +25,7 @@ inline constexpr int kReferenceSweeps = 30;
 /// A row for each setting of each method.
 [[nodiscard]] Json to_json(const std::vector<Comparison>& comparisons);
 
-/// The points of all curves, one a row.
+/// The points of all curves, one a row; `best` as in to_json(), null for curves of one step.
 [[nodiscard]] Json points_of(const std::vector<Comparison>& comparisons);
 
 /// A table for each length of a step, after one line for each note.

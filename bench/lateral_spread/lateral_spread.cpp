@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws how far heat has spread in liver: lateral_spread W s mm^2 FILE.png.
+// How far heat has spread in liver, as lines of a section: lateral_spread W s mm^2 DIR.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/tissue/library.h"
 
-#include "apps/viewer/plot.h"
-#include "apps/viewer/png.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
@@ -30,13 +31,18 @@ Index id_of(Index i, Index k) {
   return i + (kCells + 1) * (kCells / 2 + (kCells + 1) * k);
 }
 
-// The line in that plane along which a value passes a level, linear between vertices: a piece in
-// each triangle, as which a cell counts twice.
+// A line in that plane, from the electrode's axis and over the surface, mm.
+struct Segment {
+  std::array<double, 2> from, to;
+};
+
+// Where a value passes a level, linear between vertices: a piece in each triangle, as which a cell
+// counts twice.
 template <class Value>
-cholecystectomy::PlotSeries contour(const std::string& label, double level, Value value) {
-  cholecystectomy::PlotSeries line{label, {}, {}};
+std::vector<Segment> contour(double level, Value value) {
+  std::vector<Segment> segments;
   const auto add_triangle = [&](const std::array<std::array<Index, 2>, 3>& corners) {
-    bool is_crossed = false;
+    std::vector<std::array<double, 2>> ends;
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const auto [i, k] = corners[corner];
       const auto [i_next, k_next] = corners[(corner + 1) % 3];
@@ -44,14 +50,12 @@ cholecystectomy::PlotSeries contour(const std::string& label, double level, Valu
       const double there = value(id_of(i_next, k_next)) - level;
       if ((here < 0) != (there < 0)) {
         const double share = here / (here - there);
-        line.x.push_back(1e3 * (kEdge * (i + share * (i_next - i)) - kMiddle));
-        line.y.push_back(1e3 * (kEdge * (k + share * (k_next - k)) - kTop));
-        is_crossed = true;
+        ends.push_back({1e3 * (kEdge * (i + share * (i_next - i)) - kMiddle),
+                        1e3 * (kEdge * (k + share * (k_next - k)) - kTop)});
       }
     }
-    if (is_crossed) {
-      line.x.push_back(std::nan(""));  // ends the piece
-      line.y.push_back(std::nan(""));
+    if (!ends.empty()) {
+      segments.push_back({ends[0], ends[1]});
     }
   };
   for (Index k = 0; k < kDepth; ++k) {
@@ -60,7 +64,7 @@ cholecystectomy::PlotSeries contour(const std::string& label, double level, Valu
       add_triangle({{{i, k}, {i + 1, k + 1}, {i, k + 1}}});
     }
   }
-  return line;
+  return segments;
 }
 
 // Share of the tetrahedra at each vertex that have gone. [vertex_count]
@@ -78,16 +82,16 @@ std::vector<double> removed_shares(const Solver& solver) {
   return gone;
 }
 
-// Largest |value| of those that are drawn.
-double reach_of(const std::vector<double>& values) {
+// How far segments go from the origin along an axis, mm.
+double reach_of(const std::vector<Segment>& segments, std::size_t axis) {
   double most = 0;
-  for (const double value : values) {
-    most = std::isnan(value) ? most : std::max(most, std::abs(value));
+  for (const Segment& segment : segments) {
+    most = std::max({most, std::abs(segment.from[axis]), std::abs(segment.to[axis])});
   }
   return most;
 }
 
-int run(double power, double seconds, double area, const char* path) {
+int run(double power, double seconds, double area, const std::filesystem::path& folder) {
   const TetMesh mesh = testing::make_box({kCells, kCells, kDepth}, kEdge);
   Scene scene;
   const ThermalBody body{scene.add_body("liver", mesh), tissues::liver().heat};
@@ -101,30 +105,35 @@ int run(double power, double seconds, double area, const char* path) {
     cautery.update(solver, {tip, tip}, cut_settings(power), kStep);
   }
   const HeatField& field = cautery.field();
-  cholecystectomy::Plot plot;
-  plot.x_label = "distance from the electrode's axis [mm]";
-  plot.y_label = "height over the surface [mm]";
-  plot.is_to_scale = true;
-  plot.width = 1120;
-  plot.height = 660;
+  const std::filesystem::path path = folder / "lateral_spread.csv";
+  std::filesystem::create_directories(folder);
+  std::ofstream table(path);
+  table << "power_w,time_s,area_mm2,line,x1_mm,height1_mm,x2_mm,height2_mm\n";
+  const auto add_line = [&](const std::string& name, const std::vector<Segment>& segments) {
+    for (const auto& [from, to] : segments) {
+      table << power << ',' << seconds << ',' << 1e6 * area << ',' << name << ',' << from[0] << ','
+            << from[1] << ',' << to[0] << ',' << to[1] << '\n';
+    }
+  };
   for (const int level : {45, 60, 80, 99}) {  // boiling tissue stays at 100
-    plot.series.push_back(contour((level == 45 ? "reached " : "") + std::to_string(level) + " degC",
-                                  level, [&](Index v) { return field.peak_temperatures()[v]; }));
+    add_line(std::to_string(level) + " °C",
+             contour(level, [&](Index v) { return field.peak_temperatures()[v]; }));
   }
-  plot.series.push_back(
-      contour("coagulated", 1 - std::exp(-1), [&](Index v) { return 1 - field.survival()[v]; }));
-  const double depth = reach_of(plot.series.back().y), reach = reach_of(plot.series.back().x);
+  const std::vector<Segment> coagulated =
+      contour(1 - std::exp(-1), [&](Index v) { return 1 - field.survival()[v]; });
+  add_line("coagulated", coagulated);
   const std::vector<double> removed = removed_shares(solver);
-  plot.series.push_back(contour("torn away", 0.5, [&](Index v) { return removed[v]; }));
+  add_line("torn away", contour(0.5, [&](Index v) { return removed[v]; }));
   const double radius = 1e3 * options.contact_radius;
-  plot.series.push_back({"electrode", {-radius, radius}, {0.1, 0.1}});
-  char title[160];
-  std::snprintf(title, sizeof title,
-                "Liver after %g W for %g s on %g mm2: coagulated %.1f mm deep, %.1f mm wide", power,
-                seconds, 1e6 * area, depth, 2 * reach);
-  plot.title = title;
-  cholecystectomy::write_png(path, cholecystectomy::plot_lines(plot));
-  std::printf("%s; wrote %s\n", title, path);
+  add_line("electrode", {{{-radius, 0.1}, {radius, 0.1}}});
+  table.close();
+  if (!table) {
+    throw FileError(path.string() + ": cannot be written");
+  }
+  std::printf(
+      "Liver after %g W for %g s on %g mm2: coagulated %.1f mm deep, %.1f mm wide; wrote %s\n",
+      power, seconds, 1e6 * area, reach_of(coagulated, 1), 2 * reach_of(coagulated, 0),
+      path.c_str());
   return 0;
 }
 
@@ -133,7 +142,7 @@ int run(double power, double seconds, double area, const char* path) {
 
 int main(int argc, char** argv) try {
   if (argc != 5) {
-    std::fprintf(stderr, "usage: lateral_spread W s mm^2 FILE.png\n");
+    std::fprintf(stderr, "usage: lateral_spread W s mm^2 DIR\n");
     return 2;
   }
   return pbdsurg::bench::run(std::atof(argv[1]), std::atof(argv[2]), 1e-6 * std::atof(argv[3]),

@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/table1/figure8.h"
+// Figure 8 of Pan et al. 2020: the organ with each constraint in its colour.
+#include <cstdio>
+#include <filesystem>
+#include <list>
+#include <string>
+#include <vector>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
-#include "apps/viewer/montage.h"
 #include "apps/viewer/offscreen_renderer.h"
 #include "apps/viewer/png.h"
 #include "apps/viewer/tube.h"
+#include "bench/support/program.h"
+#include "bench/support/sample.h"
+#include "bench/support/table_files.h"
 #include "bench/table1/colorings.h"
 #include "bench/table1/palette.h"
 
 namespace pbdsurg::bench {
 namespace {
 
-using cholecystectomy::CaptionedImage;
-using cholecystectomy::Image;
 using cholecystectomy::RenderSnapshot;
 using cholecystectomy::Surface;
 
@@ -102,37 +108,70 @@ RenderSnapshot draw_tets(const Sample& sample, const Coloring& coloring) {
   return figure;
 }
 
-}  // namespace
-
-std::filesystem::path draw_figure8(const Sample& sample, const std::filesystem::path& folder) {
-  cholecystectomy::OffscreenRenderer renderer({.width = 1200, .height = 540});
+// Edges as lines, tetrahedra shrunken and cut open, for each of four colourings.
+// @param pictures  gets a row for each: its place in the figure, file and caption
+void draw(const Sample& sample, cholecystectomy::OffscreenRenderer& renderer,
+          const std::filesystem::path& folder, Json& pictures) {
   const std::string figure = std::string("figure8_") + name_of(sample.kind);
-  std::vector<CaptionedImage> pictures;
+  int row = 0;
   for (const ColoringOptions& options :
        {ColoringOptions{}, ColoringOptions{.algorithm = ColoringAlgorithm::luby},
         ColoringOptions{.algorithm = ColoringAlgorithm::random_disc},
         ColoringOptions{
             .algorithm = ColoringAlgorithm::random_disc, .repair = true, .balance = true}}) {
-    const auto add = [&](const char* constraints, const Coloring& coloring,
+    const std::string algorithm = name_of(options.algorithm);
+    const auto add = [&](int column, const std::string& constraints, const Coloring& coloring,
                          const RenderSnapshot& snapshot) {
-      const Image image = renderer.render(snapshot);
-      const std::string algorithm = name_of(options.algorithm);
       const std::string file = figure + "_" + algorithm + (options.repair ? "_repair" : "") +
                                (options.balance ? "_balance" : "") + "_" + constraints + ".png";
-      write_png(folder / file, image);
-      pictures.push_back({algorithm + (options.repair ? " + repair" : "") +
-                              (options.balance ? " + balance" : "") + ", " + constraints + ": " +
-                              std::to_string(coloring.color_count) + " colours",
-                          image});
+      write_png(folder / file, renderer.render(snapshot));
+      pictures.push_back({{"figure", figure},
+                          {"row", row},
+                          {"column", column},
+                          {"picture", file},
+                          {"caption", algorithm + (options.repair ? " + repair" : "") +
+                                          (options.balance ? " + balance" : "") + ": " +
+                                          constraints + " constraints in " +
+                                          std::to_string(coloring.color_count) + " colours"}});
     };
     const Coloring edges = color_validly(sample.edge_constraints(), options);
-    add("distance", edges, draw_edges(sample, edges));
+    add(0, "distance", edges, draw_edges(sample, edges));
     const Coloring tets = color_validly(sample.tet_constraints(), options);
-    add("volume", tets, draw_tets(sample, tets));
+    add(1, "volume", tets, draw_tets(sample, tets));
+    ++row;
   }
-  const std::filesystem::path path = folder / (figure + ".png");
-  write_png(path, cholecystectomy::make_montage(pictures, 2));
-  return path;
 }
 
+void run(const std::filesystem::path& out, bool is_quick) {
+  try {
+    cholecystectomy::OffscreenRenderer renderer({.width = 1200, .height = 540});
+    std::vector<std::string> notes;
+    const std::list<Sample> samples =
+        is_quick ? make_samples({1}, {Table2Kind::hollow}, notes)
+                 : make_samples({2}, {Table2Kind::hollow, Table2Kind::surface_filled}, notes);
+    for (const std::string& note : notes) {
+      std::printf("%s\n", note.c_str());
+    }
+    Json pictures = Json::array();
+    for (const Sample& sample : samples) {
+      draw(sample, renderer, out, pictures);
+    }
+    const std::filesystem::path path = out / "figure8_pictures.csv";
+    write_text(path, to_csv(pictures));
+    std::printf("wrote %zu pictures and %s\n", pictures.size(), path.c_str());
+  } catch (const BackendUnavailable& error) {
+    std::printf("no pictures: %s\n", error.what());
+  }
+}
+
+}  // namespace
 }  // namespace pbdsurg::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Figure 8: the organ with each constraint in its colour.", "figure8");
+  std::filesystem::path out = "out/tables";
+  bool is_quick = false;
+  app.add_flag("--quick", is_quick, "the smallest mesh alone: to see it work");
+  return pbdsurg::bench::run_program(app, argc, argv, out,
+                                     [&] { pbdsurg::bench::run(out, is_quick); });
+}

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/table1/measure.h"
 
+#include <algorithm>
+#include <functional>
+
 #include "bench/support/gpu_times.h"
 #include "bench/support/timing.h"
 #include "bench/table1/colorings.h"
@@ -13,10 +16,13 @@ Row measure_coloring(const Sample& sample, const std::string& name,
                      const ConstraintVertices& constraints, const ColoringOptions& options,
                      const StepTimes& step_ms, int repetitions) {
   const Coloring coloring = color_validly(constraints, options);
+  std::vector<Index> sizes = color_sizes(coloring);
+  std::ranges::sort(sizes, std::greater());
   return {&sample,
           name,
           options,
           pbdsurg::measure_coloring(coloring, constraints),
+          std::move(sizes),
           median_time(repetitions, [&] { (void)color_constraints(constraints, options); }),
           time_gpu_coloring(constraints, options, coloring, repetitions),
           step_ms};

@@ -18,6 +18,7 @@ struct Row {
   std::string constraints;  ///< "distance", "volume" or "joint": tetrahedra that own their edges
   ColoringOptions coloring;
   ColoringStatistics statistics;
+  std::vector<Index> color_sizes;       ///< constraints of each colour, the largest first
   double color_ms;                      ///< on one CPU thread
   std::optional<double> color_cuda_ms;  ///< see time_gpu_coloring()
   StepTimes step_ms;                    ///< both types coloured this way, or the joint plan

@@ -136,6 +136,28 @@ Json to_json(const std::vector<Row>& rows) {
   return json;
 }
 
+Json colors_of(const std::vector<Row>& rows) {
+  Json colors = Json::array();
+  for (const Row& row : rows) {
+    if (row.constraints == "joint") {
+      continue;
+    }
+    Json color = to_json(row);
+    for (std::size_t rank = 0; rank < row.color_sizes.size(); ++rank) {
+      colors.push_back({{"kind", color["kind"]},
+                        {"constraints", color["constraints"]},
+                        {"algorithm", color["algorithm"]},
+                        {"order", color["order"]},
+                        {"palette", color["palette"]},
+                        {"repair", color["repair"]},
+                        {"balance", color["balance"]},
+                        {"rank", rank + 1},
+                        {"size", row.color_sizes[rank]}});
+    }
+  }
+  return colors;
+}
+
 std::string to_markdown(const Json& rows, const std::vector<std::string>& notes) {
   std::string paper;
   for (const Json& row : rows) {

@@ -15,6 +15,9 @@ namespace pbdsurg::bench {
 /// The paper's rows come last.
 [[nodiscard]] Json to_json(const std::vector<Row>& rows);
 
+/// The sizes of all colours, one a row; joint constraints have those of the tetrahedra.
+[[nodiscard]] Json colors_of(const std::vector<Row>& rows);
+
 /// A table for each mesh and type of constraint, after one line for each note.
 [[nodiscard]] std::string to_markdown(const Json& rows, const std::vector<std::string>& notes);
 

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table 1 of Pan et al. 2020, and figure 8: the organ's constraints, coloured by every algorithm.
+// Table 1 of Pan et al. 2020: the organ's constraints, coloured by every algorithm.
 #include <cstdio>
 #include <filesystem>
 #include <list>
 #include <string>
 #include <vector>
 
-#include "pbdsurg/base/error.h"
-
 #include "bench/support/gpu_times.h"
 #include "bench/support/program.h"
-#include "bench/table1/figure8.h"
 #include "bench/table1/gpu_coloring.h"
 #include "bench/table1/measure.h"
 #include "bench/table1/report.h"
@@ -20,19 +17,8 @@ namespace {
 
 struct Arguments {
   std::filesystem::path out = "out/tables";
-  bool no_pictures = false;
   bool quick = false;
 };
-
-void draw_pictures(const std::list<Sample>& samples, const std::filesystem::path& folder) {
-  try {
-    for (const Sample& sample : samples) {
-      std::fprintf(stderr, "drew %s\n", draw_figure8(sample, folder).c_str());
-    }
-  } catch (const BackendUnavailable& error) {
-    std::fprintf(stderr, "no pictures: %s\n", error.what());
-  }
-}
 
 void run(const Arguments& arguments) {
   std::vector<std::string> notes{"CUDA: " + describe_gpu()};
@@ -52,19 +38,15 @@ void run(const Arguments& arguments) {
   const std::string markdown = to_markdown(json, notes);
   std::fputs(markdown.c_str(), stdout);
   write_table(arguments.out, "table1", json, markdown);
-  if (!arguments.no_pictures) {
-    draw_pictures(samples, arguments.out);
-  }
+  write_text(arguments.out / "table1_colors.csv", to_csv(colors_of(rows)));
 }
 
 }  // namespace
 }  // namespace pbdsurg::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Table 1 and figure 8: an organ's constraints, coloured by every algorithm.",
-               "table1");
+  CLI::App app("Table 1: an organ's constraints, coloured by every algorithm.", "table1");
   pbdsurg::bench::Arguments arguments;
-  app.add_flag("--no-pictures", arguments.no_pictures, "leave out figure 8");
   app.add_flag("--quick", arguments.quick, "the smallest mesh, everything once: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });

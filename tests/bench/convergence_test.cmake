@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs convergence on a small bar and reads what it leaves behind.
 include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
-run_table(convergence 0 --quick --no-pictures --threads 2)
+run_table(convergence 0 --quick --threads 2)
 
 string(JSON rows LENGTH "${json}" convergence)
 math(EXPR last "${rows} - 1")
@@ -30,7 +30,7 @@ expect("methods" "${best_methods}" "sweeps;small_steps;vertex_block;relaxed_bloc
 file(STRINGS "${FOLDER}/convergence.csv" csv)
 list(GET csv 0 header)
 expect("CSV's first line" "${header}"
-  "dt_ms,curve,method,substeps,iterations,time_s,ms,residual,tip_error")
+  "dt_ms,curve,method,substeps,iterations,best,time_s,ms,residual,tip_error")
 foreach(dt 1 2 5)
   foreach(method IN LISTS best_methods)
     foreach(curve step rest)

@@ -2,8 +2,7 @@
 # Runs table1 on the smallest mesh and reads what it leaves behind: JSON, CSV and Markdown must say
 # the same. (An invalid colouring fails the run itself.)
 include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
-set(arguments --quick --no-pictures)
-run_table(table1 0 ${arguments})
+run_table(table1 0 --quick)
 
 # Numbers as text, because CMake cannot count with fractions: trailing zeros say nothing.
 function(normalize variable)
@@ -93,9 +92,28 @@ foreach(kind markdown paper)
   expect("Markdown (${kind})" "${actual}" "${wanted}")
 endforeach()
 
+# The sizes of a colouring's colours fall, and sum to its constraints.
+file(STRINGS "${FOLDER}/table1_colors.csv" colors REGEX "^hollow,volume,greedy,natural,,false,false,")
+list(LENGTH colors count)
+if(count LESS 30)
+  message(SEND_ERROR "greedy colouring of the volumes has ${count} colours in table1_colors.csv")
+endif()
+set(sum 0)
+set(last_size 1000000)
+foreach(color IN LISTS colors)
+  string(REGEX REPLACE ".*,([0-9]+)$" "\\1" size "${color}")
+  if(size GREATER last_size)
+    message(SEND_ERROR "a colour of ${size} constraints comes after one of ${last_size}")
+  endif()
+  set(last_size ${size})
+  math(EXPR sum "${sum} + ${size}")
+endforeach()
+string(REGEX MATCH "hollow,volume,([0-9]+),greedy,natural" row "${csv}")
+expect("constraints of all colours" "${sum}" "${CMAKE_MATCH_1}")
+
 # What is no JSON object is left as it is.
 file(WRITE "${FOLDER}/tables.json" "[1]")
-run_table(table1 2 ${arguments})
+run_table(table1 2 --quick)
 if(NOT error MATCHES "tables.json: is no JSON object")
   message(SEND_ERROR "the refusal says '${error}'")
 endif()

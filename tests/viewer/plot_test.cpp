@@ -45,30 +45,6 @@ Box find_color(const Image& image, Rgb8 color, int tolerance = 0) {
 
 }  // namespace
 
-TEST_CASE("plot: to scale, a unit is as long up as it is across", "[unit]") {
-  Plot plot;
-  plot.is_to_scale = true;
-  plot.height = GENERATE(300, 1200);  // too low, and too high
-  plot.series = {{"across", {0, 4}, {2, 2}}, {"up", {2, 2}, {0, 4}}};
-  const Image image = plot_lines(plot);
-  // the legend above the axes has these colours, too: a line is the longest run of its colour
-  const auto longest_run = [&](Rgb8 color, bool is_upward) {
-    const int lines = is_upward ? image.width : image.height;
-    const int length = is_upward ? image.height : image.width;
-    int longest = 0;
-    for (int line = 0; line < lines; ++line) {
-      int count = 0;
-      for (int i = 0; i < length; ++i) {
-        count += (is_upward ? image.at(line, i) : image.at(i, line)) == color ? 1 : 0;
-      }
-      longest = std::max(longest, count);
-    }
-    return longest;
-  };
-  CHECK(longest_run(kFirst, false) > 100);
-  CHECK(std::abs(longest_run(kFirst, false) - longest_run(kSecond, true)) <= 8);
-}
-
 // Would catch a flipped axis, a scale that ignores the data and a curve that leaves the axes.
 TEST_CASE("plot: a rising line runs from the lower left to the upper right", "[unit]") {
   Plot plot;

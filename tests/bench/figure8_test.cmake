@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+# Draws figure 8 on the smallest mesh, where this machine can draw.
+file(REMOVE_RECURSE "${FOLDER}")
+execute_process(COMMAND "${PROGRAM}" --out "${FOLDER}" --quick
+  RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "figure8 ended with ${status}: ${output} ${error}")
+endif()
+if(output MATCHES "no pictures")
+  message(WARNING "${output}")
+  return()
+endif()
+# Would catch a picture that the list names and nobody drew.
+file(STRINGS "${FOLDER}/figure8_pictures.csv" rows)
+list(POP_FRONT rows)
+list(LENGTH rows count)
+if(NOT count EQUAL 8)
+  message(FATAL_ERROR "expected two pictures of four colourings, got ${rows}")
+endif()
+foreach(row IN LISTS rows)
+  string(REGEX MATCH "[^,]*[.]png" picture "${row}")
+  if(NOT EXISTS "${FOLDER}/${picture}")
+    message(SEND_ERROR "there is no ${picture}")
+  endif()
+endforeach()
