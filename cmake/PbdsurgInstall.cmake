@@ -2,6 +2,7 @@
 # An export set for each component, so that asking for core never needs the CUDA toolkit.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/pbdsurg")
 get_target_property(library_type pbdsurg_core TYPE)
@@ -47,4 +48,5 @@ pbdsurg_install_pkgconfig(pbdsurg)
 if(PBDSURG_HAS_CUDA)
   pbdsurg_install_pkgconfig(pbdsurg-cuda)
 endif()
-install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/CHANGELOG.md"
+  DESTINATION "${CMAKE_INSTALL_DOCDIR}")

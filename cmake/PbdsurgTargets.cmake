@@ -52,19 +52,36 @@ function(pbdsurg_add_program name)
   target_link_libraries(${name} PRIVATE pbdsurg::core pbdsurg_build_flags)
 endfunction()
 
-# pbdsurg_add_test(name sources...): the executable <name>_tests. The tests of a module link it and what
-# it uses, and nothing else; others link the whole library. Sanitized, those tagged [long] are left out:
-# minutes of arithmetic whose code shorter tests run, too.
+# pbdsurg_install_program(name): for users, beside a shared library where that is what was built.
+function(pbdsurg_install_program name)
+  if(PBDSURG_INSTALL)
+    include(GNUInstallDirs)
+    set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+    install(TARGETS ${name} COMPONENT programs)
+  endif()
+endfunction()
+
+# pbdsurg_add_test(name [PARTS tags... SOURCES] sources...): the executable <name>_tests. The tests of a module
+# link it and what it uses, and nothing else; others link the whole library. A part is what has a tag
+# and may be skipped on some machines: ctest has an entry of its own for it. Sanitized, those tagged
+# [long] are left out: minutes of arithmetic whose code shorter tests run, too.
 function(pbdsurg_add_test name)
-  add_executable(${name}_tests ${ARGN})
+  cmake_parse_arguments(TEST "" "" "PARTS;SOURCES" ${ARGN})
+  add_executable(${name}_tests ${TEST_SOURCES} ${TEST_UNPARSED_ARGUMENTS})
   target_link_libraries(${name}_tests PRIVATE
     pbdsurg_test_main $<IF:$<TARGET_EXISTS:pbdsurg_${name}>,pbdsurg_${name},pbdsurg::core>
     pbdsurg_build_flags)
-  set(filter "")
+  set(long "")
   if(PBDSURG_SANITIZE)
-    set(filter "~[long]")
+    set(long "~[long]")
   endif()
-  add_test(NAME ${name} COMMAND ${name}_tests ${filter})
+  set(others "${long}")
+  foreach(part IN LISTS TEST_PARTS)
+    string(APPEND others "~[${part}]")
+    add_test(NAME ${name}_${part} COMMAND ${name}_tests "[${part}]${long}")
+    set_tests_properties(${name}_${part} PROPERTIES SKIP_RETURN_CODE 77)
+  endforeach()
+  add_test(NAME ${name} COMMAND ${name}_tests ${others})
 endfunction()
 
 # pbdsurg_add_bench(name sources...): the program <name>_bench, which scripts/tables runs.

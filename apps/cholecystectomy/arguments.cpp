@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/base/version.h"
 
 #include "apps/pbdsurg/options.h"
 
@@ -33,6 +34,7 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       "nothing, lost an organ or could not go on; 2 bad input; 130 interrupted, after writing "
       "what\n"
       "there is.");
+  app.set_version_flag("--version", std::string("cholecystectomy, pbdsurg ") + pbdsurg::build_id());
   Arguments arguments;
   OrganFiles& files = arguments.organs;
   std::vector<std::string> organs;

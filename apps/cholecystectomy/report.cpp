@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/base/version.h"
 
 namespace cholecystectomy {
 namespace {
@@ -66,8 +67,7 @@ Json colors_of(const pbdsurg::StepPlan& plan) {
 }
 
 Json build() {
-  return {
-      {"version", PBDSURG_VERSION}, {"type", PBDSURG_BUILD_TYPE}, {"compiler", PBDSURG_COMPILER}};
+  return {{"version", pbdsurg::version()}, {"build_id", pbdsurg::build_id()}};
 }
 
 // What became of the strands between organs; each is one link.

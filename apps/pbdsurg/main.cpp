@@ -7,6 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "pbdsurg/base/version.h"
+
 #include "apps/pbdsurg/commands.h"
 
 namespace {
@@ -36,6 +38,7 @@ std::string subcommand_problem(const CLI::App& app) {
 
 int main(int argument_count, char** arguments) {
   CLI::App app("Real-time soft tissue for surgical simulators: tools", "pbdsurg");
+  app.set_version_flag("--version", std::string("pbdsurg ") + pbdsurg::build_id());
   app.require_subcommand(1);
   CLI::App& mesh = *app.add_subcommand("mesh", "Examine, convert and make meshes");
   mesh.require_subcommand(1);
@@ -52,7 +55,7 @@ int main(int argument_count, char** arguments) {
     std::cerr << "pbdsurg: " << (problem.empty() ? error.what() : problem) << '\n';
     return 2;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {  // --help
+    if (error.get_exit_code() == 0) {  // --help, --version
       return app.exit(error);
     }
     std::cerr << "pbdsurg: " << error.what() << '\n';

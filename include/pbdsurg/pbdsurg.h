@@ -21,6 +21,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/base/vec3.h"
+#include "pbdsurg/base/version.h"
 #include "pbdsurg/base/write_file.h"
 #include "pbdsurg/coloring/balance.h"
 #include "pbdsurg/coloring/clusters.h"

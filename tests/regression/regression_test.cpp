@@ -16,6 +16,7 @@
 #include "tests/regression/programs.h"
 #include "tests/regression/record.h"
 #include "tests/support/catch.h"
+#include "tests/support/skip.h"
 
 namespace pbdsurg {
 namespace {
@@ -52,10 +53,6 @@ TEST_CASE("regression: every program leaves the hashes of the files", "[long]") 
   const HashFile state = testing::read_hashes(kStateHashes);
   const HashFile library = testing::read_hashes(kLibraryHashes);
   const bool is_same_library = library.library == testing::math_library_digest();
-  if (!is_same_library) {
-    WARN("this C library rounds exp(), atan() and such otherwise than the one that wrote "
-         << kLibraryHashes << ", which is left out");
-  }
   for (const Program& program : all_programs()) {
     INFO(executor.name());
     const Record record = run(program, executor);
@@ -63,6 +60,16 @@ TEST_CASE("regression: every program leaves the hashes of the files", "[long]") 
     if (is_same_library) {
       CHECK(testing::first_difference(program.name, record.library(), library.hashes) == "");
     }
+  }
+}
+
+// Says where the test above could not compare all.
+TEST_CASE("regression: this C library is that of the hashes", "[library]") {
+  const HashFile file = testing::read_hashes(kLibraryHashes);
+  if (file.library != testing::math_library_digest()) {
+    testing::skip(
+        "this C library rounds exp(), atan() and such otherwise than the one that wrote " +
+        std::string(kLibraryHashes));
   }
 }
 

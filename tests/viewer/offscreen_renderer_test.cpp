@@ -11,6 +11,7 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/skip.h"
 
 namespace cholecystectomy {
 namespace {
@@ -27,14 +28,13 @@ OffscreenRenderer* shared_renderer() {
       return std::make_optional<OffscreenRenderer>(
           OffscreenOptions{.width = kWidth, .height = kHeight});
     } catch (const pbdsurg::BackendUnavailable& error) {
-      WARN("pictures are not tested: " << error.what());
+      pbdsurg::testing::skip(error.what());
       return std::nullopt;
     }
   }();
   return renderer.has_value() ? &*renderer : nullptr;
 }
 
-// Catch2 2.13 has no SKIP: the warning above is what shows.
 #define REQUIRE_RENDERER(name)                       \
   OffscreenRenderer* const name = shared_renderer(); \
   if (name == nullptr) {                             \
@@ -85,7 +85,7 @@ RenderSnapshot one_sheet(const pbdsurg::TissueRecord& tissue) {
 
 }  // namespace
 
-TEST_CASE("renderer: tissue fills the round picture and its corners are black", "[unit]") {
+TEST_CASE("renderer: tissue fills the round picture and its corners are black", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
 
   const Image image = renderer->render(one_sheet(tissues::liver()));
@@ -103,7 +103,7 @@ TEST_CASE("renderer: tissue fills the round picture and its corners are black", 
   CHECK(liver.x() > 1.5 * liver.y());  // red-brown
 }
 
-TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit]") {
+TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
 
   const Image image = renderer->render(one_sheet(tissues::liver()));
@@ -121,7 +121,8 @@ TEST_CASE("renderer: the light sits at the scope, so the middle shines", "[unit]
   CHECK(brightest(kWidth / 2) > 1.5 * brightest(kWidth / 2 + 75));
 }
 
-TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue", "[unit]") {
+TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue",
+          "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot = one_sheet(tissues::liver());
   Surface& surface = snapshot.surfaces[0];
@@ -139,7 +140,7 @@ TEST_CASE("renderer: a pale burn is paler, a dark one darker than healthy tissue
   CHECK(mean(burnt, right, row).sum() > 1.3 * mean(healthy, right, row).sum());
 }
 
-TEST_CASE("renderer: what is nearer hides what is behind, in any order", "[unit]") {
+TEST_CASE("renderer: what is nearer hides what is behind, in any order", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot;
   snapshot.surfaces = {sheet(tissues::fat(), 0, 0.1f), sheet(tissues::liver(), 0.02f, 0.012f)};
@@ -159,7 +160,7 @@ TEST_CASE("renderer: what is nearer hides what is behind, in any order", "[unit]
 }
 
 // Would catch a missing blend, a hidden back layer and an ignored colour of a vertex.
-TEST_CASE("renderer: through a transparent sheet the tissue behind is seen", "[unit]") {
+TEST_CASE("renderer: through a transparent sheet the tissue behind is seen", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   const auto render_with = [&](float alpha) {
     RenderSnapshot snapshot = one_sheet(tissues::liver());
@@ -181,7 +182,7 @@ TEST_CASE("renderer: through a transparent sheet the tissue behind is seen", "[u
   CHECK(half.x() > full.x() + 5);
 }
 
-TEST_CASE("renderer: a sheet seen from behind is lit as well", "[unit]") {
+TEST_CASE("renderer: a sheet seen from behind is lit as well", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot turned = one_sheet(tissues::fat());
   for (pbdsurg::Triangle& triangle : turned.surfaces[0].triangles) {
@@ -194,7 +195,8 @@ TEST_CASE("renderer: a sheet seen from behind is lit as well", "[unit]") {
   CHECK(back.sum() > 0.7 * front.sum());
 }
 
-TEST_CASE("renderer: tools, strands and smoke change the picture where they are", "[unit]") {
+TEST_CASE("renderer: tools, strands and smoke change the picture where they are",
+          "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   const Image plain = renderer->render(one_sheet(tissues::liver()));
   RenderSnapshot snapshot = one_sheet(tissues::liver());
@@ -218,7 +220,7 @@ TEST_CASE("renderer: tools, strands and smoke change the picture where they are"
         1.2 * mean(plain, smoke_column, kHeight / 2, 6).z());
 }
 
-TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit]") {
+TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
 
   const Image image = renderer->render({});
@@ -227,7 +229,7 @@ TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit]") {
 }
 
 // Would catch one bad vertex that spoils the normals, the depth range or the whole picture.
-TEST_CASE("renderer: a figure shows colours as given, on white to its corners", "[unit]") {
+TEST_CASE("renderer: a figure shows colours as given, on white to its corners", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot = one_sheet(tissues::liver());
   snapshot.style = Style::figure;
@@ -243,7 +245,7 @@ TEST_CASE("renderer: a figure shows colours as given, on white to its corners", 
   }
 }
 
-TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[unit]") {
+TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
   RenderSnapshot snapshot = one_sheet(tissues::fat());
   const Image whole = renderer->render(snapshot);
@@ -256,7 +258,8 @@ TEST_CASE("renderer: a vertex that is not finite costs its triangles only", "[un
   CHECK(mean(holed, kWidth / 2 - 60, kHeight / 2).sum() > 150);
 }
 
-TEST_CASE("renderer: the same snapshot gives the same bytes, on a new renderer too", "[property]") {
+TEST_CASE("renderer: the same snapshot gives the same bytes, on a new renderer too",
+          "[property][opengl]") {
   REQUIRE_RENDERER(renderer);
   const Image first = renderer->render(one_sheet(tissues::gallbladder_wall()));
 
