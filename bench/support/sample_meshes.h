@@ -34,7 +34,7 @@ struct Tets {
   }
 };
 
-/// Splits edges, with all tetrahedra around them, and takes that back.
+/// Splits edges, with all tetrahedra around them.
 class Splitter {
  public:
   explicit Splitter(Tets mesh)
@@ -47,38 +47,18 @@ class Splitter {
   }
 
   [[nodiscard]] const Tets& mesh() const { return mesh_; }
-  [[nodiscard]] bool can_merge() const { return !splits_.empty(); }
-
-  /// Tetrahedra around one, nearest first.
-  [[nodiscard]] std::vector<Index> find_region(Index start, std::size_t count) const {
-    std::vector<Index> region{start};
-    std::vector<bool> seen(mesh_.tets.size(), false);
-    seen[start] = true;
-    for (std::size_t next = 0; next < region.size() && region.size() < count; ++next) {
-      for (const Index v : mesh_.tets[region[next]]) {
-        for (const Index t : around_[v]) {
-          if (!seen[t]) {
-            seen[t] = true;
-            region.push_back(t);
-          }
-        }
-      }
-    }
-    return region;
-  }
 
   /// Splits an edge of a tetrahedron: those around it keep one end and take the middle for the
-  /// other, which added ones have. Returns those that kept their number.
-  std::vector<Index> split(Index chosen, Dice& dice) {
+  /// other, which added ones have.
+  void split(Index chosen, Dice& dice) {
     const Tet& corners = mesh_.tets[chosen];
     const Index from = dice.below(4);
     const Index a = corners[from];
     const Index b = corners[(from + 1 + dice.below(3)) % 4];
     const Index middle = mesh_.vertex_count++;
     around_.emplace_back();
-    Split split{b, middle, around_[b], {}};
     std::vector<Index> at_b;
-    for (const Index t : split.around_b) {
+    for (const Index t : around_[b]) {
       Tet& tet = mesh_.tets[t];
       if (std::find(tet.begin(), tet.end(), a) == tet.end()) {
         at_b.push_back(t);
@@ -89,50 +69,17 @@ class Splitter {
       std::replace(tet.begin(), tet.end(), b, middle);
       std::replace(other.begin(), other.end(), a, middle);
       around_[middle].push_back(t);
-      split.changed.push_back(t);
       for (const Index v : other) {
         (v == b ? at_b : around_[v]).push_back(added);
       }
       mesh_.tets.push_back(other);
     }
     around_[b] = std::move(at_b);
-    splits_.push_back(std::move(split));
-    return splits_.back().changed;
-  }
-
-  /// Takes the last split back. Returns what split() has.
-  std::vector<Index> merge() {
-    Split split = std::move(splits_.back());
-    splits_.pop_back();
-    const std::size_t kept = mesh_.tets.size() - split.changed.size();
-    for (std::size_t t = mesh_.tets.size(); t-- > kept;) {
-      for (const Index v : mesh_.tets[t]) {
-        if (v != split.b) {
-          around_[v].pop_back();  // the added ones stand last, in order
-        }
-      }
-    }
-    mesh_.tets.resize(kept);
-    for (const Index t : split.changed) {
-      std::replace(mesh_.tets[t].begin(), mesh_.tets[t].end(), split.middle, split.b);
-    }
-    around_[split.b] = std::move(split.around_b);
-    around_.pop_back();
-    --mesh_.vertex_count;
-    return split.changed;
   }
 
  private:
-  struct Split {
-    Index b;
-    Index middle;
-    std::vector<Index> around_b;  // before
-    std::vector<Index> changed;
-  };
-
   Tets mesh_;
   std::vector<std::vector<Index>> around_;  // [vertex_count] tetrahedra
-  std::vector<Split> splits_;
 };
 
 /// A box of side^3 cubes of six tetrahedra each (Kuhn): 24 tetrahedra at each inner vertex, the

@@ -29,7 +29,6 @@
 #include "pbdsurg/coloring/coloring.h"
 #include "pbdsurg/coloring/conflict_graph.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
-#include "pbdsurg/coloring/dynamic_coloring.h"
 #include "pbdsurg/coloring/edge_ownership.h"
 #include "pbdsurg/coloring/greedy.h"
 #include "pbdsurg/coloring/jones_plassmann.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/base/version.h"
 
-#include "build_id.h"  // made by cmake/WriteBuildId.cmake
+#include <build_id.h>  // made by cmake/WriteBuildId.cmake
 
 namespace pbdsurg {
 

@@ -9,11 +9,43 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/coloring/constraint_access.h"
-#include "lib/coloring/constraint_checks.h"
 #include "lib/coloring/valences.h"
 
 namespace pbdsurg {
 namespace {
+
+// The part of check_constraints() that does not look at every id.
+void check_shape(const ConstraintVertices& constraints) {
+  if (constraints.vertex_count < 0 || constraints.arity < 0) {
+    throw InvalidArgument(std::to_string(constraints.vertex_count) + " vertices and " +
+                          std::to_string(constraints.arity) +
+                          " vertices a constraint: neither can be negative");
+  }
+  // a little less than an Index holds, so that loops may step past the end
+  constexpr std::size_t kLargest = (std::size_t{1} << 31) - (std::size_t{1} << 24);
+  for (const std::size_t size : {constraints.vertices.size(), constraints.offsets.size()}) {
+    if (size > kLargest) {
+      throw InvalidArgument(std::to_string(size) +
+                            " constraints or vertices named by them; there can be at most " +
+                            std::to_string(kLargest));
+    }
+  }
+  if (constraints.arity > 0) {
+    if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
+      throw InvalidArgument(std::to_string(constraints.vertices.size()) +
+                            " ids do not make constraints of " + std::to_string(constraints.arity) +
+                            " vertices each");
+    }
+    return;
+  }
+  const std::span<const Index> offsets = constraints.offsets;
+  if (offsets.empty() || offsets.front() != 0 ||
+      static_cast<std::size_t>(offsets.back()) != constraints.vertices.size() ||
+      !std::is_sorted(offsets.begin(), offsets.end())) {
+    throw InvalidArgument("offsets of constraints must rise from 0 to the " +
+                          std::to_string(constraints.vertices.size()) + " ids there are");
+  }
+}
 
 [[noreturn]] void refuse_vertex(Index constraint, Index vertex, Index vertex_count) {
   throw InvalidArgument("constraint " + std::to_string(constraint) + " refers to vertex " +
@@ -66,38 +98,6 @@ std::vector<Index> count_valences(const ConstraintVertices& constraints) {
     ++valence[v];
   }
   return valence;
-}
-
-void check_shape(const ConstraintVertices& constraints) {
-  if (constraints.vertex_count < 0 || constraints.arity < 0) {
-    throw InvalidArgument(std::to_string(constraints.vertex_count) + " vertices and " +
-                          std::to_string(constraints.arity) +
-                          " vertices a constraint: neither can be negative");
-  }
-  // a little less than an Index holds, so that loops may step past the end
-  constexpr std::size_t kLargest = (std::size_t{1} << 31) - (std::size_t{1} << 24);
-  for (const std::size_t size : {constraints.vertices.size(), constraints.offsets.size()}) {
-    if (size > kLargest) {
-      throw InvalidArgument(std::to_string(size) +
-                            " constraints or vertices named by them; there can be at most " +
-                            std::to_string(kLargest));
-    }
-  }
-  if (constraints.arity > 0) {
-    if (constraints.vertices.size() % static_cast<std::size_t>(constraints.arity) != 0) {
-      throw InvalidArgument(std::to_string(constraints.vertices.size()) +
-                            " ids do not make constraints of " + std::to_string(constraints.arity) +
-                            " vertices each");
-    }
-    return;
-  }
-  const std::span<const Index> offsets = constraints.offsets;
-  if (offsets.empty() || offsets.front() != 0 ||
-      static_cast<std::size_t>(offsets.back()) != constraints.vertices.size() ||
-      !std::is_sorted(offsets.begin(), offsets.end())) {
-    throw InvalidArgument("offsets of constraints must rise from 0 to the " +
-                          std::to_string(constraints.vertices.size()) + " ids there are");
-  }
 }
 
 void check_constraints(const ConstraintVertices& constraints) {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "pbdsurg/base/owned.h"
-#include "pbdsurg/coloring/dynamic_coloring.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/heat/disk_source.h"
 #include "pbdsurg/heat/surface_map.h"
@@ -259,31 +258,6 @@ TEST_CASE("moved from: a compaction says so", "[unit]") {
   compaction = std::move(there);
   compaction.build();
   (void)compaction.finish(solver);
-}
-
-TEST_CASE("moved from: a dynamic colouring says so", "[unit]") {
-  const TetMesh mesh = testing::make_box({2, 1, 1}, 1);
-  const ConstraintVertices constraints(mesh.tets(), mesh.vertex_count());
-  DynamicColoring coloring(constraints, color_greedy(constraints));
-  DynamicColoring there = moved_out(coloring);
-  check_refused([&] { coloring.add_vertices(1); });
-  check_refused([&] { coloring.apply({}); });
-  check_refused([&] { (void)coloring.arity(); });
-  check_refused([&] { (void)coloring.vertex_count(); });
-  check_refused([&] { (void)coloring.constraint_count(); });
-  check_refused([&] { (void)coloring.id_count(); });
-  check_refused([&] { (void)coloring.contains(0); });
-  check_refused([&] { (void)coloring.vertices(0); });
-  check_refused([&] { (void)coloring.color(0); });
-  check_refused([&] { (void)coloring.color_count(); });
-  check_refused([&] { (void)coloring.color_sizes(); });
-  check_refused([&] { (void)coloring.clique_bound(); });
-  check_refused([&] { (void)coloring.relative_deviation(); });
-  check_refused([&] { (void)coloring.recoloring_pays(); });
-  check_refused([&] { (void)coloring.extract(); });
-  check_refused([&] { coloring.adopt(there.extract()); });
-  coloring = std::move(there);
-  CHECK(coloring.constraint_count() == mesh.tet_count());
 }
 
 TEST_CASE("moved from: a scene and a mesh are empty", "[unit]") {
