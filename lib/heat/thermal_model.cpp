@@ -8,35 +8,19 @@
 #include "lib/base/check.h"
 
 namespace pbdsurg {
-namespace {
-
-ThermalModel paper_model(double density, double specific_heat) {
-  ThermalModel model;
-  model.has_latent_heat = false;
-  model.has_variable_conductivity = false;
-  model.removal = RemovalRule::boiled_vertices;
-  model.color = ColorRule::temperature;
-  model.tissue = ThermalProperties{density, specific_heat, 0.512, 0, 0.9};
-  return model;
-}
-
-}  // namespace
 
 ThermalModel ThermalModel::physical() {
   return {};
 }
 
 ThermalModel ThermalModel::paper() {
-  return paper_model(3000, 300);
-}
-
-ThermalModel ThermalModel::paper_literal() {
-  return paper_model(3, 0.3);
-}
-
-void ThermalModel::set_newmark_gamma(double gamma) {
-  check_range("gamma", gamma, 0.5, 1);
-  theta = gamma;
+  ThermalModel model;
+  model.has_latent_heat = false;
+  model.has_variable_conductivity = false;
+  model.removal = RemovalRule::boiled_vertices;
+  model.color = ColorRule::temperature;
+  model.tissue = ThermalProperties{3000, 300, 0.512, 0, 0.9};
+  return model;
 }
 
 void check_model(const ThermalModel& model) {

@@ -304,7 +304,9 @@ TEST_CASE("heat field: the region shrinks as it cools, and rests", "[unit]") {
 // within it, or its rim would be far too hot.
 TEST_CASE("heat field: the region keeps up with heat that crosses it in a step", "[unit]") {
   const TetMesh mesh = make_box({20, 6, 6}, 1e-3);
-  const ThermalModel model = ThermalModel::paper_literal();
+  ThermalModel model = ThermalModel::paper();
+  model.tissue->density = 3;
+  model.tissue->specific_heat = 0.3;
   HeatField part(mesh, kLiver, model), whole(mesh, kLiver, model, {.active_rise = 0});
   const std::vector<HeatSource> sources{{0, 1e-2}};
   for (int i = 0; i < 5; ++i) {
