@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// The kernels of a step, compiled twice from one source (step_kernels.cuh): strict, with the bits
+/// The kernels of a step, compiled twice from one source (all_kernels.cuh): strict, with the bits
 /// of the serial backend, and fast. Each function enqueues one kernel.
 
 #include <cuda_runtime_api.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled without contraction, with IEEE division and roots: see cuda/CMakeLists.txt.
 #define PBDSURG_KERNELS_NAMESPACE strict
-#include "cuda/solver/step_kernels.cuh"
+#include "cuda/solver/all_kernels.cuh"
 
 namespace pbdsurg::cuda {
 const StepKernels strict_kernels = strict::all_kernels();

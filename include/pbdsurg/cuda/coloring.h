@@ -34,7 +34,7 @@ class PBDSURG_API DeviceColoring {
   /// those before it at its vertices, which takes hundreds of rounds, or thousands where the order
   /// follows a mesher through the mesh; at least as many as constraints at a vertex.
   /// What balance leaves uneven by more than 2 % goes to the host and back: see balance_coloring().
-  /// @param options  `threads` is checked and not used
+  /// @param options  without regard to `executor`
   /// @throws InvalidArgument  as color_constraints(), and for the orders smallest_last and
   ///                          saturation, which are sequential by nature; the colouring is then as
   ///                          it was
