@@ -2,8 +2,11 @@
 #include "bench/edits/cut_times.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <vector>
+
+#include "pbdsurg/solver/compaction.h"
 
 #include "bench/edits/blade.h"
 #include "bench/edits/edited_organ.h"
@@ -13,6 +16,16 @@ namespace {
 
 // What some hundred frames bring.
 constexpr SpareRoom kSpare{.vertices = 8000, .tets = 24'000, .edges = 40'000, .links = 0};
+
+// Steps after the last cut, and the phases of their sweeps.
+std::pair<double, Index> measure_steps(Edited& edited) {
+  constexpr int kSteps = 30;
+  std::vector<double> steps;
+  for (int i = 0; i < kSteps; ++i) {
+    steps.push_back(edited.step());
+  }
+  return {median(steps), static_cast<Index>(edited.solver.plan().phases.size())};
+}
 
 }  // namespace
 
@@ -57,6 +70,12 @@ CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
   times.added_ms = median(added);
   times.longest_edit_ms = std::ranges::max(edits);
   times.longest_step_ms = std::ranges::max(steps);
+  std::tie(times.last_step_ms, times.phases) = measure_steps(edited);
+  Compaction compaction(edited.solver);
+  compaction.build();
+  static_cast<void>(compaction.finish(edited.solver));
+  edited.step();  // takes what is new to a device
+  std::tie(times.compacted_step_ms, times.compacted_phases) = measure_steps(edited);
   return times;
 }
 

@@ -21,7 +21,11 @@ struct CutTimes {
   double step_ms;   ///< that follows an edit
   double added_ms;  ///< by which the edit and the step exceed the plain one
   double longest_edit_ms;
-  double longest_step_ms;  ///< as where buffers are made anew
+  double longest_step_ms;    ///< as where buffers are made anew
+  double last_step_ms;       ///< of steps after the last frame
+  Index phases;              ///< of a sweep, then
+  double compacted_step_ms;  ///< of steps after a Compaction: what edited colours and memory cost
+  Index compacted_phases;
 };
 
 /// Steps the scene of a mesh, and before each step lets a blade on through it, in one edit, in

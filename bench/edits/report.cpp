@@ -49,7 +49,11 @@ Json to_json(const Measured& measured, const EditTimes& times) {
           {"edit_share", rounded(edit_share(times), 1e4)},
           {"added_share", rounded(added_share(times), 1e4)},
           {"longest_edit_ms", Json()},
-          {"longest_step_ms", Json()}};
+          {"longest_step_ms", Json()},
+          {"last_step_ms", Json()},
+          {"phases", Json()},
+          {"compacted_step_ms", Json()},
+          {"compacted_phases", Json()}};
 }
 
 // With the keys of a row of deletions; an edit of one tetrahedron is a part that came.
@@ -73,7 +77,11 @@ Json to_json(const Measured& measured, const CutTimes& times) {
           {"edit_share", rounded(times.edit_ms / times.plain_step_ms, 1e4)},
           {"added_share", rounded(times.added_ms / times.plain_step_ms, 1e4)},
           {"longest_edit_ms", rounded(times.longest_edit_ms, 1e4)},
-          {"longest_step_ms", rounded(times.longest_step_ms, 1e4)}};
+          {"longest_step_ms", rounded(times.longest_step_ms, 1e4)},
+          {"last_step_ms", rounded(times.last_step_ms, 1e4)},
+          {"phases", times.phases},
+          {"compacted_step_ms", rounded(times.compacted_step_ms, 1e4)},
+          {"compacted_phases", times.compacted_phases}};
 }
 
 const std::vector<Column>& columns() {
@@ -99,6 +107,10 @@ const std::vector<Column>& cut_columns() {
                                        {"step_ms", "step, ms", 3},
                                        {"longest_edit_ms", "longest edit, ms", 3},
                                        {"longest_step_ms", "longest step, ms", 3},
+                                       {"last_step_ms", "step at the end, ms", 3},
+                                       {"compacted_step_ms", "compacted, ms", 3},
+                                       {"phases", "phases", 0},
+                                       {"compacted_phases", "compacted", 0},
                                        {"deleted", "divided", 0},
                                        {"added", "parts", 0},
                                        {"frames", "frames", 0}};
@@ -124,7 +136,7 @@ constexpr const char* kLegend = R"(# Edits
 - tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field, a live surface and live pieces take part
 - one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is what edit and step take more. Threads step after the edit; a device steps meanwhile, so there a step is from its start to its report with the edit of the next in it
 - a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, what is added
-- cut: a blade that crosses some twenty tetrahedra a frame, all in one edit with their neighbours, planned and made before the step, in a solver with spare room; medians over the frames in which tissue parts. The longest step says whether buffers of a device were made anew
+- cut: a blade that crosses some twenty tetrahedra a frame, all in one edit with their neighbours, planned and made before the step, in a solver with spare room; medians over the frames in which tissue parts. The longest step says whether buffers of a device were made anew. Steps at the end, and the phases of their sweeps, are those of the edited solver and of the same after a compaction
 )";
 
 }  // namespace

@@ -15,7 +15,8 @@ foreach(i RANGE ${last})
     endif()
   endforeach()
   if(pattern STREQUAL "cut")  # as many as the blade crosses
-    foreach(key added plan_ms_per_step longest_edit_ms longest_step_ms)
+    foreach(key added plan_ms_per_step longest_edit_ms longest_step_ms last_step_ms phases
+        compacted_step_ms compacted_phases)
       string(JSON value ERROR_VARIABLE missing GET "${json}" edits ${i} ${key})
       if(missing OR NOT value GREATER 0)
         message(SEND_ERROR "${key} is '${value}' in row ${i}")
