@@ -10,74 +10,13 @@
 
 #include <cuda_runtime.h>
 
+#include "cuda/heat/group_inverse.cuh"
 #include "cuda/heat/system_kernel.h"
-#include "cuda/solver/cluster_memory.cuh"
+#include "cuda/heat/system_memory.cuh"
 #include "lib/heat/system_rows.h"
 
 namespace pbdsurg::cuda {
 namespace {
-
-constexpr int kWarp = 32;
-constexpr int kWarps = kSystemThreads / kWarp;
-constexpr int kThreadsPerPiece = kSystemThreads / kMostPieces;
-constexpr unsigned kAllLanes = 0xffffffff;
-
-// A column in the low bits, the tag of its row in the high ones: the group, or that it is held.
-constexpr int kTagShift = 25;
-constexpr std::uint32_t kColumnBits = (1U << kTagShift) - 1;
-constexpr std::uint32_t kHeldTag = kMostPieces;
-
-// As LocalSystem.
-constexpr double kLeastPivot = 1e-12;
-
-enum Sum { kSquares, kTotals, kCurvatures, kSquaresOfZero };
-static_assert(kSquaresOfZero + 1 == kSystemSums);
-
-/// Of a block, besides what it stores.
-struct alignas(16) SharedSums {
-  double inverse[kMostPieces][kMostPieces];  // of the system of groups
-  double corrections[kMostPieces + 1];       // of groups, and zero of held rows
-  double pivots[kMostPieces], column[kMostPieces], least[kMostPieces];  // inverting
-  double slices[kSystemSums][kMostPieces];                              // of this block's slices
-  double coarse[kWarps][kMostPieces];                                   // of what a warp is at
-};
-
-/// What a block keeps of its rows and their entries.
-struct BlockStore {
-  double *x, *b, *residual, *diagonal, *inverse, *direction, *product;  // [rows of the block]
-  double* couplings;                                                    // [their entries]
-  std::uint32_t* columns;                                               // with tags
-
-  __device__ BlockStore(unsigned char* memory, Index rows, Index entries)
-      : x(reinterpret_cast<double*>(memory)),
-        b(x + rows),
-        residual(b + rows),
-        diagonal(residual + rows),
-        inverse(diagonal + rows),
-        direction(inverse + rows),
-        product(direction + rows),
-        couplings(product + rows),
-        columns(reinterpret_cast<std::uint32_t*>(couplings + entries)) {}
-};
-
-/// All threads of the cluster; what they wrote before is then seen.
-__device__ inline void meet_all() {
-#if defined(PBDSURG_CUDA_HAS_CLUSTERS)
-  meet_cluster();
-#else
-  __syncthreads();  // of the one block
-#endif
-}
-
-/// The same bits in each of `lanes` neighbours, for one adds to another as that to the one.
-template <int kLanes = kWarp>
-__device__ inline double sum_lanes(double value) {
-#pragma unroll
-  for (int other = kLanes / 2; other > 0; other /= 2) {
-    value += __shfl_xor_sync(kAllLanes, value, other);
-  }
-  return value;
-}
 
 /// One thread's view of the solution.
 class SystemSolution {
@@ -118,15 +57,6 @@ class SystemSolution {
   }
 
  private:
-  __device__ static Index part(Index count, unsigned of, unsigned parts) {
-    return static_cast<Index>(static_cast<unsigned>(count) * of / parts);
-  }
-
-  __device__ static Index thread_count() { return static_cast<Index>(gridDim.x) * kSystemThreads; }
-  __device__ static Index thread_of_all() {
-    return static_cast<Index>(blockIdx.x * kSystemThreads + threadIdx.x);
-  }
-
   // Calls begin(), visit(row, piece, lane of the row, whether there is such a row) for rows of each
   // slice, kLanes together, and end(slice): the whole warp each time.
   template <int kLanes, class Begin, class Visit, class End>
@@ -380,41 +310,7 @@ class SystemSolution {
     }
     __syncthreads();
     if (in_.inverts_groups) {
-      invert_groups();
-    }
-  }
-
-  // As LocalSystem::invert_groups().
-  __device__ void invert_groups() {
-    const auto thread = static_cast<Index>(threadIdx.x);
-    if (thread < a_.piece_count) {
-      shared_.least[thread] = kLeastPivot * shared_.inverse[thread][thread];
-    }
-    __syncthreads();
-    for (Index k = 0; k < a_.piece_count; ++k) {
-      if (thread < a_.piece_count) {
-        const double pivot = shared_.inverse[k][k];
-        const double inverse = pivot > shared_.least[k] ? 1 / pivot : 0;
-        shared_.pivots[thread] = inverse * (thread == k ? 1 : shared_.inverse[k][thread]);
-        shared_.column[thread] = shared_.inverse[thread][k];
-      }
-      __syncthreads();
-      for (int i = thread; i < kMostPieces * kMostPieces; i += kSystemThreads) {
-        const Index row = i / kMostPieces;
-        const Index column = i % kMostPieces;
-        if (row < a_.piece_count && column < a_.piece_count) {
-          double& value = shared_.inverse[row][column];
-          value = row == k
-                      ? shared_.pivots[column]
-                      : (column == k ? 0 : value) - shared_.column[row] * shared_.pivots[column];
-        }
-      }
-      __syncthreads();
-    }
-    if (blockIdx.x == 0) {
-      for (int i = thread; i < kMostPieces * kMostPieces; i += kSystemThreads) {
-        a_.group_inverse[i] = shared_.inverse[i / kMostPieces][i % kMostPieces];
-      }
+      invert_groups(a_, shared_);
     }
   }
 

@@ -4,7 +4,7 @@
 /// @file
 /// All kernels of a step, for one of its two compilations.
 
-#include "cuda/solver/cluster_kernel.cuh"
+#include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"

@@ -5,85 +5,25 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <numeric>
-#include <sstream>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "pbdsurg/mesh/quality.h"
-#include "pbdsurg/mesh/tet_mesh.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/mesh/findings.h"
 #include "lib/mesh/point_check.h"
+#include "lib/mesh/repeated_elements.h"
 #include "lib/mesh/surface_check.h"
 #include "lib/mesh/surface_crossing.h"
+#include "lib/mesh/tet_check.h"
 #include "lib/mesh/welding.h"
 
 namespace pbdsurg {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kSliver = 10;         // degrees: smaller dihedral angles slow convergence
 constexpr Index kManyVertexTets = 60;  // the valence bounds the number of colours from below
-
-std::string number(double value) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text.precision(4);
-  text << value;
-  return text.str();
-}
-
-std::string in_words(Index id) {
-  return std::to_string(id);
-}
-std::string in_words(const Edge& edge) {
-  return std::to_string(edge[0]) + "-" + std::to_string(edge[1]);
-}
-std::string in_words(const Triangle& t) {
-  return std::to_string(t[0]) + "-" + std::to_string(t[1]) + "-" + std::to_string(t[2]);
-}
-std::string in_words(const std::pair<Triangle, Triangle>& pair) {
-  return in_words(pair.first) + " with " + in_words(pair.second);
-}
-std::string in_words(const std::pair<Index, Index>& pair) {
-  return std::to_string(pair.first) + " as " + std::to_string(pair.second);
-}
-
-template <class Element>
-bool repeats_vertex(const Element& element) {
-  for (std::size_t i = 0; i < element.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (element[i] == element[j]) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-/// (element, earlier element with the same vertices)
-template <class Element>
-std::vector<std::pair<Index, Index>> find_repeated(const std::vector<Element>& elements) {
-  std::vector<std::pair<Element, Index>> keys;
-  keys.reserve(elements.size());
-  for (std::size_t e = 0; e < elements.size(); ++e) {
-    keys.emplace_back(elements[e], static_cast<Index>(e));
-    std::sort(keys.back().first.begin(), keys.back().first.end());
-  }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::pair<Index, Index>> repeated;
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < keys.size(); ++i) {
-    if (keys[i].first == keys[first].first) {
-      repeated.emplace_back(keys[i].second, keys[first].second);
-    } else {
-      first = i;
-    }
-  }
-  std::sort(repeated.begin(), repeated.end());
-  return repeated;
-}
 
 /// Area of zero to rounding, judged against the longest side and the distance from the origin.
 bool is_flat_triangle(std::span<const Eigen::Vector3d> points, const Triangle& triangle) {
@@ -123,25 +63,6 @@ class Examination {
   }
 
  private:
-  /// "<text>: 7 (4, 9, 12, 13, 20, ...)": how many, and the first few.
-  template <class Element>
-  void add(Severity severity, const std::string& text, const std::vector<Element>& elements) {
-    constexpr std::size_t kShown = 5;
-    if (elements.empty()) {
-      return;
-    }
-    std::string list;
-    for (std::size_t i = 0; i < std::min(kShown, elements.size()); ++i) {
-      list += (i == 0 ? "" : ", ") + in_words(elements[i]);
-    }
-    add(severity, text + ": " + std::to_string(elements.size()) + " (" + list +
-                      (elements.size() > kShown ? ", ...)" : ")"));
-  }
-
-  void add(Severity severity, std::string text) {
-    report_.findings.push_back({severity, std::move(text)});
-  }
-
   template <class Element>
   std::vector<Index> mark_used(const std::vector<Element>& elements) {
     std::vector<Index> bad;
@@ -173,12 +94,13 @@ class Examination {
     }
     report_.vertices = static_cast<Index>(in_use_.size());
     report_.unreferenced = static_cast<Index>(unused_.size());
-    add(Severity::error, "tets that refer to points that do not exist", bad_tets);
-    add(Severity::error, "triangles that refer to points that do not exist", bad_triangles);
+    add_finding(report_, Severity::error, "tets that refer to points that do not exist", bad_tets);
+    add_finding(report_, Severity::error, "triangles that refer to points that do not exist",
+                bad_triangles);
     if (mesh_.tets.empty() && mesh_.triangles.empty()) {
-      add(Severity::error, "the mesh has neither tets nor triangles");
+      add_finding(report_, Severity::error, "the mesh has neither tets nor triangles");
     }
-    add(Severity::note, "points that no element uses", unused_);
+    add_finding(report_, Severity::note, "points that no element uses", unused_);
     return bad_tets.empty() && bad_triangles.empty();
   }
 
@@ -189,7 +111,7 @@ class Examination {
         bad.push_back(static_cast<Index>(v));
       }
     }
-    add(Severity::error, "points that are not finite", bad);
+    add_finding(report_, Severity::error, "points that are not finite", bad);
     return bad.empty();
   }
 
@@ -212,9 +134,11 @@ class Examination {
   }
 
   void describe_repeated_points() {
-    add(Severity::warning, "points exactly at the place of an earlier one", repeated_.exact);
-    add(Severity::warning, "points within a millionth of the mesh's diagonal of an earlier one",
-        repeated_.near);
+    add_finding(report_, Severity::warning, "points exactly at the place of an earlier one",
+                repeated_.exact);
+    add_finding(report_, Severity::warning,
+                "points within a millionth of the mesh's diagonal of an earlier one",
+                repeated_.near);
     report_.welded_open_edges = report_.open_edges;
     report_.welded_components = report_.components;
     if (!repeated_.exact.empty() || !repeated_.near.empty()) {
@@ -271,8 +195,9 @@ class Examination {
     add_change(elements + " that use a vertex twice", flat_before, flat_after);
     add_change(elements + " that repeat another", find_repeated(stored).size(),
                find_repeated(welded).size());
-    add(Severity::note, "welding the repeated points would change " +
-                            (effects.empty() ? "nothing but their number" : effects));
+    add_finding(report_, Severity::note,
+                "welding the repeated points would change " +
+                    (effects.empty() ? "nothing but their number" : effects));
   }
 
   void say_what_is_not_checked() {
@@ -292,10 +217,10 @@ class Examination {
     const auto triangles = find_repeated(mesh_.triangles);
     report_.duplicate_tets = static_cast<Index>(tets.size());
     report_.duplicate_triangles = static_cast<Index>(triangles.size());
-    add(Severity::error, "tets that repeat an earlier one", tets);
+    add_finding(report_, Severity::error, "tets that repeat an earlier one", tets);
     // beside tetrahedra, stored triangles are not simulated
-    add(mesh_.tets.empty() ? Severity::warning : Severity::note,
-        "triangles that repeat an earlier one", triangles);
+    add_finding(report_, mesh_.tets.empty() ? Severity::warning : Severity::note,
+                "triangles that repeat an earlier one", triangles);
   }
 
   // --- tetrahedra ---
@@ -310,13 +235,13 @@ class Examination {
         proper.push_back(mesh_.tets[t]);
       }
     }
-    add(Severity::error, "tets that use a vertex twice", twice);
-    measure_tets(twice.size());
+    add_finding(report_, Severity::error, "tets that use a vertex twice", twice);
+    measure_tets(mesh_, twice.size(), report_);
 
     const std::vector<Edge> edges = find_edges(proper);
     report_.edges = static_cast<Index>(edges.size());
     measure_edges(edges);
-    count_faces(proper);
+    count_faces(proper, report_);
     examine_boundary(boundary_of(proper));
     report_.checked.emplace_back("volumes, angles and faces of tets");
     set_euler();
@@ -327,82 +252,10 @@ class Examination {
     report_.max_vertex_tets = *std::max_element(counts.begin(), counts.end());
     if (report_.max_vertex_tets > kManyVertexTets) {
       const auto at = std::max_element(counts.begin(), counts.end()) - counts.begin();
-      add(Severity::note, std::to_string(report_.max_vertex_tets) + " tets meet at vertex " +
-                              std::to_string(at) + "; so many need as many colours at least");
+      add_finding(report_, Severity::note,
+                  std::to_string(report_.max_vertex_tets) + " tets meet at vertex " +
+                      std::to_string(at) + "; so many need as many colours at least");
     }
-  }
-
-  void measure_tets(std::size_t twice) {
-    std::vector<Index> flat, negative, positive;
-    double smallest = std::numbers::pi, largest = 0, ratio_sum = 0, signed_volume = 0;
-    Index slivers = 0;
-    report_.min_radius_ratio = 1;
-    for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-      const Tet& tet = mesh_.tets[t];
-      const double volume = tet_volume(mesh_.points, tet);
-      signed_volume += volume;
-      if (is_flat(mesh_.points, tet)) {
-        flat.push_back(static_cast<Index>(t));
-      } else {
-        (volume < 0 ? negative : positive).push_back(static_cast<Index>(t));
-      }
-      const auto angles = dihedral_angles(mesh_.points, tet);
-      const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
-      smallest = std::min(smallest, *least);
-      largest = std::max(largest, *most);
-      slivers += *least * kDegrees < kSliver ? 1 : 0;
-      const double ratio = radius_ratio(mesh_.points, tet);
-      report_.min_radius_ratio = std::min(report_.min_radius_ratio, ratio);
-      ratio_sum += ratio;
-    }
-    report_.min_dihedral = smallest;
-    report_.max_dihedral = largest;
-    report_.mean_radius_ratio = ratio_sum / static_cast<double>(mesh_.tets.size());
-    report_.turned = negative.size() > positive.size();
-    const std::vector<Index>& inverted = report_.turned ? positive : negative;
-    report_.inverted = static_cast<Index>(inverted.size());
-    report_.flat = static_cast<Index>(flat.size());
-    report_.volume = report_.turned ? -signed_volume : signed_volume;
-    add(Severity::error, "inverted tets", inverted);
-    if (flat.size() > twice) {
-      add(Severity::error, "flat tets (volume zero to rounding)", flat);
-    }
-    if (report_.turned) {
-      add(Severity::note,
-          "the corners of most tets are counted the other way round; all were "
-          "judged after turning the whole mesh");
-    }
-    if (slivers > 0) {
-      add(Severity::warning, std::to_string(slivers) + " of " + std::to_string(report_.tets) +
-                                 " tets have a dihedral angle under " + number(kSliver) +
-                                 " degrees; the smallest is " + number(smallest * kDegrees));
-    }
-  }
-
-  void count_faces(const std::vector<Tet>& tets) {
-    std::vector<Triangle> faces;
-    faces.reserve(4 * tets.size());
-    for (const Tet& tet : tets) {
-      for (const auto& [i, j, k] : kTetTriangles) {
-        faces.push_back({tet[i], tet[j], tet[k]});
-        std::sort(faces.back().begin(), faces.back().end());
-      }
-    }
-    std::sort(faces.begin(), faces.end());
-    std::vector<Triangle> overfull;
-    for (std::size_t begin = 0; begin < faces.size();) {
-      std::size_t end = begin + 1;
-      while (end < faces.size() && faces[end] == faces[begin]) {
-        ++end;
-      }
-      if (end - begin > 2) {
-        overfull.push_back(faces[begin]);
-      }
-      ++report_.faces;
-      begin = end;
-    }
-    report_.overfull_faces = static_cast<Index>(overfull.size());
-    add(Severity::error, "faces of three or more tets, which overlap", overfull);
   }
 
   // --- boundary and surfaces ---
@@ -421,20 +274,22 @@ class Examination {
       }
     }
     report_.flat_triangles = static_cast<Index>(flat.size());
-    add(Severity::warning, "triangles without area", flat);
+    add_finding(report_, Severity::warning, "triangles without area", flat);
     report_.faces = static_cast<Index>(proper.size());
     const SurfaceDefects defects = examine_boundary(proper);
     report_.boundary_triangles = report_.triangles;
     report_.edges = defects.edge_count;
     set_euler();
     report_.badly_wound_edges = static_cast<Index>(defects.badly_wound_edges.size());
-    add(Severity::warning, "edges that both of their triangles run in one direction (badly wound)",
-        defects.badly_wound_edges);
+    add_finding(report_, Severity::warning,
+                "edges that both of their triangles run in one direction (badly wound)",
+                defects.badly_wound_edges);
     report_.components =
         find_components(point_count(), std::span<const Triangle>(mesh_.triangles)).count;
     if (!mesh_.triangles.empty()) {
       describe_components();
-      add(Severity::note, "the mesh is a surface; to simulate it, fill it with tets");
+      add_finding(report_, Severity::note,
+                  "the mesh is a surface; to simulate it, fill it with tets");
       measure_enclosed_volume();
     }
   }
@@ -454,7 +309,8 @@ class Examination {
     report_.volume = std::abs(sum);
     report_.inside_out = sum < 0 && report_.badly_wound_edges == 0;
     if (report_.inside_out) {
-      add(Severity::warning, "the surface is inside out: its normals point inwards");
+      add_finding(report_, Severity::warning,
+                  "the surface is inside out: its normals point inwards");
     }
   }
 
@@ -467,11 +323,12 @@ class Examination {
     report_.pinched_vertices = static_cast<Index>(defects.pinched_vertices.size());
     report_.closed =
         !boundary.empty() && defects.open_edges.empty() && defects.overshared_edges.empty();
-    add(Severity::warning, "open edges of the surface (one triangle only)", defects.open_edges);
-    add(Severity::warning, "edges of the surface with three or more triangles",
-        defects.overshared_edges);
-    add(Severity::warning, "pinched vertices, where the surface touches itself",
-        defects.pinched_vertices);
+    add_finding(report_, Severity::warning, "open edges of the surface (one triangle only)",
+                defects.open_edges);
+    add_finding(report_, Severity::warning, "edges of the surface with three or more triangles",
+                defects.overshared_edges);
+    add_finding(report_, Severity::warning, "pinched vertices, where the surface touches itself",
+                defects.pinched_vertices);
     report_.checked.emplace_back("edges and vertices of the surface");
     find_self_crossings(boundary);
 
@@ -504,7 +361,8 @@ class Examination {
     for (const auto& [a, b] : crossings.pairs) {
       pairs.emplace_back(boundary[a], boundary[b]);
     }
-    add(Severity::warning,
+    add_finding(
+        report_, Severity::warning,
         "pairs of triangles that cross, fold onto each other or touch without a common corner",
         pairs);
     if (crossings.complete) {
@@ -534,14 +392,16 @@ class Examination {
 
   void describe_components() {
     if (report_.components > 1) {
-      add(Severity::note,
+      add_finding(
+          report_, Severity::note,
           "the mesh has " + std::to_string(report_.components) + " parts without common vertices");
     }
     if (report_.shells > report_.components) {
-      add(Severity::note, "the boundary has " + std::to_string(report_.shells) +
-                              " closed shells for " + std::to_string(report_.components) +
-                              (report_.components == 1 ? " part" : " parts") +
-                              ": the mesh is hollow, or touches itself");
+      add_finding(report_, Severity::note,
+                  "the boundary has " + std::to_string(report_.shells) + " closed shells for " +
+                      std::to_string(report_.components) +
+                      (report_.components == 1 ? " part" : " parts") +
+                      ": the mesh is hollow, or touches itself");
     }
   }
 

@@ -14,7 +14,7 @@
 
 #include "lib/base/describe.h"
 #include "lib/mesh/boundary_check.h"
-#include "lib/mesh/lattice.h"
+#include "lib/mesh/shape_thickness.h"
 #include "lib/mesh/smoothing.h"
 #include "lib/mesh/stuffing.h"
 #include "lib/mesh/tet_shape.h"
@@ -23,10 +23,6 @@ namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3d;
-
-// A ball of radius sqrt(5)/4 cells always holds a lattice point, so a wall of this many cells has
-// no holes.
-constexpr double kThinnestWall = 1 / 0.89;
 
 constexpr double kCountTolerance = 0.005;
 constexpr double kWorstCountError = 0.1;
@@ -37,9 +33,6 @@ constexpr int kSearchSteps = 16;
 // A search ends where the shape needs this many times the wanted vertices. A mesh with fewer may
 // be sound by luck.
 constexpr double kClearlyTooMany = 2;
-
-// Depths below the surface are measured from this on, to this.
-constexpr double kLeastDepth = 0.02;  // in cells
 
 // Where the boundary is pinched, a ball that surely holds a lattice point joins the parts.
 constexpr double kBridgeRadius = 0.7;  // in cells
@@ -66,16 +59,6 @@ void check_options(const TetrahedralizeOptions& options) {
                           "; it must be in [1, 500000000]");
   }
 }
-
-// How thick a shape is, looking inwards from its surface.
-struct Thickness {
-  double thinnest = 0;        // m, but for a twentieth of the surface: feathered edges do not count
-  double median = 0;          // m
-  double area = 0;            // m^2, of the surface: of both sides of a sheet
-  double least_area = 0;      // m^2, less two standard errors
-  double volume = 0;          // m^3, of the inside
-  Eigen::AlignedBox3d box{};  // of the surface, which may be far smaller than the shape's bounds
-};
 
 // Vertices of a mesh: two for each cell inside, and those where the surface cuts lattice edges.
 double expect_vertices(double volume, double area, double spacing) {
@@ -245,82 +228,9 @@ class Tetrahedralizer {
   // Measured once for each spacing.
   const std::optional<Thickness>& thickness_at(const ImplicitShape& shape, double spacing) {
     if (measured_.spacing != spacing) {
-      measured_ = Measured{spacing, measure_thickness(shape, spacing)};
+      measured_ = Measured{spacing, measure_thickness(shape, spacing, options_.max_cells)};
     }
     return measured_.thickness;
-  }
-
-  // Looks inwards from points of the surface near the lattice's; none if no value is near zero.
-  [[nodiscard]] std::optional<Thickness> measure_thickness(const ImplicitShape& shape,
-                                                           double spacing) const {
-    const Lattice lattice(shape, spacing, Vector3d::Zero(), options_.max_cells);
-    std::vector<Index> near;
-    double inside = 0, close_by = 0, farther = 0;
-    for (Index site = 0; site < lattice.site_count(); ++site) {
-      const double value = lattice.value(site);
-      if (std::abs(value) < spacing) {
-        near.push_back(site);
-      }
-      inside += value < 0 ? 1 : 0;
-      close_by += value >= 0 && value < 0.5 * spacing ? 1 : 0;
-      farther += value >= 0.5 * spacing && value < spacing ? 1 : 0;
-    }
-    constexpr std::size_t kMostSamples = 2000;
-    const double least_depth = kLeastDepth * spacing;
-    std::vector<double> depths;
-    Thickness thickness;
-    for (std::size_t i = 0; i < near.size(); i += near.size() / kMostSamples + 1) {
-      const Vector3d start = shape.project(lattice.position(lattice.site_at(near[i])), 2 * spacing);
-      const double above = shape(start);
-      if (std::abs(above) > least_depth) {
-        continue;
-      }
-      thickness.box.extend(start);
-      Vector3d outwards;
-      for (int axis = 0; axis < 3; ++axis) {
-        const Vector3d step = 0.05 * spacing * Vector3d::Unit(axis);
-        outwards[axis] = shape(start + step) - shape(start - step);
-      }
-      if (outwards.norm() > 0) {
-        const double depth = depth_below(shape, start, -outwards.normalized(), least_depth,
-                                         2 * kThinnestWall * spacing);
-        depths.push_back(std::max(depth - above, least_depth));
-      }
-    }
-    if (depths.empty()) {
-      return std::nullopt;
-    }
-    std::sort(depths.begin(), depths.end());
-    thickness.thinnest = depths[depths.size() / 20];
-    thickness.median = depths[depths.size() / 2];
-    // A layer of width w outside has the volume area w + c w^2, where c is of bends and edges. Half
-    // a cell is the distance of lattice planes, so that each layer holds as many of them anywhere.
-    // A cell has two lattice points.
-    const double per_site = 0.5 * spacing * spacing;
-    thickness.area = std::max(0.0, per_site * (3 * close_by - farther));
-    thickness.least_area =
-        std::max(0.0, thickness.area - 2 * per_site * std::sqrt(9 * close_by + farther));
-    // what is thinner than a cell may lie between all sites
-    thickness.volume = thickness.median < kThinnestWall * spacing
-                           ? 0.5 * thickness.area * thickness.median
-                           : 0.5 * inside * std::pow(spacing, 3);
-    return thickness;
-  }
-
-  // How far the inside goes on from a point of the surface, at most `enough`.
-  static double depth_below(const ImplicitShape& shape, const Vector3d& start,
-                            const Vector3d& inwards, double least_step, double enough) {
-    double depth = 0, value = 0;
-    while (depth < enough) {
-      const double step = std::max(-value, least_step);
-      const double next = shape(start + (depth + step) * inwards);
-      if (next >= 0) {
-        return value < 0 ? depth + step * value / (value - next) : depth;
-      }
-      depth += step;
-      value = next;
-    }
-    return enough;
   }
 
   // Whether the shape is too thin for this spacing, and a mesh that resolves it far too large.
@@ -489,36 +399,6 @@ class Tetrahedralizer {
     report_.max_dihedral = range.max;
     report_.thin_share = thin_share(shape, candidate.spacing, mesh);
     return {TetMesh(std::move(mesh.points), std::move(mesh.tets)), report_};
-  }
-
-  // Walks inwards from the boundary until the shape ends.
-  static double thin_share(const ImplicitShape& shape, double spacing, const StuffedMesh& mesh) {
-    std::vector<Vector3d> normals(mesh.points.size(), Vector3d::Zero());
-    for (const auto& [triangle, tet] : find_boundary(mesh.tets)) {
-      const Vector3d& origin = mesh.points[triangle[0]];
-      const Vector3d area =
-          (mesh.points[triangle[1]] - origin).cross(mesh.points[triangle[2]] - origin);
-      for (const Index v : triangle) {
-        normals[v] += area;
-      }
-    }
-    const double enough = kThinnestWall * spacing;
-    Index thin = 0, all = 0;
-    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-      if (normals[v].isZero(0)) {
-        continue;
-      }
-      ++all;
-      const Vector3d inwards = -normals[v].normalized();
-      double depth = 0.1 * spacing;
-      double value = shape(mesh.points[v] + depth * inwards);
-      while (value < 0 && depth < enough) {
-        depth += std::max(-value, 0.1 * spacing);
-        value = shape(mesh.points[v] + depth * inwards);
-      }
-      thin += depth < enough ? 1 : 0;
-    }
-    return all > 0 ? static_cast<double>(thin) / all : 0;
   }
 
   const ShapeAtSpacing& shape_at_;

@@ -94,4 +94,15 @@ void check_options(const SolverOptions& options) {
   check_readers(options);
 }
 
+SolverOptions SolverOptions::paper() {
+  SolverOptions options;
+  options.mode = ProjectionMode::fraction;
+  options.substeps = 1;
+  options.iterations = 30;
+  options.coloring = {.algorithm = ColoringAlgorithm::random_disc,
+                      .disc = {.palette = Palette::conflicts}};
+  options.composition = PlanComposition::separate;
+  return options;
+}
+
 }  // namespace pbdsurg

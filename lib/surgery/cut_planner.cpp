@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
 #include <span>
 #include <string>
@@ -12,42 +11,15 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/surgery/cut_geometry.h"
 #include "lib/surgery/cut_neighborhood.h"
+#include "lib/surgery/cut_pieces.h"
 #include "lib/surgery/cut_surface.h"
 
 namespace pbdsurg {
 namespace {
 
 using Eigen::Vector3d;
-
-// A cut reaches this share of a tetrahedron's longest edge beyond the rim of its surface, so that
-// sweeps that meet leave no bridge: with 0.1, 13 of 360 bent paths in small steps left one, with
-// this none; with 0.4 crumbs of tissue come off between sweeps.
-constexpr double kRimReach = 0.25;
-
-int sign_of(double value) {
-  return (value > 0) - (value < 0);
-}
-
-Edge edge_between(Index a, Index b) {
-  return {std::min(a, b), std::max(a, b)};
-}
-
-Vector3d mean(std::span<const Vector3d> points) {
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& point : points) {
-    sum += point;
-  }
-  return sum / static_cast<double>(points.size());
-}
-
-// A tetrahedron near the cut, or a child of one.
-struct Piece {
-  Tet corners;
-  Index tet;  // its own id, or its parent's
-  bool is_child;
-  int side;  // of the surface: 1 above, -1 below, 0 if both or unknown
-};
 
 // A vertex of one of the parts that a vertex is split into.
 struct Part {
@@ -63,21 +35,17 @@ struct PartedFace {
 
 class CutPlanner {
  public:
-  CutPlanner(const CutNeighborhood& near, const CutSides& sides, const CutOptions& options)
+  CutPlanner(const CutNeighborhood& near, const CutSides& sides, const CutPieces& cut)
       : near_(near),
-        options_(options),
-        sides_(sides),
-        vertex_count_(static_cast<Index>(near.positions.size())) {}
+        geometry_(near, sides, cut.splits),
+        split_edges_(cut.split_edges),
+        pieces_(cut.pieces),
+        vertex_count_(static_cast<Index>(near.positions.size())) {
+    edit_.new_vertices = cut.splits;
+  }
 
   CutPlan plan() {
     sort_front();
-    if (options_.style == CutStyle::through_tets) {
-      find_vertex_sides();
-      find_split_edges();
-      divide();
-    } else {
-      take_whole();
-    }
     part_faces();
     split_vertices();
     write_pieces();
@@ -86,30 +54,6 @@ class CutPlanner {
   }
 
  private:
-  [[nodiscard]] Vector3d position(Index v) const {
-    if (v < vertex_count_) {
-      return near_.positions[v].cast<double>();
-    }
-    const NewVertex& split = edit_.new_vertices[v - vertex_count_];
-    const Vector3d first = position(split.first);
-    return first + split.share * (position(split.second) - first);
-  }
-
-  [[nodiscard]] double longest_edge(const Tet& tet) const {
-    double squared = 0;
-    for (const auto& [i, j] : kTetEdges) {
-      squared = std::max(squared, (position(tet[i]) - position(tet[j])).squaredNorm());
-    }
-    return std::sqrt(squared);
-  }
-
-  // Whether the surface itself lies there, not what continues it. Heights are of the size of an
-  // edge for faces beside the surface, and larger where a point is between two of its sheets.
-  [[nodiscard]] bool surface_is_at(const Vector3d& point, double edge) const {
-    const CutSides::Place place = sides_.locate(point);
-    return std::abs(place.height) <= edge && place.beyond <= kRimReach * edge;
-  }
-
   void sort_front() {
     front_ = near_.front.closed_faces;
     for (Triangle& face : front_) {
@@ -118,168 +62,7 @@ class CutPlanner {
     std::sort(front_.begin(), front_.end());
   }
 
-  void find_vertex_sides() {
-    heights_.assign(near_.positions.size(), std::nan(""));
-    signs_.assign(near_.positions.size(), 0);
-    for (const Tet& tet : near_.tets) {
-      for (const Index v : tet) {
-        if (std::isnan(heights_[v])) {
-          heights_[v] = sides_.locate(position(v)).height;
-          signs_[v] = sign_of(heights_[v]);
-        }
-      }
-    }
-    for (const Index v : near_.front.vertices) {
-      signs_[v] = 0;
-    }
-  }
-
-  [[nodiscard]] bool is_crossed(Index a, Index b) const { return signs_[a] * signs_[b] < 0; }
-
-  [[nodiscard]] bool is_mixed(const Tet& tet) const {
-    return std::ranges::any_of(kTetEdges,
-                               [&](const auto& e) { return is_crossed(tet[e[0]], tet[e[1]]); });
-  }
-
-  // Where the surface crosses an edge, as a share of its length.
-  [[nodiscard]] double crossing(Index first, Index second) const {
-    return heights_[first] / (heights_[first] - heights_[second]);
-  }
-
-  // Whether the middle of a mixed tetrahedron's section lies on the surface.
-  [[nodiscard]] bool is_entered(const Tet& tet) const {
-    if (!std::ranges::all_of(tet, [&](Index v) { return near_.is_reached[v]; })) {
-      return false;
-    }
-    Vector3d section = Vector3d::Zero();  // sum of its corners
-    int count = 0;
-    for (const Index v : tet) {
-      if (signs_[v] == 0) {
-        section += position(v);
-        ++count;
-      }
-    }
-    for (const auto& [i, j] : kTetEdges) {
-      if (is_crossed(tet[i], tet[j])) {
-        const Vector3d x = position(tet[i]);
-        section += x + crossing(tet[i], tet[j]) * (position(tet[j]) - x);
-        ++count;
-      }
-    }
-    return surface_is_at(section / count, longest_edge(tet));
-  }
-
-  // Edges of cut tetrahedra from one side to the other, after vertices next to a crossing were
-  // taken to lie on the surface.
-  void find_split_edges() {
-    std::vector<bool> is_snapped(near_.positions.size(), false);
-    is_cut_.assign(near_.tets.size(), false);
-    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
-      const Tet& tet = near_.tets[i];
-      is_cut_[i] = is_mixed(tet) && is_entered(tet);
-      if (!is_cut_[i]) {
-        continue;
-      }
-      for (const auto& [j, k] : kTetEdges) {
-        if (is_crossed(tet[j], tet[k])) {
-          const double share = crossing(tet[j], tet[k]);
-          if (share < options_.snap) {
-            is_snapped[tet[j]] = true;
-          } else if (share > 1 - options_.snap) {
-            is_snapped[tet[k]] = true;
-          }
-        }
-      }
-    }
-    for (std::size_t v = 0; v < is_snapped.size(); ++v) {
-      if (is_snapped[v]) {
-        signs_[v] = 0;
-      }
-    }
-    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
-      const Tet& tet = near_.tets[i];
-      is_cut_[i] = is_cut_[i] && is_mixed(tet);
-      for (const auto& [j, k] : kTetEdges) {
-        if (is_cut_[i] && is_crossed(tet[j], tet[k])) {
-          split_edges_.push_back(edge_between(tet[j], tet[k]));
-        }
-      }
-    }
-    std::sort(split_edges_.begin(), split_edges_.end());
-    split_edges_.erase(std::unique(split_edges_.begin(), split_edges_.end()), split_edges_.end());
-    for (const Edge& edge : split_edges_) {
-      const double share = crossing(edge[0], edge[1]);
-      edit_.new_vertices.push_back({edge[0], edge[1], static_cast<float>(share)});
-    }
-  }
-
-  // No piece of a cut tetrahedron has vertices on both sides, and each has one off the surface.
-  [[nodiscard]] int side_of(const Tet& corners) const {
-    bool above = false, below = false;
-    double height = 0;
-    for (const Index v : corners) {
-      if (v < vertex_count_) {
-        above |= signs_[v] > 0;
-        below |= signs_[v] < 0;
-        height += heights_[v];
-      }
-    }
-    return above && below ? 0 : (above ? 1 : (below ? -1 : sign_of(height)));
-  }
-
-  void divide() {
-    std::vector<Tet> children;
-    for (std::size_t i = 0; i < near_.tets.size(); ++i) {
-      const Tet& tet = near_.tets[i];
-      children.assign(1, tet);
-      if (is_mixed(tet)) {
-        bisect_edges(tet, children);
-      }
-      const bool is_divided = children.size() > 1;
-      for (const Tet& child : children) {
-        const int side = is_divided && !is_cut_[i] ? 0 : side_of(child);
-        pieces_.push_back({child, static_cast<Index>(i), is_divided, side});
-      }
-    }
-  }
-
-  // Bisects those edges of a tetrahedron that split, in the order of their vertices.
-  void bisect_edges(const Tet& tet, std::vector<Tet>& children) const {
-    std::array<Edge, 6> edges;
-    for (std::size_t e = 0; e < 6; ++e) {
-      edges[e] = edge_between(tet[kTetEdges[e][0]], tet[kTetEdges[e][1]]);
-    }
-    std::sort(edges.begin(), edges.end());
-    for (const Edge& edge : edges) {
-      const auto place = std::lower_bound(split_edges_.begin(), split_edges_.end(), edge);
-      if (place != split_edges_.end() && *place == edge) {
-        bisect(children, edge, vertex_count_ + static_cast<Index>(place - split_edges_.begin()));
-      }
-    }
-  }
-
-  static void bisect(std::vector<Tet>& tets, const Edge& edge, Index middle) {
-    for (std::size_t i = 0, count = tets.size(); i < count; ++i) {
-      const auto first = std::ranges::find(tets[i], edge[0]) - tets[i].begin();
-      const auto second = std::ranges::find(tets[i], edge[1]) - tets[i].begin();
-      if (first < 4 && second < 4) {
-        tets.push_back(tets[i]);
-        tets[i][second] = middle;
-        tets.back()[first] = middle;
-      }
-    }
-  }
-
-  void take_whole() {
-    for (Index t = 0; t < static_cast<Index>(near_.tets.size()); ++t) {
-      const Tet& tet = near_.tets[t];
-      const std::array<Vector3d, 4> x{position(tet[0]), position(tet[1]), position(tet[2]),
-                                      position(tet[3])};
-      pieces_.push_back({tet, t, false, sign_of(sides_.locate(mean(x)).height)});
-    }
-  }
-
-  [[nodiscard]] bool is_parted(const Triangle& face, const Piece& a, const Piece& b) const {
+  [[nodiscard]] bool is_parted(const Triangle& face, const CutPiece& a, const CutPiece& b) const {
     if (a.side * b.side >= 0) {
       return false;
     }
@@ -290,8 +73,10 @@ class CutPlanner {
                              [&](Index v) { return v >= vertex_count_ || near_.is_reached[v]; })) {
       return false;
     }
-    const std::array<Vector3d, 3> x{position(face[0]), position(face[1]), position(face[2])};
-    return surface_is_at(mean(x), std::max(longest_edge(a.corners), longest_edge(b.corners)));
+    const std::array<Vector3d, 3> x{geometry_.position(face[0]), geometry_.position(face[1]),
+                                    geometry_.position(face[2])};
+    return geometry_.surface_is_at(
+        mean(x), std::max(geometry_.longest_edge(a.corners), geometry_.longest_edge(b.corners)));
   }
 
   // Whether a face, or the one that it is a part of, was parted before and stayed closed. The whole
@@ -326,7 +111,7 @@ class CutPlanner {
   [[nodiscard]] std::vector<bool> vertices_between() const {
     const std::size_t all = near_.positions.size() + split_edges_.size();
     std::vector<bool> above(all, false), below(all, false);
-    for (const Piece& piece : pieces_) {
+    for (const CutPiece& piece : pieces_) {
       for (const Index v : piece.corners) {
         above[v] = above[v] || piece.side > 0;
         below[v] = below[v] || piece.side < 0;
@@ -397,7 +182,7 @@ class CutPlanner {
   // What hangs together around a vertex keeps one vertex; `holders_` has who holds each corner.
   void split_vertices() {
     std::vector<Tet> corners;
-    for (const Piece& piece : pieces_) {
+    for (const CutPiece& piece : pieces_) {
       corners.push_back(piece.corners);
     }
     holders_ = corners;
@@ -477,7 +262,7 @@ class CutPlanner {
 
   void write_pieces() {
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
-      const Piece& piece = pieces_[p];
+      const CutPiece& piece = pieces_[p];
       if (piece.is_child) {
         edit_.new_tets.push_back({piece.tet, holders_[p]});
         continue;
@@ -498,8 +283,9 @@ class CutPlanner {
         if (parts.size() < 2) {
           continue;
         }
-        const Vector3d middle = 0.5 * (position(link.first) + position(link.second));
-        const int side = sign_of(sides_.locate(middle).height);
+        const Vector3d middle =
+            0.5 * (geometry_.position(link.first) + geometry_.position(link.second));
+        const int side = sign_of(geometry_.height(middle));
         const auto part = std::ranges::find(parts, side, &Part::side);
         if (part != parts.end() && part->holder != end) {
           edit_.link_moves.push_back({l, end, part->holder});
@@ -509,16 +295,12 @@ class CutPlanner {
   }
 
   const CutNeighborhood& near_;
-  const CutOptions& options_;
-  const CutSides& sides_;
+  CutGeometry geometry_;
+  const std::vector<Edge>& split_edges_;
+  const std::vector<CutPiece>& pieces_;
   Index vertex_count_;
   TopologyEdit edit_;
 
-  std::vector<double> heights_;    // [vertex_count] m
-  std::vector<int> signs_;         // [vertex_count] of heights, 0 for snapped vertices
-  std::vector<bool> is_cut_;       // [tets]
-  std::vector<Edge> split_edges_;  // sorted; edge i has vertex vertex_count + i
-  std::vector<Piece> pieces_;      // by tetrahedron
   std::vector<std::array<Index, 4>> neighbors_;  // [pieces_] across from each corner
   std::vector<Triangle> front_;                  // as it was, each face ascending, sorted
   std::vector<PartedFace> parted_faces_;
@@ -539,7 +321,8 @@ CutPlan plan_cut(const CutTissue& tissue, const CutSurface& surface, const CutOp
   }
   const CutSides sides(surface);
   const CutNeighborhood near = find_neighborhood(tissue, sides.bounds(), options.front);
-  return with_solver_ids(CutPlanner(near, sides, options).plan(), near,
+  const CutPieces pieces = make_cut_pieces(near, sides, options);
+  return with_solver_ids(CutPlanner(near, sides, pieces).plan(), near,
                          static_cast<Index>(tissue.positions.size()));
 }
 

@@ -2,107 +2,22 @@
 #include "pbdsurg/world/world.h"
 
 #include <algorithm>
-#include <chrono>
-#include <exception>
-#include <map>
 #include <utility>
 
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
 
-#include "lib/world/body_table.h"
-#include "lib/world/edit_merge.h"
+#include "lib/world/world_data.h"
 
 namespace pbdsurg {
 namespace {
-
-// A generator at a tool, and what it burns.
-struct Burner {
-  ToolId tool;
-  std::vector<BodyId> bodies;
-  Electrode electrode;  // in the tool's frame
-  std::optional<GeneratorSettings> settings;
-  Cautery cautery;
-};
-
-Electrode placed(const Electrode& electrode, const ToolPose& pose) {
-  return {pose * electrode.tip, pose * electrode.heel};
-}
-
-class Stopwatch {
- public:
-  /// s since the last call, or since it was made
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-// What one source asks for.
-struct Request {
-  EditSource source;
-  TopologyEdit edit;
-  Index burner = kInvalidIndex;  // of heat
-};
-
-// An edit of the program, for the topology that there was.
-struct ProgramEdit {
-  TopologyEdit edit;
-  std::uint64_t version;
-};
 
 [[noreturn]] void throw_no_tool(ToolId tool) {
   throw InvalidArgument("there is no tool " + std::to_string(tool.value) + "; the world has 0");
 }
 
 }  // namespace
-
-struct World::Data {
-  static constexpr const char* kWho = "a world";
-
-  explicit Data(const SolverOptions& wanted) : options(wanted) {}
-
-  // Before the solver is made.
-  SolverOptions options;
-  Scene scene;
-  std::vector<TetMesh> meshes;  // [body]
-
-  ConnectiveTissue strands;
-  BodyTable bodies;
-  std::unique_ptr<Tissue> tissue;
-  std::unique_ptr<Solver> solver;
-  std::vector<std::unique_ptr<Burner>> burners;
-  std::map<Index, std::unique_ptr<Surface>> surfaces;  // by body id
-  std::unique_ptr<LivePieces> pieces;
-
-  // for the next step
-  std::vector<ProgramEdit> edits;
-  std::vector<BodyId> leaving;
-  Scene new_bodies;
-  std::vector<BladeSweep> blades;
-
-  void make_solver();
-  void check_is_scene(const char* what) const;
-  [[nodiscard]] Solver& solver_of(ToolId tool) const;
-  [[nodiscard]] Burner& burner(CauteryId cautery) const;
-  [[nodiscard]] const HeatField* heat_of(BodyId body) const;
-
-  void heat(double dt, Frame& frame, std::vector<Request>& requests);
-  std::vector<Request> collect(double dt, Frame& frame);
-  void collect_program(Frame& frame, std::vector<Request>& requests);
-  void change(std::vector<Request>& requests, std::span<const BladeSweep> swept, Frame& frame);
-  bool apply_all(const std::vector<Request>& requests, Frame& frame);
-  void apply_each(std::vector<Request>& requests, std::span<const BladeSweep> swept, Frame& frame);
-  const TissueChange& apply(const TopologyEdit& edit, Frame& frame);
-  void commit(const Request& request, Frame& frame);
-  void refresh();
-};
-
-// --- the parts of a frame ------------------------------------------------------------------------
 
 void World::Data::make_solver() {
   if (solver != nullptr) {
@@ -151,191 +66,10 @@ const HeatField* World::Data::heat_of(BodyId body) const {
   return nullptr;
 }
 
-void World::Data::heat(double dt, Frame& frame, std::vector<Request>& requests) {
-  for (const auto& burner : burners) {
-    Request request{EditSource::heat, {}, static_cast<Index>(frame.cauteries.size())};
-    frame.cauteries.push_back(
-        burner->cautery.heat(*solver, placed(burner->electrode, solver->tool_target(burner->tool)),
-                             burner->settings, dt, request.edit));
-    requests.push_back(std::move(request));
-  }
-}
-
-std::vector<Request> World::Data::collect(double dt, Frame& frame) {
-  std::vector<Request> requests;
-  heat(dt, frame, requests);
-  TopologyEdit named;
-  for (const Request& request : requests) {
-    merge(named, request.edit, tissue->vertex_count());
-  }
-  const auto heat_links = static_cast<std::ptrdiff_t>(named.remove_links.size());
-  strands.find_parting(*solver, blades, named);
-  requests.push_back({EditSource::strands, {}});
-  requests.back().edit.remove_links.assign(named.remove_links.begin() + heat_links,
-                                           named.remove_links.end());
-  collect_program(frame, requests);
-  std::erase_if(requests, [](const Request& request) { return is_empty(request.edit); });
-  return requests;
-}
-
-void World::Data::collect_program(Frame& frame, std::vector<Request>& requests) {
-  for (ProgramEdit& asked : std::exchange(edits, {})) {
-    if (asked.version == tissue->version()) {
-      requests.push_back({EditSource::program, std::move(asked.edit)});
-    } else {
-      frame.refused.push_back({EditSource::program, "the edit was made for topology version " +
-                                                        std::to_string(asked.version) +
-                                                        "; the tissue is at version " +
-                                                        std::to_string(tissue->version())});
-    }
-  }
-  Request removal{EditSource::program, {}};
-  for (const BodyId body : std::exchange(leaving, {})) {
-    try {
-      removal.edit.remove_bodies.push_back(bodies.in_tissue(body));
-    } catch (const InvalidArgument& refusal) {
-      frame.refused.push_back({EditSource::program, refusal.what()});
-    }
-  }
-  std::ranges::sort(removal.edit.remove_bodies);
-  removal.edit.remove_bodies.erase(
-      std::unique(removal.edit.remove_bodies.begin(), removal.edit.remove_bodies.end()),
-      removal.edit.remove_bodies.end());
-  requests.push_back(std::move(removal));
-  requests.push_back({EditSource::program, {.new_bodies = std::exchange(new_bodies, {})}});
-}
-
-const TissueChange& World::Data::apply(const TopologyEdit& edit, Frame& frame) {
-  const TissueChange& change = tissue->apply(edit);
-  frame.removed_tets += static_cast<Index>(change.removed_tets.size());
-  frame.removed_links += static_cast<Index>(change.removed_links.size());
-  return change;
-}
-
-void World::Data::commit(const Request& request, Frame& frame) {
-  if (request.burner != kInvalidIndex) {
-    burners[request.burner]->cautery.commit(frame.cauteries[request.burner]);
-  }
-}
-
-// @return  whether one edit could do it; else nothing has changed
-bool World::Data::apply_all(const std::vector<Request>& requests, Frame& frame) {
-  TopologyEdit merged;
-  for (const Request& request : requests) {
-    if (!merge(merged, request.edit, tissue->vertex_count())) {
-      return false;
-    }
-  }
-  try {
-    apply(merged, frame);
-  } catch (const std::exception&) {
-    return false;  // of whom, apply_each() finds out
-  }
-  for (const Request& request : requests) {
-    commit(request, frame);
-  }
-  return true;
-}
-
-// One after another, so that a bad request stops no other.
-void World::Data::apply_each(std::vector<Request>& requests, std::span<const BladeSweep> swept,
-                             Frame& frame) {
-  EarlierEdits earlier(*tissue);
-  for (Request& request : requests) {
-    if (request.source == EditSource::strands) {  // they forget causes with each edit
-      request.edit = {};
-      strands.find_parting(*solver, swept, request.edit);
-    } else {
-      earlier.adapt(request.edit, *tissue);
-    }
-    if (is_empty(request.edit)) {
-      commit(request, frame);
-      continue;
-    }
-    try {
-      earlier.note(apply(request.edit, frame));
-      commit(request, frame);
-    } catch (const std::exception& refusal) {
-      frame.refused.push_back({request.source, refusal.what()});
-    }
-  }
-}
-
-void World::Data::change(std::vector<Request>& requests, std::span<const BladeSweep> swept,
-                         Frame& frame) {
-  const std::size_t events = strands.events().size();
-  if (!requests.empty() && !apply_all(requests, frame)) {
-    apply_each(requests, swept, frame);
-  }
-  bodies.stop_waiting();
-  frame.parted_strands = static_cast<Index>(strands.events().size() - events);
-}
-
 void World::Data::refresh() {
   for (const auto& [body, surface] : surfaces) {
     surface->refresh(*solver, heat_of(BodyId(body)));
   }
-}
-
-// --- the public face -----------------------------------------------------------------------------
-
-const char* name_of(EditSource source) {
-  switch (source) {
-    case EditSource::heat:
-      return "heat";
-    case EditSource::strands:
-      return "strands";
-    case EditSource::program:
-      return "program";
-  }
-  throw InvalidArgument("unknown source of edits");
-}
-
-bool Frame::ok() const noexcept {
-  return refused.empty() && report.non_finite_vertices == 0;
-}
-
-std::string Frame::why() const {
-  if (report.non_finite_vertices > 0) {
-    return std::to_string(report.non_finite_vertices) + " vertices are not finite, the first is " +
-           std::to_string(report.first_non_finite);
-  }
-  if (!refused.empty()) {
-    return std::string("an edit of ") + name_of(refused.front().source) +
-           " was refused: " + refused.front().why;
-  }
-  return {};
-}
-
-void Replica::move(ToolId tool, const ToolPose& pose) {
-  solver_->move_tool(tool, pose, id_);
-}
-void Replica::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
-  solver_->grasp(tool, vertices, compliance, id_);
-}
-void Replica::release(ToolId tool) {
-  solver_->release(tool, id_);
-}
-Eigen::Vector3f Replica::force(ToolId tool) const {
-  return solver_->tool_force(tool, id_);
-}
-std::vector<Eigen::Vector3f> Replica::positions() const {
-  return solver_->positions(id_);
-}
-std::vector<Eigen::Vector3f> Replica::velocities() const {
-  return solver_->velocities(id_);
-}
-StepReport Replica::report() const {
-  return solver_->last_report(id_);
-}
-Snapshot Replica::snapshot() const {
-  return solver_->snapshot(id_);
-}
-void Replica::restore(const Snapshot& snapshot) {
-  solver_->restore(snapshot, id_);
-}
-std::uint64_t Replica::state_hash() const {
-  return solver_->state_hash(id_);
 }
 
 World::World(const SolverOptions& options) : data_(std::make_unique<Data>(options)) {}
@@ -515,23 +249,6 @@ void World::sweep(const BladeSweep& blade) {
     }
   }
   data_->blades.push_back(blade);
-}
-
-Frame World::step(double dt) {
-  Data& data = *data_;
-  data.make_solver();
-  data.solver->check_step(static_cast<float>(dt));
-  Frame frame;
-  Stopwatch watch;
-  std::vector<Request> requests = data.collect(dt, frame);
-  frame.times.heat = watch.lap();
-  data.change(requests, std::exchange(data.blades, {}), frame);
-  frame.times.edit = watch.lap();
-  frame.report = data.solver->step(static_cast<float>(dt));
-  frame.times.step = watch.lap();
-  data.refresh();
-  frame.times.readback = watch.lap();
-  return frame;
 }
 
 void World::edit(const TopologyEdit& edit) {

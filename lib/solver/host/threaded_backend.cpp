@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "lib/base/executor_state.h"
@@ -16,6 +15,7 @@
 #include "lib/solver/host/lane_kernels.h"
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/host/thread_choice.h"
+#include "lib/solver/host/thread_stages.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/program/step_program.h"
@@ -26,17 +26,7 @@
 namespace pbdsurg {
 namespace {
 
-/// Whose work a stage is, if it is not one thread's.
-constexpr int kEverybody = -1;
-
 constexpr double kLongestLimit = 1e6;  // s: beyond, a step has no limit
-
-struct Stage {
-  Phase phase;
-  Index group;         // of the constraints that it projects
-  int owner;           // a thread, or kEverybody, who share it
-  bool is_met_before;  // whether the threads meet before it
-};
 
 /// Blocks and vertices [first, last) of one thread.
 struct Part {
@@ -126,7 +116,7 @@ class ThreadedBackend final : public Backend {
       deadline_ = start + std::chrono::duration_cast<Clock::duration>(Seconds(choice_->limit()));
     }
     std::ranges::fill(residuals_, ThreadResidual{});
-    plan_stages(step.data);
+    stages_.plan(step.data, threads_);
     StepReport report;
     if (team != nullptr) {
       team->run(threads_, [&](int thread) {
@@ -157,7 +147,7 @@ class ThreadedBackend final : public Backend {
       scratches_[w - 1].fit_beside(data);
     }
     threads_ = 1;
-    plan_stages(data);
+    stages_.plan(data, threads_);
     reports_.assign(static_cast<std::size_t>(copies), {});
     while (handed_out_.size() < static_cast<std::size_t>(workers)) {
       handed_out_.emplace_back();
@@ -336,7 +326,7 @@ class ThreadedBackend final : public Backend {
   }
 
   void sweep(const VertexState& vertex_state, Turn& turn) {
-    for (const Stage& stage : stages_) {
+    for (const ThreadStage& stage : stages_) {
       if (stage.is_met_before && !turn.is_idle()) {
         meet(turn);
       }
@@ -356,7 +346,7 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  void project(const Turn& turn, const Stage& stage, int thread, int threads) {
+  void project(const Turn& turn, const ThreadStage& stage, int thread, int threads) {
     if (stage.phase.serial) {
       project_serially(turn.step, stage.phase, turn.state.substep);
       return;
@@ -372,7 +362,7 @@ class ThreadedBackend final : public Backend {
   }
 
   // Blocks of a colour get longer towards its end, so the threads take turns.
-  void solve_vertices(const StepContext& step, const VertexState& state, const Stage& stage,
+  void solve_vertices(const StepContext& step, const VertexState& state, const ThreadStage& stage,
                       int thread, int threads) {
     const VertexRows rows = vertex_rows(step);
     const auto [first, count] = step.data.vertex_blocks.blocks(stage.group);
@@ -449,83 +439,12 @@ class ThreadedBackend final : public Backend {
             std::min(count, part.first * kBlockLanes), std::min(count, part.last * kBlockLanes)};
   }
 
-  // Phases that take less time than a meeting of the threads are left to thread 0, one after
-  // another without meetings between them. Of a nested plan, a domain is one thread's.
-  void plan_stages(const SolverData& data) {
-    stages_.clear();
-    // any of the phases may come with an edit
-    const std::size_t stages_of_phase = data.options.composition == PlanComposition::joint ? 7 : 1;
-    stages_.reserve(stages_of_phase * data.plan.phases.capacity());
-    for (const Phase& phase : data.plan.phases) {
-      switch (phase.kind) {
-        case PhaseKind::distance:
-        case PhaseKind::volume:
-        case PhaseKind::neo_hookean:
-        case PhaseKind::strain_limit:
-        case PhaseKind::bending:
-          data.sets.visit_set(
-              phase.kind, [&](const auto& slots) { add_stage(data, phase, slots, phase.color); });
-          break;
-        case PhaseKind::joint:
-          if (phase.serial) {
-            add_stage(phase, phase.color, 0);
-            break;
-          }
-          for (Index place = 0; place < 6; ++place) {
-            add_stage(data, {PhaseKind::distance, phase.color}, data.sets.of<DistanceConstraint>(),
-                      data.sets.joint_group(phase.color, place));
-          }
-          add_stage(data, {PhaseKind::volume, phase.color}, data.sets.of<VolumeConstraint>(),
-                    phase.color);
-          break;
-        case PhaseKind::vertex:  // a block takes several times as long as a meeting
-          add_stage(phase, phase.color,
-                    data.vertex_blocks.blocks(phase.color).count > 1 ? kEverybody : 0);
-          break;
-        case PhaseKind::attachment:
-        case PhaseKind::contact:
-          add_stage(phase, phase.color, 0);
-          break;
-      }
-    }
-  }
-
-  template <class Constraint>
-  void add_stage(const SolverData& data, const Phase& phase,
-                 const ConstraintSlots<Constraint>& slots, Index group) {
-    const Index domains = data.sets.domain_counts[phase.level];
-    if (domains > 1) {
-      const auto owner =
-          static_cast<int>(std::min<Index>(domains, threads_) * phase.domain / domains);
-      const bool follows_level = !stages_.empty() && stages_.back().phase.level == phase.level &&
-                                 stages_.back().phase.kind != PhaseKind::vertex;
-      stages_.push_back({phase, group, owner, !follows_level});
-      return;
-    }
-    // in the time that sixteen distances take, some 20 ns
-    constexpr Index kBlockCost = std::is_same_v<Constraint, NeoHookeanConstraint> ? 6
-                                 : std::is_same_v<Constraint, BendingConstraint>
-                                     ? 5
-                                     : Constraint::kVertexCount / 2;
-    constexpr Index kMeetingCost = 8;
-    const Index saved =
-        kBlockCost * static_cast<Index>(slots.blocks(group).size()) * (threads_ - 1) / threads_;
-    add_stage(phase, group, !phase.serial && saved > kMeetingCost ? kEverybody : 0);
-  }
-
-  void add_stage(const Phase& phase, Index group, int owner) {
-    const bool follows_own =
-        !stages_.empty() && stages_.back().owner == owner && owner != kEverybody;
-    // in the next sweep, what comes first follows what came last
-    stages_.push_back({phase, group, owner, !follows_own});
-  }
-
   const LaneKernels& kernels_;
   Executor executor_;
   std::optional<ThreadChoice> choice_;              // where nobody said how many
   int threads_ = 1;                                 // that begin a step
   std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
-  std::vector<Stage> stages_;
+  ThreadStages stages_;
   std::vector<ThreadResidual> residuals_;  // [thread]
   std::deque<HandedOut> handed_out_;       // [worker]
   std::vector<StepScratch> scratches_;     // of workers on copies, beside the first

@@ -60,6 +60,20 @@ const Material& material_of(std::span<const Body> bodies, Index vertex) {
   return std::prev(after)->material;
 }
 
+// Of an edge of a part, from the six lengths of the parent.
+float length_between(const std::array<double, 4>& a, const std::array<double, 4>& b,
+                     const std::array<double, 6>& lengths) {
+  double square = 0;
+  double longest = 0;
+  for (std::size_t e = 0; e < 6; ++e) {
+    const auto [i, j] = kTetEdges[e];
+    square -= lengths[e] * lengths[e] * (a[i] - b[i]) * (a[j] - b[j]);
+    longest = std::max(longest, lengths[e]);
+  }
+  constexpr double kShortest = 1e-3;  // lengths that were changed may belong to no tetrahedron
+  return static_cast<float>(std::max(std::sqrt(std::max(square, 0.0)), kShortest * longest));
+}
+
 }  // namespace
 
 ConstraintNumbers numbers_at_rest(const Scene& scene, std::span<const Edge> edges,
@@ -139,6 +153,25 @@ bool has_damping(std::span<const Body> bodies) noexcept {
 
 Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode) {
   return {link.rest_length, stiffness_in(mode, link.stiffness), 0};
+}
+
+EdgeNumbers part_numbers(const std::array<EdgeNumbers, 6>& parent, const std::array<double, 4>& a,
+                         const std::array<double, 4>& b) {
+  EdgeNumbers numbers = parent.front();
+  std::array<double, 6> lengths{};
+  if (numbers.distance) {
+    for (std::size_t e = 0; e < 6; ++e) {
+      lengths[e] = (*parent[e].distance)[DistanceConstraint::kRest];
+    }
+    (*numbers.distance)[DistanceConstraint::kRest] = length_between(a, b, lengths);
+  }
+  if (numbers.limit) {
+    for (std::size_t e = 0; e < 6; ++e) {
+      lengths[e] = (*parent[e].limit)[StrainLimitConstraint::kLimit];
+    }
+    (*numbers.limit)[StrainLimitConstraint::kLimit] = length_between(a, b, lengths);
+  }
+  return numbers;
 }
 
 }  // namespace pbdsurg

@@ -64,4 +64,11 @@ void check_hinges(std::size_t count, ProjectionMode mode);
 
 [[nodiscard]] Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode);
 
+/// Of an edge of a part of a tetrahedron, between corners a and b of the part.
+/// @param parent  of its edges, in the order of kTetEdges
+/// @param a, b    shares of the parent's corners
+[[nodiscard]] EdgeNumbers part_numbers(const std::array<EdgeNumbers, 6>& parent,
+                                       const std::array<double, 4>& a,
+                                       const std::array<double, 4>& b);
+
 }  // namespace pbdsurg

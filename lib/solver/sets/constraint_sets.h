@@ -128,7 +128,7 @@ class ConstraintSets final : public Follower, public ConstraintData {
   void renumber(const Tissue&, const Renumbering&) noexcept override {}
 
  private:
-  class Edit;  // one at work
+  class Edit;  // one at work, see constraint_edit.cpp
 
   void finish();
 

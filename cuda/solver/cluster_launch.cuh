@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Chooses and launches the kernel of cluster_kernel.cuh, where the device has room for it.
+
+#include "cuda/solver/cluster_kernel.cuh"
+#include "cuda/solver/kernel_support.cuh"
+#include "lib/device/cluster_layout.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+using ClusterKernel = void (*)(ClusterArrays, DeviceState, ToolArrays, StepInput*, ClusterSweep);
+
+template <int kThreads>
+ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
+  if (kind.mode == ProjectionMode::fraction) {
+    return sweep_by_cluster<ProjectionMode::fraction, false, false, kThreads>;
+  }
+  if (kind.is_damped) {
+    return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, true, true, kThreads>
+                           : sweep_by_cluster<ProjectionMode::compliance, true, false, kThreads>;
+  }
+  return kind.has_solids ? sweep_by_cluster<ProjectionMode::compliance, false, true, kThreads>
+                         : sweep_by_cluster<ProjectionMode::compliance, false, false, kThreads>;
+}
+
+ClusterKernel choose_cluster_kernel(const ClusterKind& kind) {
+  return kind.thread_count == kFewClusterThreads ? choose_cluster_kernel<kFewClusterThreads>(kind)
+                                                 : choose_cluster_kernel<kManyClusterThreads>(kind);
+}
+
+/// A launch of one cluster a copy.
+struct ClusterLaunch {
+  cudaLaunchAttribute attributes[2]{};
+  cudaLaunchConfig_t config{};
+
+  ClusterLaunch(const ClusterKind& kind, const ClusterArrays& cluster, const Launch& how) {
+    attributes[0].id = cudaLaunchAttributeClusterDimension;
+    attributes[0].val.clusterDim = {cluster.block_count, 1, 1};
+    attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attributes[1].val.programmaticStreamSerializationAllowed = 1;
+    config.gridDim = dim3(cluster.block_count, static_cast<unsigned>(how.copies));
+    config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
+    config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped).size;
+    config.stream = how.stream;
+    config.attrs = attributes;
+    config.numAttrs = how.overlaps ? 2 : 1;
+  }
+};
+
+Index prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
+#if PBDSURG_CUDA_TOOLKIT_HAS_CLUSTERS
+  constexpr std::uint32_t kPortableBlocks = 8;
+  const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
+  const ClusterLaunch launch(kind, cluster, {});
+  const auto attribute = [](cudaDeviceAttr which) {
+    int device = 0;
+    int value = 0;
+    check(cudaGetDevice(&device), "asking for the current device");
+    check(cudaDeviceGetAttribute(&value, which, device), "asking for an attribute of the device");
+    return value;
+  };
+  const int room = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  if (attribute(cudaDevAttrClusterLaunch) == 0 || code_architecture() < 90 ||
+      static_cast<int>(launch.config.dynamicSmemBytes) > room) {
+    return 0;
+  }
+  // the room is the same for all solvers: a kernel's attributes are, too
+  check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
+        "asking for all shared memory of a block");
+  if (cluster.block_count > kPortableBlocks) {
+    check(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1),
+          "asking for clusters of sixteen blocks");
+  }
+  int clusters = 0;
+  const cudaError_t status = cudaOccupancyMaxActiveClusters(&clusters, kernel, &launch.config);
+  if (status == cudaErrorInvalidClusterSize || status == cudaErrorInvalidValue) {
+    static_cast<void>(cudaGetLastError());  // an answer
+    return 0;
+  }
+  check(status, "asking how many clusters the device runs at a time");
+  return clusters;
+#else
+  static_cast<void>(kind);
+  static_cast<void>(cluster);
+  return 0;
+#endif
+}
+
+void sweep_cluster(const ClusterKind& kind, const ClusterArrays& cluster, const DeviceState& state,
+                   const ToolArrays& tools, StepInput* input, const ClusterSweep& sweep,
+                   const Launch& how) {
+  const ClusterLaunch launch(kind, cluster, how);
+  check(cudaLaunchKernelEx(&launch.config, choose_cluster_kernel(kind), cluster, state, tools,
+                           input, sweep),
+        "launching the sweeps of a cluster");
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

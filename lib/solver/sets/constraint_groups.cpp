@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/sets/constraint_groups.h"
+
+namespace pbdsurg {
+
+bool takes(const Phase& phase, PhaseKind kind) noexcept {
+  return !phase.serial &&
+         (phase.kind == kind || (phase.kind == PhaseKind::joint && kind == PhaseKind::volume));
+}
+
+std::vector<Index> joinable_groups(const ConstraintData& data, PhaseKind kind) {
+  std::vector<Index> groups;
+  for (const Phase& phase : data.phases) {
+    if (phase.level == data.last_level() && takes(phase, kind)) {
+      groups.push_back(phase.color);
+    }
+  }
+  return groups;
+}
+
+void close_group(ConstraintData& data, PhaseKind kind) {
+  data.visit_set(kind, [&](auto& set) {
+    const Index group = set.group_count() - 1;
+    std::erase_if(data.phases,
+                  [&](const Phase& phase) { return phase.kind == kind && phase.color == group; });
+    set.close_group();
+  });
+}
+
+}  // namespace pbdsurg

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Positions and velocities of a solver: read, watched, written, kept and restored.
+#include <algorithm>
+#include <bit>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "lib/base/check.h"
+#include "lib/solver/solver_checks.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+void check_size(const char* what, std::size_t size, std::size_t expected) {
+  if (size != expected) {
+    throw InvalidArgument(std::string(what) + " has " + std::to_string(size) +
+                          " entries; it needs " + std::to_string(expected));
+  }
+}
+
+void check_finite(const char* what, std::span<const Eigen::Vector3f> values) {
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (!values[v].allFinite()) {
+      throw InvalidArgument(std::string("the ") + what + " of vertex " + std::to_string(v) +
+                            " is not finite");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> Solver::positions(Index copy) const {
+  std::vector<Eigen::Vector3f> out(data_->particles.size());
+  read_positions(out, copy);
+  return out;
+}
+
+void Solver::read_positions(std::span<Eigen::Vector3f> out, Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  check_size("the buffer for positions", out.size(), state.particles.size());
+  data_->fetch_state(copy);
+  const std::vector<Index>& places = data_->place_of_vertex;
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    const Particle& p = state.particles[places[v]];
+    out[v] = {p.x, p.y, p.z};
+  }
+}
+
+void Solver::read_positions(std::span<const Index> vertices, std::span<Eigen::Vector3f> out,
+                            Index copy) const {
+  checked_copy(*data_, copy);
+  check_size("the buffer for positions", out.size(), vertices.size());
+  const std::size_t vertex_count = data_->particles.size();
+  for (const Index v : vertices) {
+    check_id("vertex", v, vertex_count);
+  }
+  data_->read_positions(copy, vertices, out);
+}
+
+void Solver::watch(std::span<const Index> vertices) {
+  const std::size_t vertex_count = data_->particles.size();
+  for (const Index v : vertices) {
+    check_id("vertex", v, vertex_count);
+  }
+  data_->finish_running_step();
+  std::vector<Index> places;
+  for (const Index v : vertices) {
+    places.push_back(data_->place_of_vertex[v]);
+  }
+  std::vector<std::vector<Eigen::Vector3f>> watched(static_cast<std::size_t>(data_->copy_count()),
+                                                    std::vector<Eigen::Vector3f>(vertices.size()));
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->read_positions(copy, vertices, watched[copy]);
+  }
+  data_->changes.watched = true;  // nothing fails from here on
+  data_->watched_places = std::move(places);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->copy(copy).watched_positions = std::move(watched[copy]);
+  }
+}
+
+std::span<const Eigen::Vector3f> Solver::watched_positions(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->finish_running_step();
+  return state.watched_positions;
+}
+
+void Solver::write_positions(std::span<const Eigen::Vector3f> positions, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the array of positions", positions.size(), state.particles.size());
+  check_finite("position", positions);
+  data_->finish_running_step();
+  const std::vector<Index>& places = data_->place_of_vertex;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Index place = places[v];
+    Particle& p = state.particles[place];
+    p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
+    state.velocities[place] = {};
+  }
+  std::fill(state.falling.begin(), state.falling.end(), 1.0F);
+  state.is_state_current = true;  // whatever the backend has
+  data_->changes.state[copy] = true;
+}
+
+std::vector<Eigen::Vector3f> Solver::velocities(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
+  std::vector<Eigen::Vector3f> out;
+  out.reserve(state.velocities.size());
+  for (const Index place : data_->place_of_vertex) {
+    const Velocity& velocity = state.velocities[place];
+    out.emplace_back(velocity.x, velocity.y, velocity.z);
+  }
+  return out;
+}
+
+void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the array of velocities", velocities.size(), state.velocities.size());
+  check_finite("velocity", velocities);
+  data_->fetch_state(copy);  // positions stay
+  const std::vector<Index>& places = data_->place_of_vertex;
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    state.velocities[places[v]] = {velocities[v].x(), velocities[v].y(), velocities[v].z()};
+  }
+  data_->changes.state[copy] = true;
+}
+
+Snapshot Solver::snapshot(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
+  Snapshot snapshot{
+      positions(copy), velocities(copy), {}, tissue().identified_version(), state.falling};
+  for (const ToolState& tool : state.tools) {
+    snapshot.tool_poses.push_back(tool.pose);
+  }
+  return snapshot;
+}
+
+void Solver::restore(const Snapshot& snapshot, Index copy) {
+  CopyState& state = checked_copy(*data_, copy);
+  check_size("the snapshot's positions", snapshot.positions.size(), state.particles.size());
+  check_size("the snapshot's velocities", snapshot.velocities.size(), state.particles.size());
+  check_size("the snapshot's tool poses", snapshot.tool_poses.size(), state.tools.size());
+  check_size("the snapshot's shares of gravity", snapshot.falling.size(), state.falling.size());
+  const TissueVersion now = tissue().identified_version();
+  if (snapshot.tissue.tissue != now.tissue) {
+    throw InvalidArgument("the snapshot is of another tissue");
+  }
+  if (snapshot.tissue.number != now.number) {
+    throw InvalidArgument("the snapshot is of topology version " +
+                          std::to_string(snapshot.tissue.number) + ", the solver is at " +
+                          std::to_string(now.number));
+  }
+  check_finite("position", snapshot.positions);
+  check_finite("velocity", snapshot.velocities);
+  for (const ToolPose& pose : snapshot.tool_poses) {
+    check_pose(pose);
+  }
+  for (const float share : snapshot.falling) {
+    if (!(share >= 0) || !(share <= 1)) {
+      throw InvalidArgument("a share of gravity in the snapshot is " + std::to_string(share) +
+                            "; it must be in [0, 1]");
+    }
+  }
+  write_positions(snapshot.positions, copy);
+  state.falling = snapshot.falling;
+  write_velocities(snapshot.velocities, copy);
+  for (std::size_t t = 0; t < state.tools.size(); ++t) {
+    ToolState& tool = state.tools[t];
+    tool.pose = tool.target = snapshot.tool_poses[t];
+    tool.attachments.clear();
+    data_->forget_releases(copy, static_cast<Index>(t));
+    tool.contacts.clear();
+    tool.force.setZero();
+  }
+  state.color_attachments();
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+}
+
+std::uint64_t Solver::state_hash(Index copy) const {
+  const CopyState& state = checked_copy(*data_, copy);
+  data_->fetch_state(copy);
+  std::uint64_t hash = state.particles.size();
+  const auto mix = [&hash](float value) {
+    hash = detail::mix_bits(hash, std::bit_cast<std::uint32_t>(value));
+  };
+  for (const Index place : data_->place_of_vertex) {
+    const Particle& p = state.particles[place];
+    const Velocity& velocity = state.velocities[place];
+    for (const float value : {p.x, p.y, p.z, velocity.x, velocity.y, velocity.z}) {
+      mix(value);
+    }
+  }
+  return hash;
+}
+
+}  // namespace pbdsurg

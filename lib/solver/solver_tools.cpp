@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tools of a solver: where they are, what they hold, and what pulls at them.
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "lib/base/check.h"
+#include "lib/solver/solver_checks.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+
+ToolId Solver::add_tool(std::span<const Capsule> capsules, const ToolPose& pose) {
+  for (std::size_t c = 0; c < capsules.size(); ++c) {
+    const Capsule& capsule = capsules[c];
+    if (!capsule.start.allFinite() || !capsule.end.allFinite() || !(capsule.radius > 0) ||
+        !std::isfinite(capsule.radius)) {
+      throw InvalidArgument("capsule " + std::to_string(c) + " has radius " +
+                            std::to_string(capsule.radius) +
+                            " m; ends must be finite and the radius positive");
+    }
+  }
+  check_pose(pose);
+  ToolState tool;
+  tool.capsules.assign(capsules.begin(), capsules.end());
+  tool.pose = tool.target = pose;
+  data_->finish_running_step();
+  std::vector<ToolState> added(static_cast<std::size_t>(data_->copy_count()), tool);
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {
+    data_->reserve_tool(added[copy]);
+    data_->copy(copy).tools.reserve(data_->copy(copy).tools.size() + 1);
+  }
+  for (Index copy = 0; copy < data_->copy_count(); ++copy) {  // nothing fails from here on
+    data_->copy(copy).tools.push_back(std::move(added[copy]));
+  }
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+  return ToolId(static_cast<Index>(data_->tools.size()) - 1);
+}
+
+void Solver::move_tool(ToolId tool, const ToolPose& pose, Index copy) {
+  ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  check_pose(pose);
+  data_->finish_running_step();
+  state.target = pose;
+}
+
+ToolPose Solver::tool_pose(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  data_->finish_running_step();
+  return state.pose;
+}
+
+ToolPose Solver::tool_target(ToolId tool, Index copy) const {
+  return checked_tool(checked_copy(*data_, copy), tool).target;
+}
+
+void Solver::grasp(ToolId tool, std::span<const Index> vertices, float compliance, Index copy) {
+  CopyState& owner = checked_copy(*data_, copy);
+  ToolState& state = checked_tool(owner, tool);
+  if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
+    throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
+                          " m/N; it must be in [0, 1e12]");
+  }
+  std::vector<bool> held(data_->particles.size(), false);
+  for (const Attachment& attachment : state.attachments) {
+    held[attachment.vertex] = true;
+  }
+  for (const Index v : vertices) {
+    check_id("vertex", v, data_->particles.size());
+    if (!tissue().has_tissue(v)) {
+      throw InvalidArgument("vertex " + std::to_string(v) + " has no tissue left to hold");
+    }
+    if (held[v]) {
+      throw InvalidArgument("tool " + std::to_string(tool.value) + " holds vertex " +
+                            std::to_string(v) + " already");
+    }
+    held[v] = true;
+  }
+  std::vector<Eigen::Vector3f> positions(vertices.size());
+  data_->read_positions(copy, vertices, positions);
+  const ToolPose to_tool = state.pose.inverse();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Vector3f& x = positions[i];
+    state.attachments.push_back(
+        {vertices[i], to_tool * x, compliance, x, Eigen::Vector3f::Zero(), 0});
+  }
+  owner.color_attachments();
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+}
+
+void Solver::release(ToolId tool, Index copy) {
+  CopyState& owner = checked_copy(*data_, copy);
+  ToolState& state = checked_tool(owner, tool);
+  data_->finish_running_step();
+  state.attachments.clear();
+  data_->forget_releases(copy, tool);
+  owner.color_attachments();
+  data_->changes.tools = true;
+  data_->rebuild_plan();
+}
+
+Eigen::Vector3f Solver::tool_force(ToolId tool, Index copy) const {
+  const ToolState& state = checked_tool(checked_copy(*data_, copy), tool);
+  data_->finish_running_step();
+  return state.force;
+}
+
+}  // namespace pbdsurg

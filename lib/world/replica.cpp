@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// One copy of a world: calls of the solver for it.
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/world/world.h"
+
+namespace pbdsurg {
+
+void Replica::move(ToolId tool, const ToolPose& pose) {
+  solver_->move_tool(tool, pose, id_);
+}
+void Replica::grasp(ToolId tool, std::span<const Index> vertices, float compliance) {
+  solver_->grasp(tool, vertices, compliance, id_);
+}
+void Replica::release(ToolId tool) {
+  solver_->release(tool, id_);
+}
+Eigen::Vector3f Replica::force(ToolId tool) const {
+  return solver_->tool_force(tool, id_);
+}
+std::vector<Eigen::Vector3f> Replica::positions() const {
+  return solver_->positions(id_);
+}
+std::vector<Eigen::Vector3f> Replica::velocities() const {
+  return solver_->velocities(id_);
+}
+StepReport Replica::report() const {
+  return solver_->last_report(id_);
+}
+Snapshot Replica::snapshot() const {
+  return solver_->snapshot(id_);
+}
+void Replica::restore(const Snapshot& snapshot) {
+  solver_->restore(snapshot, id_);
+}
+std::uint64_t Replica::state_hash() const {
+  return solver_->state_hash(id_);
+}
+
+}  // namespace pbdsurg

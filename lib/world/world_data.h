@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What a world owns, for the calls of its users and for its steps.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/world/world.h"
+
+#include "lib/world/body_table.h"
+
+namespace pbdsurg {
+
+/// A generator at a tool, and what it burns.
+struct Burner {
+  ToolId tool;
+  std::vector<BodyId> bodies;
+  Electrode electrode;  // in the tool's frame
+  std::optional<GeneratorSettings> settings;
+  Cautery cautery;
+};
+
+/// What one source asks for.
+struct EditRequest {
+  EditSource source;
+  TopologyEdit edit;
+  Index burner = kInvalidIndex;  // of heat
+};
+
+/// An edit of the program, for the topology that there was.
+struct ProgramEdit {
+  TopologyEdit edit;
+  std::uint64_t version;
+};
+
+/// The parts of a world, and what is asked of its next step.
+struct World::Data {
+  static constexpr const char* kWho = "a world";
+
+  explicit Data(const SolverOptions& wanted) : options(wanted) {}
+
+  // Before the solver is made.
+  SolverOptions options;
+  Scene scene;
+  std::vector<TetMesh> meshes;  // [body]
+
+  ConnectiveTissue strands;
+  BodyTable bodies;
+  std::unique_ptr<Tissue> tissue;
+  std::unique_ptr<Solver> solver;
+  std::vector<std::unique_ptr<Burner>> burners;
+  std::map<Index, std::unique_ptr<Surface>> surfaces;  // by body id
+  std::unique_ptr<LivePieces> pieces;
+
+  // for the next step
+  std::vector<ProgramEdit> edits;
+  std::vector<BodyId> leaving;
+  Scene new_bodies;
+  std::vector<BladeSweep> blades;
+
+  void make_solver();
+  void check_is_scene(const char* what) const;
+  [[nodiscard]] Solver& solver_of(ToolId tool) const;
+  [[nodiscard]] Burner& burner(CauteryId cautery) const;
+  [[nodiscard]] const HeatField* heat_of(BodyId body) const;
+  void refresh();
+
+  // the parts of a step, see world_step.cpp
+  void heat(double dt, Frame& frame, std::vector<EditRequest>& requests);
+  std::vector<EditRequest> collect(double dt, Frame& frame);
+  void collect_program(Frame& frame, std::vector<EditRequest>& requests);
+  void change(std::vector<EditRequest>& requests, std::span<const BladeSweep> swept, Frame& frame);
+  bool apply_all(const std::vector<EditRequest>& requests, Frame& frame);
+  void apply_each(std::vector<EditRequest>& requests, std::span<const BladeSweep> swept,
+                  Frame& frame);
+  const TissueChange& apply(const TopologyEdit& edit, Frame& frame);
+  void commit(const EditRequest& request, Frame& frame);
+};
+
+}  // namespace pbdsurg
