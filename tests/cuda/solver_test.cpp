@@ -5,10 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <vector>
 
-#include "pbdsurg/base/error.h"
 #include "pbdsurg/cuda/device.h"
 #include "pbdsurg/tissue/tissue.h"
 
@@ -16,41 +14,19 @@
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/spring_block.h"
 
 namespace pbdsurg {
 namespace {
 
-using testing::ContainsSubstring;
 using testing::equal;
 using testing::EventfulProgram;
 using testing::make_eventful_scene;
+using testing::make_spring_block;
 using testing::options_of;
 using testing::Variant;
 
 constexpr float kTimeStep = testing::kEventfulTimeStep;
-
-// Of the stiffest springs, or where the vertex-block method has to follow them, of soft ones.
-Scene make_block(std::array<Index, 3> cells = {6, 5, 5},
-                 SolverMethod method = SolverMethod::projection) {
-  const TetMesh mesh = testing::make_box(cells, testing::kEventfulEdge, 0.1);
-  Scene scene;
-  scene.add_body(
-      "block", mesh,
-      method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : Material{});
-  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
-  return scene;
-}
-
-// The largest distance of a vertex in one solver from where it is in the other, in edges.
-float edges_apart(const Solver& a, const Solver& b) {
-  const std::vector<Eigen::Vector3f> of_a = a.positions();
-  const std::vector<Eigen::Vector3f> of_b = b.positions();
-  float apart = 0;
-  for (std::size_t v = 0; v < of_a.size(); ++v) {
-    apart = std::max(apart, (of_a[v] - of_b[v]).norm());
-  }
-  return apart / static_cast<float>(testing::kEventfulEdge);
-}
 
 }  // namespace
 
@@ -135,7 +111,7 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
     return;
   }
   INFO("method " << static_cast<int>(method));
-  const Scene scene = make_block({6, 5, 5}, method);
+  const Scene scene = make_spring_block({6, 5, 5}, method);
   SolverOptions options{.method = method, .substeps = 3, .iterations = 2, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   options.executor = executor::serial();
@@ -180,7 +156,7 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
 // Would catch threads that miss each other where a block waits for nothing: they would wait for
 // ever.
 TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
-  const Scene scene = make_block({4, 3, 3});
+  const Scene scene = make_spring_block({4, 3, 3});
   SolverOptions options{.substeps = 1, .iterations = 200, .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   options.executor = executor::serial();
@@ -343,78 +319,10 @@ TEST_CASE("cuda solver: hinges have the serial bits by each strategy, through ed
   }
 }
 
-TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "[device]") {
-  const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
-  const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
-  Scene scene = make_block();
-  if (mode == ProjectionMode::compliance) {
-    scene.add_body("solid", testing::make_box({4, 3, 3}, testing::kEventfulEdge, 0.1),
-                   {.model = ElasticModel::neo_hookean});
-    scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
-  }
-  SolverOptions options{.mode = mode,
-                        .damping = 5,
-                        .executor = cuda::device(),
-                        .math = MathMode::strict,
-                        .composition = composition};
-  Solver strict(scene, options);
-  options.math = MathMode::fast;
-  options.device_strategy =
-      composition == PlanComposition::joint
-          ? DeviceStrategy::graph
-          : GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
-  Solver fast(scene, options);
-  Solver again(scene, options);
-  for (int i = 0; i < 5; ++i) {
-    for (Solver* solver : {&strict, &fast, &again}) {
-      solver->step(kTimeStep);
-    }
-  }
-  CHECK(again.state_hash() == fast.state_hash());
-  CHECK(edges_apart(fast, strict) < 1e-4F);
-}
-
-TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, close to strict",
-          "[device]") {
-  const float damping = GENERATE(0.0F, 5e-3F);
-  Scene scene = make_block({6, 5, 5}, SolverMethod::vertex_block);
-  scene.add_body("solid", testing::make_box({4, 3, 3}, testing::kEventfulEdge, 0.1),
-                 {.model = ElasticModel::neo_hookean, .damping = damping});
-  scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
-  SolverOptions options{.method = SolverMethod::vertex_block,
-                        .substeps = 2,
-                        .iterations = 3,
-                        .damping = 5,
-                        .executor = cuda::device(),
-                        .math = MathMode::strict};
-  Solver strict(scene, options);
-  options.math = MathMode::fast;
-  options.device_strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
-  Solver fast(scene, options);
-  Solver again(scene, options);
-  const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = Eigen::Vector3f(0, 0.022F, 0.01F);
-  for (Solver* solver : {&strict, &fast, &again}) {
-    solver->add_tool({&capsule, 1}, pose);
-    solver->add_tool({}, ToolPose::Identity());
-    solver->grasp(ToolId{1}, std::array<Index, 2>{100, 101}, 1e-4F);
-  }
-  Index contacts = 0;
-  for (int i = 0; i < 5; ++i) {
-    for (Solver* solver : {&strict, &fast, &again}) {
-      contacts += solver->step(kTimeStep).contacts;
-    }
-  }
-  CHECK(contacts > 0);
-  CHECK(again.state_hash() == fast.state_hash());
-  CHECK(edges_apart(fast, strict) < 1e-3F);
-}
-
 TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes on", "[device]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   INFO("method " << static_cast<int>(method));
-  const Scene scene = make_block({6, 5, 5}, method);
+  const Scene scene = make_spring_block({6, 5, 5}, method);
   SolverOptions options{.method = method, .executor = cuda::device(), .math = MathMode::strict};
   options.composition = PlanComposition::separate;
   Solver device(scene, options);
@@ -430,68 +338,6 @@ TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes o
   CHECK(equal(report, serial.step(20)));
   CHECK(report.non_finite_vertices > 0);
   CHECK(std::isinf(report.distance_residual));
-}
-
-TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
-  SolverOptions options{.executor = cuda::best()};
-  Solver chosen(make_block(), options);
-  CHECK_THAT(chosen.backend_name(), ContainsSubstring("cuda") && ContainsSubstring("fast"));
-  options.executor = executor::serial();
-  const Solver serial(make_block(), options);
-  CHECK(chosen.memory_bytes() > serial.memory_bytes());
-
-  options.executor = cuda::device();
-  options.method = SolverMethod::vertex_block;
-  const Scene soft = make_block({6, 5, 5}, options.method);
-  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("graph"));
-  options.device_strategy = DeviceStrategy::cluster;
-  CHECK_THROWS_WITH(Solver(soft, options), ContainsSubstring("vertex-block"));
-  options.device_strategy = DeviceStrategy::automatic;
-  options.executor = cuda::best();
-  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));
-}
-
-// Would catch memory, streams or limits that are another device's, where there are several; and a
-// device that stays the thread's after a call.
-TEST_CASE("cuda solver: every device of the machine has the serial bits", "[device]") {
-  const cuda::DeviceList list = cuda::find_devices();
-  SolverOptions options{.executor = executor::serial(),
-                        .math = MathMode::strict,
-                        .composition = PlanComposition::separate};
-  const Scene scene = make_block();
-  Solver serial(scene, options);
-  std::vector<Solver> solvers;
-  for (const cuda::DeviceInfo& info : list.devices) {
-    options.executor = cuda::device(info.id);
-    CHECK_THAT(options.executor.name(), ContainsSubstring(info.name));
-    solvers.emplace_back(scene, options);
-  }
-  for (int step = 0; step < 5; ++step) {
-    serial.step(kTimeStep);
-    for (Solver& solver : solvers) {
-      solver.start_step(kTimeStep);
-    }
-    for (Solver& solver : solvers) {
-      solver.finish_step();
-      CHECK(solver.state_hash() == serial.state_hash());
-    }
-  }
-  const int none = list.devices.back().id + 1;
-  CHECK_THROWS_AS(cuda::device(none), BackendUnavailable);
-  CHECK_THROWS_WITH(cuda::device(none),
-                    ContainsSubstring("no CUDA device " + std::to_string(none) + ";"));
-  CHECK_THROWS_AS(cuda::device(-1), BackendUnavailable);
-}
-
-TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
-  SolverOptions options{.executor = cuda::device(),
-                        .device_strategy = DeviceStrategy::cluster,
-                        .composition = PlanComposition::joint};
-  CHECK_THROWS_AS(Solver(make_block(), options), BackendUnavailable);
-  options.device_strategy = DeviceStrategy::automatic;
-  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("graph"));
-  options.composition = PlanComposition::automatic;
-  CHECK_THAT(Solver(make_block(), options).backend_name(), ContainsSubstring("cluster"));
 }
 
 // Would catch an edit that reaches a step at work, or an undo that brings vertices back as they
@@ -515,7 +361,7 @@ TEST_CASE("cuda solver: an edit within a step is one after it", "[device]") {
 TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", "[device]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   Solver solver(
-      make_block({20, 20, 20}, method),
+      make_spring_block({20, 20, 20}, method),
       {.method = method, .executor = cuda::device(), .composition = PlanComposition::separate});
   solver.step(kTimeStep);
   const std::size_t before = solver.memory_bytes();

@@ -1,64 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conduction, surface and perfusion against closed forms. Where a tolerance is not of rounding, it
-// is the error measured with another program of the same method, with some room.
+// Conduction against closed forms. Where a tolerance is not of rounding, it is the error measured
+// with another program of the same method, with some room.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <numbers>
-#include <numeric>
 #include <vector>
 
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/heat/heat_field.h"
 #include "pbdsurg/tissue/library.h"
 
 #include "tests/support/catch.h"
 #include "tests/support/conduction_meshes.h"
+#include "tests/support/conduction_problems.h"
 #include "tests/support/heat_meshes.h"
 
 namespace pbdsurg {
 namespace {
 
+using testing::all_of;
 using testing::Approx;
+using testing::dry_model;
 using testing::heat_face;
+using testing::is_face;
+using testing::kExact;
 using testing::largest_error;
 using testing::ledger_error;
 using testing::make_box;
 using testing::make_jittered_box;
 using testing::mean_error;
 using testing::set_profile;
+using testing::settle;
 using testing::vertices_where;
 
 const ThermalProperties& kLiver = tissues::liver().heat;
 const ThermalProperties& kFat = tissues::fat().heat;
-const ThermalProperties& kBlood = tissues::blood().heat;
 
 constexpr double kPi = std::numbers::pi;
 
-// The whole mesh in every step, solved to rounding.
-const HeatOptions kExact{.active_rise = 0, .tolerance = 1e-12};
-
-// Conduction alone.
-ThermalModel dry_model(double theta = 1) {
-  ThermalModel model;
-  model.has_latent_heat = false;
-  model.removal = RemovalRule::boiled_vertices;
-  model.theta = theta;
-  return model;
-}
-
-bool is_face(const Eigen::Vector3d& x) {
-  return x.x() == 0;
-}
-
 double diffusivity(const ThermalProperties& tissue) {
   return tissue.conductivity / (tissue.density * tissue.specific_heat);
-}
-
-std::vector<Index> all_of(const TetMesh& mesh) {
-  std::vector<Index> all(mesh.positions().size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
 }
 
 // The mean over a heated face.
@@ -69,15 +52,6 @@ double face_temperature(const HeatField& field, const std::vector<HeatSource>& s
     power += source.power;
   }
   return sum / power;
-}
-
-// To the steady state: each step leaves a share of 1e-3 or less of what is off it.
-bool settle(HeatField& field) {
-  bool converged = true;
-  for (int i = 0; i < 4; ++i) {
-    converged = field.step(1e5, {}).converged && converged;
-  }
-  return converged;
 }
 
 double order(double coarse, double fine, double ratio) {
@@ -100,34 +74,6 @@ TEST_CASE("heat conduction: a linear steady state is exact on a jittered mesh", 
   CHECK(settle(field));
   CHECK(largest_error(field, linear) < 1e-7);
   CHECK(ledger_error(field.ledger()) == Approx(0).margin(1e-9 * field.ledger().sensible));
-}
-
-// A slab between T1 and an ambient: q = (T1 - Ta) / (L/k + 1/h), T linear (Incropera, Fundamentals
-// of Heat Transfer, 3.1). The sides are held at that, since all of the surface loses heat.
-TEST_CASE("heat conduction: a slab that loses heat at its face is exact", "[validation]") {
-  constexpr double kLength = 6e-3, kTransfer = 200;
-  const TetMesh mesh = make_jittered_box({6, 6, 6}, 1e-3, 0.25);
-  ThermalModel model = dry_model();
-  model.surface_transfer = kTransfer;
-  model.ambient_temperature = 20;
-  const double flux = (90 - 20.0) / (kLength / kLiver.conductivity + 1 / kTransfer);
-  const auto linear = [&](const Eigen::Vector3d& x) {
-    return 90 - flux / kLiver.conductivity * x.x();
-  };
-  HeatField field(mesh, kLiver, model, kExact);
-  const auto is_side = [&](const Eigen::Vector3d& x) {
-    return x.x() == 0 || x.y() == 0 || x.z() == 0 || x.y() > 0.9999 * kLength ||
-           x.z() > 0.9999 * kLength;
-  };
-  const std::vector<Index> sides = vertices_where(mesh, is_side);
-  set_profile(field, sides, linear);
-  field.hold(sides);
-  CHECK(settle(field));
-  CHECK(largest_error(field, linear) < 1e-7);
-  // held vertices do not lose by themselves: of 6 x 6 cells, the 5 x 5 inner vertices do
-  const double before = field.ledger().surface;
-  field.step(1, {});
-  CHECK(field.ledger().surface - before == Approx(25e-6 * flux).epsilon(1e-8));
 }
 
 // Semi-infinite body, its surface held: T = T0 + (Ts - T0) erfc(x / (2 sqrt(a t))) (Carslaw and
@@ -277,81 +223,6 @@ TEST_CASE("heat conduction: theta 1 is of first order in time, 1/2 of second", "
   CHECK(order(error(1, 8), error(1, 16), 2) == Approx(1).margin(0.1));
   CHECK(order(error(1, 16), error(1, 32), 2) == Approx(1).margin(0.1));
   CHECK(order(error(0.5, 16), error(0.5, 32), 2) == Approx(2.2).margin(0.4));
-}
-
-// Pennes 1948: rho c dT/dt = -G (T - T_body); with the sign wrong, tissue would run away. A body at
-// one temperature is an ordinary equation: T_body + (T0 - T_body) exp(-G t / (rho c)).
-TEST_CASE("heat conduction: blood brings warm and cold tissue to its own temperature",
-          "[validation]") {
-  const double start = GENERATE(42.0, 30.0);
-  const TetMesh mesh = make_jittered_box({3, 3, 3}, 1e-3, 0.2);
-  ThermalModel model = dry_model(0.5);
-  model.has_perfusion = true;
-  HeatField field(mesh, kLiver, model, kExact);
-  set_profile(field, all_of(mesh), [&](const Eigen::Vector3d&) { return start; });
-  for (int i = 0; i < 60; ++i) {
-    field.step(1, {});
-  }
-  const double rate = kLiver.perfusion * kBlood.density * kBlood.specific_heat /
-                      (kLiver.density * kLiver.specific_heat);
-  CHECK(1 / rate == Approx(65).epsilon(0.02));  // s
-  const double expected = 37 + (start - 37) * std::exp(-60 * rate);
-  CHECK(largest_error(field, [&](const Eigen::Vector3d&) { return expected; }) < 1e-4);
-  CHECK(field.ledger().perfusion ==
-        Approx(field.ledger().in - field.ledger().sensible).epsilon(1e-12));
-}
-
-// Perfused fin: (T - T_body) / (Ts - T_body) = cosh((L - x)/d) / cosh(L/d), d = sqrt(k/G).
-TEST_CASE("heat conduction: perfusion limits how far heat reaches", "[validation]") {
-  constexpr double kLength = 15e-3;
-  ThermalModel model = dry_model();
-  model.has_perfusion = true;
-  const double depth =
-      std::sqrt(kLiver.conductivity / (kLiver.perfusion * kBlood.density * kBlood.specific_heat));
-  // 5 K, where tissue is not yet damaged; tolerances are those for 63 K, scaled
-  const auto [edge, tolerance] =
-      GENERATE(table<double, double>({{1e-3, 0.15}, {0.5e-3, 0.04}, {0.25e-3, 0.01}}));
-  const TetMesh bar = make_box({static_cast<Index>(std::lround(kLength / edge)), 1, 1}, edge);
-  HeatField field(bar, kLiver, model, kExact);
-  const std::vector<Index> face = vertices_where(bar, is_face);
-  set_profile(field, face, [](const Eigen::Vector3d&) { return 42; });
-  field.hold(face);
-  CHECK(settle(field));
-  CHECK(largest_error(field, [&](const Eigen::Vector3d& x) {
-          return 37 + 5 * std::cosh((kLength - x.x()) / depth) / std::cosh(kLength / depth);
-        }) < tolerance * 5 / 63);
-}
-
-// Would catch perfusion that goes on in coagulated tissue.
-TEST_CASE("heat conduction: coagulated tissue does not bleed", "[unit]") {
-  const TetMesh mesh = make_box({2, 2, 2}, 1e-3);
-  ThermalModel model = dry_model();
-  model.has_perfusion = true;
-  HeatField field(mesh, kLiver, model, kExact);
-  set_profile(field, all_of(mesh), [](const Eigen::Vector3d&) { return 95; });
-  field.step(0.1, {});
-  REQUIRE(field.survival()[0] < 1e-6);
-  const double before = field.ledger().perfusion;
-  field.step(1, {});
-  CHECK(field.ledger().perfusion - before < 1e-5 * field.ledger().sensible);
-}
-
-// A body so small that its inside is at one temperature (Biot number 0.003) cools as
-// Ta + (T0 - Ta) exp(-h A t / (rho c V)) (Incropera, 5.1).
-TEST_CASE("heat conduction: a small body cools through its surface", "[validation]") {
-  const TetMesh mesh = make_jittered_box({4, 4, 4}, 0.25e-3, 0.2);
-  ThermalModel model = dry_model();
-  model.surface_transfer = 10;
-  model.ambient_temperature = 20;
-  HeatField field(mesh, kLiver, model, kExact);
-  set_profile(field, all_of(mesh), [](const Eigen::Vector3d&) { return 40; });
-  const double rate = 10 * 6e-6 / (kLiver.density * kLiver.specific_heat * 1e-9);
-  for (int i = 0; i < 400; ++i) {
-    field.step(1 / (400 * rate), {});
-  }
-  CHECK(field.temperatures()[0] - 20 == Approx(20 * std::exp(-1)).epsilon(0.01));
-  const HeatLedger& ledger = field.ledger();
-  CHECK(ledger.surface == Approx(ledger.in - ledger.sensible).epsilon(1e-12));
 }
 
 // Steady heat through two layers: the temperature between them divides the span as their

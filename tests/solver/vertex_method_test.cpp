@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/solver/solver.h"
@@ -12,75 +14,24 @@
 #include "tests/support/catch.h"
 #include "tests/support/instruction_set.h"
 #include "tests/support/meshes.h"
+#include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
 namespace {
 
 using testing::Approx;
 using testing::ContainsSubstring;
+using testing::farthest;
+using testing::make_bar;
+using testing::neo_hookean;
+using testing::run;
+using testing::soft_springs;
+using testing::vertex_options;
 
-constexpr double kEdge = 4e-3;
-
-Material neo_hookean(float youngs_modulus, float poissons_ratio) {
-  Material material;
-  material.model = ElasticModel::neo_hookean;
-  material.youngs_modulus = youngs_modulus;
-  material.poissons_ratio = poissons_ratio;
-  return material;
-}
-
-Material soft_springs(const TetMesh& mesh) {
-  return elastic_material(mesh, 1000, 20000, 0.4);
-}
-
-// A bar along x, held at its start.
-Scene make_bar(const Material& material, std::array<Index, 3> cells = {8, 3, 3},
-               double edge = kEdge) {
-  Scene scene;
-  scene.add_body("bar", testing::make_box(cells, edge, 0.1), material);
-  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * edge; });
-  return scene;
-}
+constexpr double kEdge = testing::kSoftEdge;
 
 Scene make_spring_bar() {
   return make_bar(soft_springs(testing::make_box({8, 3, 3}, kEdge, 0.1)));
-}
-
-SolverOptions vertex_options(int substeps = 10, int iterations = 1, float damping = 0) {
-  return {.method = SolverMethod::vertex_block,
-          .substeps = substeps,
-          .iterations = iterations,
-          .damping = damping};
-}
-
-StepReport run(Solver& solver, int steps, float dt = 5e-3F) {
-  StepReport report;
-  for (int i = 0; i < steps; ++i) {
-    report = solver.step(dt);
-  }
-  return report;
-}
-
-float farthest(const Solver& a, const Solver& b) {
-  float distance = 0;
-  const auto x = a.positions();
-  const auto y = b.positions();
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    distance = std::max(distance, (x[v] - y[v]).norm());
-  }
-  return distance;
-}
-
-double volume_of(const Solver& solver) {
-  std::vector<Eigen::Vector3d> x;
-  for (const Eigen::Vector3f& p : solver.positions()) {
-    x.push_back(p.cast<double>());
-  }
-  double volume = 0;
-  for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
-    volume += solver.tissue().is_tet_alive(t) ? tet_volume(x, solver.tissue().tets()[t]) : 0;
-  }
-  return volume;
 }
 
 }  // namespace
@@ -292,179 +243,6 @@ TEST_CASE("vertex method: inner friction ends a vibration and lets a turn go on"
   CHECK(speed_after(1e-3F, true) > 0.98 * speed_after(0, true));
 }
 
-TEST_CASE("vertex method: the force on a grasper is the weight it holds", "[validation]") {
-  const float compliance = GENERATE(0.0F, 1e-3F);
-  const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({4, 4, 4}, 5e-3);
-  Scene scene;
-  scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
-  Solver solver(scene, vertex_options(4, 10, 30));
-  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
-  std::vector<Index> top;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].y() > 0.0199) {
-      top.push_back(v);
-    }
-  }
-  solver.grasp(tool, top, compliance);
-
-  run(solver, 300);
-
-  const double weight = 1000 * 8e-6 * 9.81;
-  CHECK(solver.tool_force(tool).y() == Approx(-weight).epsilon(0.02));
-  CHECK(std::abs(solver.tool_force(tool).x()) < 0.01 * weight);
-  double sag = 0;
-  const auto x = solver.positions();
-  for (const Index v : top) {
-    sag += (scene.positions()[v].y() - x[v].y()) / 25;
-  }
-  CHECK(sag == Approx(compliance * weight / 25).epsilon(0.02).margin(1e-8));
-}
-
-TEST_CASE("vertex method: what lies in a cradle of capsules weighs on it", "[validation]") {
-  Scene scene;
-  scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0.011, 0}}, 1e-3);
-  Solver solver(scene, vertex_options(10, 1, 20));
-  // two bars, from which the particle is pushed up and inwards; they share the weight
-  const ToolId left = solver.add_tool(
-      std::vector<Capsule>{{{-0.01F, 0, -0.1F}, {-0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
-  const ToolId right = solver.add_tool(
-      std::vector<Capsule>{{{0.01F, 0, -0.1F}, {0.01F, 0, 0.1F}, 0.0125F}}, ToolPose::Identity());
-
-  const StepReport report = run(solver, 300);
-
-  const double weight = 1e-3 * 9.81;
-  CHECK(report.contacts == 2);
-  CHECK(solver.positions()[0].y() == Approx(0.0075).epsilon(1e-3));
-  for (const ToolId tool : {left, right}) {
-    CHECK(solver.tool_force(tool).y() == Approx(-weight / 2).epsilon(0.02));
-  }
-  // at this angle, the normals lean four parts sideways to three up
-  CHECK(solver.tool_force(left).x() == Approx(-weight / 2 * 4 / 3).epsilon(0.02));
-}
-
-TEST_CASE("vertex method: a tool dents tissue, feels it, and never enters", "[unit]") {
-  Scene scene;
-  scene.add_body("block", testing::make_box({6, 6, 6}, kEdge), neo_hookean(5e3F, 0.45F));
-  scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() < 0.5 * kEdge; });
-  scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, vertex_options(10, 2));
-  const float radius = 1.5F * static_cast<float>(kEdge);
-  const Eigen::Vector3f above(3 * kEdge, 6 * kEdge + radius, 3 * kEdge);
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = above;
-  const ToolId tool = solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, radius}}, pose);
-
-  float last = 0;
-  for (int i = 1; i <= 40; ++i) {
-    pose.translation().y() = above.y() - 1e-4F * static_cast<float>(i);
-    solver.move_tool(tool, pose);
-    const StepReport report = solver.step(5e-3F);
-    CHECK(report.inverted_tets == 0);
-    for (const Eigen::Vector3f& x : solver.positions()) {
-      CHECK((x - pose.translation()).norm() > 0.995F * radius);
-    }
-    if (i % 20 == 0) {
-      CHECK(solver.tool_force(tool).y() > 1.5F * last);
-      last = solver.tool_force(tool).y();
-    }
-  }
-  CHECK(std::abs(solver.tool_force(tool).x()) < 0.05F * last);
-}
-
-TEST_CASE("vertex method: two tools that hold one vertex rigidly share it", "[unit]") {
-  Scene scene;
-  scene.add_particles("particle", std::vector<Eigen::Vector3d>{{0, 0, 0}}, 1e-3);
-  Solver solver(scene, vertex_options());
-  const ToolId left = solver.add_tool({}, ToolPose::Identity());
-  const ToolId right = solver.add_tool({}, ToolPose::Identity());
-  solver.grasp(left, std::vector<Index>{0});
-  solver.grasp(right, std::vector<Index>{0});
-  ToolPose apart = ToolPose::Identity();
-  apart.translation().x() = 0.01F;
-  solver.move_tool(right, apart);
-  run(solver, 3);
-
-  CHECK(solver.positions()[0].x() == Approx(0.005));
-  CHECK(solver.tool_force(left).y() == Approx(-1e-3 * 9.81 / 2).epsilon(0.01));
-  CHECK(solver.tool_force(right).y() == Approx(-1e-3 * 9.81 / 2).epsilon(0.01));
-}
-
-TEST_CASE("vertex method: an edited body moves like one made that way", "[property]") {
-  const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({8, 3, 3}, kEdge, 0.1);
-  const Material material = springs ? soft_springs(mesh) : neo_hookean(3e4F, 0.4F);
-  std::vector<Index> removed;
-  std::vector<Tet> kept;
-  for (Index t = 0; t < mesh.tet_count(); ++t) {
-    const auto& tet = mesh.tets()[t];
-    const double x = (mesh.positions()[tet[0]].x() + mesh.positions()[tet[3]].x()) / 2;
-    const double y = (mesh.positions()[tet[0]].y() + mesh.positions()[tet[3]].y()) / 2;
-    if (std::abs(x - 4 * kEdge) < kEdge && y > 2 * kEdge) {
-      removed.push_back(t);
-    } else {
-      kept.push_back(tet);
-    }
-  }
-  REQUIRE(removed.size() > 10);
-  const auto make = [&](const TetMesh& shape) {
-    Scene scene;
-    scene.add_body("bar", shape, material);
-    scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-    return scene;
-  };
-  Solver edited(make(mesh), vertex_options(1, 60, 10));
-  edited.tissue().apply({.remove_tets = removed});
-  Solver made(make(TetMesh({mesh.positions().begin(), mesh.positions().end()}, kept)),
-              vertex_options(1, 60, 10));
-  const float before = made.positions().back().y();
-
-  run(edited, 100);
-  run(made, 100);
-
-  const float sag = before - made.positions().back().y();
-  REQUIRE(sag > 0.1F * static_cast<float>(kEdge));
-  CHECK(farthest(edited, made) < 0.01F * sag);
-}
-
-TEST_CASE("vertex method: tissue shrinks to new rest shapes", "[unit]") {
-  const bool springs = GENERATE(false, true);
-  const TetMesh mesh = testing::make_box({4, 3, 3}, kEdge, 0.1);
-  Scene scene;
-  scene.add_body("block", mesh, springs ? soft_springs(mesh) : neo_hookean(2e4F, 0.4F));
-  scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, vertex_options(2, 20, 20));
-  const double before = volume_of(solver);
-  TopologyEdit edit;
-  const float scale = 0.9F;
-  for (Index t = 0; t < mesh.tet_count(); ++t) {
-    edit.rest_volumes.push_back({t, scale * scale * scale * solver.rest_volume(t)});
-  }
-  for (Index e = 0; springs && e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
-    edit.rest_lengths.push_back({e, scale * solver.rest_length(e)});
-  }
-  solver.tissue().apply(edit);
-
-  run(solver, 150);
-
-  CHECK(volume_of(solver) == Approx(0.729 * before).epsilon(1e-3));
-}
-
-TEST_CASE("vertex method: links hold, until they are cut", "[unit]") {
-  Scene scene;
-  scene.add_particles("thread", std::vector<Eigen::Vector3d>{{0, 0, 0}, {0, -0.01, 0}}, 1e-3);
-  scene.fix_vertices(0, std::vector<Index>{0});
-  const Index link = scene.add_link({0, 1, 0.01F, {1, 0.1F}});
-  Solver solver(scene, vertex_options(10, 1, 20));
-
-  run(solver, 200);
-  CHECK(solver.positions()[1].y() == Approx(-0.01 - 0.1 * 1e-3 * 9.81).epsilon(1e-3));
-
-  solver.tissue().apply({.remove_links = {link}});
-  run(solver, 40);
-  CHECK(solver.positions()[1].y() < -0.05F);
-}
-
 TEST_CASE("vertex method: a body pressed flat or turned inside out recovers", "[validation]") {
   const float factor = GENERATE(0.0F, -0.3F);
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F), {6, 3, 3});
@@ -504,31 +282,6 @@ TEST_CASE("vertex method: a vertex that is lost takes nothing else along", "[uni
 
   CHECK(report.non_finite_vertices == 1);
   CHECK(report.first_non_finite == scene.vertex_count() - 1);
-}
-
-// Would catch a force that takes a lost neighbour in.
-TEST_CASE("vertex method: a grasp beside a lost vertex has a force", "[unit]") {
-  const float compliance = GENERATE(0.0F, 1e-4F);
-  Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
-  Solver solver(scene, vertex_options(2, 2));
-  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
-  const Index lost = solver.vertex_count() - 1;
-  std::vector<Index> neighbors;
-  for (const auto& [a, b] : solver.tissue().edges()) {
-    if (a == lost || b == lost) {
-      neighbors.push_back(a == lost ? b : a);
-    }
-  }
-  solver.grasp(tool, neighbors, compliance);
-  std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
-  velocities[lost].setConstant(std::numeric_limits<float>::max());
-  solver.write_velocities(velocities);
-  REQUIRE(solver.step(10.0F).non_finite_vertices == 1);
-
-  const StepReport report = run(solver, 5);
-
-  CHECK(report.non_finite_vertices == 1);
-  CHECK(solver.tool_force(tool).allFinite());
 }
 
 TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {

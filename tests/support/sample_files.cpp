@@ -1,321 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/sample_files.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <locale>
 #include <map>
-#include <sstream>
-
-#include <zlib.h>
+#include <utility>
 
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/mesh/write.h"
 
+#include "tests/support/sample_encoders.h"
+#include "tests/support/sample_numbers.h"
+
 namespace pbdsurg::testing {
 namespace {
-
-template <class Number>
-std::string packed(Number value, std::endian order) {
-  std::string bytes(sizeof value, '\0');
-  std::memcpy(bytes.data(), &value, sizeof value);
-  if (order != std::endian::native) {
-    std::reverse(bytes.begin(), bytes.end());
-  }
-  return bytes;
-}
-
-std::string text(double value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(17);
-  out << value;
-  return out.str();
-}
-
-std::string point_text(const Eigen::Vector3d& p) {
-  return text(p.x()) + ' ' + text(p.y()) + ' ' + text(p.z());
-}
-
-template <class Element>
-std::string ids_text(const Element& element, int base) {
-  std::string out;
-  for (const Index v : element) {
-    out += ' ' + std::to_string(v + base);
-  }
-  return out;
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr const char* kAlphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      out += i + k > bytes.size() ? '=' : kAlphabet[bits >> (18 - 6 * k) & 63];
-    }
-  }
-  return out;
-}
-
-// --- Gmsh ---
-
-/// Node ids with gaps, as older programs write them.
-std::int32_t gap_id(Index v) {
-  return 3 * v + 5;
-}
-
-std::string msh1(const MeshData& mesh) {
-  std::string out = "$NOD\n" + std::to_string(mesh.points.size()) + '\n';
-  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-    out += std::to_string(gap_id(static_cast<Index>(v))) + ' ' + point_text(mesh.points[v]) + '\n';
-  }
-  out += "$ENDNOD\n$ELM\n" + std::to_string(mesh.tets.size() + mesh.triangles.size() + 1) + '\n';
-  out += "1 15 1 1 1 " + std::to_string(gap_id(0)) + '\n';  // a point, to be skipped
-  int id = 2;
-  const auto add = [&](const auto& elements, const char* type) {
-    for (const auto& element : elements) {
-      out += std::to_string(id++) + type;
-      for (const Index v : element) {
-        out += ' ' + std::to_string(gap_id(v));
-      }
-      out += '\n';
-    }
-  };
-  add(mesh.triangles, " 2 1 1 3");
-  add(mesh.tets, " 4 1 1 4");
-  return out + "$ENDELM\n";
-}
-
-std::string msh2_binary(const MeshData& mesh, std::endian order) {
-  std::string out = "$MeshFormat\n2.2 1 8\n" + packed(std::int32_t{1}, order) +
-                    "\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"liver\"\n$EndPhysicalNames\n"
-                    "$Nodes\n" +
-                    std::to_string(mesh.points.size()) + '\n';
-  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-    out += packed(gap_id(static_cast<Index>(v)), order);
-    for (const double x : mesh.points[v]) {
-      out += packed(x, order);
-    }
-  }
-  out +=
-      "\n$EndNodes\n$Elements\n" + std::to_string(mesh.tets.size() + mesh.triangles.size()) + '\n';
-  std::int32_t id = 1;
-  const auto add = [&](const auto& elements, std::int32_t type, std::size_t block) {
-    for (std::size_t e = 0; e < elements.size(); ++e) {
-      if (e % block == 0) {
-        out += packed(type, order) +
-               packed(static_cast<std::int32_t>(std::min(block, elements.size() - e)), order) +
-               packed(std::int32_t{3}, order);
-      }
-      out += packed(id++, order);
-      for (std::int32_t tag = 1; tag <= 3; ++tag) {
-        out += packed(tag, order);
-      }
-      for (const Index v : elements[e]) {
-        out += packed(gap_id(v), order);
-      }
-    }
-  };
-  add(mesh.triangles, 2, 1);
-  add(mesh.tets, 4, 7);
-  return out + "\n$EndElements\n";
-}
-
-/// @param Word  of four or eight bytes, as the header says
-template <class Word>
-std::string msh4_binary(const MeshData& mesh, std::endian order) {
-  const auto i32 = [&](std::int32_t value) { return packed(value, order); };
-  const auto word = [&](std::size_t value) { return packed(static_cast<Word>(value), order); };
-  const std::size_t half = mesh.points.size() / 2;
-  std::string out = "$MeshFormat\n4.1 1 " + std::to_string(sizeof(Word)) + '\n' + i32(1) +
-                    "\n$EndMeshFormat\n$Nodes\n" + word(2) + word(mesh.points.size()) + word(5) +
-                    word(static_cast<std::size_t>(gap_id(static_cast<Index>(mesh.points.size()))));
-  for (int block = 0; block < 2; ++block) {
-    const std::size_t begin = block == 0 ? 0 : half;
-    const std::size_t end = block == 0 ? half : mesh.points.size();
-    out += i32(2) + i32(1) + i32(block) + word(end - begin);  // the second block is parametric
-    for (std::size_t v = begin; v < end; ++v) {
-      out += word(static_cast<std::size_t>(gap_id(static_cast<Index>(v))));
-    }
-    for (std::size_t v = begin; v < end; ++v) {
-      for (const double x : mesh.points[v]) {
-        out += packed(x, order);
-      }
-      out += block == 1 ? packed(0.25, order) + packed(0.75, order) : "";
-    }
-  }
-  out += "\n$EndNodes\n$Elements\n" + word(2) + word(mesh.tets.size() + mesh.triangles.size()) +
-         word(1) + word(mesh.tets.size() + mesh.triangles.size());
-  std::size_t id = 1;
-  const auto add = [&](const auto& elements, int dimension, int type) {
-    out += i32(dimension) + i32(1) + i32(type) + word(elements.size());
-    for (const auto& element : elements) {
-      out += word(id++);
-      for (const Index v : element) {
-        out += word(static_cast<std::size_t>(gap_id(v)));
-      }
-    }
-  };
-  add(mesh.triangles, 2, 2);
-  add(mesh.tets, 3, 4);
-  return out + "\n$EndElements\n";
-}
-
-// --- VTK ---
-
-std::string vtk51(const MeshData& mesh, bool binary) {
-  const std::size_t cells = mesh.tets.size() + mesh.triangles.size();
-  std::string out = std::string("# vtk DataFile Version 5.1\ntitle\n") +
-                    (binary ? "BINARY" : "ASCII") +
-                    "\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n" +
-                    (binary ? packed(0.5, std::endian::big) : "0.5") + "\nPOINTS " +
-                    std::to_string(mesh.points.size()) + " double\n";
-  const auto add = [&](auto value) {
-    out += binary ? packed(value, std::endian::big) : text(static_cast<double>(value)) + '\n';
-  };
-  for (const Eigen::Vector3d& p : mesh.points) {
-    for (const double x : p) {
-      add(x);
-    }
-  }
-  out += "\nMETADATA\nINFORMATION 1\nNAME L2_NORM LOCATION vtkDataArray\n\nCELLS " +
-         std::to_string(cells + 1) + ' ' +
-         std::to_string(4 * mesh.tets.size() + 3 * mesh.triangles.size()) +
-         "\nOFFSETS vtktypeint64\n";
-  std::int64_t end = 0;
-  add(end);
-  for (std::size_t c = 0; c < cells; ++c) {
-    end += c < mesh.tets.size() ? 4 : 3;
-    add(end);
-  }
-  out += "\nCONNECTIVITY vtktypeint64\n";
-  const auto add_ids = [&](const auto& elements) {
-    for (const auto& element : elements) {
-      for (const Index v : element) {
-        add(std::int64_t{v});
-      }
-    }
-  };
-  add_ids(mesh.tets);
-  add_ids(mesh.triangles);
-  out += "\nCELL_TYPES " + std::to_string(cells) + '\n';
-  for (std::size_t c = 0; c < cells; ++c) {
-    add(std::int32_t{c < mesh.tets.size() ? 10 : 5});
-  }
-  return out + "\nPOINT_DATA " + std::to_string(mesh.points.size()) + '\n';
-}
-
-enum class VtuData { inline_base64, appended_base64, appended_raw };
-
-/// Encoder of one .vtu flavour.
-class Vtu {
- public:
-  Vtu(VtuData data, bool compressed, bool wide_header, std::endian order)
-      : data_(data), compressed_(compressed), wide_(wide_header), order_(order) {}
-
-  /// Two pieces: the tetrahedra, then the triangles, each with points of its own.
-  std::string encode(const MeshData& mesh) {
-    std::string out = std::string(
-                          "<?xml version='1.0'?>\n<!-- <Piece> -->\n<VTKFile "
-                          "type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"") +
-                      (order_ == std::endian::big ? "BigEndian" : "LittleEndian") +
-                      "\" header_type=\"" + (wide_ ? "UInt64" : "UInt32") + '"' +
-                      (compressed_ ? " compressor=\"vtkZLibDataCompressor\"" : "") +
-                      ">\n<UnstructuredGrid>\n";
-    out += piece(mesh.points, mesh.tets, 10);
-    out += piece({}, mesh.triangles, 5);
-    out += "</UnstructuredGrid>\n";
-    if (data_ != VtuData::inline_base64) {
-      out += std::string("<AppendedData encoding=\"") +
-             (data_ == VtuData::appended_raw ? "raw" : "base64") + "\">\n_" + appended_ +
-             "\n</AppendedData>\n";
-    }
-    return out + "</VTKFile>\n";
-  }
-
- private:
-  template <class Element>
-  std::string piece(const std::vector<Eigen::Vector3d>& points,
-                    const std::vector<Element>& elements, std::uint8_t type) {
-    // a piece without points of its own is left empty: ids are local to their piece
-    const std::size_t cells = points.empty() ? 0 : elements.size();
-    std::string coordinates, connectivity, offsets, types;
-    for (const Eigen::Vector3d& p : points) {
-      for (const double x : p) {
-        coordinates += packed(static_cast<float>(x), order_);
-      }
-    }
-    std::int64_t end = 0;
-    for (std::size_t c = 0; c < cells; ++c) {
-      for (const Index v : elements[c]) {
-        connectivity += packed(std::int64_t{v}, order_);
-      }
-      end += static_cast<std::int64_t>(elements[c].size());
-      offsets += packed(end, order_);
-      types += packed(type, order_);
-    }
-    return "<Piece NumberOfPoints=\"" + std::to_string(points.size()) + "\" NumberOfCells='" +
-           std::to_string(cells) + "'>\n<PointData>\n</PointData>\n<Points>\n" +
-           array("Float32", "a &lt;&#65;&gt; name", "NumberOfComponents=\"3\"", coordinates) +
-           "</Points>\n<Cells>\n" + array("Int64", "connectivity", "", connectivity) +
-           array("Int64", "offsets", "", offsets) + array("UInt8", "types", "", types) +
-           "</Cells>\n</Piece>\n";
-  }
-
-  std::string array(const char* type, const char* name, const char* more, const std::string& raw) {
-    std::string out = std::string("<DataArray type=\"") + type + "\" Name=\"" + name + "\" " + more;
-    if (data_ == VtuData::inline_base64) {
-      return out + " format=\"binary\">\n  " + encoded(raw) + "\n</DataArray>\n";
-    }
-    out += " format=\"appended\" offset=\"" + std::to_string(appended_.size()) + "\"/>\n";
-    appended_ += encoded(raw);
-    return out;
-  }
-
-  std::string header(std::uint64_t value) const {
-    return wide_ ? packed(value, order_) : packed(static_cast<std::uint32_t>(value), order_);
-  }
-
-  /// Header and data are encoded apart when compressed and together when not, as VTK does.
-  std::string encoded(const std::string& raw) const {
-    const bool plain = data_ == VtuData::appended_raw;
-    if (!compressed_) {
-      const std::string all = header(raw.size()) + raw;
-      return plain ? all : base64(all);
-    }
-    constexpr std::size_t kBlock = 1000;
-    const std::size_t blocks = (raw.size() + kBlock - 1) / kBlock;
-    std::string head = header(blocks) + header(kBlock) + header(raw.size() % kBlock);
-    std::string body;
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const std::string part = raw.substr(b * kBlock, kBlock);
-      uLongf size = compressBound(part.size());
-      std::string packed_part(size, '\0');
-      compress(reinterpret_cast<Bytef*>(packed_part.data()), &size,
-               reinterpret_cast<const Bytef*>(part.data()), part.size());
-      packed_part.resize(size);
-      head += header(size);
-      body += packed_part;
-    }
-    return plain ? head + body : base64(head) + base64(body);
-  }
-
-  VtuData data_;
-  bool compressed_;
-  bool wide_;
-  std::endian order_;
-  std::string appended_;
-};
-
-// --- others ---
 
 std::string medit(const MeshData& mesh) {
   std::string out = "MeshVersionFormatted 2\n# a comment\nDimension\n3\nVertices\n" +
@@ -384,22 +84,6 @@ std::string ply(const MeshData& mesh, const std::string& format) {
     out += binary ? "" : "\n";
   }
   return out;
-}
-
-/// VTK polydata whose triangles are strips of three or polygons.
-std::string polydata(const MeshData& mesh, bool strips) {
-  std::string out = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\nPOINTS " +
-                    std::to_string(mesh.points.size()) + " float\n";
-  for (const Eigen::Vector3d& p : mesh.points) {
-    out += point_text(p) + '\n';
-  }
-  const std::string count = std::to_string(mesh.triangles.size());
-  out += (strips ? "TRIANGLE_STRIPS " : "POLYGONS ") + count + ' ' +
-         std::to_string(4 * mesh.triangles.size()) + '\n';
-  for (const Triangle& triangle : mesh.triangles) {
-    out += '3' + ids_text(triangle, 0) + '\n';
-  }
-  return out + "CELL_DATA " + count + "\nSCALARS s float\n";
 }
 
 /// What the library itself writes.
@@ -502,9 +186,9 @@ std::vector<SampleFile> tet_samples(const MeshData& mesh) {
           single("msh1.msh", msh1(mesh)),
           single("msh22_little.msh", msh2_binary(mesh, kLittle)),
           single("msh22_big.msh", msh2_binary(mesh, kBig)),
-          single("msh41_little_64.msh", msh4_binary<std::uint64_t>(mesh, kLittle)),
-          single("msh41_big_64.msh", msh4_binary<std::uint64_t>(mesh, kBig)),
-          single("msh41_big_32.msh", msh4_binary<std::uint32_t>(mesh, kBig)),
+          single("msh41_little_64.msh", msh4_binary(mesh, kLittle, 8)),
+          single("msh41_big_64.msh", msh4_binary(mesh, kBig, 8)),
+          single("msh41_big_32.msh", msh4_binary(mesh, kBig, 4)),
           single("vtk51_ascii.vtk", vtk51(mesh, false)),
           single("vtk51_binary.vtk", vtk51(mesh, true)),
           single("medit.mesh", medit(mesh)),
@@ -519,21 +203,19 @@ std::vector<SampleFile> tet_samples(const MeshData& mesh) {
 
 std::vector<SampleFile> tet_only_samples(const MeshData& mesh) {
   constexpr std::endian kBig = std::endian::big, kLittle = std::endian::little;
-  const auto vtu = [&](VtuData data, bool compressed, bool wide, std::endian order) {
-    return Vtu(data, compressed, wide, order).encode(mesh);
-  };
   return {
       tetgen(mesh, 0),
       tetgen(mesh, 1),
       marked(tetgen(mesh, 0)),
-      single("base64_32.vtu", vtu(VtuData::inline_base64, false, false, kLittle)),
-      single("base64_64_big.vtu", vtu(VtuData::inline_base64, false, true, kBig)),
-      single("base64_zlib_32.vtu", vtu(VtuData::inline_base64, true, false, kLittle)),
-      single("base64_zlib_64_big.vtu", vtu(VtuData::inline_base64, true, true, kBig)),
-      single("appended_base64_32.vtu", vtu(VtuData::appended_base64, false, false, kLittle)),
-      single("appended_base64_zlib_64.vtu", vtu(VtuData::appended_base64, true, true, kLittle)),
-      single("appended_raw_32_big.vtu", vtu(VtuData::appended_raw, false, false, kBig)),
-      single("appended_raw_zlib_32.vtu", vtu(VtuData::appended_raw, true, false, kLittle)),
+      single("base64_32.vtu", vtu(mesh, VtuData::inline_base64, false, false, kLittle)),
+      single("base64_64_big.vtu", vtu(mesh, VtuData::inline_base64, false, true, kBig)),
+      single("base64_zlib_32.vtu", vtu(mesh, VtuData::inline_base64, true, false, kLittle)),
+      single("base64_zlib_64_big.vtu", vtu(mesh, VtuData::inline_base64, true, true, kBig)),
+      single("appended_base64_32.vtu", vtu(mesh, VtuData::appended_base64, false, false, kLittle)),
+      single("appended_base64_zlib_64.vtu",
+             vtu(mesh, VtuData::appended_base64, true, true, kLittle)),
+      single("appended_raw_32_big.vtu", vtu(mesh, VtuData::appended_raw, false, false, kBig)),
+      single("appended_raw_zlib_32.vtu", vtu(mesh, VtuData::appended_raw, true, false, kLittle)),
   };
 }
 

@@ -4,6 +4,7 @@
 /// @file
 /// A world of two slabs with strands between them, for tests.
 
+#include <algorithm>
 #include <vector>
 
 #include "pbdsurg/tissue/library.h"
@@ -62,6 +63,11 @@ struct SlabWorld {
   CauteryId burner;
   Index strand_count = 0;
 };
+
+inline Index count_events(World& world, StrandLoss cause) {
+  return static_cast<Index>(
+      std::ranges::count(world.strands().events(), cause, &StrandEvent::cause));
+}
 
 // Parts tissue where x is that, between two heights.
 inline CutSurface cut_at(float x, float low, float high) {
