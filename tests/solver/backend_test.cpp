@@ -12,11 +12,14 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/base/executor_state.h"
 #include "lib/coloring/coloring_device.h"
+#include "lib/solver/program/solver_device.h"
 #include "tests/support/catch.h"
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/fake_device.h"
+#include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {

@@ -13,6 +13,7 @@
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/fake_device.h"
+#include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg {

@@ -8,263 +8,39 @@
 /// State lies as on a device, in arrays of all copies with room for more vertices; what nobody
 /// wrote there is not a number.
 
-#include <algorithm>
-#include <cstring>
+#include <cstddef>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <set>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/base/error.h"
-
-#include "lib/base/executor_state.h"
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/program/backend.h"
-#include "lib/solver/program/solver_device.h"
-#include "lib/solver/state/room_to_grow.h"
-#include "tests/support/inspect.h"
+#include "tests/support/device_memory.h"
 
 namespace pbdsurg::testing {
-
-/// A device's copy of one type's constraints: its own records, and ids in the order of groups.
-template <class Constraint>
-class DeviceRecords {
- public:
-  using Slots = ConstraintSlots<Constraint>;
-
-  DeviceRecords() = default;
-  DeviceRecords(const Slots& slots, std::size_t id_count)
-      : records_(id_count),
-        groups_(static_cast<std::size_t>(slots.group_count())),
-        group_of_(id_count, kInvalidIndex) {
-    for (Index group = 0; group < slots.group_count(); ++group) {
-      for (const Index id : slots.ids(group)) {
-        records_[id] = slots.record(id);
-        groups_[group].push_back(id);
-        group_of_[id] = group;
-      }
-    }
-  }
-
-  void set_serial(Index group) { serial_.insert(group); }
-
-  void take_over(const Slots& slots, Index id) {
-    if (group_of_[id] != kInvalidIndex) {
-      std::erase(groups_[group_of_[id]], id);
-      touched_.insert(group_of_[id]);
-    }
-    group_of_[id] = slots.group_of(id);
-    if (group_of_[id] != kInvalidIndex) {
-      records_[id] = slots.record(id);
-      groups_[group_of_[id]].push_back(id);
-      touched_.insert(group_of_[id]);
-    }
-  }
-
-  /// Of what was taken over: makes slots with the order of the host's where it matters.
-  void refresh(const Slots& slots, Slots& own) {
-    if (touched_.empty()) {
-      return;
-    }
-    for (const Index group : touched_) {
-      if (serial_.contains(group)) {
-        const auto ids = slots.ids(group);
-        groups_[group].assign(ids.begin(), ids.end());
-      }
-    }
-    touched_.clear();
-    own = make_slots();
-  }
-
-  // Slots take constraints in an order of their own when they are made, and as they come later.
-  [[nodiscard]] Slots make_slots() const {
-    const auto spare = static_cast<Index>(groups_.size());
-    std::vector<Index> start(records_.size(), kInvalidIndex);
-    for (std::size_t id = 0; id < records_.size(); ++id) {
-      start[id] = group_of_[id] == kInvalidIndex ? kInvalidIndex : spare;
-    }
-    Slots slots(records_, start, spare + 1);
-    for (std::size_t group = 0; group < groups_.size(); ++group) {
-      for (const Index id : groups_[group]) {
-        slots.move(id, static_cast<Index>(group));
-      }
-    }
-    return slots;
-  }
-
- private:
-  std::vector<ConstraintRecord<Constraint>> records_;  // [id]
-  std::vector<std::vector<Index>> groups_;
-  std::vector<Index> group_of_;  // [id]
-  std::set<Index> serial_, touched_;
-};
-
-/// State of all copies as a device holds it: [copy][capacity].
-class DeviceState {
- public:
-  DeviceState() = default;
-  DeviceState(Index copy_count, std::size_t capacity, bool has_falling)
-      : capacity_(capacity),
-        has_falling_(has_falling),
-        particles_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
-        velocities_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
-        falling_(copy_count * capacity, kNan) {}
-
-  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
-
-  /// The first places of a copy, from another state or into one.
-  void take(Index copy, const CopyState& from, std::size_t count) {
-    for (std::size_t place = 0; place < count; ++place) {
-      take_place(copy, from, static_cast<Index>(place));
-    }
-  }
-  void take_place(Index copy, const CopyState& from, Index place) {
-    particles_[at(copy, place)] = from.particles[place];
-    velocities_[at(copy, place)] = from.velocities[place];
-    falling_[at(copy, place)] = has_falling_ ? from.falling[place] : 0;
-  }
-  void give(Index copy, CopyState& to, std::size_t count) const {
-    to.particles.resize(count);
-    to.velocities.resize(count);
-    to.falling.resize(has_falling_ ? count : 0);
-    for (Index place = 0; place < static_cast<Index>(count); ++place) {
-      to.particles[place].w = particles_[at(copy, place)].w;
-      to.set_motion(place, motion(copy, place));
-    }
-  }
-
-  void set_inverse_mass(Index copy, Index place, float w) {
-    particles_[at(copy, place)].w = w;
-    if (w == 0) {
-      velocities_[at(copy, place)] = {};
-    }
-  }
-
-  [[nodiscard]] VertexMotion motion(Index copy, Index place) const {
-    const Particle& p = particles_[at(copy, place)];
-    return {p.x, p.y, p.z, velocities_[at(copy, place)], falling_[at(copy, place)]};
-  }
-
- private:
-  static constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-  [[nodiscard]] std::size_t at(Index copy, Index place) const {
-    if (place < 0 || static_cast<std::size_t>(place) >= capacity_) {
-      throw Error("there is no room for place " + std::to_string(place));
-    }
-    return static_cast<std::size_t>(copy) * capacity_ + static_cast<std::size_t>(place);
-  }
-
-  std::size_t capacity_ = 0;
-  bool has_falling_ = false;
-  std::vector<Particle> particles_;
-  std::vector<Velocity> velocities_;
-  std::vector<float> falling_;
-};
 
 class FakeDevice final : public Backend {
  public:
   static constexpr std::size_t kMemory = 12'345'678;  // bytes
 
-  FakeDevice(const SolverData& data, int device)
-      : number(device),
-        state_(data.copy_count(),
-               data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
-               data.options.method == SolverMethod::vertex_block) {
-    take_all(data);
-  }
+  FakeDevice(const SolverData& data, int device);
 
   [[nodiscard]] const char* name() const noexcept override { return "fake device"; }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override { return kMemory; }
-  [[nodiscard]] Maker maker() const override {
-    return [device = number](const SolverData& data) {
-      return std::make_unique<FakeDevice>(data, device);
-    };
-  }
+  [[nodiscard]] Maker maker() const override;
 
-  void follow_edit(SolverData& data) noexcept override {
-    followed_ = {data.changes.constraints.size(), data.changes.tets.size()};
-  }
-
-  void start_step(SolverData& data, float dt) override {
-    if (followed_ != std::pair(data.changes.constraints.size(), data.changes.tets.size())) {
-      throw Error("of some changes this was not told when they were made");
-    }
-    followed_ = {};
-    take_over(data);
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      for (std::size_t t = 0; t < own_.tools.size(); ++t) {
-        own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
-        own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
-      }
-    }
-    dt_ = dt;
-    is_running_ = true;
-    spoil(data);
-  }
-
-  // The work is done as late as can be.
-  StepReport finish_step(SolverState& data) override {
-    if (data.changes.watched ||
-        data.changes.state != std::vector<bool>(data.changes.state.size()) ||
-        data.particles.size() != vertex_count_ || data.tools.size() != own_.tools.size()) {
-      throw Error("somebody changed what must stay while a step runs");
-    }
-    for (Index i = 0; i < own_.copy_count(); ++i) {
-      state_.give(i, own_.copy(i), vertex_count_);
-    }
-    serial_->start_step(own_, dt_);
-    const StepReport report = serial_->finish_step(own_);
-    for (Index i = 0; i < own_.copy_count(); ++i) {
-      state_.take(i, own_.copy(i), vertex_count_);
-    }
-    is_running_ = false;
-    answer();
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      CopyState& copy = data.copy(i);
-      for (std::size_t t = 0; t < copy.tools.size(); ++t) {
-        copy.tools[t].pose = own_.copy(i).tools[t].pose;
-        copy.tools[t].force = own_.copy(i).tools[t].force;
-      }
-      copy.last_report = own_.copy(i).last_report;
-      read_positions(data, i, watched_, copy.watched_positions);
-    }
-    return report;
-  }
-
-  void fetch_state(SolverState& data, Index index) override {
-    ++fetch_count;
-    CopyState& copy = data.copy(index);
-    const std::size_t count = std::min(vertex_count_, copy.particles.size());
-    for (Index place = 0; place < static_cast<Index>(count); ++place) {
-      copy.set_motion(place, state_.motion(index, place));
-    }
-  }
-
-  void read_positions(const SolverState& /*data*/, Index copy, std::span<const Index> places,
-                      std::span<Eigen::Vector3f> out) override {
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const VertexMotion motion = motion_of(copy, places[i]);
-      out[i] = {motion.x, motion.y, motion.z};
-    }
-  }
-
-  void ask_for_motion(std::span<const Index> places) override {
-    asked_.assign(places.begin(), places.end());
-    asked_count += places.size();
-    if (!is_running_) {
-      answer();
-    }
-  }
-
-  void collect_motion(Index copy, std::span<VertexMotion> out) override {
-    std::ranges::copy(motion_[copy], out.begin());
-  }
+  void follow_edit(SolverData& data) noexcept override;
+  void start_step(SolverData& data, float dt) override;
+  StepReport finish_step(SolverState& data) override;
+  void fetch_state(SolverState& data, Index index) override;
+  void read_positions(const SolverState& data, Index copy, std::span<const Index> places,
+                      std::span<Eigen::Vector3f> out) override;
+  void ask_for_motion(std::span<const Index> places) override;
+  void collect_motion(Index copy, std::span<VertexMotion> out) override;
 
   [[nodiscard]] bool is_running() const noexcept { return is_running_; }
 
@@ -274,232 +50,17 @@ class FakeDevice final : public Backend {
   std::size_t asked_count = 0;  ///< vertices that it was asked about, in all
 
  private:
+  [[nodiscard]] VertexMotion motion_of(Index copy, Index place) const;
+  void answer();
+  void take_all(const SolverData& data);
+  template <class Constraint>
+  void refresh(DeviceRecords<Constraint>& records, const SolverData& data);
+  void take_over(const SolverData& data);
+  void take_over_state(const SolverData& data);
+  void take_over_blocks(const VertexBlocks& blocks, const std::set<Index>& named);
+
   // Constraints and tetrahedra in the log, when this was told of the last edit.
   std::pair<std::size_t, std::size_t> followed_;
-
-  [[nodiscard]] VertexMotion motion_of(Index copy, Index place) const {
-    if (static_cast<std::size_t>(place) >= vertex_count_) {
-      throw Error("place " + std::to_string(place) + " was in no step");
-    }
-    return state_.motion(copy, place);
-  }
-
-  void answer() {
-    motion_.resize(static_cast<std::size_t>(own_.copy_count()));
-    for (Index i = 0; i < own_.copy_count() && !asked_.empty(); ++i) {
-      motion_[i].clear();
-      for (const Index place : asked_) {
-        motion_[i].push_back(motion_of(i, place));
-      }
-    }
-    asked_.clear();
-  }
-
-  // All but the state and what tools do.
-  void take_all(const SolverData& data) {
-    distances_ = {data.sets.of<DistanceConstraint>(),
-                  static_cast<std::size_t>(data.sets.distance_ids.count())};
-    volumes_ = {data.sets.of<VolumeConstraint>(), data.tissue->tets().size()};
-    neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
-    strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
-    bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
-    blocks_ = data.vertex_blocks;
-    own_.others.resize(data.others.size());
-    own_.options = data.options;
-    own_.gravity = data.gravity;
-    own_.own_tissue = copy_for_step(*data.tissue);
-    own_.tissue = own_.own_tissue.get();
-    own_.place_of_vertex = data.place_of_vertex;
-    own_.sets.domain_counts = data.sets.domain_counts;
-    own_.sets.first_joint_group = data.sets.first_joint_group;
-    own_.sets.phases = data.sets.phases;
-    own_.sets.has_damping = data.sets.has_damping;
-    own_.vertex_blocks = data.vertex_blocks;
-    for (const Phase& phase : data.sets.phases) {
-      if (!phase.serial) {
-        continue;
-      }
-      switch (phase.kind) {
-        case PhaseKind::distance:
-          distances_.set_serial(phase.color);
-          break;
-        case PhaseKind::joint:
-          for (Index place = 0; place < 6; ++place) {
-            distances_.set_serial(data.sets.joint_group(phase.color, place));
-          }
-          volumes_.set_serial(phase.color);
-          break;
-        case PhaseKind::volume:
-          volumes_.set_serial(phase.color);
-          break;
-        case PhaseKind::neo_hookean:
-          neo_hookeans_.set_serial(phase.color);
-          break;
-        case PhaseKind::strain_limit:
-          strain_limits_.set_serial(phase.color);
-          break;
-        case PhaseKind::bending:
-          bendings_.set_serial(phase.color);
-          break;
-        case PhaseKind::vertex:
-        case PhaseKind::attachment:
-        case PhaseKind::contact:
-          break;  // not among a solver's constraints
-      }
-    }
-    own_.sets.of<DistanceConstraint>() = distances_.make_slots();
-    own_.sets.of<VolumeConstraint>() = volumes_.make_slots();
-    own_.sets.of<NeoHookeanConstraint>() = neo_hookeans_.make_slots();
-    own_.sets.of<StrainLimitConstraint>() = strain_limits_.make_slots();
-    own_.sets.of<BendingConstraint>() = bendings_.make_slots();
-  }
-
-  // Topology as far as a step reads it, which edits of the live tissue do not reach.
-  static std::unique_ptr<Tissue> copy_for_step(const Tissue& tissue) {
-    const TissueData& live = inspect(tissue);
-    auto copy = std::make_unique<TissueData>();
-    copy->bodies = live.bodies;
-    copy->later_tet_bodies = live.later_tet_bodies;
-    copy->tets = live.tets;
-    copy->tet_alive = live.tet_alive;
-    return make_tissue(std::move(copy));
-  }
-
-  template <class Constraint>
-  void refresh(DeviceRecords<Constraint>& records, const SolverData& data) {
-    records.refresh(data.sets.of<Constraint>(), own_.sets.of<Constraint>());
-  }
-
-  void take_over(const SolverData& data) {
-    if (data.changes.grown) {
-      take_all(data);
-      own_.rebuild_plan();
-    }
-    const Changes& changes = data.changes;
-    take_over_state(data);
-    for (Index i = 0; i < data.copy_count() && changes.tools; ++i) {
-      own_.copy(i).tools = data.copy(i).tools;
-      own_.copy(i).attachment_colors = data.copy(i).attachment_colors;
-    }
-    for (const Index tet : changes.tets) {
-      if (!changes.grown) {  // else all are there, and some that are named may be gone
-        inspect(*own_.own_tissue).tet_alive.set(tet, inspect(*data.tissue).tet_alive[tet]);
-      }
-    }
-    std::set<Index> blocks;
-    for (const auto& [kind, id] : changes.constraints) {
-      if (changes.grown) {
-        break;  // all are there
-      }
-      switch (kind) {
-        case PhaseKind::distance:
-          distances_.take_over(data.sets.of<DistanceConstraint>(), id);
-          break;
-        case PhaseKind::volume:
-          volumes_.take_over(data.sets.of<VolumeConstraint>(), id);
-          break;
-        case PhaseKind::neo_hookean:
-          neo_hookeans_.take_over(data.sets.of<NeoHookeanConstraint>(), id);
-          break;
-        case PhaseKind::strain_limit:
-          strain_limits_.take_over(data.sets.of<StrainLimitConstraint>(), id);
-          break;
-        case PhaseKind::bending:
-          bendings_.take_over(data.sets.of<BendingConstraint>(), id);
-          break;
-        case PhaseKind::joint:
-        case PhaseKind::attachment:
-        case PhaseKind::contact:
-          throw Error("a change of no constraint");
-        case PhaseKind::vertex:
-          blocks.insert(data.vertex_blocks.place_of(id).block);
-          break;
-      }
-    }
-    refresh(distances_, data);
-    refresh(volumes_, data);
-    refresh(neo_hookeans_, data);
-    refresh(strain_limits_, data);
-    refresh(bendings_, data);
-    take_over_blocks(data.vertex_blocks, blocks);
-    if (changes.watched) {
-      watched_ = data.watched_places;
-    }
-    if (changes.any()) {
-      own_.rebuild_plan();
-    }
-  }
-
-  void take_over_state(const SolverData& data) {
-    const Changes& changes = data.changes;
-    const std::size_t count = data.particles.size();
-    if (count > state_.capacity()) {
-      DeviceState larger(data.copy_count(), room_to_grow(count),
-                         data.options.method == SolverMethod::vertex_block);
-      for (Index i = 0; i < data.copy_count(); ++i) {
-        state_.give(i, own_.copy(i), vertex_count_);
-        larger.take(i, own_.copy(i), vertex_count_);
-      }
-      state_ = std::move(larger);
-      ++remade_count;
-    }
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      for (const Index place : changes.vertices) {
-        state_.set_inverse_mass(i, place, data.particles[place].w);
-      }
-      if (changes.state[i]) {
-        state_.take(i, data.copy(i), count);
-      }
-      for (const Index v : changes.moved) {
-        state_.take_place(i, data.copy(i), data.place_of_vertex[v]);
-      }
-    }
-    vertex_count_ = count;
-  }
-
-  // Rows cannot be written one by one, so all are copied once no others differ than were named.
-  void take_over_blocks(const VertexBlocks& blocks, const std::set<Index>& named) {
-    const VertexRows before = blocks_.rows();
-    const VertexRows after = blocks.rows();
-    const auto equal = [](const auto* a, const auto* b, RowRange range) {
-      return range.count == 0 ||
-             std::memcmp(a + range.first, b + range.first,
-                         sizeof(*a) * static_cast<std::size_t>(range.count)) == 0;
-    };
-    for (Index b = 0; b < blocks.block_count(); ++b) {
-      const VertexBlock& block = before.blocks[b];
-      if (!named.contains(b) && !(equal(before.blocks, after.blocks, {b, 1}) &&
-                                  equal(before.pulls, after.pulls, block.pulls) &&
-                                  equal(before.springs, after.springs, block.springs) &&
-                                  equal(before.volumes, after.volumes, block.volumes) &&
-                                  equal(before.hinges, after.hinges, block.hinges))) {
-        throw Error("nobody told of a change in block " + std::to_string(b));
-      }
-    }
-    if (!named.empty()) {
-      blocks_ = own_.vertex_blocks = blocks;
-    }
-  }
-
-  static void spoil(SolverData& data) {
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    const auto spoil_particles = [](std::vector<Particle>& particles) {
-      for (Particle& p : particles) {
-        p = {kNan, kNan, kNan, p.w};
-      }
-    };
-    for (Index i = 0; i < data.copy_count(); ++i) {
-      CopyState& copy = data.copy(i);
-      spoil_particles(copy.particles);
-      std::ranges::fill(copy.velocities, Velocity{kNan, kNan, kNan, kNan});
-      std::ranges::fill(copy.falling, kNan);
-      std::ranges::fill(copy.watched_positions, Eigen::Vector3f::Constant(kNan));
-      for (ToolState& tool : copy.tools) {
-        tool.force.setConstant(kNan);
-      }
-    }
-  }
-
   SolverData own_;
   DeviceState state_;
   std::size_t vertex_count_ = 0;  // in the last step
@@ -520,29 +81,9 @@ class FakeDevice final : public Backend {
 /// Makes a backend of a solver's data, or throws what a device would.
 using MakeBackend = std::function<std::unique_ptr<Backend>(const SolverData& data)>;
 
-class DeviceOfTest final : public Device, public SolverDevice {
- public:
-  explicit DeviceOfTest(MakeBackend make) : make_(std::move(make)) {}
-
-  [[nodiscard]] const std::string& name() const noexcept override { return name_; }
-  [[nodiscard]] std::unique_ptr<Backend> make_backend(const SolverData& data) override {
-    return make_(data);
-  }
-
- private:
-  std::string name_ = "the test's device";
-  MakeBackend make_;
-};
-
 /// @param instead  who works where the device refuses to
-inline Executor device_of_test(MakeBackend make, Executor instead = {}) {
-  return Executor(std::make_shared<ExecutorState>(std::make_shared<DeviceOfTest>(std::move(make)),
-                                                  std::move(instead)));
-}
+[[nodiscard]] Executor device_of_test(MakeBackend make, Executor instead = {});
 
-inline Executor fake_device(int number = 0) {
-  return device_of_test(
-      [number](const SolverData& data) { return std::make_unique<FakeDevice>(data, number); });
-}
+[[nodiscard]] Executor fake_device(int number = 0);
 
 }  // namespace pbdsurg::testing
