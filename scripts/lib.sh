@@ -120,7 +120,7 @@ run_benchmarks() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 table3 convergence edits figure4 figure8 neighbours replicas)
+table_programs=(table1 table2 table3 convergence edits figure4 figure8 neighbours replicas sizes)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 

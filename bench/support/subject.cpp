@@ -21,12 +21,16 @@ TetMesh make_organ(Organ organ, Index vertex_count) {
 
 }  // namespace
 
+TetMesh make_liver(Index vertices) {
+  return make_organ(Organ::liver, vertices);
+}
+
 TetMesh make_large_liver() {
-  return make_organ(Organ::liver, kMillionVertices);
+  return make_liver(kMillionVertices);
 }
 
 Scene make_sagging_liver(Index vertices) {
-  const TetMesh mesh = make_organ(Organ::liver, vertices);
+  const TetMesh mesh = make_liver(vertices);
   Scene scene;
   scene.add_body("liver", mesh, tissues::liver().mechanics);
   const Eigen::AlignedBox3d box = bounding_box(mesh);
@@ -39,7 +43,7 @@ Scene make_liver_and_gallbladder(const SceneSize& size) {
   constexpr double kMembraneReach = 4.5e-3;  // m
   constexpr double kFixedShare = 0.4;        // of the liver's height
   const TetMesh gallbladder = make_organ(Organ::gallbladder, size.gallbladder_vertices);
-  const TetMesh liver = make_organ(Organ::liver, size.liver_vertices);
+  const TetMesh liver = make_liver(size.liver_vertices);
   Scene scene;
   scene.set_gravity({0, 0, -9.81F});
   const Index first = scene.add_body("gallbladder", gallbladder);

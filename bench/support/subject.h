@@ -25,6 +25,9 @@ struct Subject {
 [[nodiscard]] std::vector<Subject> make_table2_subjects(bool quick,
                                                         std::vector<std::string>& notes);
 
+/// A liver of about so many vertices.
+[[nodiscard]] TetMesh make_liver(Index vertices);
+
 /// A liver of a million tetrahedra.
 [[nodiscard]] TetMesh make_large_liver();
 
