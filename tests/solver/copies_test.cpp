@@ -8,6 +8,7 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/base/executor_state.h"
 #include "tests/support/catch.h"
 #include "tests/support/copies_program.h"
 #include "tests/support/fake_device.h"
