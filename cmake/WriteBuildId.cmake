@@ -10,6 +10,9 @@ if(GIT)
   if(top STREQUAL source)  # and not the checkout of a project that contains this one
     execute_process(COMMAND "${GIT}" -C "${SOURCE_DIR}" describe --always --dirty --abbrev=12 --exclude=*
       OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+    if(NOT commit)  # there is none yet
+      set(commit "unknown")
+    endif()
   endif()
 endif()
 set(text "#define PBDSURG_VERSION \"${VERSION}\"\n#define PBDSURG_COMMIT \"${commit}\"\n")

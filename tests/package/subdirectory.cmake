@@ -8,8 +8,12 @@ if(HAS_CUDA)
       -D CMAKE_CUDA_ARCHITECTURES=${CUDA_ARCHITECTURE})
 endif()
 build_and_run_consumer(subdirectory -D PBDSURG_SOURCE_DIR=${SOURCE_DIR}
-  -D CONSUMER_LIBRARY=pbdsurg::pbdsurg -D BUILD_SHARED_LIBS=ON -D PBDSURG_INSTALL=ON
+  -D CONSUMER_LIBRARY=pbdsurg::pbdsurg -D BUILD_SHARED_LIBS=ON -D PBDSURG_INSTALL=ON -D PBDSURG_BUILD_APPS=ON
   ${cuda_options} -D CMAKE_DISABLE_FIND_PACKAGE_METIS=ON)
+# programs need all that they call to be in the shared library, and find it where they are installed
+run(${CMAKE_COMMAND} --build "${WORK_DIR}/consumer_subdirectory" --target pbdsurg cholecystectomy --parallel 2)
 file(REMOVE_RECURSE "${WORK_DIR}/installed_shared")
 run(${CMAKE_COMMAND} --install "${WORK_DIR}/consumer_subdirectory"
     --prefix "${WORK_DIR}/installed_shared")
+run("${WORK_DIR}/installed_shared/bin/cholecystectomy" --version)
+run("${WORK_DIR}/installed_shared/bin/pbdsurg" mesh info "${CONSUMER_DIR}/two.vtk")

@@ -90,7 +90,7 @@ struct HeatReport {
 /// + G (T_body - T), which ends where tissue coagulates, and B loss at the surface, + h A (T_amb -
 /// T). Where linear elements have negative conductances they stay, so linear fields stay exact. A
 /// vertex at 100 degrees then stays there until its water has boiled away; damage and char
-/// follow from the temperature (thermal/tissue_state.h).
+/// follow from the temperature (heat/tissue_state.h).
 ///
 /// Only the part takes part in which tissue is warm or heated, and some rings around it; its rim is
 /// insulated. It grows as it warms and shrinks as it cools. A step costs O(that part), whatever the

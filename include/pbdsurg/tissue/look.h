@@ -8,7 +8,7 @@
 
 namespace pbdsurg {
 
-/// Of healthy tissue; burns lie over it (thermal/tissue_color.h). Colours are sRGB in [0, 1].
+/// Of healthy tissue; burns lie over it (heat/tissue_color.h). Colours are sRGB in [0, 1].
 struct TissueLook {
   Eigen::Vector3f color{0.7F, 0.4F, 0.35F};   ///< the colour between mottles
   Eigen::Vector3f mottle{0.6F, 0.3F, 0.28F};  ///< the colour that noise mixes in

@@ -65,9 +65,9 @@ struct Frame {
   } times;             ///< of this step
 
   /// Whether positions are finite and nothing was refused.
-  [[nodiscard]] bool ok() const noexcept;
+  [[nodiscard]] PBDSURG_API bool ok() const noexcept;
   /// What is not, in one sentence; empty if all is.
-  [[nodiscard]] std::string why() const;
+  [[nodiscard]] PBDSURG_API std::string why() const;
 };
 
 /// One of the copies of a world that are stepped together. Valid as long as the world is, and stays
