@@ -103,12 +103,15 @@ build_preset() {
     fail "building preset $preset failed"
 }
 
+# Benchmarks that there are sources of: a build folder may hold programs of others from before.
+benchmark_names() { sed -n 's/^ *pbdsurg_add_bench(\([a-z_]*\).*/\1/p' "$root/bench/CMakeLists.txt"; }
+
 # run_benchmarks BIN_DIR OUT_DIR [NAME]: each program NAME_bench, as NAME.json and NAME.txt: medians of
 # five repetitions, those of one program interleaved.
 run_benchmarks() {
   local bin=$1 out=$2 only=${3:-} program name count=0
-  for program in "$bin"/*_bench; do
-    name=$(basename "$program" _bench)
+  for name in $(benchmark_names); do
+    program=$bin/${name}_bench
     [[ -x $program && (-z $only || $name == "$only") ]] || continue
     say "benchmark $name"
     "$program" --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
