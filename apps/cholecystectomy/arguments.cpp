@@ -43,7 +43,7 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
                "run the scripted operation without a display (there is no other mode yet)")
       ->required();
   app.add_option("--out", arguments.out,
-                 "folder for pictures, report.json, force.csv, series.pvd: they are written to "
+                 "folder for pictures, report.json, CSV files, series.pvd: they are written to "
                  "run.part in it, and at the end replace the files that an earlier run's report "
                  "lists; other files stay, and one of a name that a run may write is refused")
       ->capture_default_str();

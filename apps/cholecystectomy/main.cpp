@@ -68,10 +68,8 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
   Course course = run_procedure(simulation, observers, arguments.time_scale);
   forces.close();
   cautery.close();
+  write_recovery(folder.part() / "recovery.csv", course.recovery);
 #ifdef PBDSURG_HAS_PICTURES
-  if (!arguments.no_pictures) {
-    draw_plots(folder.part(), forces, course.recovery);
-  }
   if (recorder && !recorder->files.empty()) {
     pictures = std::to_string(recorder->files.size()) + " pictures " +
                (arguments.out / recorder->files.front().filename()).string() + " to " +

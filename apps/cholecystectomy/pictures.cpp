@@ -10,7 +10,6 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "apps/viewer/instruments.h"
-#include "apps/viewer/plot.h"
 #include "apps/viewer/png.h"
 
 namespace cholecystectomy {
@@ -162,28 +161,6 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
   const std::filesystem::path path = directory_ / (number + name + ".png");
   write_png(path, renderer_.render(snapshot));
   files.push_back(path);
-}
-
-void draw_plots(const std::filesystem::path& directory, const ForceRecorder& forces,
-                const Recovery& recovery) {
-  Plot plot;
-  plot.title = "Force of the tissue on the instruments";
-  plot.x_label = "time [s]";
-  plot.y_label = "force [N]";
-  plot.series = {{"grasper", forces.times, forces.grasper}, {"hook", forces.times, forces.hook}};
-  write_png(directory / "force.png", plot_lines(plot));
-
-  Plot back;
-  back.title = "Recovery after release";
-  back.x_label = "time since release [ms]";
-  back.y_label = "distance from before the drag [mm]";
-  PlotSeries series{"held vertices, mean", {}, {}};
-  for (std::size_t i = 0; i < recovery.times.size(); ++i) {
-    series.x.push_back(1e3 * recovery.times[i]);
-    series.y.push_back(1e3 * recovery.distances[i]);
-  }
-  back.series.push_back(std::move(series));
-  write_png(directory / "recovery.png", plot_lines(back));
 }
 
 }  // namespace cholecystectomy

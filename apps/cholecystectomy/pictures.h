@@ -36,8 +36,4 @@ class PictureRecorder final : public Observer {
   std::vector<Eigen::Vector3f> smoke_velocities_;
 };
 
-/// Draws the tool forces over time (figure 6) and the recovery after release (figure 9).
-void draw_plots(const std::filesystem::path& directory, const ForceRecorder& forces,
-                const Recovery& recovery);
-
 }  // namespace cholecystectomy

@@ -38,9 +38,6 @@ void ForceRecorder::step(const Simulation& simulation, double) {
   };
   write("grasper", on_grasper);
   write("hook", on_hook);
-  times.push_back(simulation.time());
-  grasper.push_back(on_grasper.norm());
-  hook.push_back(on_hook.norm());
 }
 
 void ForceRecorder::moment(const Simulation&, const std::string&) {}
@@ -64,6 +61,14 @@ void CauteryRecorder::moment(const Simulation&, const std::string&) {}
 
 void CauteryRecorder::close() {
   file_.close();
+}
+
+void write_recovery(const std::filesystem::path& path, const Recovery& recovery) {
+  CsvFile file(path, "t_ms,distance_mm");
+  for (std::size_t i = 0; i < recovery.times.size(); ++i) {
+    file.stream() << 1e3 * recovery.times[i] << ',' << 1e3 * recovery.distances[i] << '\n';
+  }
+  file.close();
 }
 
 SeriesRecorder::SeriesRecorder(const std::filesystem::path& path) : series_(path) {}

@@ -40,9 +40,6 @@ class ForceRecorder final : public Observer {
   void step(const Simulation& simulation, double progress) override;
   void moment(const Simulation& simulation, const std::string& name) override;
 
-  /// Magnitudes for the plot of figure 6. [step_count] s and N
-  std::vector<double> times, grasper, hook;
-
   /// @throws pbdsurg::FileError  if not all could be written
   void close();
 
@@ -66,6 +63,10 @@ class CauteryRecorder final : public Observer {
  private:
   CsvFile file_;
 };
+
+/// Writes t_ms, since the release, and distance_mm.
+/// @throws pbdsurg::FileError  if the file cannot be opened or not all could be written
+void write_recovery(const std::filesystem::path& path, const Recovery& recovery);
 
 /// Writes series.pvd with positions, velocities, temperature, water, body and heat state at each
 /// moment.
