@@ -21,6 +21,15 @@ using testing::RefusingFollower;
 
 const ThermalProperties& kFat = tissues::fat().heat;
 
+// Links the middle of the top to a particle above it.
+// @return  that vertex of the block
+Index link_top(CauteryBlock& block) {
+  const Index corner = 4 * 81 + 4 * 9 + 4;
+  block.scene.add_particles("end", std::vector<Eigen::Vector3d>{{4e-3, 4e-3, 5e-3}}, 1e-4);
+  block.scene.add_link({corner, block.mesh.vertex_count(), 1e-3F, {}});
+  return corner;
+}
+
 }  // namespace
 
 TEST_CASE("cautery: links part when they have taken their energy, the near ones first", "[unit]") {
@@ -56,9 +65,7 @@ TEST_CASE("cautery: links part when they have taken their energy, the near ones 
 // Would catch current that does not divide by conductance.
 TEST_CASE("cautery: a link takes its share beside tissue", "[unit]") {
   CauteryBlock block;
-  const Index corner = 4 * 81 + 4 * 9 + 4;  // in the middle of the top
-  block.scene.add_particles("end", std::vector<Eigen::Vector3d>{{4e-3, 4e-3, 5e-3}}, 1e-4);
-  block.scene.add_link({corner, block.mesh.vertex_count(), 1e-3F, {}});
+  const Index corner = link_top(block);
   Solver solver(block.scene);
   const ThermalBody body{0, kFat};
   Cautery cautery(solver.tissue(), std::span(&body, 1),
@@ -76,9 +83,7 @@ TEST_CASE("cautery: a link takes its share beside tissue", "[unit]") {
 // lives because a follower refused the edit; and a link that an undo brings back for good.
 TEST_CASE("cautery: a full link takes no current, and parts when it may", "[unit]") {
   CauteryBlock block;
-  const Index corner = 4 * 81 + 4 * 9 + 4;  // in the middle of the top
-  block.scene.add_particles("end", std::vector<Eigen::Vector3d>{{4e-3, 4e-3, 5e-3}}, 1e-4);
-  block.scene.add_link({corner, block.mesh.vertex_count(), 1e-3F, {}});
+  const Index corner = link_top(block);
   Solver solver(block.scene);
   const ThermalBody body{0, kFat};
   Cautery cautery(solver.tissue(), std::span(&body, 1),
