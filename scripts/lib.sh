@@ -122,6 +122,14 @@ run_benchmarks() {
   ((count > 0)) || fail "no benchmark was built in $bin"
 }
 
+json_string() { printf '"%s"' "$(printf '%s' "$1" | sed 's/\\/\\\\/g; s/"/\\"/g' | tr '\n\t' '  ')"; }
+
+# describe_run COMMAND: members of a JSON object.
+describe_run() {
+  printf '"command": %s, "processor": %s, "processors": %d' "$(json_string "$1")" \
+    "$(json_string "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)")" "$(nproc)"
+}
+
 # Programs that make tables, beside the benchmarks.
 table_programs=(table1 table2 table3 convergence edits figure4 figure8 neighbours replicas sizes)
 
