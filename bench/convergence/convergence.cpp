@@ -4,13 +4,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "bench/convergence/equilibrium.h"
 #include "bench/convergence/methods.h"
 #include "bench/convergence/report.h"
 #include "bench/support/program.h"
+#include "bench/support/static_energy.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -58,7 +59,7 @@ std::vector<std::string> make_notes(const Cantilever& bar,
       "against a static solution by Newton's method; time until it stays below 1 %",
       "residual in the end: the sum of the vertices' out-of-balance forces over the weight; the "
       "equilibrium itself, rounded to float, leaves " +
-          text("%.4f", BarEnergy(bar).residual(rounded_positions)),
+          text("%.4f", StaticEnergy(bar.scene).imbalance(rounded_positions) / bar.weight),
       "sweeps, small_steps, vertex_block, the same with over-relaxation of 1.7: the solver's "
       "methods on its threaded backend, "
       "projections in a nested plan; jacobi: "
@@ -73,8 +74,10 @@ void run(const Arguments& arguments) {
   const int threads = thread_count(arguments.threads);
   const Cantilever bar(arguments.quick ? std::array<Index, 3>{3, 4, 4}
                                        : std::array<Index, 3>{12, 16, 20});
-  const std::vector<Eigen::Vector3d> equilibrium = find_equilibrium(bar);
-  const double damping = 2 * lowest_frequency(bar, equilibrium);
+  const std::span<const Eigen::Vector3d> rest = bar.scene.positions();
+  const Positions equilibrium =
+      find_equilibrium(StaticEnergy(bar.scene), {rest.begin(), rest.end()});
+  const double damping = 2 * lowest_frequency(bar.scene, equilibrium);
   const std::vector<Method> methods = make_methods(bar, static_cast<float>(damping), threads);
   const double duration = arguments.quick ? kQuickDuration : kDuration;
   std::vector<Comparison> comparisons;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "bench/convergence/neo_hookean.h"
+#include "bench/support/neo_hookean.h"
 
 namespace pbdsurg::bench {
 namespace {

@@ -7,14 +7,12 @@
 
 #include "pbdsurg/base/error.h"
 
-#include "bench/convergence/equilibrium.h"
 #include "bench/support/paper_step.h"
+#include "bench/support/static_energy.h"
 #include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {
-
-using Positions = std::vector<Eigen::Vector3d>;
 
 Positions read(const Stepper& stepper) {
   Positions positions;
@@ -42,7 +40,19 @@ double step_residual(const Problem& problem, const Method& method, const Setting
     stepper->step(static_cast<float>(h));
     x = read(*stepper);
   }
-  return BarEnergy(problem.bar).step_residual(x, inertial, h);
+  const Scene& scene = problem.bar.scene;
+  const Positions elastic_and_weight = StaticEnergy(scene).forces(x);
+  double sum = 0;
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    if (!scene.is_fixed(static_cast<Index>(v))) {
+      const double mass = scene.masses()[v];
+      // the inertial position holds the weight already
+      sum += (elastic_and_weight[v] - mass * scene.gravity().cast<double>() -
+              mass / (h * h) * (x[v] - inertial[v]))
+                 .norm();
+    }
+  }
+  return sum / problem.bar.weight;
 }
 
 // One setting's trajectory, and the times of all its repetitions.
@@ -52,7 +62,7 @@ struct Trajectory {
   std::vector<Eigen::Vector3f> end;
 };
 
-void repeat(Trajectory& trajectory, const Problem& problem, const BarEnergy& energy) {
+void repeat(Trajectory& trajectory, const Problem& problem, const StaticEnergy& energy) {
   RestCurve& curve = trajectory.curve;
   const Eigen::Vector3d tip = tip_displacement(problem.bar, problem.equilibrium);
   const bool is_first = curve.points.empty();
@@ -62,7 +72,8 @@ void repeat(Trajectory& trajectory, const Problem& problem, const BarEnergy& ene
     trajectory.times[step].push_back(time_of([&] { stepper->step(problem.dt); }));
     if (is_first) {
       const Positions x = read(*stepper);
-      curve.points.push_back({(step + 1) * static_cast<double>(problem.dt), 0, energy.residual(x),
+      curve.points.push_back({(step + 1) * static_cast<double>(problem.dt), 0,
+                              energy.imbalance(x) / problem.bar.weight,
                               (tip_displacement(problem.bar, x) - tip).norm() / tip.norm()});
     }
   }
@@ -124,7 +135,7 @@ std::vector<StepCurve> measure_step(const Problem& problem, const std::vector<Me
 }
 
 std::vector<RestCurve> measure_rest(const Problem& problem, const std::vector<Method>& methods) {
-  const BarEnergy energy(problem.bar);
+  const StaticEnergy energy(problem.bar.scene);
   std::vector<Trajectory> trajectories;
   for (const Method& method : methods) {
     for (const Setting& setting : method.settings) {

@@ -54,7 +54,8 @@ struct StepCurve {
   struct Point {
     int sweeps;
     double ms;
-    double residual;  ///< of the last substep: see BarEnergy::step_residual()
+    double residual;  ///< of the last substep: what it leaves of implicit Euler's equation, over
+                      ///< the weight
   };
   const Method* method;
   std::vector<Point> points;
@@ -68,7 +69,7 @@ struct RestCurve {
   struct Point {
     double time_s;     ///< simulated
     double ms;         ///< of compute, since the start
-    double residual;   ///< see BarEnergy::residual()
+    double residual;   ///< sum of the magnitudes of the forces over the weight: one at rest shape
     double tip_error;  ///< of the free side's displacement, relative to that at equilibrium
   };
   const Method* method;

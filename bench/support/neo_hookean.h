@@ -32,6 +32,7 @@ struct NeoHookeanModuli {
 /// A tetrahedron at rest.
 struct Element {
   Tet vertices;
+  NeoHookeanModuli moduli;
   double volume;                          ///< m^3
   std::array<Eigen::Vector3d, 4> shapes;  ///< gradients of the shape functions, 1/m
 };
@@ -39,11 +40,16 @@ struct Element {
 inline std::vector<Element> make_elements(const Scene& scene) {
   const auto x = scene.positions();
   std::vector<Element> elements;
-  for (const Tet& tet : scene.tets()) {
+  std::vector<NeoHookeanModuli> moduli;  // [tet]
+  for (const Body& body : scene.bodies()) {
+    moduli.insert(moduli.end(), body.tet_count, NeoHookeanModuli(body.material));
+  }
+  for (std::size_t t = 0; t < moduli.size(); ++t) {
+    const Tet& tet = scene.tets()[t];
     Eigen::Matrix3d edges;
     edges << x[tet[1]] - x[tet[0]], x[tet[2]] - x[tet[0]], x[tet[3]] - x[tet[0]];
     const Eigen::Matrix3d inverse = edges.inverse();
-    Element element{tet, edges.determinant() / 6, {}};
+    Element element{tet, moduli[t], edges.determinant() / 6, {}};
     element.shapes[0].setZero();
     for (int i = 0; i < 3; ++i) {
       element.shapes[i + 1] = inverse.row(i).transpose();
