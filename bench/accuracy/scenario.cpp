@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/accuracy/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bench/support/paper_step.h"
+#include "bench/support/timing.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr double kSeconds = 0.04;
+constexpr double kTipShare = 0.05;  // of the vertices
+
+Scene make_scene(const TetMesh& organ, double youngs_modulus) {
+  const Scene held = make_organ_scene(organ);
+  Material tissue;
+  tissue.density = 1000;
+  tissue.model = ElasticModel::neo_hookean;
+  tissue.youngs_modulus = static_cast<float>(youngs_modulus);
+  tissue.poissons_ratio = 0.45F;
+  Scene scene;
+  scene.add_body("organ", organ, tissue);
+  scene.set_gravity({0, 0, -9.81F});
+  for (Index v = 0; v < held.vertex_count(); ++v) {
+    if (held.is_fixed(v)) {
+      scene.fix_vertices(0, {{v}});
+    }
+  }
+  return scene;
+}
+
+TetMesh moved(const TetMesh& mesh, double by) {
+  std::vector<Eigen::Vector3d> positions(mesh.positions().begin(), mesh.positions().end());
+  for (Eigen::Vector3d& x : positions) {
+    x += Eigen::Vector3d::Constant(by);
+  }
+  return {std::move(positions), {mesh.tets().begin(), mesh.tets().end()}};
+}
+
+Eigen::Vector3d mean_tip(const Scene& scene, const Positions& x) {
+  std::vector<Index> order(x.size());
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    order[v] = static_cast<Index>(v);
+  }
+  const auto count =
+      std::max<std::size_t>(1, std::lround(kTipShare * static_cast<double>(x.size())));
+  std::ranges::nth_element(order, order.begin() + static_cast<std::ptrdiff_t>(count) - 1,
+                           std::greater<>(), [&](Index v) { return scene.positions()[v].x(); });
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    sum += x[order[i]];
+  }
+  return sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+Scenario::Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus,
+                   double away_by, double reference_substep, bool quick)
+    : name("organ of " + std::to_string(std::lround(youngs_modulus / 1000)) + " kPa"),
+      mesh(std::move(mesh_name)),
+      away(away_by),
+      scene(make_scene(moved(organ, away_by), youngs_modulus)),
+      seconds(quick ? kSeconds / 10 : kSeconds) {
+  for (const Eigen::Vector3d& x : organ.positions()) {
+    start.push_back({1.1 * x.x() + away, x.y() + away, x.z() + away});
+  }
+  reference = integrate(scene, start, seconds, reference_substep);
+}
+
+std::vector<Setting> make_settings() {
+  const auto blocks = [](int substeps, int sweeps, float over_relaxation) {
+    SolverOptions options;
+    options.method = SolverMethod::vertex_block;
+    options.substeps = substeps;
+    options.iterations = sweeps;
+    options.over_relaxation = over_relaxation;
+    return options;
+  };
+  const auto projections = [](int substeps, int sweeps) {
+    SolverOptions options;
+    options.substeps = substeps;
+    options.iterations = sweeps;
+    return options;
+  };
+  return {{"default", {}},
+          {"projections", projections(5, 1)},
+          {"projections", projections(20, 1)},
+          {"projections", projections(1, 10)},
+          {"vertex blocks", blocks(1, 2, 1.3F)},
+          {"vertex blocks", blocks(1, 5, 1)},
+          {"vertex blocks", blocks(1, 10, 1)},
+          {"vertex blocks", blocks(1, 10, 1.7F)},
+          {"vertex blocks", blocks(2, 3, 1.7F)},
+          {"vertex blocks", blocks(5, 2, 1.3F)},
+          {"vertex blocks", blocks(10, 2, 1.3F)}};
+}
+
+Accuracy measure(const Scenario& scenario, SolverOptions options, double dt) {
+  Solver solver(scenario.scene, std::move(options));
+  std::vector<Eigen::Vector3f> start;
+  for (const Eigen::Vector3d& x : scenario.start) {
+    start.push_back(x.cast<float>());
+  }
+  solver.write_positions(start);
+  solver.step(static_cast<float>(dt));  // warm, then again from the start
+  solver.write_positions(start);
+  std::vector<double> times;
+  const auto steps = static_cast<int>(std::lround(scenario.seconds / dt));
+  for (int i = 0; i < steps; ++i) {
+    times.push_back(time_of([&] { solver.step(static_cast<float>(dt)); }));
+  }
+  Motion end;
+  for (const Eigen::Vector3f& x : solver.positions()) {
+    end.x.push_back(x.cast<double>());
+  }
+  for (const Eigen::Vector3f& v : solver.velocities()) {
+    end.v.push_back(v.cast<double>());
+  }
+  double sum = 0;
+  for (std::size_t v = 0; v < end.x.size(); ++v) {
+    sum += (end.x[v] - scenario.reference.x[v]).squaredNorm();
+  }
+  const Motion begin{scenario.start, Positions(end.x.size(), Eigen::Vector3d::Zero())};
+  return {
+      median(times), 1e3 * std::sqrt(sum / static_cast<double>(end.x.size())),
+      1e3 *
+          (mean_tip(scenario.scene, end.x) - mean_tip(scenario.scene, scenario.reference.x)).norm(),
+      total_energy(scenario.scene, end) / total_energy(scenario.scene, begin)};
+}
+
+}  // namespace pbdsurg::bench

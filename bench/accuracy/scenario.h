@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// An organ that is let go from a stretch and swings under its weight, and how solvers follow it.
+
+#include <string>
+#include <vector>
+
+#include "pbdsurg/mesh/tet_mesh.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "bench/accuracy/reference.h"
+
+namespace pbdsurg::bench {
+
+struct Scenario {
+  std::string name;
+  std::string mesh;
+  double away;  ///< m, from the origin along each axis
+  Scene scene;
+  Positions start;   ///< m
+  Motion reference;  ///< in the end
+  double seconds;
+
+  /// @param youngs_modulus     Pa
+  /// @param reference_substep  s
+  /// @param quick              a tenth of the time
+  Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus, double away_by,
+           double reference_substep, bool quick);
+};
+
+/// How a solver steps.
+struct Setting {
+  const char* method;
+  SolverOptions options;
+};
+
+/// The default first.
+[[nodiscard]] std::vector<Setting> make_settings();
+
+struct Accuracy {
+  double ms;        ///< a step, the median
+  double error_mm;  ///< RMS distance of all vertices from the reference
+  double tip_mm;    ///< distance of the mean of those that were furthest from the hold
+  double energy;    ///< in the end over the start
+};
+
+/// @throws Error  if the end is not finite
+[[nodiscard]] Accuracy measure(const Scenario& scenario, SolverOptions options, double dt);
+
+}  // namespace pbdsurg::bench
