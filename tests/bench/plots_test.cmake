@@ -47,6 +47,7 @@ endfunction()
 foreach(dt 1 2 5)
   expect_picture(convergence_${dt}ms.png 1900 640)
 endforeach()
+expect_picture(accuracy_organ_of_10_kPa_table2_1_0_0.png 1900 640)
 expect_picture(table1_hollow.png 1900 640)
 if(EXISTS "${FOLDER}/figure8_pictures.csv")  # where this machine can draw
   expect_picture(figure8_hollow.png 2400 2384)
