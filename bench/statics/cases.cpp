@@ -39,7 +39,7 @@ double critical_drag(double youngs_modulus, double length) {
   return std::numbers::pi * std::sqrt(youngs_modulus / 1000) / length;
 }
 
-// Held at the top, under its weight: as long and as fine as in the README's validation.
+// Of 10 x 60 x 10 mm, held at the top, under its weight.
 Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms) {
   constexpr double kEdge = 10e-3 / 3;
   Case each;
