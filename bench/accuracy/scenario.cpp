@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
+#include "pbdsurg/base/error.h"
+
+#include "bench/support/neo_hookean.h"
 #include "bench/support/paper_step.h"
 #include "bench/support/timing.h"
 
@@ -15,20 +19,8 @@ constexpr double kSeconds = 0.04;
 constexpr double kTipShare = 0.05;  // of the vertices
 
 Scene make_scene(const TetMesh& organ, double youngs_modulus) {
-  const Scene held = make_organ_scene(organ);
-  Material tissue;
-  tissue.density = 1000;
-  tissue.model = ElasticModel::neo_hookean;
-  tissue.youngs_modulus = static_cast<float>(youngs_modulus);
-  tissue.poissons_ratio = 0.45F;
-  Scene scene;
-  scene.add_body("organ", organ, tissue);
+  Scene scene = make_organ_scene(organ, neo_hookean(youngs_modulus, 0.45));
   scene.set_gravity({0, 0, -9.81F});
-  for (Index v = 0; v < held.vertex_count(); ++v) {
-    if (held.is_fixed(v)) {
-      scene.fix_vertices(0, {{v}});
-    }
-  }
   return scene;
 }
 
@@ -38,6 +30,10 @@ TetMesh moved(const TetMesh& mesh, double by) {
     x += Eigen::Vector3d::Constant(by);
   }
   return {std::move(positions), {mesh.tets().begin(), mesh.tets().end()}};
+}
+
+Motion at_rest(const Positions& x) {
+  return {x, Positions(x.size(), Eigen::Vector3d::Zero())};
 }
 
 Eigen::Vector3d mean_tip(const Scene& scene, const Positions& x) {
@@ -69,6 +65,12 @@ Scenario::Scenario(const TetMesh& organ, std::string mesh_name, double youngs_mo
     start.push_back({1.1 * x.x() + away, x.y() + away, x.z() + away});
   }
   reference = integrate(scene, start, seconds, reference_substep);
+  const double energy = total_energy(scene, reference) / total_energy(scene, at_rest(start));
+  if (!(std::abs(energy - 1) < 0.01)) {
+    throw Error("the reference of " + name + ", " + mesh + ", ends with " + std::to_string(energy) +
+                " of its energy: substeps of " + std::to_string(reference_substep) +
+                " s are too long");
+  }
 }
 
 std::vector<Setting> make_settings() {
@@ -120,16 +122,19 @@ Accuracy measure(const Scenario& scenario, SolverOptions options, double dt) {
   for (const Eigen::Vector3f& v : solver.velocities()) {
     end.v.push_back(v.cast<double>());
   }
+  if (solver.last_report().non_finite_vertices > 0) {
+    throw Error(scenario.name + ", " + scenario.mesh + ", steps of " + std::to_string(1e3 * dt) +
+                " ms: the end is not finite");
+  }
   double sum = 0;
   for (std::size_t v = 0; v < end.x.size(); ++v) {
     sum += (end.x[v] - scenario.reference.x[v]).squaredNorm();
   }
-  const Motion begin{scenario.start, Positions(end.x.size(), Eigen::Vector3d::Zero())};
   return {
       median(times), 1e3 * std::sqrt(sum / static_cast<double>(end.x.size())),
       1e3 *
           (mean_tip(scenario.scene, end.x) - mean_tip(scenario.scene, scenario.reference.x)).norm(),
-      total_energy(scenario.scene, end) / total_energy(scenario.scene, begin)};
+      total_energy(scenario.scene, end) / total_energy(scenario.scene, at_rest(scenario.start))};
 }
 
 }  // namespace pbdsurg::bench

@@ -26,6 +26,7 @@ struct Scenario {
   /// @param youngs_modulus     Pa
   /// @param reference_substep  s
   /// @param quick              a tenth of the time
+  /// @throws Error  unless the reference keeps its energy within 1 %
   Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus, double away_by,
            double reference_substep, bool quick);
 };

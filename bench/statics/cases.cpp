@@ -9,18 +9,25 @@
 #include "pbdsurg/mesh/implicit_shape.h"
 #include "pbdsurg/mesh/tetrahedralize.h"
 
+#include "bench/support/neo_hookean.h"
 #include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {
 
-Material tissue(double youngs_modulus, double poissons_ratio) {
-  Material material;
-  material.density = 1000;
-  material.model = ElasticModel::neo_hookean;
-  material.youngs_modulus = static_cast<float>(youngs_modulus);
-  material.poissons_ratio = static_cast<float>(poissons_ratio);
-  return material;
+constexpr float kGravity = 9.81F;  // m/s^2
+
+std::string in_kilopascals(double pascals) {
+  return std::to_string(std::lround(pascals / 1000)) + " kPa";
+}
+
+// @param gravity  m/s^2, downwards along y
+Case make_case(const std::string& name, TetMesh mesh, const Material& material, float gravity) {
+  Case each;
+  each.name = name;
+  each.scene.add_body("first", std::move(mesh), material);
+  each.scene.set_gravity({0, -gravity, 0});
+  return each;
 }
 
 std::vector<Index> vertices_where(const Scene& scene,
@@ -42,10 +49,9 @@ double critical_drag(double youngs_modulus, double length) {
 // Of 10 x 60 x 10 mm, held at the top, under its weight.
 Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms) {
   constexpr double kEdge = 10e-3 / 3;
-  Case each;
-  each.name = "hanging bar, " + std::to_string(std::lround(youngs_modulus / 1000)) + " kPa";
-  each.scene.add_body("bar", testing::make_box({3, 18, 3}, kEdge), tissue(youngs_modulus, 0.45));
-  each.scene.set_gravity({0, -9.81F, 0});
+  Case each =
+      make_case("hanging bar, " + in_kilopascals(youngs_modulus),
+                testing::make_box({3, 18, 3}, kEdge), neo_hookean(youngs_modulus, 0.45), kGravity);
   const double top = 18 * kEdge;
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() > top - 0.5 * kEdge; });
   each.tip = vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
@@ -57,13 +63,11 @@ Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms) {
 // A solid ellipsoid of 100 x 30 x 60 mm, of the stiffness of a gallbladder's wall, pulled by a
 // grasp.
 Case pulled_ellipsoid() {
-  Case each;
-  each.name = "ellipsoid of 250 kPa, pulled by 20 mm";
   const ImplicitShape shape = ellipsoid_shape({0, 0, 0}, {50e-3, 15e-3, 30e-3});
   TetrahedralizeOptions options;
   options.spacing = 6e-3;
-  each.scene.add_body("ellipsoid", tetrahedralize(shape, options).mesh, tissue(250e3, 0.45));
-  each.scene.set_gravity({0, 0, 0});
+  Case each = make_case("ellipsoid of 250 kPa, pulled by 20 mm",
+                        tetrahedralize(shape, options).mesh, neo_hookean(250e3, 0.45), 0);
   each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < -40e-3; });
   each.pull =
       Pull{vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.x() > 43e-3; }),
@@ -76,11 +80,8 @@ Case pulled_ellipsoid() {
 // Half of the length more, by all vertices of an end.
 Case stretched_block(double youngs_modulus) {
   constexpr double kEdge = 5e-3;
-  Case each;
-  each.name =
-      "block of " + std::to_string(std::lround(youngs_modulus / 1000)) + " kPa, stretched by 50 %";
-  each.scene.add_body("block", testing::make_box({6, 4, 4}, kEdge), tissue(youngs_modulus, 0.45));
-  each.scene.set_gravity({0, 0, 0});
+  Case each = make_case("block of " + in_kilopascals(youngs_modulus) + ", stretched by 50 %",
+                        testing::make_box({6, 4, 4}, kEdge), neo_hookean(youngs_modulus, 0.45), 0);
   each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-6; });
   each.pull = Pull{
       vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.x() > 6 * kEdge - 1e-6; }),
@@ -92,10 +93,8 @@ Case stretched_block(double youngs_modulus) {
 
 Case ball_on_block() {
   constexpr double kEdge = 2e-3;
-  Case each;
-  each.name = "ball of 15 mm, 1 mm deep in 10 kPa";
-  each.scene.add_body("block", testing::make_box({16, 8, 16}, kEdge), tissue(10e3, 0.45));
-  each.scene.set_gravity({0, 0, 0});
+  Case each = make_case("ball of 15 mm, 1 mm deep in 10 kPa", testing::make_box({16, 8, 16}, kEdge),
+                        neo_hookean(10e3, 0.45), 0);
   each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
   const double top = 8 * kEdge;
   each.ball = Ball{15e-3, {16e-3, top + 15e-3 + 0.1e-3, 16e-3}, {0, -1.1e-3, 0}};
@@ -107,10 +106,8 @@ Case ball_on_block() {
 // Filled to the brim with what hardly changes its volume; walls and floor hold it.
 Case bath() {
   constexpr double kEdge = 5e-3;
-  Case each;
-  each.name = "bath of 5 kPa, Poisson's ratio 0.49";
-  each.scene.add_body("bath", testing::make_box({8, 8, 8}, kEdge), tissue(5e3, 0.49));
-  each.scene.set_gravity({0, -9.81F, 0});
+  Case each = make_case("bath of 5 kPa, Poisson's ratio 0.49", testing::make_box({8, 8, 8}, kEdge),
+                        neo_hookean(5e3, 0.49), kGravity);
   const double side = 8 * kEdge;
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) {
     return x.y() < 1e-6 || std::min(x.x(), x.z()) < 1e-6 || std::max(x.x(), x.z()) > side - 1e-6;
@@ -127,18 +124,17 @@ Case bath() {
 // A thousand times stiffer, hung on by links that hardly give.
 Case linked_blocks() {
   constexpr double kEdge = 5e-3;
-  Case each;
-  each.name = "5 MPa hung on 5 kPa by links of 1e-5 m/N";
-  each.scene.set_gravity({0, -9.81F, 0});
-  TetMesh upper = testing::make_box({4, 4, 4}, kEdge);
+  const TetMesh upper = testing::make_box({4, 4, 4}, kEdge);
   std::vector<Eigen::Vector3d> lower(upper.positions().begin(), upper.positions().end());
   for (Eigen::Vector3d& x : lower) {
     x.y() -= 20e-3;
   }
-  const std::vector<Tet> tets(upper.tets().begin(), upper.tets().end());
   const auto count = static_cast<Index>(lower.size());
-  each.scene.add_body("upper", std::move(upper), tissue(5e3, 0.45));
-  each.scene.add_body("lower", TetMesh(std::move(lower), tets), tissue(5e6, 0.45));
+  Case each = make_case("5 MPa hung on 5 kPa by links of 1e-5 m/N", upper, neo_hookean(5e3, 0.45),
+                        kGravity);
+  each.scene.add_body("lower",
+                      TetMesh(std::move(lower), {upper.tets().begin(), upper.tets().end()}),
+                      neo_hookean(5e6, 0.45));
   each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() > 20e-3 - 1e-6; });
   for (Index v = 0; v < count; ++v) {
     const Eigen::Vector3d& x = each.scene.positions()[v];

@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,7 +53,7 @@ struct Case {
 /// What a solver comes to.
 struct Outcome {
   double value;
-  double change;  ///< of it over the last tenth of the time, as a share
+  double change;  ///< of it from the ninth tenth of the time to the last, as a share
 };
 [[nodiscard]] Outcome measure(const Case& each, SolverOptions options, double dt, double seconds);
 

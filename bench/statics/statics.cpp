@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What tissue does at rest, against a static solution of the same mesh.
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -64,7 +64,7 @@ void run(const Arguments& arguments) {
   Json rows = Json::array();
   for (const Case& each : make_cases(arguments.quick)) {
     const double expected = expected_value(each);
-    // some times of the slowest mode, which drag leaves 2 / drag of
+    // twenty times what the slowest mode takes to fade by a factor of e
     const double seconds = std::max(0.2, 40 / each.drag);
     for (const NamedOptions& how : all_options()) {
       for (const double step_ms : each.steps_ms) {

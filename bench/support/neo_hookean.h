@@ -29,6 +29,17 @@ struct NeoHookeanModuli {
   double lambda;  ///< Pa
 };
 
+/// What bodies of the statics and of the motions are of: 1000 kg/m^3.
+/// @param youngs_modulus  Pa
+inline Material neo_hookean(double youngs_modulus, double poissons_ratio) {
+  Material material;
+  material.density = 1000;
+  material.model = ElasticModel::neo_hookean;
+  material.youngs_modulus = static_cast<float>(youngs_modulus);
+  material.poissons_ratio = static_cast<float>(poissons_ratio);
+  return material;
+}
+
 /// A tetrahedron at rest.
 struct Element {
   Tet vertices;

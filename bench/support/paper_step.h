@@ -14,10 +14,10 @@ namespace pbdsurg::bench {
 inline constexpr float kPaperTimeStep = 2e-4F;  // s
 
 /// A gallbladder whose rim is fixed.
-inline Scene make_organ_scene(const TetMesh& mesh) {
+inline Scene make_organ_scene(const TetMesh& mesh, const Material& material = {}) {
   constexpr double kRim = 3e-3;  // m
   Scene scene;
-  const Index body = scene.add_body("gallbladder", mesh);
+  const Index body = scene.add_body("gallbladder", mesh, material);
   const double end = bounding_box(mesh).min().x() + kRim;
   scene.fix_where(body, [&](const Eigen::Vector3d& x) { return x.x() < end; });
   return scene;

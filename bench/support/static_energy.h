@@ -26,8 +26,8 @@ class StaticEnergy {
   /// From now on these stay where positions have them, as fixed ones do.
   void hold(std::span<const Index> vertices);
 
-  /// A rigid sphere without friction that vertices do not enter, but for a ten thousandth of the
-  /// depth that their stiffness alone would leave.
+  /// A sphere without friction that pushes vertices out, by a penalty ten thousand times as stiff
+  /// as the tissue at a vertex.
   void press(const Eigen::Vector3d& center, double radius);
 
   /// J, without the constant of the rest state.
