@@ -15,19 +15,9 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&code_architecture,
-          &advance,
-          &find_contacts,
-          &project,
-          &project_attachments,
-          &project_contacts,
-          &advance_falling,
-          &prepare_vertices,
-          &solve_vertices,
-          &prepare_cluster,
-          &sweep_cluster,
-          &collect_forces,
-          &report};
+  return {&code_architecture,   &advance,          &find_contacts,    &project,
+          &project_attachments, &project_contacts, &prepare_vertices, &solve_vertices,
+          &prepare_cluster,     &sweep_cluster,    &collect_forces,   &report};
 }
 
 }  // namespace

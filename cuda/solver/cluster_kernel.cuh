@@ -22,6 +22,7 @@
 #include "cuda/solver/vertex_kernels.cuh"
 #include "lib/device/cluster_layout.h"
 #include "lib/device/cluster_shapes.h"
+#include "lib/solver/methods/displacement.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -35,7 +36,7 @@ static_assert(std::size(kClusterShapes) == 5, "each kind has a case in sweep_by_
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {
-  std::uint32_t slots, starts, stages, rounds, arrived, fetched;
+  std::uint32_t slots, bases, carries, stages, rounds, arrived, fetched;
   std::uint32_t stage_bytes;
 };
 
@@ -122,9 +123,9 @@ template <class Constraint, ProjectionMode kMode, bool kDamped, class LoadNext>
 __device__ void project_round(const ClusterMemory& memory, const RoundWork& work,
                               const Substep<float>& substep, LoadNext load_next) {
   constexpr int kVertices = Constraint::kVertexCount;
-  constexpr bool kRemembers =
-      kMode == ProjectionMode::compliance && !std::is_same_v<Constraint, StrainLimitConstraint>;
-  Vec3<float> x[kVertices];
+  constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
+  constexpr bool kKeeps = kRemembers<Constraint, kMode>;
+  Vec3<float> moving[kVertices];
   float w[kVertices];
   std::uint32_t slots[kVertices];
 #pragma unroll
@@ -135,7 +136,7 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
 #pragma unroll
     for (int k = 0; k < kVertices; ++k) {
       const float4 p = load_slot(memory.slots + slots[k]);
-      x[k] = {p.x, p.y, p.z};
+      moving[k] = {p.x, p.y, p.z};
       w[k] = p.w;
     }
   }
@@ -151,24 +152,45 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
     float parameters[Constraint::kParameterCount];
     unpack_parameters<Constraint, kDamped>(work.head, work.words, work.stride, parameters);
     float multipliers[Constraint::kMultiplierCount] = {};
-    if (kRemembers && work.takes_multipliers) {
+    if (kKeeps && work.takes_multipliers) {
 #pragma unroll
       for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
         multipliers[m] = work.multipliers[m * work.multiplier_stride];
       }
     }
-    if constexpr (kDamped && kRemembers) {
-      Damped<float, kVertices> damping;
+    const auto load_all = [&](std::uint32_t array, Vec3<float>(&vectors)[kVertices]) {
 #pragma unroll
       for (int k = 0; k < kVertices; ++k) {
-        const float4 p = load_slot(memory.starts + slots[k]);
-        damping.start[k] = {p.x, p.y, p.z};
+        const float4 v = load_slot(array + slots[k]);
+        vectors[k] = {v.x, v.y, v.z};
       }
-      Constraint::template project<kMode>(x, w, parameters, substep, multipliers, damping);
+    };
+    Vec3<float> bases[kVertices];
+    Vec3<float> seen[kVertices];
+    if constexpr (kDisplaces) {
+      load_all(memory.bases, bases);
+      see_corners(bases, moving, seen);
     } else {
-      Constraint::template project<kMode>(x, w, parameters, substep, multipliers);
+#pragma unroll
+      for (int k = 0; k < kVertices; ++k) {
+        seen[k] = moving[k];
+      }
     }
-    if (kRemembers && work.leaves_multipliers) {
+    Moves<float, kVertices> moves;
+    if constexpr (kDamped && kKeeps) {
+      Vec3<float> roundings[kVertices];
+      load_all(memory.carries, roundings);
+      Damped<float, kVertices> damping;
+      see_corners(bases, roundings, damping.start);
+      moves = Constraint::template move<kMode>(seen, w, parameters, substep, multipliers, damping);
+    } else {
+      moves = Constraint::template move<kMode>(seen, w, parameters, substep, multipliers);
+    }
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      moving[k] = moving[k] + moves.of[k];
+    }
+    if (kKeeps && work.leaves_multipliers) {
 #pragma unroll
       for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
         work.multipliers[m * work.multiplier_stride] = multipliers[m];
@@ -178,7 +200,8 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
 #pragma unroll
   for (int k = 0; k < kVertices; ++k) {
     if (!leaves(work.head, k)) {
-      store_shared(memory.slots + slots[k], make_float4(x[k].x, x[k].y, x[k].z, w[k]));
+      store_shared(memory.slots + slots[k],
+                   make_float4(moving[k].x, moving[k].y, moving[k].z, w[k]));
     }
   }
   if (work.is_border) {
@@ -190,7 +213,7 @@ __device__ void project_round(const ClusterMemory& memory, const RoundWork& work
       const std::uint32_t phase = (target >> 16) & 0xfff;
       const std::uint32_t slot = target & 0xffff;
       send_if(goes, address_in(block, memory.slots + 16 * slot),
-              make_float4(x[k].x, x[k].y, x[k].z, w[k]),
+              make_float4(moving[k].x, moving[k].y, moving[k].z, w[k]),
               address_in(block, memory.arrived + 8 * phase));
     }
   }
@@ -282,12 +305,13 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
   cluster.multipliers += copy_index() * cluster.multiplier_count;
   extern __shared__ float4 shared[];
   constexpr int kAll = kThreads + kWarp;
-  const ClusterLayout layout(cluster, kDamped);
+  constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
+  const ClusterLayout layout(cluster, kDisplaces, kDamped);
   const std::uint32_t start = shared_address(shared);
   char* const bytes = reinterpret_cast<char*>(shared);
-  const ClusterMemory memory{start + layout.slots,  start + layout.starts,  start + layout.stages,
-                             start + layout.rounds, start + layout.arrived, start + layout.fetched,
-                             cluster.stage_bytes};
+  const ClusterMemory memory{start + layout.slots,   start + layout.bases,  start + layout.carries,
+                             start + layout.stages,  start + layout.rounds, start + layout.arrived,
+                             start + layout.fetched, cluster.stage_bytes};
   const std::uint32_t rank = block_of_cluster();
   const std::uint32_t thread = threadIdx.x;
   const ClusterBlock block = cluster.blocks[rank];
@@ -310,14 +334,18 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     publish_barriers();
   }
   wait_for_previous();
-  for (std::uint32_t slot = thread; slot < block.home_count; slot += kAll) {
-    shared[slot] = __ldcg(reinterpret_cast<const float4*>(state.particles + __ldg(places + slot)));
+  const auto bring = [&](const auto* quads, std::uint32_t array, std::uint32_t count) {
+    auto* const here = reinterpret_cast<float4*>(bytes + array);
+    for (std::uint32_t slot = thread; slot < count; slot += kAll) {
+      here[slot] = __ldcg(reinterpret_cast<const float4*>(quads + __ldg(places + slot)));
+    }
+  };
+  bring(moving_of(state), layout.slots, block.home_count);
+  if constexpr (kDisplaces) {
+    bring(state.particles, layout.bases, block.slot_count);
   }
   if constexpr (kDamped) {
-    auto* const starts = reinterpret_cast<float4*>(bytes + layout.starts);
-    for (std::uint32_t slot = thread; slot < block.slot_count; slot += kAll) {
-      starts[slot] = __ldcg(reinterpret_cast<const float4*>(state.previous + __ldg(places + slot)));
-    }
+    bring(state.carries, layout.carries, block.slot_count);
   }
   auto* const tool_counts = reinterpret_cast<std::uint32_t*>(bytes + layout.tool_counts);
   if (thread < 2) {
@@ -376,8 +404,7 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
           next_head = load_shared(next_stage + 16 * thread);
         };
         const auto limit_strain = [&] {
-          project_round<StrainLimitConstraint, ProjectionMode::fraction, false>(memory, work,
-                                                                                substep, load_next);
+          project_round<StrainLimitConstraint, kMode, kDamped>(memory, work, substep, load_next);
         };
         // No switch: it would test each round for the kinds that this kernel leaves out, too.
         const PhaseKind kind = round.kind();
@@ -412,24 +439,33 @@ __global__ void __launch_bounds__(kThreads + kWarp, 1)
     // still waited for the time before would wait for ever.
     meet(kProjectBarrier, kThreads);
     if (has_tools) {
+      const auto base_at = [&](std::uint32_t slot) {
+        Vec3<float> base{};
+        if constexpr (kDisplaces) {
+          const float4 v = load_slot(memory.bases + 16 * slot);
+          base = {v.x, v.y, v.z};
+        }
+        return base;
+      };
       for (std::uint32_t i = thread; i < tool_counts[0]; i += kThreads) {
         const float4 p = shared[held[i].x];
-        const Particle moved = pull(tools, input, sweep.substep, s == 0,
-                                    static_cast<Index>(held[i].y), {p.x, p.y, p.z, p.w});
+        const Particle moved =
+            pull(tools, input, sweep.substep, s == 0, static_cast<Index>(held[i].y),
+                 {p.x, p.y, p.z, p.w}, base_at(held[i].x));
         shared[held[i].x] = make_float4(moved.x, moved.y, moved.z, moved.w);
       }
       meet(kProjectBarrier, kThreads);
       for (std::uint32_t i = thread; i < tool_counts[1]; i += kThreads) {
         const float4 p = shared[touched[i]];
-        const Particle moved =
-            push(tools, input, __ldg(places + touched[i]), state.capacity, {p.x, p.y, p.z, p.w});
+        const Particle moved = push(tools, input, __ldg(places + touched[i]), state.capacity,
+                                    {p.x, p.y, p.z, p.w}, base_at(touched[i]));
         shared[touched[i]] = make_float4(moved.x, moved.y, moved.z, moved.w);
       }
       meet(kProjectBarrier, kThreads);
     }
   }
   for (std::uint32_t slot = thread; slot < block.home_count; slot += kThreads) {
-    *reinterpret_cast<float4*>(state.particles + __ldg(places + slot)) = shared[slot];
+    *reinterpret_cast<float4*>(moving_of(state) + __ldg(places + slot)) = shared[slot];
   }
 }
 

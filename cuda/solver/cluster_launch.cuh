@@ -43,7 +43,8 @@ struct ClusterLaunch {
     attributes[1].val.programmaticStreamSerializationAllowed = 1;
     config.gridDim = dim3(cluster.block_count, static_cast<unsigned>(how.copies));
     config.blockDim = dim3(static_cast<unsigned>(kind.thread_count + kWarp));
-    config.dynamicSmemBytes = ClusterLayout(cluster, kind.is_damped).size;
+    const bool has_displacements = kind.mode == ProjectionMode::compliance;
+    config.dynamicSmemBytes = ClusterLayout(cluster, has_displacements, kind.is_damped).size;
     config.stream = how.stream;
     config.attrs = attributes;
     config.numAttrs = how.overlaps ? 2 : 1;

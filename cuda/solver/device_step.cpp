@@ -15,15 +15,15 @@ class Enqueuer {
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
-      case StepOperation::predict: {
+      case StepOperation::predict_positions:
+      case StepOperation::predict_displacements: {
         Launch launch = launch_;
         launch.overlaps = launch_.overlaps && substep > 0;  // the first follows what is no kernel
         advance(substep > 0, true, launch);
         break;
       }
-      case StepOperation::extrapolate:
-      case StepOperation::measure_fall:
       case StepOperation::update_velocities:
+      case StepOperation::settle:
         break;  // see advance()
       case StepOperation::clear_multipliers:
         break;  // the first sweep reads none
@@ -59,10 +59,7 @@ class Enqueuer {
  private:
   // What ends a substep and what begins the next: all that each vertex does for itself.
   void advance(bool ends, bool begins, const Launch& launch) {
-    const DeviceState& state = step_.arrays.state;
-    const auto kernel =
-        state.falling != nullptr ? step_.kernels->advance_falling : step_.kernels->advance;
-    kernel(state, step_.arrays.input, ends, begins, launch);
+    step_.kernels->advance(step_.arrays.state, step_.arrays.input, ends, begins, launch);
   }
 
   const DeviceStep& step_;

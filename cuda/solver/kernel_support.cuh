@@ -53,11 +53,13 @@ __device__ inline Index vertex_count(const StepInput* input) {
 __device__ inline DeviceState of_copy(DeviceState state) {
   const std::size_t first = copy_index() * static_cast<std::size_t>(state.capacity);
   state.particles += first;
-  state.previous += first;
   state.velocities += first;
-  if (state.falling != nullptr) {
-    state.falling += first;
-    state.flights += first;
+  if (state.displacements == nullptr) {
+    state.previous += first;
+  } else {
+    state.displacements += first;
+    state.carries += first;
+    state.flights += state.flights == nullptr ? 0 : first;
   }
   return state;
 }
@@ -86,6 +88,19 @@ __device__ inline void store_particle(Particle* particle, const Vec3<float>& x, 
 }
 __device__ inline Vec3<float> position_of(const Particle& p) {
   return {p.x, p.y, p.z};
+}
+__device__ inline Carry load_carry(const Carry* carry) {
+  const float4 c = __ldcg(reinterpret_cast<const float4*>(carry));
+  return {c.x, c.y, c.z, c.w};
+}
+
+/// What moves in a substep, as in MovingVertices.
+__host__ __device__ inline Particle* moving_of(const DeviceState& state) {
+  return state.displacements == nullptr ? state.particles : state.displacements;
+}
+__device__ inline Vec3<float> base_of(const DeviceState& state, Index place) {
+  return state.displacements == nullptr ? Vec3<float>{}
+                                        : position_of(load_particle(state.particles + place));
 }
 
 __device__ inline bool is_finite(float value) {

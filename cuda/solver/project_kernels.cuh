@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "cuda/solver/kernel_support.cuh"
+#include "lib/solver/methods/displacement.h"
 #include "lib/solver/sets/constraint_kinds.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -17,8 +18,9 @@ constexpr int kSerialThreads = 256;  // of the one block of a serial stage
 
 /// What projections read and write beside their records.
 struct Surroundings {
-  Particle* particles;
-  const Particle* previous;
+  Particle* moving;       ///< positions in fraction mode, else displacements
+  const Particle* bases;  ///< in compliance mode, from where these count
+  const Carry* carries;   ///< likewise
   const StepInput* input;
   float* multipliers;       ///< [Constraint::kMultiplierCount][multiplier_stride]
   Index multiplier_stride;  ///< how many records of this kind there are
@@ -30,8 +32,9 @@ struct Surroundings {
 
 __device__ inline Surroundings of_copy(Surroundings around) {
   const std::size_t first = copy_index() * static_cast<std::size_t>(around.place_count);
-  around.particles += first;
-  around.previous += first;
+  around.moving += first;
+  around.bases += first;
+  around.carries += first;
   around.multipliers += copy_index() * around.multiplier_count;
   return around;
 }
@@ -68,62 +71,85 @@ struct Source<DistanceConstraint> {
 };
 
 /// The vertices of a constraint on their way through registers.
-template <int kVertices>
+template <int kVertices, ProjectionMode kMode, bool kDamped>
 struct Corners {
-  Vec3<float> x[kVertices];
+  static constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
+
+  Vec3<float> moving[kVertices];
+  Vec3<float> bases[kVertices];      ///< in compliance mode
+  Vec3<float> roundings[kVertices];  ///< where there is damping
   float w[kVertices];
 
-  __device__ void load(const Particle* particles, const Index (&places)[kVertices]) {
+  __device__ void load(const Surroundings& around, const Index (&places)[kVertices]) {
 #pragma unroll
     for (int k = 0; k < kVertices; ++k) {
-      const Particle p = load_particle(particles + places[k]);
-      x[k] = position_of(p);
+      const Particle p = load_particle(around.moving + places[k]);
+      moving[k] = position_of(p);
       w[k] = p.w;
+      if constexpr (kDisplaces) {
+        bases[k] = position_of(load_particle(around.bases + places[k]));
+      }
+      if constexpr (kDamped) {
+        const Carry carry = load_carry(around.carries + places[k]);
+        roundings[k] = {carry.x, carry.y, carry.z};
+      }
     }
   }
-  __device__ void store(Particle* particles, const Index (&places)[kVertices]) const {
+  __device__ void store(const Surroundings& around, const Index (&places)[kVertices]) const {
 #pragma unroll
     for (int k = 0; k < kVertices; ++k) {
-      store_particle(particles + places[k], x[k], w[k]);
+      store_particle(around.moving + places[k], moving[k], w[k]);
+    }
+  }
+
+  template <class Constraint>
+  __device__ void project(const float (&parameters)[Constraint::kParameterCount],
+                          const Substep<float>& substep,
+                          float (&multipliers)[Constraint::kMultiplierCount]) {
+    Vec3<float> seen[kVertices];
+    if constexpr (kDisplaces) {
+      see_corners(bases, moving, seen);
+    } else {
+#pragma unroll
+      for (int k = 0; k < kVertices; ++k) {
+        seen[k] = moving[k];
+      }
+    }
+    Moves<float, kVertices> moves;
+    if constexpr (kDamped) {
+      Damped<float, kVertices> damping;
+      see_corners(bases, roundings, damping.start);
+      moves = Constraint::template move<kMode>(seen, w, parameters, substep, multipliers, damping);
+    } else {
+      moves = Constraint::template move<kMode>(seen, w, parameters, substep, multipliers);
+    }
+#pragma unroll
+    for (int k = 0; k < kVertices; ++k) {
+      moving[k] = moving[k] + moves.of[k];
     }
   }
 };
-
-template <int kVertices>
-__device__ Damped<float, kVertices> load_start(const Particle* previous,
-                                               const Index (&places)[kVertices]) {
-  Damped<float, kVertices> damping;
-#pragma unroll
-  for (int k = 0; k < kVertices; ++k) {
-    damping.start[k] = position_of(load_particle(previous + places[k]));
-  }
-  return damping;
-}
 
 template <class Records, ProjectionMode kMode, bool kDamped>
 __device__ void project(const Records& source, const Record<typename Records::Constraint>& record,
                         Index i, const Surroundings& around) {
   using Constraint = typename Records::Constraint;
-  Corners<Constraint::kVertexCount> corners;
-  corners.load(around.particles, record.places);
+  Corners<Constraint::kVertexCount, kMode, kDamped> corners;
+  corners.load(around, record.places);
   float parameters[Constraint::kParameterCount];
   source.template parameters<kDamped>(record, i, parameters);
   const Substep<float> substep = around.input->substep;
   float multipliers[Constraint::kMultiplierCount] = {};
-  if (kMode == ProjectionMode::compliance && around.takes_multipliers) {
+  constexpr bool kKeeps = kRemembers<Constraint, kMode>;
+  if (kKeeps && around.takes_multipliers) {
 #pragma unroll
     for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
       multipliers[m] = __ldcg(around.multipliers + m * around.multiplier_stride + i);
     }
   }
-  if constexpr (kDamped) {
-    Constraint::template project<kMode>(corners.x, corners.w, parameters, substep, multipliers,
-                                        load_start(around.previous, record.places));
-  } else {
-    Constraint::template project<kMode>(corners.x, corners.w, parameters, substep, multipliers);
-  }
-  corners.store(around.particles, record.places);
-  if (kMode == ProjectionMode::compliance && around.leaves_multipliers) {
+  corners.template project<Constraint>(parameters, substep, multipliers);
+  corners.store(around, record.places);
+  if (kKeeps && around.leaves_multipliers) {
 #pragma unroll
     for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
       around.multipliers[m * around.multiplier_stride + i] = multipliers[m];
@@ -168,26 +194,29 @@ __global__ void __launch_bounds__(kSerialThreads)
 /// away: threads of a warp own different edges.
 template <int kEdge, ProjectionMode kMode, bool kDamped>
 __device__ void project_edge(const JointRecord& record, const Substep<float>& substep,
-                             const Damped<float, 4>& start, Corners<4>& corners,
-                             float& multiplier) {
-  constexpr int kFirst = kTetEdgeEnds[kEdge][0];
-  constexpr int kSecond = kTetEdgeEnds[kEdge][1];
-  Vec3<float> x[2] = {corners.x[kFirst], corners.x[kSecond]};
-  const float w[2] = {corners.w[kFirst], corners.w[kSecond]};
+                             Corners<4, kMode, kDamped>& corners, float& multiplier) {
+  constexpr int kEnds[2] = {kTetEdgeEnds[kEdge][0], kTetEdgeEnds[kEdge][1]};
+  Corners<2, kMode, kDamped> ends;
+#pragma unroll
+  for (int k = 0; k < 2; ++k) {
+    ends.moving[k] = corners.moving[kEnds[k]];
+    ends.w[k] = corners.w[kEnds[k]];
+    if constexpr (kMode == ProjectionMode::compliance) {
+      ends.bases[k] = corners.bases[kEnds[k]];
+    }
+    if constexpr (kDamped) {
+      ends.roundings[k] = corners.roundings[kEnds[k]];
+    }
+  }
   float parameters[DistanceConstraint::kParameterCount];
   parameters[DistanceConstraint::kRest] = record.edge_rest[kEdge];
   parameters[DistanceConstraint::kStiffness] = record.edge_stiffness[kEdge];
   parameters[DistanceConstraint::kDamping] = record.damping;
   float multipliers[1] = {multiplier};
-  if constexpr (kDamped) {
-    const Damped<float, 2> ends{{start.start[kFirst], start.start[kSecond]}};
-    DistanceConstraint::project<kMode>(x, w, parameters, substep, multipliers, ends);
-  } else {
-    DistanceConstraint::project<kMode>(x, w, parameters, substep, multipliers);
-  }
+  ends.template project<DistanceConstraint>(parameters, substep, multipliers);
   if (record.edge_rest[kEdge] >= 0) {
-    corners.x[kFirst] = x[0];
-    corners.x[kSecond] = x[1];
+    corners.moving[kEnds[0]] = ends.moving[0];
+    corners.moving[kEnds[1]] = ends.moving[1];
   }
   multiplier = multipliers[0];
 }
@@ -206,13 +235,9 @@ __global__ void __launch_bounds__(kStageThreads)
     return;
   }
   around = of_copy(around);
-  Corners<4> corners;
-  corners.load(around.particles, record.places);
+  Corners<4, kMode, kDamped> corners;
+  corners.load(around, record.places);
   const Substep<float> substep = around.input->substep;
-  Damped<float, 4> start{};
-  if constexpr (kDamped) {
-    start = load_start(around.previous, record.places);
-  }
   float multipliers[7] = {};
   if (kMode == ProjectionMode::compliance && around.takes_multipliers) {
 #pragma unroll
@@ -220,24 +245,19 @@ __global__ void __launch_bounds__(kStageThreads)
       multipliers[m] = __ldcg(around.multipliers + m * around.multiplier_stride + i);
     }
   }
-  project_edge<0, kMode, kDamped>(record, substep, start, corners, multipliers[0]);
-  project_edge<1, kMode, kDamped>(record, substep, start, corners, multipliers[1]);
-  project_edge<2, kMode, kDamped>(record, substep, start, corners, multipliers[2]);
-  project_edge<3, kMode, kDamped>(record, substep, start, corners, multipliers[3]);
-  project_edge<4, kMode, kDamped>(record, substep, start, corners, multipliers[4]);
-  project_edge<5, kMode, kDamped>(record, substep, start, corners, multipliers[5]);
+  project_edge<0, kMode, kDamped>(record, substep, corners, multipliers[0]);
+  project_edge<1, kMode, kDamped>(record, substep, corners, multipliers[1]);
+  project_edge<2, kMode, kDamped>(record, substep, corners, multipliers[2]);
+  project_edge<3, kMode, kDamped>(record, substep, corners, multipliers[3]);
+  project_edge<4, kMode, kDamped>(record, substep, corners, multipliers[4]);
+  project_edge<5, kMode, kDamped>(record, substep, corners, multipliers[5]);
   float parameters[VolumeConstraint::kParameterCount];
   parameters[VolumeConstraint::kRest] = record.rest;
   parameters[VolumeConstraint::kStiffness] = record.stiffness;
   parameters[VolumeConstraint::kDamping] = record.damping;
   float volume_multiplier[1] = {multipliers[6]};
-  if constexpr (kDamped) {
-    VolumeConstraint::project<kMode>(corners.x, corners.w, parameters, substep, volume_multiplier,
-                                     start);
-  } else {
-    VolumeConstraint::project<kMode>(corners.x, corners.w, parameters, substep, volume_multiplier);
-  }
-  corners.store(around.particles, record.places);
+  corners.template project<VolumeConstraint>(parameters, substep, volume_multiplier);
+  corners.store(around, record.places);
   if (kMode == ProjectionMode::compliance && around.leaves_multipliers) {
     multipliers[6] = volume_multiplier[0];
 #pragma unroll
@@ -260,25 +280,22 @@ void launch_stage(const Records& source, const Stage& stage, const Index* level_
   }
 }
 
-template <class Records>
-void launch_compliant_stage(const Records& source, const Stage& stage, const Index* level_ends,
-                            const Projection& projection, const Surroundings& around,
-                            const Launch& how) {
-  if (projection.is_damped) {
-    launch_stage<Records, ProjectionMode::compliance, true>(source, stage, level_ends, around, how);
+template <class Constraint>
+void launch_stage(const Source<Constraint>& source, const Stage& stage, const Index* level_ends,
+                  const Projection& projection, const Surroundings& around, const Launch& how) {
+  using Kind = KindOf<Constraint>;
+  using Records = Source<Constraint>;
+  if (projection.mode == ProjectionMode::fraction) {
+    if constexpr (Kind::kHasFraction) {  // else the scene was refused
+      launch_stage<Records, ProjectionMode::fraction, false>(source, stage, level_ends, around,
+                                                             how);
+    }
+  } else if (Kind::kHasCompliance && projection.is_damped) {
+    launch_stage<Records, ProjectionMode::compliance, Kind::kHasCompliance>(
+        source, stage, level_ends, around, how);
   } else {
     launch_stage<Records, ProjectionMode::compliance, false>(source, stage, level_ends, around,
                                                              how);
-  }
-}
-
-template <class Records>
-void launch_stage(const Records& source, const Stage& stage, const Index* level_ends,
-                  const Projection& projection, const Surroundings& around, const Launch& how) {
-  if (projection.mode == ProjectionMode::fraction) {
-    launch_stage<Records, ProjectionMode::fraction, false>(source, stage, level_ends, around, how);
-  } else {
-    launch_compliant_stage(source, stage, level_ends, projection, around, how);
   }
 }
 
@@ -304,8 +321,9 @@ struct Launcher {
 void project(const Stage& stage, const Projection& projection, const DeviceState& state,
              const ConstraintArrays& constraints, const StepInput* input, const Launch& how) {
   const auto around = [&](float* multipliers, Index stride) {
-    return Surroundings{state.particles,
-                        state.previous,
+    return Surroundings{moving_of(state),
+                        state.particles,
+                        state.carries,
                         input,
                         multipliers,
                         stride,
@@ -332,14 +350,7 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
     if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {
       source.damping = constraints.distance_damping;
     }
-    if constexpr (!KindOf<Constraint>::kHasCompliance) {  // alike in all modes
-      launch_stage<Source<Constraint>, ProjectionMode::fraction, false>(
-          source, stage, constraints.level_ends, there, how);
-    } else if constexpr (!KindOf<Constraint>::kHasFraction) {
-      launch_compliant_stage(source, stage, constraints.level_ends, projection, there, how);
-    } else {
-      launch_stage(source, stage, constraints.level_ends, projection, there, how);
-    }
+    launch_stage(source, stage, constraints.level_ends, projection, there, how);
   });
 }
 

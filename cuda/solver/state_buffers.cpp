@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/room_to_grow.h"
 
 namespace pbdsurg::cuda {
@@ -13,24 +14,26 @@ namespace {
 
 constexpr std::size_t kLeastMotionRoom = 1024;
 
-bool has_falling(const SolverState& solver) {  // also while there is no vertex
-  return solver.options.method == SolverMethod::vertex_block;
-}
-
 }  // namespace
 
-DeviceState StateBuffers::Arrays::reserve(Index copy_count, std::size_t capacity, bool falls) {
-  const std::size_t all = static_cast<std::size_t>(copy_count) * capacity;
-  const std::size_t falling_count = falls ? all : 0;
-  return {particles.reserve(all),         previous.reserve(all),
-          velocities.reserve(all),        vertex_of_place.reserve(capacity),
-          falling.reserve(falling_count), flights.reserve(falling_count),
+// Whether there are pointers depends on options alone: also while there is no vertex.
+DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t capacity) {
+  const std::size_t all = static_cast<std::size_t>(solver.copy_count()) * capacity;
+  const bool displaces = has_displacements(solver.options);
+  const bool has_flights = solver.options.method == SolverMethod::vertex_block;
+  return {particles.reserve(all),
+          velocities.reserve(all),
+          vertex_of_place.reserve(capacity),
+          displaces ? nullptr : previous.reserve(all),
+          displaces ? displacements.reserve(all) : nullptr,
+          displaces ? carries.reserve(all) : nullptr,
+          has_flights ? flights.reserve(all) : nullptr,
           static_cast<Index>(capacity)};
 }
 
 StateBuffers::StateBuffers(const SolverState& solver) : copy_count_(solver.copy_count()) {
   const auto spare = static_cast<std::size_t>(solver.options.spare.vertices);
-  arrays_ = buffers_.reserve(copy_count_, solver.particles.size() + spare, has_falling(solver));
+  arrays_ = buffers_.reserve(solver, solver.particles.size() + spare);
   reserve_motion(kLeastMotionRoom);
 }
 
@@ -39,8 +42,7 @@ void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
     return;
   }
   Arrays larger;
-  const DeviceState now =
-      larger.reserve(copy_count_, room_to_grow(solver.particles.size()), has_falling(solver));
+  const DeviceState now = larger.reserve(solver, room_to_grow(solver.particles.size()));
   const auto keep = [&](auto* to, const auto* from, Index copies) {  // scratch starts anew
     if (from != nullptr && count_ > 0) {
       const auto pitch = [](const DeviceState& state) {
@@ -53,7 +55,7 @@ void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
   };
   keep(now.particles, arrays_.particles, copy_count_);
   keep(now.velocities, arrays_.velocities, copy_count_);
-  keep(now.falling, arrays_.falling, copy_count_);
+  keep(now.carries, arrays_.carries, copy_count_);
   keep(now.vertex_of_place, arrays_.vertex_of_place, 1);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the smaller go
   buffers_ = std::move(larger);
@@ -87,9 +89,9 @@ void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t strea
                                      count * sizeof(Particle), cudaMemcpyHostToDevice, stream));
   PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.velocities + start(copy), state.velocities.data(),
                                      count * sizeof(Velocity), cudaMemcpyHostToDevice, stream));
-  if (arrays_.falling != nullptr) {
-    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.falling + start(copy), state.falling.data(),
-                                       count * sizeof(float), cudaMemcpyHostToDevice, stream));
+  if (arrays_.carries != nullptr) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.carries + start(copy), state.carries.data(),
+                                       count * sizeof(Carry), cudaMemcpyHostToDevice, stream));
   }
 }
 
@@ -106,7 +108,7 @@ void StateBuffers::upload_moved(const SolverState& solver, cudaStream_t stream) 
     for (const Index v : vertices) {
       const Index place = solver.place_of_vertex[v];
       *moved++ = {state.particles[place], state.velocities[place],
-                  state.falling.empty() ? 0.0F : state.falling[place], place, v};
+                  state.carries.empty() ? Carry{} : state.carries[place], place, v};
     }
   }
   write_vertices(arrays_, copy_count_, moved_.get(), static_cast<Index>(vertices.size()), stream);
@@ -123,9 +125,9 @@ void StateBuffers::fetch(SolverState& solver, Index copy, cudaStream_t stream) {
                                      count * sizeof(Particle), cudaMemcpyDeviceToHost, stream));
   PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.velocities.data(), arrays_.velocities + start(copy),
                                      count * sizeof(Velocity), cudaMemcpyDeviceToHost, stream));
-  if (arrays_.falling != nullptr) {
-    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.falling.data(), arrays_.falling + start(copy),
-                                       count * sizeof(float), cudaMemcpyDeviceToHost, stream));
+  if (arrays_.carries != nullptr) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.carries.data(), arrays_.carries + start(copy),
+                                       count * sizeof(Carry), cudaMemcpyDeviceToHost, stream));
   }
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t place = 0; place < count; ++place) {
@@ -168,9 +170,10 @@ void StateBuffers::collect_motion(Index copy, std::span<VertexMotion> out, cudaS
 
 std::size_t StateBuffers::memory_bytes() const noexcept {
   return buffers_.particles.memory_bytes() + buffers_.previous.memory_bytes() +
-         buffers_.flights.memory_bytes() + buffers_.velocities.memory_bytes() +
-         buffers_.falling.memory_bytes() + buffers_.vertex_of_place.memory_bytes() +
-         read_places_.memory_bytes() + asked_places_.memory_bytes();
+         buffers_.displacements.memory_bytes() + buffers_.flights.memory_bytes() +
+         buffers_.velocities.memory_bytes() + buffers_.carries.memory_bytes() +
+         buffers_.vertex_of_place.memory_bytes() + read_places_.memory_bytes() +
+         asked_places_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -31,7 +31,7 @@ class StateBuffers {
   /// under way. Cost: of copies O(vertex_count) each, else proportional to those moved.
   void take_over(const SolverState& solver, cudaStream_t stream);
 
-  /// Copies positions, velocities and `falling` of a copy to the host, whose inverse masses stay:
+  /// Copies positions, velocities and carries of a copy to the host, whose inverse masses stay:
   /// of places taken over that are still there. Waits.
   void fetch(SolverState& solver, Index copy, cudaStream_t stream);
 
@@ -53,13 +53,12 @@ class StateBuffers {
  private:
   /// [copy][capacity]
   struct Arrays {
-    DeviceBuffer<Particle> particles, previous, flights;
+    DeviceBuffer<Particle> particles, previous, displacements, flights;
     DeviceBuffer<Velocity> velocities;
-    DeviceBuffer<float> falling;
+    DeviceBuffer<Carry> carries;
     DeviceBuffer<Index> vertex_of_place;  // [capacity]
 
-    /// @param falls  by the vertex-block method
-    DeviceState reserve(Index copy_count, std::size_t capacity, bool falls);
+    DeviceState reserve(const SolverState& solver, std::size_t capacity);
   };
 
   void upload(const CopyState& state, Index copy, cudaStream_t stream);

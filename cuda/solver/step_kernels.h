@@ -49,7 +49,7 @@ struct StepKernels {
   /// What the code that the current device runs was compiled for, 90 of compute capability 9.0.
   int (*code_architecture)();
 
-  /// Ends a substep with velocities, begins one with a prediction, or both.
+  /// Ends a substep, begins one with a prediction, or both.
   void (*advance)(const DeviceState&, const StepInput*, bool ends, bool begins, const Launch&);
 
   /// Finds the contacts of a substep, at most the contact capacity a tool.
@@ -63,11 +63,6 @@ struct StepKernels {
   void (*project_attachments)(const DeviceState&, const ToolArrays&, StepInput*, Index substep,
                               bool is_first, const Launch&);
   void (*project_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
-
-  /// As advance(), for the vertex-block method: also finds out how vertices fall, and where sweeps
-  /// start.
-  void (*advance_falling)(const DeviceState&, const StepInput*, bool ends, bool begins,
-                          const Launch&);
 
   /// Before the sweeps of a substep: damping, and what tools touch and hold, if there are any.
   void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,

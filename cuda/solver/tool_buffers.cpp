@@ -12,7 +12,7 @@
 #include "pbdsurg/cuda/device.h"
 
 #include "lib/solver/methods/contact_stage.h"
-#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
 namespace pbdsurg::cuda {
@@ -152,13 +152,9 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   const int substeps = data.options.substeps;
   const float h = dt / static_cast<float>(substeps);
   StepInput header{};
-  header.h = h;
-  header.keep = 1 / (1 + data.options.damping * h);
-  header.kick = h * load(data.gravity);
+  header.motion = free_motion(data, h);
   header.substep = {1 / h, 1 / (h * h)};
   header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
-  header.fall = way_of_fall(data, header.substep);
-  header.gravity_per_square = gravity_per_square(data);
   header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());

@@ -86,8 +86,8 @@ __global__ void __launch_bounds__(kToolThreads)
   input += copy_index();
   const Index place = thread_index();
   const bool is_vertex = place < count;
-  const Particle p = is_vertex ? load_particle(state.particles + place) : Particle{0, 0, 0, 0};
-  const Vec3<float> x = position_of(p);
+  const Particle p = is_vertex ? load_particle(moving_of(state) + place) : Particle{0, 0, 0, 0};
+  const Vec3<float> x = is_vertex ? base_of(state, place) + position_of(p) : Vec3<float>{};
   const PusherInput* const pushers =
       table<PusherInput>(input, input->pushers) + of_pusher(substep, input->pusher_count);
   const PlacedCapsule* const capsules =
@@ -126,8 +126,11 @@ void find_contacts(const DeviceState& state, const ToolArrays& tools, StepInput*
 /// All that hold a vertex, one after another.
 /// @param h         of the vertices held
 /// @param is_first  of the sweeps of a substep
+/// @param p         that moves
+/// @param base      m, from where it counts
 __device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index substep,
-                                bool is_first, Index h, const Particle& p) {
+                                bool is_first, Index h, const Particle& p,
+                                const Vec3<float>& base) {
   const AttachmentInput* const attachments = table<AttachmentInput>(input, input->attachments) +
                                              of_pusher(substep, input->attachment_count);
   const Index* const order = table<Index>(input, input->held_order);
@@ -141,7 +144,7 @@ __device__ inline Particle pull(const ToolArrays& tools, StepInput* input, Index
       multiplier = tools.attachment_multipliers[a];
     }
     AttachmentConstraint::project<ProjectionMode::compliance>(
-        x, p.w, attachment.target, attachment.compliance * input->substep.inverse_dt_squared,
+        x, p.w, attachment.target - base, attachment.compliance * input->substep.inverse_dt_squared,
         multiplier);
     tools.attachment_multipliers[a] = multiplier;
   }
@@ -155,8 +158,10 @@ __global__ void __launch_bounds__(kToolThreads)
   tools = of_copy(tools, state.capacity);
   input += copy_index();
   for (Index h = thread_index(); h < input->held_count; h += thread_count()) {
-    Particle* const p = state.particles + table<HeldInput>(input, input->held)[h].place;
-    const Particle moved = pull(tools, input, substep, is_first, h, load_particle(p));
+    const Index place = table<HeldInput>(input, input->held)[h].place;
+    Particle* const p = moving_of(state) + place;
+    const Particle moved =
+        pull(tools, input, substep, is_first, h, load_particle(p), base_of(state, place));
     store_particle(p, position_of(moved), moved.w);
   }
 }
@@ -173,9 +178,9 @@ __device__ inline bool touches(const ToolArrays& tools, Index pusher, Index plac
   return (__ldcg(tools.touched + word) >> (place % kWarp) & 1U) != 0;
 }
 
-/// All that touch a vertex, one after another.
+/// All that touch a vertex, one after another; the last two as pull().
 __device__ inline Particle push(const ToolArrays& tools, const StepInput* input, Index place,
-                                Index place_room, Particle p) {
+                                Index place_room, Particle p, const Vec3<float>& base) {
   for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
     if (!touches(tools, pusher, place)) {
       continue;
@@ -183,7 +188,8 @@ __device__ inline Particle push(const ToolArrays& tools, const StepInput* input,
     const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
     const ContactPlane plane = tools.planes[slot];
     Vec3<float> x = position_of(p);
-    ContactConstraint::project(x, p.w, plane.normal, plane.offset, tools.contact_multipliers[slot]);
+    ContactConstraint::project(x, p.w, plane.normal, plane.offset - dot(plane.normal, base),
+                               tools.contact_multipliers[slot]);
     p = {x.x, x.y, x.z, p.w};
   }
   return p;
@@ -205,8 +211,9 @@ __global__ void __launch_bounds__(kToolThreads)
     is_touched |= touches(tools, pusher, place);
   }
   if (is_touched) {
-    Particle* const p = state.particles + place;
-    const Particle moved = push(tools, input, place, state.capacity, load_particle(p));
+    Particle* const p = moving_of(state) + place;
+    const Particle moved =
+        push(tools, input, place, state.capacity, load_particle(p), base_of(state, place));
     store_particle(p, position_of(moved), moved.w);
   }
 }

@@ -9,7 +9,6 @@
 
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tool_kernels.cuh"
-#include "cuda/solver/vertex_kernels.cuh"
 #include "lib/solver/methods/vertex_kernel.h"
 #include "lib/solver/methods/vertex_moves.h"
 
@@ -51,11 +50,21 @@ __device__ inline VertexBlock load_ranges(const VertexBlock* block) {
   return result;
 }
 
+__device__ inline Vec3<float> load_vector(const Particle* particle) {
+  return position_of(load_particle(particle));
+}
+__device__ inline Vec3<float> load_vector(const Carry* carry) {
+  const Carry c = load_carry(carry);
+  return {c.x, c.y, c.z};
+}
+
 /// One lane of a block: see LaneAccess.
 /// @tparam kRowsChange  whether kernels of the step write the numbers that this loads
-template <bool kRowsChange>
+template <bool kRowsChange, class Quad>
 struct DeviceLane {
-  const Particle* particles;
+  const Particle* bases;
+  const Quad* moving;
+  Vec3<float> own_base;
   Index lane;
 
   [[nodiscard]] __device__ float load(const float* numbers) const {
@@ -67,55 +76,10 @@ struct DeviceLane {
   }
   __device__ void store(float number, float* numbers) const { numbers[lane] = number; }
   [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
-    return position_of(load_particle(&at(particles, __ldg(corners + lane))));
+    const ParticleOffset corner = __ldg(corners + lane);
+    return (load_vector(&at(bases, corner)) - own_base) + load_vector(&at(moving, corner));
   }
 };
-
-/// As advance_vertices(), with what the host does in extrapolate_vertices() and measure_fall(). The
-/// share of falling stays in a register, too; the velocity before a substep is needed at its end.
-template <bool kEnds, bool kBegins>
-__global__ void __launch_bounds__(kVertexThreads)
-    advance_falling_vertices(DeviceState state, const StepInput* input) {
-  const Index count = vertex_count(input);
-  wait_for_previous();
-  state = of_copy(state);
-  const Index i = thread_index();
-  if (i >= count) {
-    return;
-  }
-  const Particle p = load_particle(state.particles + i);
-  const Vec3<float> x = position_of(p);
-  const float4 v = __ldcg(reinterpret_cast<const float4*>(state.velocities + i));
-  Vec3<float> velocity{v.x, v.y, v.z};
-  float falling = 0;
-  if constexpr (kEnds) {
-    const Vec3<float> previous = position_of(load_particle(state.previous + i));
-    const float inverse_dt = input->substep.inverse_dt;
-    falling = falling_of(x, previous, velocity, input->gravity_per_square, inverse_dt);
-    velocity = inverse_dt * (x - previous);
-    *reinterpret_cast<float4*>(state.velocities + i) =
-        make_float4(velocity.x, velocity.y, velocity.z, 0);
-  } else {
-    falling = __ldcg(state.falling + i);
-  }
-  if constexpr (kBegins) {
-    store_particle(state.previous + i, x, p.w);
-    const Vec3<float> flight = p.w > 0 ? x + input->h * (input->keep * velocity + input->kick) : x;
-    store_particle(state.flights + i, flight, p.w);
-    store_particle(state.particles + i, start_of(flight, p.w, falling, input->fall), p.w);
-  } else {
-    state.falling[i] = falling;
-  }
-}
-
-void advance_falling(const DeviceState& state, const StepInput* input, bool ends, bool begins,
-                     const Launch& how) {
-  auto* const kernel = !begins ? advance_falling_vertices<true, false>
-                       : ends  ? advance_falling_vertices<true, true>
-                               : advance_falling_vertices<false, true>;
-  launch(how, "launching a prediction", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
-         kernel, state, input);
-}
 
 /// What tools do at a vertex: see VertexArrays::holds.
 __device__ inline Index find_hold(const ToolArrays& tools, StepInput* input, Index place) {
@@ -166,15 +130,18 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (lane >= ranges.lane_count) {
     return;
   }
+  const ParticleOffset corner = __ldg(block->corners + lane);
   if (has_tools) {
-    vertices.holds[thread_index()] =
-        find_hold(tools, input, place_at(__ldg(block->corners + lane)));
+    vertices.holds[thread_index()] = find_hold(tools, input, place_at(corner));
   }
   if (ranges.is_damped) {
     add_damping(
         DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
                    vertices.damped_springs, vertices.damped_volumes, vertices.damped_hinges},
-        *block, DeviceLane<false>{state.previous, lane}, input->substep.inverse_dt);
+        *block,
+        DeviceLane<false, Carry>{state.particles, state.carries,
+                                 load_vector(&at(state.particles, corner)), lane},
+        input->substep.inverse_dt);
   }
 }
 
@@ -191,23 +158,26 @@ struct HeldVertex {
   const ToolArrays& tools;
   StepInput* input;
   Index substep, place, place_room;
-  Index hold;  ///< index of its HeldInput, or kOnlyTouched
+  Index hold;        ///< index of its HeldInput, or kOnlyTouched
+  Vec3<float> base;  ///< m, from where positions count
 
   struct Grasp {
     AttachmentInput attachment;
+    const Vec3<float>& base;
     Vec3<float>* stored;
 
-    [[nodiscard]] __device__ Vec3<float> target() const { return attachment.target; }
+    [[nodiscard]] __device__ Vec3<float> target() const { return attachment.target - base; }
     [[nodiscard]] __device__ float compliance() const { return attachment.compliance; }
     __device__ void set_multiplier(const Vec3<float>& multiplier) const { *stored = multiplier; }
   };
 
   struct Touch {
     ContactPlane plane;
+    const Vec3<float>& base;
     float* stored;
 
     [[nodiscard]] __device__ Vec3<float> normal() const { return plane.normal; }
-    [[nodiscard]] __device__ float offset() const { return plane.offset; }
+    [[nodiscard]] __device__ float offset() const { return plane.offset - dot(plane.normal, base); }
     [[nodiscard]] __device__ float multiplier() const { return *stored; }
     __device__ void set_multiplier(float multiplier) const { *stored = multiplier; }
   };
@@ -223,7 +193,7 @@ struct HeldVertex {
     const HeldInput held = load_constant(table<HeldInput>(input, input->held) + hold);
     for (Index i = held.first + held.count; i-- > held.first;) {
       const Index a = order[i];
-      visit(Grasp{load_constant(attachments + a), tools.attachment_multipliers + a});
+      visit(Grasp{load_constant(attachments + a), base, tools.attachment_multipliers + a});
     }
   }
 
@@ -232,7 +202,7 @@ struct HeldVertex {
     for (Index pusher = input->pusher_count; pusher-- > 0;) {
       if (touches(tools, pusher, place)) {
         const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
-        visit(Touch{tools.planes[slot], tools.contact_multipliers + slot});
+        visit(Touch{tools.planes[slot], base, tools.contact_multipliers + slot});
       }
     }
   }
@@ -258,16 +228,16 @@ __global__ void __launch_bounds__(kBlockThreads)
   state = of_copy(state);
   vertices = of_copy(vertices);
   input += copy_index();
-  Particle* const particle = &at(state.particles, corner);
+  Particle* const particle = &at(state.displacements, corner);
   const Particle p = load_particle(particle);
   if (!(p.w > 0)) {
     return;  // without tissue
   }
   const Vec3<float> x = position_of(p);
+  const Vec3<float> base = load_vector(&at(state.particles, corner));
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   VertexEnergy<float> start;
-  start.add_pull(inverse_dt_squared / p.w,
-                 position_of(load_particle(&at(state.flights, corner))) - x);
+  start.add_pull(inverse_dt_squared / p.w, load_vector(&at(state.flights, corner)) - x);
   [[maybe_unused]] Index hold = kInvalidIndex;
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);
@@ -276,7 +246,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   const auto solve = [&](const VertexEnergy<float>& energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
-        const HeldVertex held{tools, input, sweep.substep, place_at(corner), state.capacity, hold};
+        const HeldVertex held{tools,          input, sweep.substep, place_at(corner),
+                              state.capacity, hold,  base};
         return move_held(held, x, energy, 1 / inverse_dt_squared);
       }
     }
@@ -284,8 +255,9 @@ __global__ void __launch_bounds__(kBlockThreads)
   };
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
-  const Vec3<float> moved =
-      move_vertex(rows, block, DeviceLane<kDamped>{state.particles, lane}, x, start, solve);
+  const Vec3<float> moved = move_vertex(
+      rows, block, DeviceLane<kDamped, Particle>{state.particles, state.displacements, base, lane},
+      x, start, solve);
   store_particle(particle, moved, p.w);
 }
 

@@ -5,17 +5,26 @@
 /// Prediction and velocities: a thread a vertex.
 
 #include "cuda/solver/kernel_support.cuh"
+#include "lib/solver/methods/displacement.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr int kVertexThreads = 128;
 
+__device__ inline Vec3<float> load_velocity(const Velocity* velocity) {
+  const float4 v = __ldcg(reinterpret_cast<const float4*>(velocity));
+  return {v.x, v.y, v.z};
+}
+__device__ inline void store_velocity(Velocity* velocity, const Vec3<float>& v) {
+  *reinterpret_cast<float4*>(velocity) = make_float4(v.x, v.y, v.z, 0);
+}
+
 /// The end of one substep and the beginning of the next are one kernel: the velocity stays in a
 /// register between them.
 template <bool kEnds, bool kBegins>
 __global__ void __launch_bounds__(kVertexThreads)
-    advance_vertices(DeviceState state, const StepInput* input) {
+    advance_positions(DeviceState state, const StepInput* input) {
   const Index count = vertex_count(input);
   wait_for_previous();
   state = of_copy(state);
@@ -25,22 +34,59 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
   const Particle p = load_particle(state.particles + i);
   const Vec3<float> x = position_of(p);
+  const FreeMotion<float>& motion = input->motion;
   Vec3<float> velocity;
   if constexpr (kEnds) {
-    velocity = input->substep.inverse_dt * (x - position_of(load_particle(state.previous + i)));
+    velocity = motion.inverse_h * (x - position_of(load_particle(state.previous + i)));
   } else {
-    const float4 v = __ldcg(reinterpret_cast<const float4*>(state.velocities + i));
-    velocity = {v.x, v.y, v.z};
+    velocity = load_velocity(state.velocities + i);
   }
   if constexpr (kBegins) {
     store_particle(state.previous + i, x, p.w);
     if (p.w > 0) {
-      const Vec3<float> predicted = x + input->h * (input->keep * velocity + input->kick);
-      store_particle(state.particles + i, predicted, p.w);
+      store_particle(state.particles + i, x + motion.h * (motion.keep * velocity + motion.kick),
+                     p.w);
     }
   } else {
-    *reinterpret_cast<float4*>(state.velocities + i) =
-        make_float4(velocity.x, velocity.y, velocity.z, 0);
+    store_velocity(state.velocities + i, velocity);
+  }
+}
+
+/// Likewise of displacements: see displacement.h.
+template <bool kEnds, bool kBegins>
+__global__ void __launch_bounds__(kVertexThreads)
+    advance_displacements(DeviceState state, const StepInput* input) {
+  const Index count = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  const Index i = thread_index();
+  if (i >= count) {
+    return;
+  }
+  const Particle p = load_particle(state.particles + i);
+  const FreeMotion<float>& motion = input->motion;
+  Vec3<float> velocity = load_velocity(state.velocities + i);
+  const Carry carry = load_carry(state.carries + i);
+  Vec3<float> rounding{carry.x, carry.y, carry.z};
+  float falling = carry.falling;
+  if constexpr (kEnds) {
+    const Settled<float> end = settle(motion, position_of(p), p.w, velocity, rounding,
+                                      position_of(load_particle(state.displacements + i)));
+    velocity = end.velocity;
+    rounding = end.rounding;
+    falling = end.falling;
+    store_particle(state.particles + i, end.x, p.w);
+    store_velocity(state.velocities + i, velocity);
+    *reinterpret_cast<float4*>(state.carries + i) =
+        make_float4(rounding.x, rounding.y, rounding.z, falling);
+  }
+  if constexpr (kBegins) {
+    Vec3<float> u = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
+    if (state.flights != nullptr) {
+      store_particle(state.flights + i, u, p.w);
+      u = start_of(motion, u, p.w, falling);
+    }
+    store_particle(state.displacements + i, u, p.w);
   }
 }
 
@@ -49,16 +95,22 @@ __global__ void __launch_bounds__(kVertexThreads)
 int code_architecture() {
   cudaFuncAttributes attributes{};
   check(cudaFuncGetAttributes(&attributes,
-                              reinterpret_cast<const void*>(&advance_vertices<true, true>)),
+                              reinterpret_cast<const void*>(&advance_positions<true, true>)),
         "asking what kernels were compiled for");
   return attributes.ptxVersion;
 }
 
 void advance(const DeviceState& state, const StepInput* input, bool ends, bool begins,
              const Launch& how) {
-  auto* const kernel = !begins ? advance_vertices<true, false>
-                       : ends  ? advance_vertices<true, true>
-                               : advance_vertices<false, true>;
+  const auto choose = [&](auto* both, auto* end, auto* begin) {
+    return !begins ? end : ends ? both : begin;
+  };
+  auto* const kernel =
+      state.displacements == nullptr
+          ? choose(advance_positions<true, true>, advance_positions<true, false>,
+                   advance_positions<false, true>)
+          : choose(advance_displacements<true, true>, advance_displacements<true, false>,
+                   advance_displacements<false, true>);
   launch(how, "launching a prediction", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          kernel, state, input);
 }

@@ -47,7 +47,7 @@ __global__ void gather(DeviceState state, const Index* places, VertexMotion* out
     const std::size_t place = in_copy(state.capacity, places[i]);
     const Particle p = state.particles[place];
     out[in_copy(count, i)] = {p.x, p.y, p.z, state.velocities[place],
-                              state.falling == nullptr ? 0.0F : state.falling[place]};
+                              state.carries == nullptr ? Carry{} : state.carries[place]};
   }
 }
 
@@ -58,8 +58,8 @@ __global__ void place_vertices(DeviceState state, const MovedVertex* moved, Inde
     const std::size_t place = in_copy(state.capacity, vertex.place);
     state.particles[place] = vertex.particle;
     state.velocities[place] = vertex.velocity;
-    if (state.falling != nullptr) {
-      state.falling[place] = vertex.falling;
+    if (state.carries != nullptr) {
+      state.carries[place] = vertex.carry;
     }
     if (blockIdx.y == 0) {
       state.vertex_of_place[vertex.place] = vertex.vertex;

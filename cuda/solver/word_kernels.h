@@ -36,7 +36,7 @@ void write_words(const ArrayStarts& arrays, const WordChange* changes, Index cou
 void gather_positions(const Particle* particles, const Index* places, Vec3<float>* out, Index count,
                       cudaStream_t stream);
 
-/// Copies how vertices of all copies move at some places; `falling` is zero where there is none.
+/// Copies how vertices of all copies move at some places.
 /// @param places  [count] on the device
 /// @param out     [copy][count]
 void gather_motion(const DeviceState& state, Index copy_count, const Index* places,
@@ -46,7 +46,7 @@ void gather_motion(const DeviceState& state, Index copy_count, const Index* plac
 struct MovedVertex {
   Particle particle;
   Velocity velocity;
-  float falling;
+  Carry carry;
   Index place;
   Index vertex;  ///< of the scene
 };

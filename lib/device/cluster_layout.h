@@ -130,8 +130,9 @@ struct ClusterSweep {
 
 /// Bytes from the start of a block's shared memory.
 struct ClusterLayout {
-  std::uint32_t slots = 0;    ///< float4[slot_room] positions and inverse masses
-  std::uint32_t starts;       ///< float4[slot_room] positions at the start of the substep, damped
+  std::uint32_t slots = 0;    ///< float4[slot_room] what moves, and inverse masses
+  std::uint32_t bases;        ///< float4[slot_room] in compliance mode: from where that counts
+  std::uint32_t carries;      ///< float4[slot_room] where there is damping
   std::uint32_t stages;       ///< [kClusterStages][stage_bytes]
   std::uint32_t rounds;       ///< ClusterRound[round_room + 1] the last is the first again
   std::uint32_t arrived;      ///< barrier[phase_count + 1] completed by what arrives for a phase
@@ -142,9 +143,11 @@ struct ClusterLayout {
   std::uint32_t arrivals;     ///< uint32[phase_count + 1]
   std::uint32_t size;
 
-  PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool is_damped)
-      : starts(16 * cluster.slot_room),
-        stages(starts + (is_damped ? 16 * cluster.slot_room : 0)),
+  PBDSURG_HOST_DEVICE constexpr ClusterLayout(const ClusterArrays& cluster, bool has_displacements,
+                                              bool is_damped)
+      : bases(16 * cluster.slot_room),
+        carries(bases + (has_displacements ? 16 * cluster.slot_room : 0)),
+        stages(carries + (is_damped ? 16 * cluster.slot_room : 0)),
         rounds(stages + kClusterStages * cluster.stage_bytes),
         arrived(rounds + 16 * (cluster.round_room + 1)),
         fetched(arrived + 8 * (cluster.phase_count + 1)),

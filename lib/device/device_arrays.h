@@ -14,6 +14,7 @@
 
 #include "lib/device/records.h"
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/displacement.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 
@@ -23,13 +24,15 @@ namespace pbdsurg::cuda {
 /// kernels take the part of theirs. There is room for more vertices than there are, which
 /// StepInput::vertex_count says; what lies there is undefined.
 struct DeviceState {
-  Particle* particles;     ///< [copy][capacity]
-  Particle* previous;      ///< [copy][capacity] at the start of the substep
-  Velocity* velocities;    ///< [copy][capacity] before and after a step
+  Particle* particles;  ///< [copy][capacity]
+  Velocity*
+      velocities;  ///< [copy][capacity] before and after a step; in compliance mode, a substep
   Index* vertex_of_place;  ///< [capacity] of the scene
-  // of the vertex-block method, else null
-  float* falling;     ///< [copy][capacity] as in Snapshot
-  Particle* flights;  ///< [copy][capacity] m, where a vertex would be without its rows
+  Particle* previous;      ///< [copy][capacity] in fraction mode, else null: as in StepScratch
+  // in compliance mode, else null
+  Particle* displacements;  ///< [copy][capacity] as in StepScratch
+  Carry* carries;           ///< [copy][capacity]
+  Particle* flights;        ///< [copy][capacity] of the vertex-block method, as in StepScratch
   Index capacity;
 
   bool operator==(const DeviceState&) const = default;
@@ -154,14 +157,9 @@ struct alignas(16) HeldInput {
 /// step to step without a kernel being launched another way. What has nothing to do with tools is
 /// alike in all copies.
 struct alignas(16) StepInput {
-  float h;                     ///< s, of a substep
-  float keep;                  ///< share of the velocity that drag leaves
-  Vec3<float> kick;            ///< m/s, of the external force
+  FreeMotion<float> motion;
   Substep<float> substep;      ///< lengths
   float force_per_multiplier;  ///< 1/s^2
-  // of the vertex-block method: see way_of_fall() and gravity_per_square()
-  Vec3<float> fall;                ///< m
-  Vec3<float> gravity_per_square;  ///< s^2/m
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;

@@ -37,8 +37,8 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
       const Particle& p = before.particles[old_place];
       now.particles[place] = {p.x, p.y, p.z, now.particles[place].w};
       now.velocities[place] = before.velocities[old_place];
-      if (!now.falling.empty()) {
-        now.falling[place] = before.falling[old_place];
+      if (!now.carries.empty()) {
+        now.carries[place] = before.carries[old_place];
       }
     }
     now.tools = before.tools;

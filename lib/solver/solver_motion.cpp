@@ -23,6 +23,13 @@ void check_size(const char* what, std::size_t size, std::size_t expected) {
   }
 }
 
+// Of what snapshots may leave out.
+void check_size_if_any(const char* what, std::size_t size, std::size_t expected) {
+  if (size != 0) {
+    check_size(what, size, expected);
+  }
+}
+
 void check_finite(const char* what, std::span<const Eigen::Vector3f> values) {
   for (std::size_t v = 0; v < values.size(); ++v) {
     if (!values[v].allFinite()) {
@@ -102,7 +109,7 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions, Index c
     p = {positions[v].x(), positions[v].y(), positions[v].z(), p.w};
     state.velocities[place] = {};
   }
-  std::fill(state.falling.begin(), state.falling.end(), 1.0F);
+  std::ranges::fill(state.carries, Carry{});
   state.is_state_current = true;  // whatever the backend has
   data_->changes.state[copy] = true;
 }
@@ -134,10 +141,14 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index
 Snapshot Solver::snapshot(Index copy) const {
   const CopyState& state = checked_copy(*data_, copy);
   data_->fetch_state(copy);
-  Snapshot snapshot{
-      positions(copy), velocities(copy), {}, tissue().identified_version(), state.falling};
+  Snapshot snapshot{positions(copy), velocities(copy), {}, tissue().identified_version()};
   for (const ToolState& tool : state.tools) {
     snapshot.tool_poses.push_back(tool.pose);
+  }
+  for (std::size_t v = 0; v < state.carries.size(); ++v) {
+    const Carry& carry = state.carries[data_->place_of_vertex[v]];
+    snapshot.roundings.emplace_back(carry.x, carry.y, carry.z);
+    snapshot.falling.push_back(carry.falling);
   }
   return snapshot;
 }
@@ -147,7 +158,9 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_size("the snapshot's positions", snapshot.positions.size(), state.particles.size());
   check_size("the snapshot's velocities", snapshot.velocities.size(), state.particles.size());
   check_size("the snapshot's tool poses", snapshot.tool_poses.size(), state.tools.size());
-  check_size("the snapshot's shares of gravity", snapshot.falling.size(), state.falling.size());
+  check_size_if_any("the snapshot's roundings", snapshot.roundings.size(), state.carries.size());
+  check_size_if_any("the snapshot's shares of gravity", snapshot.falling.size(),
+                    state.carries.size());
   const TissueVersion now = tissue().identified_version();
   if (snapshot.tissue.tissue != now.tissue) {
     throw InvalidArgument("the snapshot is of another tissue");
@@ -159,6 +172,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   }
   check_finite("position", snapshot.positions);
   check_finite("velocity", snapshot.velocities);
+  check_finite("rounding", snapshot.roundings);
   for (const ToolPose& pose : snapshot.tool_poses) {
     check_pose(pose);
   }
@@ -169,7 +183,14 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     }
   }
   write_positions(snapshot.positions, copy);
-  state.falling = snapshot.falling;
+  for (std::size_t v = 0; v < snapshot.roundings.size(); ++v) {
+    const Eigen::Vector3f& rounding = snapshot.roundings[v];
+    Carry& carry = state.carries[data_->place_of_vertex[v]];
+    carry = {rounding.x(), rounding.y(), rounding.z(), carry.falling};
+  }
+  for (std::size_t v = 0; v < snapshot.falling.size(); ++v) {
+    state.carries[data_->place_of_vertex[v]].falling = snapshot.falling[v];
+  }
   write_velocities(snapshot.velocities, copy);
   for (std::size_t t = 0; t < state.tools.size(); ++t) {
     ToolState& tool = state.tools[t];

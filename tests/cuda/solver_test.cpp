@@ -87,6 +87,7 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
     REQUIRE(std::ranges::equal(device.watched_positions(), serial.watched_positions()));
     if (round % 10 == 0) {
       REQUIRE(device.snapshot().falling == serial.snapshot().falling);
+      REQUIRE(device.snapshot().roundings == serial.snapshot().roundings);
     }
     for (Index tool = 0; tool < 2; ++tool) {
       REQUIRE(device.tool_force(ToolId(tool)) == serial.tool_force(ToolId(tool)));

@@ -52,35 +52,39 @@ struct HostRows {
   }
 
   /// Moves all vertices of a stage, the last first, as if no tool were there.
-  void solve(const Stage& stage, std::vector<Particle>& particles,
-             const std::vector<Particle>& flights, float relaxation) {
+  void solve(const Stage& stage, const std::vector<Particle>& bases,
+             std::vector<Particle>& displacements, const std::vector<Particle>& flights,
+             float relaxation) {
     const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data(),
                           hinges.data()};
     for (Index b = stage.first + stage.count; b-- > stage.first;) {
       for (Index lane = blocks[b].lane_count; lane-- > 0;) {
-        Particle& p = at(particles.data(), blocks[b].corners[lane]);
+        const ParticleOffset corner = blocks[b].corners[lane];
+        Particle& p = at(displacements.data(), corner);
         if (!(p.w > 0)) {
           continue;
         }
         const Vec3<float> x = load(p);
         VertexEnergy<float> start;
-        start.add_pull(kSubstep.inverse_dt_squared / p.w,
-                       load(at(flights.data(), blocks[b].corners[lane])) - x);
+        start.add_pull(kSubstep.inverse_dt_squared / p.w, load(at(flights.data(), corner)) - x);
         const auto alone = [&](const VertexEnergy<float>& energy) {
           return x + relaxation * VertexFactor<float>(energy).solve(energy.force);
         };
-        store(p, move_vertex(rows, blocks[b], LaneAccess{particles.data(), lane}, x, start, alone));
+        const LaneAccess access(bases.data(), displacements.data(), corner, lane);
+        store(p, move_vertex(rows, blocks[b], access, x, start, alone));
       }
     }
   }
 
-  void prepare(const std::vector<Particle>& previous) {
+  void prepare(const SolverData& data) {
     const DampedRows rows{blocks.data(),       springs.data(),        volumes.data(),
                           hinges.data(),       damped_springs.data(), damped_volumes.data(),
                           damped_hinges.data()};
     for (const VertexBlock& block : blocks) {
       for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
-        add_damping(rows, block, LaneAccess{previous.data(), lane}, kSubstep.inverse_dt);
+        const LaneAccess access(data.particles.data(), data.carries.data(), block.corners[lane],
+                                lane);
+        add_damping(rows, block, access, kSubstep.inverse_dt);
       }
     }
   }
@@ -135,20 +139,19 @@ bool same_bits(const std::vector<Particle>& a, const std::vector<Particle>& b) {
 
 // One substep's sweeps of vertices from a state far from rest, by the stages and serially.
 bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
-  const std::vector<Particle> start = data.particles;
   StepScratch& scratch = data.step_scratch;
   scratch.fit(data);
   const StepContext step{data, data, scratch};
-  scratch.previous = start;
   for (std::size_t v = 0; v < data.particles.size(); ++v) {
-    Particle& p = data.particles[v];
-    store(p, (v % 3 == 0 ? 1.1F : 0.97F) * load(p));
+    const Particle& p = data.particles[v];
+    const float share = v % 3 == 0 ? 0.1F : -0.03F;
+    scratch.displacements[v] = {share * p.x, share * p.y, share * p.z, p.w};
+    data.carries[v] = {1e-3F * p.z, -1e-3F * p.x, 2e-3F * p.y, 1};
   }
-  scratch.flights = data.particles;
-  const std::vector<Particle> flights = data.particles;
-  std::vector<Particle> particles = data.particles;
-  damp_rows(step, kSubstep);
-  rows.prepare(start);
+  const std::vector<Particle> flights = scratch.flights = scratch.displacements;
+  std::vector<Particle> displacements = flights;
+  damp_rows(step, kSubstep.inverse_dt);
+  rows.prepare(data);
   for (const float relaxation : {1.6F, 1.0F}) {
     const VertexState state = vertex_state(step, kSubstep, relaxation);
     for (const Phase& phase : data.plan.phases) {
@@ -158,13 +161,11 @@ bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
     }
     for (const Stage& stage : plan.stages()) {
       if (stage.kind == PhaseKind::vertex) {
-        rows.solve(stage, particles, flights, relaxation);
+        rows.solve(stage, data.particles, displacements, flights, relaxation);
       }
     }
   }
-  const bool have = same_bits(particles, data.particles) && !same_bits(particles, flights);
-  data.particles = start;
-  return have;
+  return same_bits(displacements, scratch.displacements) && !same_bits(displacements, flights);
 }
 
 }  // namespace

@@ -312,6 +312,9 @@ std::uint64_t Driver::tools(Index copy) const {
     digest.mix_all(solver_.tool_force(ToolId(tool), copy));
     digest.mix_all(snapshot.tool_poses[tool].matrix().reshaped());
   }
+  for (const Eigen::Vector3f& rounding : snapshot.roundings) {
+    digest.mix_all(rounding);
+  }
   digest.mix_all(snapshot.falling);
   digest.mix_all(solver_.watched_positions(copy));
   return digest.value();

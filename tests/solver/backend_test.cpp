@@ -78,6 +78,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
     if (round % 4 == 0) {  // with changes that the device has not heard of
       REQUIRE(device.state_hash() == serial.state_hash());
       REQUIRE(device.snapshot().falling == serial.snapshot().falling);
+      REQUIRE(device.snapshot().roundings == serial.snapshot().roundings);
     }
     const StepReport expected = serial.step(kTimeStep);
     device.start_step(kTimeStep);

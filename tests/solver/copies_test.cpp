@@ -174,7 +174,8 @@ TEST_CASE("copies: each takes the memory of its state", "[unit]") {
   const auto bytes = [](Index copies) {
     return Solver(make_block(), {.copies = copies, .executor = executor::serial()}).memory_bytes();
   };
-  constexpr std::size_t kState = 64 * (sizeof(Particle) + sizeof(Velocity));  // of 64 vertices
+  constexpr std::size_t kState =
+      64 * (sizeof(Particle) + sizeof(Velocity) + sizeof(Carry));  // of 64 vertices
   CHECK(bytes(2) == bytes(1) + kState);
   CHECK(bytes(9) == bytes(1) + 8 * kState);
 }

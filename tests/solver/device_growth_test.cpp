@@ -65,6 +65,7 @@ struct Twins {
   void require_same_state(Index copy) {
     REQUIRE(device.state_hash(copy) == serial.state_hash(copy));
     REQUIRE(device.snapshot(copy).falling == serial.snapshot(copy).falling);
+    REQUIRE(device.snapshot(copy).roundings == serial.snapshot(copy).roundings);
   }
 
   void require_same_positions(std::span<const Index> vertices, Index copy) {

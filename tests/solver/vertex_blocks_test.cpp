@@ -72,6 +72,7 @@ struct Entry {
 // [vertex_count] the energy around each vertex that has a place in some block
 std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Particle>& particles) {
   std::vector<Entry> entries(particles.size());
+  const std::vector<Particle> still(particles.size());
   const VertexRows rows = blocks.rows();
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
@@ -79,8 +80,8 @@ std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Partic
       const Index v = place_at(block.corners[lane]);
       CHECK_FALSE(entries[v].found);
       entries[v].found = true;
-      const Vec3<float> x{particles[v].x, particles[v].y, particles[v].z};
-      add_rows(rows, block, LaneAccess{particles.data(), lane}, x, entries[v].energy);
+      const LaneAccess access(particles.data(), still.data(), block.corners[lane], lane);
+      add_rows(rows, block, access, {}, entries[v].energy);
     }
   }
   return entries;
@@ -237,8 +238,9 @@ TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[pro
   for (std::size_t v = 0; v < start.size(); ++v) {
     start[v].x *= 1.02F;
   }
-  add_damping(changed.damped_rows(), changed.block_count(), start, 1e4F);
-  add_damping(made.damped_rows(), made.block_count(), start, 1e4F);
+  const std::vector<Carry> carries(start.size());
+  add_damping(changed.damped_rows(), changed.block_count(), start, carries, 1e4F);
+  add_damping(made.damped_rows(), made.block_count(), start, carries, 1e4F);
   check_equal(changed, made, sample.particles);
 }
 
@@ -268,7 +270,7 @@ TEST_CASE("vertex blocks: damping resists what has changed since the start", "[u
   const float damping = 3e-3F, inverse_dt = 1e3F;
   VertexBlocks blocks(moves, {}, {{{0, 1}, 2.0F, 0.01F, damping}}, {}, {});
   std::vector<Particle> particles{{0, 0, 0, 1}, {0.012F, 0, 0, 0}};
-  add_damping(blocks.damped_rows(), 1, particles, inverse_dt);
+  add_damping(blocks.damped_rows(), 1, particles, std::vector<Carry>(2), inverse_dt);
 
   CHECK(energies(blocks, particles)[0].energy.force.x == Approx(2 * 0.002).epsilon(1e-4));
   particles[1].x = 0.013F;

@@ -109,8 +109,11 @@ TEST_CASE("vertex method: equal runs give equal bits, and a snapshot replays", "
   Snapshot wrong = snapshot;
   wrong.falling[3] = -1;
   CHECK_THROWS_WITH(first.restore(wrong), ContainsSubstring("must be in [0, 1]"));
-  wrong.falling.clear();
+  wrong.falling.pop_back();
   CHECK_THROWS_AS(first.restore(wrong), InvalidArgument);
+  wrong = snapshot;
+  wrong.roundings[2].y() = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_WITH(first.restore(wrong), ContainsSubstring("rounding of vertex 2"));
 }
 
 // All that a step can meet: both models, damping, links, contacts, grasps, edits, a lost vertex.

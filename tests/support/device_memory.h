@@ -93,12 +93,12 @@ class DeviceRecords {
 class DeviceState {
  public:
   DeviceState() = default;
-  DeviceState(Index copy_count, std::size_t capacity, bool has_falling)
+  DeviceState(Index copy_count, std::size_t capacity, bool has_carries)
       : capacity_(capacity),
-        has_falling_(has_falling),
+        has_carries_(has_carries),
         particles_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
         velocities_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
-        falling_(copy_count * capacity, kNan) {}
+        carries_(copy_count * capacity, {kNan, kNan, kNan, kNan}) {}
 
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
 
@@ -111,12 +111,12 @@ class DeviceState {
   void take_place(Index copy, const CopyState& from, Index place) {
     particles_[at(copy, place)] = from.particles[place];
     velocities_[at(copy, place)] = from.velocities[place];
-    falling_[at(copy, place)] = has_falling_ ? from.falling[place] : 0;
+    carries_[at(copy, place)] = has_carries_ ? from.carries[place] : Carry{};
   }
   void give(Index copy, CopyState& to, std::size_t count) const {
     to.particles.resize(count);
     to.velocities.resize(count);
-    to.falling.resize(has_falling_ ? count : 0);
+    to.carries.resize(has_carries_ ? count : 0);
     for (Index place = 0; place < static_cast<Index>(count); ++place) {
       to.particles[place].w = particles_[at(copy, place)].w;
       to.set_motion(place, motion(copy, place));
@@ -132,7 +132,7 @@ class DeviceState {
 
   [[nodiscard]] VertexMotion motion(Index copy, Index place) const {
     const Particle& p = particles_[at(copy, place)];
-    return {p.x, p.y, p.z, velocities_[at(copy, place)], falling_[at(copy, place)]};
+    return {p.x, p.y, p.z, velocities_[at(copy, place)], carries_[at(copy, place)]};
   }
 
  private:
@@ -146,10 +146,10 @@ class DeviceState {
   }
 
   std::size_t capacity_ = 0;
-  bool has_falling_ = false;
+  bool has_carries_ = false;
   std::vector<Particle> particles_;
   std::vector<Velocity> velocities_;
-  std::vector<float> falling_;
+  std::vector<Carry> carries_;
 };
 
 }  // namespace pbdsurg::testing

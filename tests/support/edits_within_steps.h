@@ -111,6 +111,7 @@ void check_edits_within_steps(Solver& within, Solver& after, CheckWaiting check_
     REQUIRE(equal(within.step(kEventfulTimeStep), after.step(kEventfulTimeStep)));
     REQUIRE(within.state_hash() == after.state_hash());
     REQUIRE(within.snapshot().falling == after.snapshot().falling);
+    REQUIRE(within.snapshot().roundings == after.snapshot().roundings);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/base/executor_state.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/solver_device.h"
 #include "lib/solver/state/room_to_grow.h"
 #include "tests/support/inspect.h"
@@ -54,7 +55,7 @@ void spoil(SolverData& data) {
     CopyState& copy = data.copy(i);
     spoil_particles(copy.particles);
     std::ranges::fill(copy.velocities, Velocity{kNan, kNan, kNan, kNan});
-    std::ranges::fill(copy.falling, kNan);
+    std::ranges::fill(copy.carries, Carry{kNan, kNan, kNan, kNan});
     std::ranges::fill(copy.watched_positions, Eigen::Vector3f::Constant(kNan));
     for (ToolState& tool : copy.tools) {
       tool.force.setConstant(kNan);
@@ -68,7 +69,7 @@ FakeDevice::FakeDevice(const SolverData& data, int device)
     : number(device),
       state_(data.copy_count(),
              data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
-             data.options.method == SolverMethod::vertex_block) {
+             has_displacements(data.options)) {
   take_all(data);
 }
 
@@ -302,8 +303,7 @@ void FakeDevice::take_over_state(const SolverData& data) {
   const Changes& changes = data.changes;
   const std::size_t count = data.particles.size();
   if (count > state_.capacity()) {
-    DeviceState larger(data.copy_count(), room_to_grow(count),
-                       data.options.method == SolverMethod::vertex_block);
+    DeviceState larger(data.copy_count(), room_to_grow(count), has_displacements(data.options));
     for (Index i = 0; i < data.copy_count(); ++i) {
       state_.give(i, own_.copy(i), vertex_count_);
       larger.take(i, own_.copy(i), vertex_count_);

@@ -18,8 +18,9 @@
 
 #include "lib/device/stage_plan.h"
 #include "lib/solver/host/serial_phases.h"
+#include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/constraint_kinds.h"
-#include "lib/solver/state/load_store.h"
 #include "tests/support/eventful_program.h"
 
 namespace pbdsurg::cuda::testing {
@@ -68,14 +69,15 @@ struct HostStages {
     }
   }
 
-  void project(const Stage& stage, std::vector<Particle>& particles,
-               const std::vector<Particle>& previous, const Substep<float>& substep) {
+  /// @param carries  [place] in compliance mode
+  void project(const Stage& stage, const MovingVertices& vertices, std::span<const Carry> carries,
+               const Substep<float>& substep) {
     Index first = stage.first;
     for (Index level = 0; level < std::max<Index>(1, stage.level_count); ++level) {
       const Index end = stage.level_count == 0 ? stage.first + stage.count
                                                : records.level_ends[stage.first_level + level];
       for (Index i = end; i-- > first;) {
-        project(stage.kind, i, particles, previous, substep);
+        project(stage.kind, i, vertices, carries, substep);
       }
       first = end;
     }
@@ -95,39 +97,47 @@ struct HostStages {
   template <class Constraint, std::size_t kVertices>
   void project(const Index (&places)[kVertices],
                const float (&parameters)[Constraint::kParameterCount],
-               float (&multipliers)[Constraint::kMultiplierCount], std::vector<Particle>& particles,
-               const std::vector<Particle>& previous, const Substep<float>& substep) {
+               float (&multipliers)[Constraint::kMultiplierCount], const MovingVertices& vertices,
+               std::span<const Carry> carries, const Substep<float>& substep) {
     if (places[0] < 0) {
       return;
     }
-    Vec3<float> x[kVertices];
-    float w[kVertices];
-    Damped<float, static_cast<int>(kVertices)> damping;
-    for (std::size_t k = 0; k < kVertices; ++k) {
-      x[k] = load(particles[places[k]]);
-      w[k] = particles[places[k]].w;
-      damping.start[k] = load(previous[places[k]]);
-    }
+    constexpr int kCorners = static_cast<int>(kVertices);
     constexpr auto kCompliance = ProjectionMode::compliance;
+    Vec3<float> bases[kVertices], moving[kVertices], roundings[kVertices], seen[kVertices];
+    float w[kVertices];
+    for (std::size_t k = 0; k < kVertices; ++k) {
+      bases[k] = vertices.base(places[k]);
+      moving[k] = load(vertices.moving[places[k]]);
+      w[k] = vertices.moving[places[k]].w;
+      roundings[k] = mode == ProjectionMode::fraction ? Vec3<float>{} : load(carries[places[k]]);
+    }
+    Moves<float, kCorners> moves;
     if (mode == ProjectionMode::fraction) {
       if constexpr (KindOf<Constraint>::kHasFraction) {
-        Constraint::template project<ProjectionMode::fraction>(x, w, parameters, substep,
-                                                               multipliers);
+        moves = Constraint::template move<ProjectionMode::fraction>(moving, w, parameters, substep,
+                                                                    multipliers);
       }
-    } else if (is_damped) {
-      Constraint::template project<kCompliance>(x, w, parameters, substep, multipliers, damping);
     } else {
-      Constraint::template project<kCompliance>(x, w, parameters, substep, multipliers);
+      see_corners(bases, moving, seen);
+      if (is_damped) {
+        Damped<float, kCorners> damping;
+        see_corners(bases, roundings, damping.start);
+        moves = Constraint::template move<kCompliance>(seen, w, parameters, substep, multipliers,
+                                                       damping);
+      } else {
+        moves = Constraint::template move<kCompliance>(seen, w, parameters, substep, multipliers);
+      }
     }
     for (std::size_t k = 0; k < kVertices; ++k) {
-      store(particles[places[k]], x[k]);
+      store(vertices.moving[places[k]], moving[k] + moves.of[k]);
     }
   }
 
-  void project(PhaseKind kind, Index i, std::vector<Particle>& particles,
-               const std::vector<Particle>& previous, const Substep<float>& substep) {
+  void project(PhaseKind kind, Index i, const MovingVertices& vertices,
+               std::span<const Carry> carries, const Substep<float>& substep) {
     if (kind == PhaseKind::joint) {
-      project_joint(i, particles, previous, substep);
+      project_joint(i, vertices, carries, substep);
     }
     records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
       if (kind != KindOf<Constraint>::kPhase) {
@@ -139,12 +149,12 @@ struct HostStages {
         parameters[Constraint::kDamping] = records.distance_damping[i];
       }
       project<Constraint>(list[i].places, parameters, multipliers_of<Constraint>()[i].values,
-                          particles, previous, substep);
+                          vertices, carries, substep);
     });
   }
 
-  void project_joint(Index i, std::vector<Particle>& particles,
-                     const std::vector<Particle>& previous, const Substep<float>& substep) {
+  void project_joint(Index i, const MovingVertices& vertices, std::span<const Carry> carries,
+                     const Substep<float>& substep) {
     const JointRecord& record = records.joints[i];
     if (record.places[0] < 0) {
       return;
@@ -153,13 +163,13 @@ struct HostStages {
       if (record.edge_rest[e] >= 0) {
         const Index ends[2] = {record.places[kTetEdges[e][0]], record.places[kTetEdges[e][1]]};
         const float parameters[] = {record.edge_rest[e], record.edge_stiffness[e], record.damping};
-        project<DistanceConstraint>(ends, parameters, joints[7 * i + e].values, particles, previous,
+        project<DistanceConstraint>(ends, parameters, joints[7 * i + e].values, vertices, carries,
                                     substep);
       }
     }
     const float parameters[] = {record.rest, record.stiffness, record.damping};
-    project<VolumeConstraint>(record.places, parameters, joints[7 * i + 6].values, particles,
-                              previous, substep);
+    project<VolumeConstraint>(record.places, parameters, joints[7 * i + 6].values, vertices,
+                              carries, substep);
   }
 
   template <class... Constraints>
@@ -194,9 +204,15 @@ inline bool have_serial_bits(HostStages& stages, SolverData& data) {
   StepScratch scratch;
   scratch.fit(data);
   stages.forget();
-  const std::vector<Particle> start = data.particles;
-  scratch.previous = start;
-  std::vector<Particle> particles = start;
+  const bool displaces = has_displacements(data.options);
+  for (std::size_t place = 0; place < scratch.displacements.size(); ++place) {
+    const Particle& p = data.particles[place];
+    scratch.displacements[place] = {0.05F * p.y, 0.04F * p.z, -0.03F * p.x, p.w};
+    data.carries[place] = {1e-3F * p.z, -1e-3F * p.x, 2e-3F * p.y, 1};
+  }
+  std::vector<Particle>& moved = displaces ? scratch.displacements : data.particles;
+  const std::vector<Particle> start = moved;
+  std::vector<Particle> moving = start;
   for (int sweep = 0; sweep < 2; ++sweep) {
     for (const Phase& phase : data.plan.phases) {
       if (phase.kind != PhaseKind::attachment && phase.kind != PhaseKind::contact) {
@@ -204,14 +220,14 @@ inline bool have_serial_bits(HostStages& stages, SolverData& data) {
       }
     }
     for (const Stage& stage : stages.plan.open_stages()) {
-      stages.project(stage, particles, start, kSubstep);
+      stages.project(stage, {moving.data(), displaces ? data.particles.data() : nullptr},
+                     data.carries, kSubstep);
     }
   }
   const std::span<const Index> edge_tets = data.tissue->edge_tets();
   const bool has_tissue = std::ranges::any_of(edge_tets, [](Index count) { return count > 0; });
-  const bool have =
-      same_bits(particles, data.particles) && (!has_tissue || !same_bits(particles, start));
-  data.particles = start;
+  const bool have = same_bits(moving, moved) && (!has_tissue || !same_bits(moving, start));
+  moved = start;
   return have;
 }
 

@@ -123,7 +123,9 @@ inline std::uint64_t digest_of(const SolverData& data) {
       for (const Velocity& v : copy.velocities) {
         digest.mix_all(std::array{v.x, v.y, v.z});
       }
-      digest.mix_all(copy.falling);
+      for (const Carry& carry : copy.carries) {
+        digest.mix_all(std::array{carry.x, carry.y, carry.z, carry.falling});
+      }
     } else {  // the backend has it: what is here of it is what was read last
       for (const Particle& p : copy.particles) {
         digest.mix(p.w);

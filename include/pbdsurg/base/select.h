@@ -16,8 +16,8 @@ namespace pbdsurg {
 /// One of two numbers.
 /// @return  a where the condition holds, else b; both are computed
 template <class Scalar>
-PBDSURG_HOST_DEVICE constexpr Scalar select(bool condition, std::type_identity_t<Scalar> a,
-                                            Scalar b) {
+requires std::is_arithmetic_v<Scalar> PBDSURG_HOST_DEVICE constexpr Scalar select(
+    bool condition, std::type_identity_t<Scalar> a, Scalar b) {
   return condition ? a : b;
 }
 

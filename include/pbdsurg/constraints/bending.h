@@ -43,7 +43,7 @@
 namespace pbdsurg {
 
 /// Keeps the angle of a hinge: constraints/bending.h has the equations.
-struct BendingConstraint {
+struct BendingConstraint : InPlace<BendingConstraint> {
   static constexpr int kVertexCount = 4;      ///< vertices of one constraint
   static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
   /// What one constraint stores.
@@ -108,18 +108,20 @@ struct BendingConstraint {
              left_square, right_square}};
   }
 
-  /// One projection, in place.
+  /// One projection.
   ///
   /// @param x           m
   /// @param w           1/kg, zero for a fixed vertex
   /// @param multiplier  kg m^2, accumulated; multiplier / dt^2 is the moment of the hinge, in N m,
   ///                    where C is small
+  /// @return            m
   /// Triangles without area have no angle and stay as they are.
   template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
-  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
-                                          const Scalar (&parameters)[kParameterCount],
-                                          const Substep<Scalar>& substep, Scalar (&multiplier)[1],
-                                          [[maybe_unused]] const Damping& damping = {}) {
+  PBDSURG_HOST_DEVICE static Moves<Scalar, 4> move(const Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
+                                                   const Scalar (&parameters)[kParameterCount],
+                                                   const Substep<Scalar>& substep,
+                                                   Scalar (&multiplier)[1],
+                                                   [[maybe_unused]] const Damping& damping = {}) {
     const Turn<Scalar> c = turn(x, parameters[kRest]);
     const Vec3<Scalar>(&g)[4] = c.gradient;
     const Scalar mobility = w[0] * dot(g[0], g[0]) + w[1] * dot(g[1], g[1]) +
@@ -142,10 +144,11 @@ struct BendingConstraint {
     multiplier[0] = multiplier[0] + change;
 
     const auto has_direction = is_usable(mobility);
-    x[0] = select(has_direction, x[0] + (w[0] * change) * g[0], x[0]);
-    x[1] = select(has_direction, x[1] + (w[1] * change) * g[1], x[1]);
-    x[2] = select(has_direction, x[2] + (w[2] * change) * g[2], x[2]);
-    x[3] = select(has_direction, x[3] + (w[3] * change) * g[3], x[3]);
+    const Vec3<Scalar> none{};
+    return {{select(has_direction, (w[0] * change) * g[0], none),
+             select(has_direction, (w[1] * change) * g[1], none),
+             select(has_direction, (w[2] * change) * g[2], none),
+             select(has_direction, (w[3] * change) * g[3], none)}};
   }
 
  private:

@@ -19,7 +19,7 @@
 namespace pbdsurg {
 
 /// Keeps the length of an edge or a link: constraints/distance.h has the equations.
-struct DistanceConstraint {
+struct DistanceConstraint : InPlace<DistanceConstraint> {
   static constexpr int kVertexCount = 2;      ///< vertices of one constraint
   static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
   /// What one constraint stores.
@@ -40,17 +40,19 @@ struct DistanceConstraint {
     return select(is_usable(square), sqrt(square), square) - rest_length;
   }
 
-  /// One projection, in place.
+  /// One projection.
   ///
   /// @param x           m
   /// @param w           1/kg, zero for a fixed vertex
   /// @param multiplier  kg m, accumulated
+  /// @return            m
   /// Two vertices at one point have no direction and stay as they are.
   template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
-  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
-                                          const Scalar (&parameters)[kParameterCount],
-                                          const Substep<Scalar>& substep, Scalar (&multiplier)[1],
-                                          [[maybe_unused]] const Damping& damping = {}) {
+  PBDSURG_HOST_DEVICE static Moves<Scalar, 2> move(const Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
+                                                   const Scalar (&parameters)[kParameterCount],
+                                                   const Substep<Scalar>& substep,
+                                                   Scalar (&multiplier)[1],
+                                                   [[maybe_unused]] const Damping& damping = {}) {
     using std::sqrt;
     const Vec3<Scalar> d = x[0] - x[1];
     const Scalar length = sqrt(dot(d, d));
@@ -71,9 +73,8 @@ struct DistanceConstraint {
     }
     const auto has_direction = is_usable(length);
     multiplier[0] = multiplier[0] + select(has_direction, change, Scalar(0));
-    const Vec3<Scalar> move = select(has_direction, (change / length) * d, Vec3<Scalar>{});
-    x[0] = x[0] + w[0] * move;
-    x[1] = x[1] - w[1] * move;
+    const Vec3<Scalar> along = select(has_direction, (change / length) * d, Vec3<Scalar>{});
+    return {{w[0] * along, -w[1] * along}};
   }
 };
 

@@ -34,7 +34,7 @@
 namespace pbdsurg {
 
 /// Keeps the shape of a tetrahedron, which has moduli: constraints/neo_hookean.h has the equations.
-struct NeoHookeanConstraint {
+struct NeoHookeanConstraint : InPlace<NeoHookeanConstraint> {
   static constexpr int kVertexCount = 4;      ///< vertices of one constraint
   static constexpr int kMultiplierCount = 9;  ///< numbers that it accumulates over a substep
   /// What one constraint stores.
@@ -55,17 +55,18 @@ struct NeoHookeanConstraint {
     return cofactors(f, q) - Scalar(1);
   }
 
-  /// One projection, in place, in compliance mode.
+  /// One projection, in compliance mode.
   ///
   /// @param x           m
   /// @param w           1/kg, zero for a fixed vertex
   /// @param multiplier  impulse, column by column, as a share of mu V0 dt^2
+  /// @return            m
   template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
-  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
-                                          const Scalar (&parameters)[kParameterCount],
-                                          const Substep<Scalar>& substep,
-                                          Scalar (&multiplier)[kMultiplierCount],
-                                          [[maybe_unused]] const Damping& damping = {}) {
+  PBDSURG_HOST_DEVICE static Moves<Scalar, 4> move(const Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
+                                                   const Scalar (&parameters)[kParameterCount],
+                                                   const Substep<Scalar>& substep,
+                                                   Scalar (&multiplier)[kMultiplierCount],
+                                                   [[maybe_unused]] const Damping& damping = {}) {
     using std::sqrt;
     static_assert(kMode == ProjectionMode::compliance, "moduli have no fraction");
     Vec3<Scalar> f[3], q[3];
@@ -137,10 +138,8 @@ struct NeoHookeanConstraint {
                                    keep(is_finite, change2)};
     add(multiplier, given);
     const Vec3<Scalar> d0 = scale * given[0], d1 = scale * given[1], d2 = scale * given[2];
-    x[0] = x[0] + (c0.x * d0 + c0.y * d1 + c0.z * d2);
-    x[1] = x[1] + (c1.x * d0 + c1.y * d1 + c1.z * d2);
-    x[2] = x[2] + (c2.x * d0 + c2.y * d1 + c2.z * d2);
-    x[3] = x[3] + (c3.x * d0 + c3.y * d1 + c3.z * d2);
+    return {{c0.x * d0 + c0.y * d1 + c0.z * d2, c1.x * d0 + c1.y * d1 + c1.z * d2,
+             c2.x * d0 + c2.y * d1 + c2.z * d2, c3.x * d0 + c3.y * d1 + c3.z * d2}};
   }
 
  private:

@@ -22,7 +22,11 @@
 /// stores, kParameterCount long, and the functions
 ///
 ///     value(x, rest)                                                       C
-///     project<kMode>(x, w, parameters, substep, multipliers, damping)      one visit
+///     move<kMode>(x, w, parameters, substep, multipliers, damping)         one visit
+///
+/// The latter returns by how much each vertex moves: solvers add that to displacements, which are
+/// small and so keep more digits than positions. InPlace adds it to the positions. Only differences
+/// of positions matter, so these may be given from any origin.
 ///
 /// in which Scalar is a number or a vector register of numbers, one constraint each. So there is no
 /// branch: a constraint that has no direction, or a vertex that is not finite, moves nothing.
@@ -62,6 +66,33 @@ struct Damped {
 /// Whether a projection reads the damping parameter: its last argument is a Damped.
 template <class Damping>
 inline constexpr bool kIsDamped = !std::is_same_v<Damping, Undamped>;
+
+/// By how much one projection moves the vertices of a constraint.
+template <class Scalar, int kVertexCount>
+struct Moves {
+  Vec3<Scalar> of[std::size_t{kVertexCount}];  ///< m
+};
+
+/// A constraint that is projected in place.
+template <class Constraint>
+struct InPlace {
+  /// One projection, with the arguments of Constraint::move().
+  /// @param x  m, moved
+  template <ProjectionMode kMode, class Scalar, int kVertices, int kParameters, int kMultipliers,
+            class Damping = Undamped>
+  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[kVertices],
+                                          const Scalar (&w)[kVertices],
+                                          const Scalar (&parameters)[kParameters],
+                                          const Substep<Scalar>& substep,
+                                          Scalar (&multipliers)[kMultipliers],
+                                          const Damping& damping = {}) {
+    const Moves<Scalar, kVertices> moves =
+        Constraint::template move<kMode>(x, w, parameters, substep, multipliers, damping);
+    for (int k = 0; k < kVertices; ++k) {
+      x[k] = x[k] + moves.of[k];
+    }
+  }
+};
 
 /// A constant and no function: devices cannot call the standard library's.
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();

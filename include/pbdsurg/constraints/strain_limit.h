@@ -20,7 +20,7 @@
 namespace pbdsurg {
 
 /// Keeps an edge from getting longer than a limit: constraints/strain_limit.h has the equations.
-struct StrainLimitConstraint {
+struct StrainLimitConstraint : InPlace<StrainLimitConstraint> {
   static constexpr int kVertexCount = 2;      ///< vertices of one constraint
   static constexpr int kMultiplierCount = 1;  ///< none: it stays zero
   /// What one constraint stores.
@@ -29,24 +29,25 @@ struct StrainLimitConstraint {
     kParameterCount  ///< how many these are
   };
 
-  /// One projection, in place.
+  /// One projection.
   ///
   /// @param x  m
   /// @param w  1/kg, zero for a fixed vertex
+  /// @return   m
   template <ProjectionMode, class Scalar, class Damping = Undamped>
-  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
-                                          const Scalar (&parameters)[kParameterCount],
-                                          const Substep<Scalar>&, Scalar (&)[kMultiplierCount],
-                                          const Damping& = {}) {
+  PBDSURG_HOST_DEVICE static Moves<Scalar, 2> move(const Vec3<Scalar> (&x)[2], const Scalar (&w)[2],
+                                                   const Scalar (&parameters)[kParameterCount],
+                                                   const Substep<Scalar>&,
+                                                   Scalar (&)[kMultiplierCount],
+                                                   const Damping& = {}) {
     using std::sqrt;
     const Vec3<Scalar> d = x[0] - x[1];
     const Scalar length = sqrt(dot(d, d));
     const Scalar mobility = w[0] + w[1];
     const auto is_pulled = (length > parameters[kLimit]) & is_usable(length) & is_usable(mobility);
-    const Vec3<Scalar> move = select(
+    const Vec3<Scalar> along = select(
         is_pulled, ((parameters[kLimit] - length) / (mobility * length)) * d, Vec3<Scalar>{});
-    x[0] = x[0] + w[0] * move;
-    x[1] = x[1] - w[1] * move;
+    return {{w[0] * along, -w[1] * along}};
   }
 };
 

@@ -20,7 +20,7 @@
 namespace pbdsurg {
 
 /// Keeps the volume of a tetrahedron: constraints/volume.h has the equations.
-struct VolumeConstraint {
+struct VolumeConstraint : InPlace<VolumeConstraint> {
   static constexpr int kVertexCount = 4;      ///< vertices of one constraint
   static constexpr int kMultiplierCount = 1;  ///< numbers that it accumulates over a substep
   /// What one constraint stores.
@@ -37,17 +37,19 @@ struct VolumeConstraint {
     return dot(cross(x[1] - x[0], x[2] - x[0]), x[3] - x[0]) / Scalar(6) - rest_volume;
   }
 
-  /// One projection, in place.
+  /// One projection.
   ///
   /// @param x           m
   /// @param w           1/kg, zero for a fixed vertex
   /// @param multiplier  kg/m, accumulated
+  /// @return            m
   /// Four vertices on one line have no gradient and stay as they are.
   template <ProjectionMode kMode, class Scalar, class Damping = Undamped>
-  PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
-                                          const Scalar (&parameters)[kParameterCount],
-                                          const Substep<Scalar>& substep, Scalar (&multiplier)[1],
-                                          [[maybe_unused]] const Damping& damping = {}) {
+  PBDSURG_HOST_DEVICE static Moves<Scalar, 4> move(const Vec3<Scalar> (&x)[4], const Scalar (&w)[4],
+                                                   const Scalar (&parameters)[kParameterCount],
+                                                   const Substep<Scalar>& substep,
+                                                   Scalar (&multiplier)[1],
+                                                   [[maybe_unused]] const Damping& damping = {}) {
     const Vec3<Scalar> a = x[1] - x[0];
     const Vec3<Scalar> b = x[2] - x[0];
     const Vec3<Scalar> c = x[3] - x[0];
@@ -83,11 +85,12 @@ struct VolumeConstraint {
     multiplier[0] = multiplier[0] + change;
 
     const auto has_direction = is_usable(mobility);
-    const Scalar move = sixth * change;
-    x[0] = select(has_direction, x[0] - (w[0] * move) * g[0], x[0]);
-    x[1] = select(has_direction, x[1] + (w[1] * move) * g[1], x[1]);
-    x[2] = select(has_direction, x[2] + (w[2] * move) * g[2], x[2]);
-    x[3] = select(has_direction, x[3] + (w[3] * move) * g[3], x[3]);
+    const Scalar along = sixth * change;
+    const Vec3<Scalar> none{};
+    return {{select(has_direction, -(w[0] * along) * g[0], none),
+             select(has_direction, (w[1] * along) * g[1], none),
+             select(has_direction, (w[2] * along) * g[2], none),
+             select(has_direction, (w[3] * along) * g[3], none)}};
   }
 };
 

@@ -32,8 +32,12 @@ struct Snapshot {
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
   std::vector<ToolPose> tool_poses;         ///< [tool_count]
   TissueVersion tissue;                     ///< of the topology
-  /// [vertex_count] of the vertex-block method, else empty: in [0, 1], the share of gravity with
-  /// which vertices last sped up, which tells where the next sweeps start.
+  // In compliance mode, else empty. A snapshot made by hand may leave them out: positions are then
+  // exact, and sweeps start as from free fall.
+  /// [vertex_count] m, what positions lack by rounding.
+  std::vector<Eigen::Vector3f> roundings{};
+  /// [vertex_count] in [0, 1], the share of gravity with which vertices last sped up, which tells
+  /// where the next sweeps of the vertex-block method start.
   std::vector<float> falling{};
 };
 

@@ -12,16 +12,24 @@
 
 namespace pbdsurg {
 
+/// @tparam Quad  of displacements or roundings
+template <class Quad>
 struct LaneAccess {
   using Scalar = float;
 
-  const Particle* particles;
+  const Particle* bases;
+  const Quad* moving;
+  Vec3<float> own_base;  ///< m, from where positions count
   Index lane;
+
+  LaneAccess(const Particle* from, const Quad* quads, ParticleOffset own, Index which)
+      : bases(from), moving(quads), own_base(pbdsurg::load(at(from, own))), lane(which) {}
 
   [[nodiscard]] float load(const float* numbers) const noexcept { return numbers[lane]; }
   void store(float number, float* numbers) const noexcept { numbers[lane] = number; }
   [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
-    return pbdsurg::load(at(particles, corners[lane]));
+    return (pbdsurg::load(at(bases, corners[lane])) - own_base) +
+           pbdsurg::load(at(moving, corners[lane]));
   }
 };
 

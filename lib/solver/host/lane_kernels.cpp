@@ -35,55 +35,70 @@ class Chunk {
         stored_(range.multipliers[slot / kBlockLanes]),
         lane_(slot % kBlockLanes) {}
 
-  HWY_INLINE void gather_from(const Particle* particles) {
+  HWY_INLINE void gather_from(const ProjectionState& state) {
     unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
-      const ParticleLanes p = gather(particles, block_.corners[k] + lane_);
-      x_[k] = p.x;
+      const ParticleLanes p = gather(state.moving, block_.corners[k] + lane_);
+      moving_[k] = p.x;
       w_[k] = p.w;
+      if constexpr (kDisplaces) {
+        bases_[k] = gather(state.bases, block_.corners[k] + lane_).x;
+      }
     });
   }
 
-  HWY_INLINE void project([[maybe_unused]] const Particle* previous,
-                          const Substep<Lanes>& substep) {
+  HWY_INLINE void project([[maybe_unused]] const Carry* carries, const Substep<Lanes>& substep) {
     Lanes parameters[Constraint::kParameterCount];
     unroll<Constraint::kParameterCount>([&](auto p) PBDSURG_INLINE_LAMBDA {
       parameters[p] = load_lanes(block_.parameters[p] + lane_);
     });
+    Vec3<Lanes> seen[kVertices];
+    if constexpr (kDisplaces) {
+      see_corners(bases_, moving_, seen);
+    } else {
+      unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA { seen[k] = moving_[k]; });
+    }
+    Moves<Lanes, kVertices> moves;
     Lanes multipliers[Constraint::kMultiplierCount];
-    if constexpr (kMode == ProjectionMode::fraction) {  // has no memory
-      Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers);
+    if constexpr (!kRemembers<Constraint, kMode>) {
+      moves = Constraint::template move<kMode>(seen, w_, parameters, substep, multipliers);
     } else {
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         multipliers[m] = load_lanes(stored_.values[m] + lane_);
       });
       if constexpr (kDamped) {
-        Damped<Lanes, kVertices> damping;
+        Vec3<Lanes> roundings[kVertices];
         unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
-          damping.start[k] = gather(previous, block_.corners[k] + lane_).x;
+          roundings[k] = gather(carries, block_.corners[k] + lane_).x;
         });
-        Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers, damping);
+        Damped<Lanes, kVertices> damping;
+        see_corners(bases_, roundings, damping.start);
+        moves =
+            Constraint::template move<kMode>(seen, w_, parameters, substep, multipliers, damping);
       } else {
-        Constraint::template project<kMode>(x_, w_, parameters, substep, multipliers);
+        moves = Constraint::template move<kMode>(seen, w_, parameters, substep, multipliers);
       }
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         store_lanes(multipliers[m], stored_.values[m] + lane_);
       });
     }
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA { moving_[k] = moving_[k] + moves.of[k]; });
   }
 
-  HWY_INLINE void scatter_to(Particle* particles) const {
+  HWY_INLINE void scatter_to(Particle* moving) const {
     unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
-      scatter({x_[k], w_[k]}, particles, block_.corners[k] + lane_);
+      scatter({moving_[k], w_[k]}, moving, block_.corners[k] + lane_);
     });
   }
 
  private:
   static constexpr int kVertices = Constraint::kVertexCount;
+  static constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
 
   const ConstraintBlock<Constraint>& block_;
   MultiplierBlock<Constraint>& stored_;
   Index lane_;
-  Vec3<Lanes> x_[kVertices];
+  Vec3<Lanes> moving_[kVertices];
+  Vec3<Lanes> bases_[kVertices];
   Lanes w_[kVertices];
 };
 
@@ -94,23 +109,22 @@ template <class Constraint, ProjectionMode kMode, bool kDamped>
 HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionState& state) {
   const Substep<Lanes> substep{Lanes(state.substep.inverse_dt),
                                Lanes(state.substep.inverse_dt_squared)};
-  Particle* const particles = state.particles;
   const Index end = range.last * kBlockLanes < range.size ? range.last * kBlockLanes : range.size;
   Index slot = range.first * kBlockLanes;
   for (; slot + kLanes < end; slot += 2 * kLanes) {
     Chunk<Constraint, kMode, kDamped> one(range, slot), two(range, slot + kLanes);
-    one.gather_from(particles);
-    two.gather_from(particles);
-    one.project(state.previous, substep);
-    two.project(state.previous, substep);
-    one.scatter_to(particles);
-    two.scatter_to(particles);
+    one.gather_from(state);
+    two.gather_from(state);
+    one.project(state.carries, substep);
+    two.project(state.carries, substep);
+    one.scatter_to(state.moving);
+    two.scatter_to(state.moving);
   }
   if (slot < end) {
     Chunk<Constraint, kMode, kDamped> chunk(range, slot);
-    chunk.gather_from(particles);
-    chunk.project(state.previous, substep);
-    chunk.scatter_to(particles);
+    chunk.gather_from(state);
+    chunk.project(state.carries, substep);
+    chunk.scatter_to(state.moving);
   }
 }
 
@@ -163,38 +177,6 @@ HWY_FLATTEN Residual measure(const BlockRange<Constraint>& range, const Particle
   return residual;
 }
 
-// Calls visit(pointers to kLanes elements of each array) for all of a range; the last few vertices
-// pass through copies.
-// @tparam kPredicts  whether the visitor sets particles and where they were; else it sets
-// velocities
-template <bool kPredicts, class Visit>
-HWY_INLINE void for_each_vertex_lanes(const VertexRange& range, const Visit& visit) {
-  Index v = range.first;
-  for (; v + kLanes <= range.last; v += kLanes) {
-    visit(range.particles + v, range.previous + v, range.velocities + v);
-  }
-  if (v < range.last) {
-    const Index count = range.last - v;
-    alignas(64) Particle particles[kLanes] = {};
-    alignas(64) Particle previous[kLanes] = {};
-    alignas(64) Velocity velocities[kLanes] = {};
-    for (Index i = 0; i < count; ++i) {
-      particles[i] = range.particles[v + i];
-      previous[i] = range.previous[v + i];
-      velocities[i] = range.velocities[v + i];
-    }
-    visit(particles, previous, velocities);
-    for (Index i = 0; i < count; ++i) {
-      if constexpr (kPredicts) {
-        range.particles[v + i] = particles[i];
-        range.previous[v + i] = previous[i];
-      } else {  // others read particles by now
-        range.velocities[v + i] = velocities[i];
-      }
-    }
-  }
-}
-
 HWY_INLINE ParticleLanes load_interleaved(const float* quads) {
   ParticleLanes lanes;
   hn::LoadInterleaved4(Tag(), quads, lanes.x.x.value, lanes.x.y.value, lanes.x.z.value,
@@ -207,42 +189,132 @@ HWY_INLINE void store_interleaved(const ParticleLanes& lanes, float* quads) {
                         quads);
 }
 
-HWY_FLATTEN void predict(const VertexRange& range, const Prediction& prediction) {
-  const Lanes h(prediction.h), keep(prediction.keep);
-  const Vec3<Lanes> kick{Lanes(prediction.kick.x), Lanes(prediction.kick.y),
-                         Lanes(prediction.kick.z)};
-  for_each_vertex_lanes<true>(
-      range, [&](Particle* particles, Particle* previous, Velocity* velocities) {
-        ParticleLanes p = load_interleaved(&particles->x);
-        store_interleaved(p, &previous->x);
-        const Vec3<Lanes> velocity = load_interleaved(&velocities->x).x;
-        p.x = select(p.w > Lanes(0), p.x + h * (keep * velocity + kick), p.x);
-        store_interleaved(p, &particles->x);
-      });
+HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
+  return {Lanes(v.x), Lanes(v.y), Lanes(v.z)};
 }
 
-HWY_FLATTEN void update_velocities(const VertexRange& range, float inverse_h) {
-  const Lanes factor(inverse_h);
-  for_each_vertex_lanes<false>(range, [&](Particle* particles, Particle* previous,
-                                          Velocity* velocities) {
-    const Vec3<Lanes> moved = load_interleaved(&particles->x).x - load_interleaved(&previous->x).x;
-    store_interleaved({factor * moved, Lanes(0)}, &velocities->x);
+HWY_INLINE FreeMotion<Lanes> broadcast(const FreeMotion<float>& motion) {
+  return {Lanes(motion.h),        Lanes(motion.inverse_h), Lanes(motion.keep),
+          broadcast(motion.kick), broadcast(motion.fall),  broadcast(motion.gravity_per_square)};
+}
+
+// Arrays of quads, some of which are not there, on their way through registers: kLanes from each,
+// the last few through a copy. What a visitor changes goes back where others may read meanwhile
+// what it does not change.
+template <class Stored>
+class QuadLanes {
+ public:
+  HWY_INLINE QuadLanes(Stored* quads, Index first, Index count)
+      : from_(quads + first), count_(count) {
+    if (count < kLanes) {
+      for (Index i = 0; i < count; ++i) {
+        copies_[i] = from_[i];
+      }
+    }
+  }
+
+  [[nodiscard]] HWY_INLINE ParticleLanes load() const {
+    return load_interleaved(count_ < kLanes ? &copies_->x : &from_->x);
+  }
+  HWY_INLINE void store(const ParticleLanes& lanes) {
+    if (count_ == kLanes) {
+      store_interleaved(lanes, &from_->x);
+      return;
+    }
+    store_interleaved(lanes, &copies_->x);
+    for (Index i = 0; i < count_; ++i) {
+      from_[i] = copies_[i];
+    }
+  }
+
+ private:
+  Stored* from_;
+  Index count_;
+  alignas(64) Stored copies_[kLanes];
+};
+
+// Calls visit(first, count) for registers of vertices, the last of them with fewer.
+template <class Visit>
+HWY_INLINE void for_each_register(const VertexRange& range, const Visit& visit) {
+  for (Index v = range.first; v < range.last; v += kLanes) {
+    visit(v, range.last - v < kLanes ? range.last - v : kLanes);
+  }
+}
+
+HWY_FLATTEN void predict_positions(const VertexRange& range, const FreeMotion<float>& single) {
+  const FreeMotion<Lanes> motion = broadcast(single);
+  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    QuadLanes particles(range.particles, first, count);
+    QuadLanes previous(range.previous, first, count);
+    ParticleLanes p = particles.load();
+    previous.store(p);
+    const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
+    p.x = select(p.w > Lanes(0), p.x + motion.h * (motion.keep * velocity + motion.kick), p.x);
+    particles.store(p);
+  });
+}
+
+HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<float>& motion) {
+  const Lanes factor(motion.inverse_h);
+  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    const Vec3<Lanes> way = QuadLanes(range.particles, first, count).load().x -
+                            QuadLanes(range.previous, first, count).load().x;
+    QuadLanes(range.velocities, first, count).store({factor * way, Lanes(0)});
+  });
+}
+
+HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotion<float>& single) {
+  const FreeMotion<Lanes> motion = broadcast(single);
+  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    const Lanes w = QuadLanes(range.particles, first, count).load().w;
+    const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
+    const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
+    Vec3<Lanes> u = flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
+    if (range.flights != nullptr) {
+      QuadLanes(range.flights, first, count).store({u, w});
+      u = start_of(motion, u, w, carry.w);
+    }
+    QuadLanes(range.displacements, first, count).store({u, w});
+  });
+}
+
+HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& single) {
+  const FreeMotion<Lanes> motion = broadcast(single);
+  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    QuadLanes particles(range.particles, first, count);
+    QuadLanes velocities(range.velocities, first, count);
+    QuadLanes carries(range.carries, first, count);
+    const ParticleLanes p = particles.load();
+    const Settled<Lanes> end =
+        pbdsurg::settle(motion, p.x, p.w, velocities.load().x, carries.load().x,
+                        QuadLanes(range.displacements, first, count).load().x);
+    particles.store({end.x, p.w});
+    velocities.store({end.velocity, Lanes(0)});
+    carries.store({end.rounding, end.falling});
   });
 }
 
 // kLanes lanes of a block, from one on.
+// @tparam Stored  of displacements or roundings
+template <class Stored>
 struct RegisterAccess {
   using Scalar = Lanes;
 
-  const Particle* particles;
+  const Particle* bases;
+  const Stored* moving;
+  Vec3<Lanes> own_base;
   Index lane;
+
+  HWY_INLINE RegisterAccess(const Particle* from, const Stored* quads, const VertexBlock& block,
+                            Index first)
+      : bases(from), moving(quads), own_base(gather(from, block.corners + first).x), lane(first) {}
 
   [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
     return load_lanes(numbers + lane);
   }
   HWY_INLINE void store(Lanes lanes, float* numbers) const { store_lanes(lanes, numbers + lane); }
   [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
-    return gather(particles, corners + lane).x;
+    return (gather(bases, corners + lane).x - own_base) + gather(moving, corners + lane).x;
   }
 };
 
@@ -251,8 +323,8 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
   const VertexBlock& block = rows.blocks[block_index];
   LaneBits left = 0;
   for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
-    const RegisterAccess access{state.particles, lane};
-    ParticleLanes own = gather(state.particles, block.corners + lane);
+    const RegisterAccess access(state.bases, state.displacements, block, lane);
+    ParticleLanes own = gather(state.displacements, block.corners + lane);
     const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
     const LaneMask moves = own.w > Lanes(0);
     VertexEnergy<Lanes> energy;
@@ -266,89 +338,20 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     const LaneBits finite = bits_of(is_finite) << lane;
     const LaneBits asked = ~state.left_out[block_index];
     own.x = select(moves & is_finite & mask_of(asked >> lane), moved, own.x);
-    scatter(own, state.particles, block.corners + lane);
+    scatter(own, state.displacements, block.corners + lane);
     left |= ~(finite & asked) & (bits_of(moves) << lane);
   }
   return left;
 }
 
-HWY_FLATTEN void add_damping(const DampedRows& rows, const Particle* start, float inverse_dt,
-                             Index first, Index last) {
+HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const Carry* carries,
+                           float inverse_dt, Index first, Index last) {
   for (Index b = first; b < last; ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; block.is_damped && lane < kBlockLanes; lane += kLanes) {
-      pbdsurg::add_damping(rows, block, RegisterAccess{start, lane}, Lanes(inverse_dt));
+      add_damping(rows, block, RegisterAccess(bases, carries, block, lane), Lanes(inverse_dt));
     }
   }
-}
-
-struct VertexPointers {
-  Particle* particles;
-  const Particle* previous;
-  const Velocity* velocities;
-};
-
-// Calls visit(vertices, flights, falling) with pointers to kLanes of each; the last few pass
-// through copies.
-// @tparam kBegins  whether the visitor sets particles and flights; else it sets falling
-template <bool kBegins, class Visit>
-HWY_INLINE void for_each_falling_lanes(const FallingRange& range, const Visit& visit) {
-  const VertexRange& all = range.vertices;
-  Index v = all.first;
-  for (; v + kLanes <= all.last; v += kLanes) {
-    visit({all.particles + v, all.previous + v, all.velocities + v}, range.flights + v,
-          range.falling + v);
-  }
-  if (v < all.last) {
-    const Index count = all.last - v;
-    alignas(64) Particle particles[kLanes] = {};
-    alignas(64) Particle previous[kLanes] = {};
-    alignas(64) Velocity velocities[kLanes] = {};
-    alignas(64) Particle flights[kLanes] = {};
-    float falling[kLanes] = {};
-    for (Index i = 0; i < count; ++i) {
-      particles[i] = all.particles[v + i];
-      previous[i] = all.previous[v + i];
-      velocities[i] = all.velocities[v + i];
-      flights[i] = range.flights[v + i];
-      falling[i] = range.falling[v + i];
-    }
-    visit({particles, previous, velocities}, flights, falling);
-    for (Index i = 0; i < count; ++i) {
-      if constexpr (kBegins) {
-        all.particles[v + i] = particles[i];
-        range.flights[v + i] = flights[i];
-      } else {  // others read particles by now
-        range.falling[v + i] = falling[i];
-      }
-    }
-  }
-}
-
-HWY_INLINE Vec3<Lanes> broadcast(const Vec3<float>& v) {
-  return {Lanes(v.x), Lanes(v.y), Lanes(v.z)};
-}
-
-HWY_FLATTEN void extrapolate(const FallingRange& range, const Vec3<float>& fall) {
-  for_each_falling_lanes<true>(
-      range, [&](const VertexPointers& vertices, Particle* flights, const float* falling) {
-        ParticleLanes p = load_interleaved(&vertices.particles->x);
-        store_interleaved(p, &flights->x);
-        p.x = start_of(p.x, p.w, Lanes(hn::LoadU(Tag(), falling)), broadcast(fall));
-        store_interleaved(p, &vertices.particles->x);
-      });
-}
-
-HWY_FLATTEN void measure_fall(const FallingRange& range, const Vec3<float>& gravity_per_square,
-                              float inverse_dt) {
-  for_each_falling_lanes<false>(
-      range, [&](const VertexPointers& vertices, const Particle*, float* falling) {
-        const Lanes share = falling_of(load_interleaved(&vertices.particles->x).x,
-                                       load_interleaved(&vertices.previous->x).x,
-                                       load_interleaved(&vertices.velocities->x).x,
-                                       broadcast(gravity_per_square), Lanes(inverse_dt));
-        hn::StoreU(share.value, Tag(), falling);
-      });
 }
 
 template <class Constraint>
@@ -357,12 +360,9 @@ constexpr ConstraintKernels<Constraint> kernels_of() {
   ConstraintKernels<Constraint> kernels{};
   if constexpr (Kind::kHasFraction) {
     kernels.project_fraction = &project<Constraint, ProjectionMode::fraction, false>;
-    kernels.project_compliance = kernels.project_damped = kernels.project_fraction;
   }
-  if constexpr (Kind::kHasCompliance) {
-    kernels.project_compliance = &project<Constraint, ProjectionMode::compliance, false>;
-    kernels.project_damped = &project<Constraint, ProjectionMode::compliance, true>;
-  }
+  kernels.project_compliance = &project<Constraint, ProjectionMode::compliance, false>;
+  kernels.project_damped = &project<Constraint, ProjectionMode::compliance, Kind::kHasCompliance>;
   if constexpr (Kind::kIsMeasured) {
     kernels.measure = &measure<Constraint>;
   }
@@ -380,11 +380,11 @@ constexpr AllConstraintKernels<Constraints...> all_kernels(
 extern const LaneKernels kernels;
 constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintKernels>{}),
                                     PBDSURG_LANES_NAME,
-                                    &predict,
+                                    &predict_positions,
                                     &update_velocities,
+                                    &predict_displacements,
+                                    &settle,
                                     &solve_vertices,
-                                    &add_damping,
-                                    &extrapolate,
-                                    &measure_fall};
+                                    &damp_rows};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

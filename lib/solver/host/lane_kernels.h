@@ -9,6 +9,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/constraints/projection.h"
 
+#include "lib/solver/methods/displacement.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -28,8 +29,9 @@ struct BlockRange {
 
 /// What projections read and write beside their constraints.
 struct ProjectionState {
-  Particle* particles;
-  const Particle* previous;  ///< at the start of the substep; read with damping only
+  Particle* moving;       ///< positions in fraction mode, else displacements
+  const Particle* bases;  ///< from where these count; read in compliance mode only
+  const Carry* carries;   ///< read with damping only
   Substep<float> substep;
 };
 
@@ -51,24 +53,16 @@ struct ConstraintKernels {
   Measure* measure;
 };
 
-/// Prediction, as the serial backend's. Vertices [first, last) of all.
+/// Vertices [first, last) of all.
 struct VertexRange {
   Particle* particles;
-  Particle* previous;
+  Particle* previous;       ///< in fraction mode
+  Particle* displacements;  ///< in compliance mode
+  Particle* flights;        ///< of the vertex-block method, else null
   Velocity* velocities;
+  Carry* carries;  ///< in compliance mode
   Index first;
   Index last;
-};
-/// What the vertex-block method keeps of them.
-struct FallingRange {
-  VertexRange vertices;
-  Particle* flights;
-  float* falling;
-};
-struct Prediction {
-  float h;           ///< s
-  float keep;        ///< share of the velocity that drag leaves
-  Vec3<float> kick;  ///< m/s, of the external force
 };
 
 /// Those of all kinds.
@@ -78,21 +72,20 @@ struct AllConstraintKernels : ConstraintKernels<Constraints>... {};
 /// All loops for one instruction set and one MathMode.
 struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   const char* name;
-  void (*predict)(const VertexRange&, const Prediction&);
-  void (*update_velocities)(const VertexRange&, float inverse_h);
+
+  // StepOperation
+  void (*predict_positions)(const VertexRange&, const FreeMotion<float>&);
+  void (*update_velocities)(const VertexRange&, const FreeMotion<float>&);
+  void (*predict_displacements)(const VertexRange&, const FreeMotion<float>&);
+  void (*settle)(const VertexRange&, const FreeMotion<float>&);
 
   /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
   /// told to, and those at which something is not finite.
   LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
 
-  /// As add_damping() of vertex_blocks.h, of blocks [first, last).
-  void (*add_damping)(const DampedRows&, const Particle* start, float inverse_dt, Index first,
-                      Index last);
-
-  // StepOperation, of the vertex-block method
-  void (*extrapolate)(const FallingRange&, const Vec3<float>& fall);
-  void (*measure_fall)(const FallingRange&, const Vec3<float>& gravity_per_square,
-                       float inverse_dt);
+  /// As damp_rows(), of blocks [first, last).
+  void (*damp_rows)(const DampedRows&, const Particle* bases, const Carry*, float inverse_dt,
+                    Index first, Index last);
 };
 
 /// Those of the best instruction set that this processor has, of those that were compiled; null if

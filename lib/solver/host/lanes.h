@@ -128,15 +128,15 @@ using QuadRegister = hn::Vec<Quad>;
 using Wide = hn::RepartitionToWide<Tag>;
 
 /// Quads `stride` apart from the first on, side by side.
-template <class D>
-HWY_INLINE hn::Vec<D> gather_quads(D, const Particle* particles, const ParticleOffset* corners) {
+template <class D, class Stored>
+HWY_INLINE hn::Vec<D> gather_quads(D, const Stored* quads, const ParticleOffset* corners) {
   constexpr int kQuads = static_cast<int>(hn::MaxLanes(D())) / 4;
   if constexpr (kQuads == 1) {
-    return hn::Load(Quad(), &at(particles, *corners).x);
+    return hn::Load(Quad(), &at(quads, *corners).x);
   } else {
     const hn::Half<D> half;
-    return hn::Combine(D(), gather_quads(half, particles, corners + 2 * kQuads),
-                       gather_quads(half, particles, corners));
+    return hn::Combine(D(), gather_quads(half, quads, corners + 2 * kQuads),
+                       gather_quads(half, quads, corners));
   }
 }
 
@@ -170,12 +170,14 @@ struct ParticleLanes {
   Lanes w;
 };
 
-/// @param corners  [kLanes]
-HWY_INLINE ParticleLanes gather(const Particle* particles, const ParticleOffset* corners) {
-  const Register a = detail::gather_quads(Tag(), particles, corners);
-  const Register b = detail::gather_quads(Tag(), particles, corners + 1);
-  const Register c = detail::gather_quads(Tag(), particles, corners + 2);
-  const Register d = detail::gather_quads(Tag(), particles, corners + 3);
+/// @tparam Stored  a particle, or what an array as wide has of it
+/// @param corners   [kLanes]
+template <class Stored>
+HWY_INLINE ParticleLanes gather(const Stored* quads, const ParticleOffset* corners) {
+  const Register a = detail::gather_quads(Tag(), quads, corners);
+  const Register b = detail::gather_quads(Tag(), quads, corners + 1);
+  const Register c = detail::gather_quads(Tag(), quads, corners + 2);
+  const Register d = detail::gather_quads(Tag(), quads, corners + 3);
   const Register xy_low = hn::InterleaveLower(Tag(), a, b);  // x x y y
   const Register xy_high = hn::InterleaveLower(Tag(), c, d);
   const Register zw_low = hn::InterleaveUpper(Tag(), a, b);

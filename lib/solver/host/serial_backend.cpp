@@ -7,6 +7,7 @@
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -15,37 +16,13 @@
 namespace pbdsurg {
 namespace {
 
-// External force, damping and prediction. Damping is implicit, so no value of it reverses a motion,
-// and leaves the kick of the force alone, so that what rests on a tool weighs what it should.
-void predict(const StepContext& step, float h) {
-  const Vec3<float> kick = h * load(step.data.gravity);
-  const float keep = 1 / (1 + step.data.options.damping * h);
-  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
-    Particle& p = step.copy.particles[v];
-    step.scratch.previous[v] = p;
-    if (p.w > 0) {
-      const Velocity& velocity = step.copy.velocities[v];
-      store(p, load(p) + h * (keep * Vec3<float>{velocity.x, velocity.y, velocity.z} + kick));
-    }
-  }
-}
-
-void update_velocities(const StepContext& step, float h) {
-  const float inverse_h = 1 / h;
-  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
-    const Vec3<float> velocity =
-        inverse_h * (load(step.copy.particles[v]) - load(step.scratch.previous[v]));
-    step.copy.velocities[v] = {velocity.x, velocity.y, velocity.z};
-  }
-}
-
 // What each operation of a step means.
 class SerialStep {
  public:
   SerialStep(const StepContext& step, float dt)
       : step_(step),
-        h_(dt / static_cast<float>(step.data.options.substeps)),
-        lengths_{1 / h_, 1 / (h_ * h_)} {}
+        motion_(free_motion(step.data, dt / static_cast<float>(step.data.options.substeps))),
+        lengths_{motion_.inverse_h, 1 / (motion_.h * motion_.h)} {}
 
   StepReport run() {
     begin_tools(step_.copy);
@@ -63,11 +40,11 @@ class SerialStep {
   void run(StepOperation operation, int substep) {
     const auto substeps = static_cast<float>(step_.data.options.substeps);
     switch (operation) {
-      case StepOperation::predict:
-        predict(step_, h_);
+      case StepOperation::predict_positions:
+        predict_positions(step_, motion_);
         break;
-      case StepOperation::extrapolate:
-        extrapolate_vertices(step_, lengths_);
+      case StepOperation::predict_displacements:
+        predict_displacements(step_, motion_);
         break;
       case StepOperation::clear_multipliers:
         step_.scratch.multipliers.for_each([](auto& groups) {
@@ -78,13 +55,13 @@ class SerialStep {
         break;
       case StepOperation::find_contacts:
         place_tools(step_.copy, static_cast<float>(substep + 1) / substeps);
-        find_contacts(step_.data.options, step_.copy, report_);
+        find_contacts(step_, report_);
         break;
       case StepOperation::gather_holds:
         gather_holds(step_);
         break;
       case StepOperation::damp_rows:
-        damp_rows(step_, lengths_);
+        damp_rows(step_, lengths_.inverse_dt);
         break;
       case StepOperation::sweep:
         for (int iteration = 0; iteration < step_.data.options.iterations; ++iteration) {
@@ -94,11 +71,11 @@ class SerialStep {
       case StepOperation::collect_forces:
         collect_tool_forces(step_.copy, lengths_.inverse_dt_squared / substeps);
         break;
-      case StepOperation::measure_fall:
-        measure_fall(step_, lengths_);
-        break;
       case StepOperation::update_velocities:
-        update_velocities(step_, h_);
+        update_velocities(step_, motion_);
+        break;
+      case StepOperation::settle:
+        settle_vertices(step_, motion_);
         break;
     }
   }
@@ -116,7 +93,7 @@ class SerialStep {
   }
 
   StepContext step_;
-  float h_;  // s
+  FreeMotion<float> motion_;
   Substep<float> lengths_;
   StepReport report_;
 };

@@ -7,6 +7,7 @@
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
@@ -16,7 +17,8 @@ template <class Constraint, ProjectionMode kMode, bool kDamped>
 void project_group(const StepContext& step, const ConstraintSlots<Constraint>& slots, Index group,
                    const Substep<float>& substep) {
   constexpr int kVertices = Constraint::kVertexCount;
-  Particle* const particles = step.copy.particles.data();
+  constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
+  const MovingVertices vertices = moving_vertices(step);
   const auto* const blocks = slots.blocks(group).data();
   auto* const multiplier_blocks = step.scratch.multipliers.of<Constraint>()[group].data();
   const Index count = slots.size(group);
@@ -25,40 +27,53 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
     [[maybe_unused]] auto& stored = multiplier_blocks[first / kBlockLanes].values;
     const Index lanes = std::min(kBlockLanes, count - first);
     for (Index lane = 0; lane < lanes; ++lane) {
-      Vec3<float> points[kVertices];
+      Vec3<float> moving[kVertices];
       float weights[kVertices];
       for (int k = 0; k < kVertices; ++k) {
-        const Particle& p = at(particles, block.corners[k][lane]);
-        points[k] = load(p);
+        const Particle& p = at(vertices.moving, block.corners[k][lane]);
+        moving[k] = load(p);
         weights[k] = p.w;
+      }
+      Vec3<float> bases[kVertices];
+      Vec3<float> seen[kVertices];
+      if constexpr (kDisplaces) {
+        for (int k = 0; k < kVertices; ++k) {
+          bases[k] = load(at(vertices.bases, block.corners[k][lane]));
+        }
+        see_corners(bases, moving, seen);
+      } else {
+        std::ranges::copy(moving, seen);
       }
       float parameters[Constraint::kParameterCount];
       for (int p = 0; p < Constraint::kParameterCount; ++p) {
         parameters[p] = block.parameters[p][lane];
       }
       float multipliers[Constraint::kMultiplierCount] = {};
-      if constexpr (kMode == ProjectionMode::fraction) {  // has no memory
-        Constraint::template project<kMode>(points, weights, parameters, substep, multipliers);
+      Moves<float, kVertices> moves;
+      if constexpr (!kRemembers<Constraint, kMode>) {
+        moves = Constraint::template move<kMode>(seen, weights, parameters, substep, multipliers);
       } else {
         for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
           multipliers[m] = stored[m][lane];
         }
         if constexpr (kDamped) {
-          Damped<float, kVertices> damping;
+          Vec3<float> roundings[kVertices];
           for (int k = 0; k < kVertices; ++k) {
-            damping.start[k] = load(at(step.scratch.previous.data(), block.corners[k][lane]));
+            roundings[k] = load(at(step.copy.carries.data(), block.corners[k][lane]));
           }
-          Constraint::template project<kMode>(points, weights, parameters, substep, multipliers,
-                                              damping);
+          Damped<float, kVertices> damping;
+          see_corners(bases, roundings, damping.start);
+          moves = Constraint::template move<kMode>(seen, weights, parameters, substep, multipliers,
+                                                   damping);
         } else {
-          Constraint::template project<kMode>(points, weights, parameters, substep, multipliers);
+          moves = Constraint::template move<kMode>(seen, weights, parameters, substep, multipliers);
         }
         for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
           stored[m][lane] = multipliers[m];
         }
       }
       for (int k = 0; k < kVertices; ++k) {
-        store(at(particles, block.corners[k][lane]), points[k]);
+        store(at(vertices.moving, block.corners[k][lane]), moving[k] + moves.of[k]);
       }
     }
   }
@@ -69,7 +84,7 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
                    const Substep<float>& substep) {
   using Kind = KindOf<Constraint>;
   if constexpr (Kind::kHasFraction) {
-    if (!Kind::kHasCompliance || step.data.options.mode == ProjectionMode::fraction) {
+    if (step.data.options.mode == ProjectionMode::fraction) {
       project_group<Constraint, ProjectionMode::fraction, false>(step, slots, group, substep);
       return;
     }
@@ -77,35 +92,41 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
   if constexpr (Kind::kHasCompliance) {
     if (step.data.sets.has_damping) {
       project_group<Constraint, ProjectionMode::compliance, true>(step, slots, group, substep);
-    } else {
-      project_group<Constraint, ProjectionMode::compliance, false>(step, slots, group, substep);
+      return;
     }
   }
+  project_group<Constraint, ProjectionMode::compliance, false>(step, slots, group, substep);
 }
 
 void project_attachments(const StepContext& step, Index color, const Substep<float>& substep) {
+  const MovingVertices vertices = moving_vertices(step);
   for (ToolState& tool : step.copy.tools) {
     for (Attachment& attachment : tool.attachments) {
       if (attachment.color != color) {
         continue;
       }
-      Particle& p = step.copy.particles[step.data.place_of_vertex[attachment.vertex]];
+      const Index place = step.data.place_of_vertex[attachment.vertex];
+      Particle& p = vertices.moving[place];
       Vec3<float> x = load(p);
       Vec3<float> multiplier = load(attachment.multiplier);
       AttachmentConstraint::project<ProjectionMode::compliance>(
-          x, p.w, load(attachment.target), attachment.compliance * substep.inverse_dt_squared,
-          multiplier);
+          x, p.w, load(attachment.target) - vertices.base(place),
+          attachment.compliance * substep.inverse_dt_squared, multiplier);
       store(p, x);
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
     }
   }
 }
 
-void project_contacts(CopyState& copy, Index tool) {
-  for (Contact& contact : copy.tools[tool].contacts) {
-    Particle& p = copy.particles[contact.place];
+void project_contacts(const StepContext& step, Index tool) {
+  const MovingVertices vertices = moving_vertices(step);
+  for (Contact& contact : step.copy.tools[tool].contacts) {
+    Particle& p = vertices.moving[contact.place];
     Vec3<float> x = load(p);
-    ContactConstraint::project(x, p.w, load(contact.normal), contact.offset, contact.multiplier);
+    const Vec3<float> normal = load(contact.normal);
+    ContactConstraint::project(x, p.w, normal,
+                               contact.offset - dot(normal, vertices.base(contact.place)),
+                               contact.multiplier);
     store(p, x);
   }
 }
@@ -137,7 +158,7 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
       project_attachments(step, phase.color, substep);
       break;
     case PhaseKind::contact:
-      project_contacts(step.copy, phase.color);
+      project_contacts(step, phase.color);
       break;
   }
 }

@@ -18,6 +18,7 @@
 #include "lib/solver/host/thread_stages.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
@@ -95,7 +96,7 @@ class ThreadedBackend final : public Backend {
     StepContext step;
     StepTeam* team;  // with whom it shares the step; null: nobody
     ProjectionState state;
-    Prediction prediction;
+    FreeMotion<float> motion;
     VertexRange vertices;
     int thread;
     int threads;  // that share the work; 0 once another has taken over this one's part
@@ -208,10 +209,11 @@ class ThreadedBackend final : public Backend {
                  StepReport& report) const {
     const SolverData& data = step.data;
     const float h = dt / static_cast<float>(data.options.substeps);
+    const MovingVertices moving = moving_vertices(step);
     return {step,
             team,
-            {step.copy.particles.data(), step.scratch.previous.data(), {1 / h, 1 / (h * h)}},
-            {h, 1 / (1 + data.options.damping * h), h * load(data.gravity)},
+            {moving.moving, moving.bases, step.copy.carries.data(), {1 / h, 1 / (h * h)}},
+            free_motion(data, h),
             vertices_of(step, thread, threads_),
             thread,
             threads_,
@@ -229,6 +231,9 @@ class ThreadedBackend final : public Backend {
              [&](StepOperation operation, int substep) { run(operation, substep, turn); });
     if (turn.thread == 0) {
       end_tools(turn.step.copy);
+    }
+    if (!turn.is_idle() && has_displacements(turn.step.data.options)) {
+      meet(turn);  // all vertices have settled
     }
     if (turn.is_idle()) {
       return {};
@@ -265,11 +270,11 @@ class ThreadedBackend final : public Backend {
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
     switch (operation) {
-      case StepOperation::predict:
-        kernels_.predict(turn.vertices, turn.prediction);
+      case StepOperation::predict_positions:
+        kernels_.predict_positions(turn.vertices, turn.motion);
         break;
-      case StepOperation::extrapolate:
-        kernels_.extrapolate(falling_range(turn), way_of_fall(data, lengths));
+      case StepOperation::predict_displacements:
+        kernels_.predict_displacements(turn.vertices, turn.motion);
         break;
       case StepOperation::clear_multipliers:
         data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
@@ -282,7 +287,7 @@ class ThreadedBackend final : public Backend {
         meet(turn);
         if (thread == 0) {
           place_tools(step.copy, static_cast<float>(substep + 1) / substeps);
-          find_contacts(data.options, step.copy, turn.report);
+          find_contacts(step, turn.report);
         }
         break;
       case StepOperation::gather_holds:
@@ -306,11 +311,11 @@ class ThreadedBackend final : public Backend {
           collect_tool_forces(step.copy, lengths.inverse_dt_squared / substeps);
         }
         break;
-      case StepOperation::measure_fall:
-        kernels_.measure_fall(falling_range(turn), gravity_per_square(data), lengths.inverse_dt);
-        break;
       case StepOperation::update_velocities:
-        kernels_.update_velocities(turn.vertices, lengths.inverse_dt);
+        kernels_.update_velocities(turn.vertices, turn.motion);
+        break;
+      case StepOperation::settle:
+        kernels_.settle(turn.vertices, turn.motion);
         break;
     }
   }
@@ -320,8 +325,8 @@ class ThreadedBackend final : public Backend {
     if (blocks.has_damping()) {
       const Part part =
           part_of(static_cast<std::size_t>(blocks.block_count()), turn.thread, turn.threads);
-      kernels_.add_damping(damped_rows(turn.step), turn.state.previous,
-                           turn.state.substep.inverse_dt, part.first, part.last);
+      kernels_.damp_rows(damped_rows(turn.step), turn.state.bases, turn.state.carries,
+                         turn.state.substep.inverse_dt, part.first, part.last);
     }
   }
 
@@ -398,7 +403,7 @@ class ThreadedBackend final : public Backend {
     for (Index group = 0; group < slots.group_count(); ++group) {
       const Residual residual =
           kernels.measure(blocks_of(slots, turn.step.scratch, group, turn.thread, turn.threads),
-                          turn.state.particles);
+                          turn.step.copy.particles.data());
       sum.largest = std::max(sum.largest, residual.largest);
       sum.inverted += residual.inverted;
     }
@@ -425,18 +430,22 @@ class ThreadedBackend final : public Backend {
             part.first, part.last};
   }
 
-  static FallingRange falling_range(const Turn& turn) {
-    return {turn.vertices, turn.step.scratch.flights.data(), turn.step.copy.falling.data()};
-  }
-
   // Cut at multiples of a block, as the kernels want it.
   [[nodiscard]] static VertexRange vertices_of(const StepContext& step, int thread, int threads) {
     CopyState& copy = step.copy;
     const auto count = static_cast<Index>(copy.particles.size());
     const Part part =
         part_of((copy.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, threads);
-    return {copy.particles.data(), step.scratch.previous.data(), copy.velocities.data(),
-            std::min(count, part.first * kBlockLanes), std::min(count, part.last * kBlockLanes)};
+    StepScratch& scratch = step.scratch;
+    const bool has_flights = step.data.options.method == SolverMethod::vertex_block;
+    return {copy.particles.data(),
+            scratch.previous.data(),
+            scratch.displacements.data(),
+            has_flights ? scratch.flights.data() : nullptr,
+            copy.velocities.data(),
+            copy.carries.data(),
+            std::min(count, part.first * kBlockLanes),
+            std::min(count, part.last * kBlockLanes)};
   }
 
   const LaneKernels& kernels_;

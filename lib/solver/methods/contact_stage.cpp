@@ -2,6 +2,7 @@
 #include "lib/solver/methods/contact_stage.h"
 
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
@@ -23,13 +24,13 @@ PlacedCapsule placed(const Capsule& capsule) {
   return {load(capsule.start), capsule.radius, load(capsule.end)};
 }
 
-void find_contacts_of(const std::vector<Particle>& particles, const std::vector<Capsule>& capsules,
-                      std::size_t capacity, std::vector<Contact>& contacts, StepReport& report) {
+void find_contacts_of(const MovingVertices& vertices, Index count,
+                      const std::vector<Capsule>& capsules, std::size_t capacity,
+                      std::vector<Contact>& contacts, StepReport& report) {
   const ContactBox box = contact_box(capsules);
-  for (std::size_t place = 0; place < particles.size(); ++place) {
-    const Particle& p = particles[place];
-    const Vec3<float> x = load(p);
-    if (!(p.w > 0) || !box.contains(x)) {
+  for (Index place = 0; place < count; ++place) {
+    const Vec3<float> x = vertices.position(place);
+    if (!(vertices.moving[place].w > 0) || !box.contains(x)) {
       continue;
     }
     ContactSearch search;
@@ -41,7 +42,7 @@ void find_contacts_of(const std::vector<Particle>& particles, const std::vector<
     }
     if (contacts.size() < capacity) {
       const auto& [normal, offset] = search.plane;
-      contacts.push_back({static_cast<Index>(place), {normal.x, normal.y, normal.z}, offset, 0});
+      contacts.push_back({place, {normal.x, normal.y, normal.z}, offset, 0});
     } else {
       ++report.dropped_contacts;
     }
@@ -78,15 +79,17 @@ void place_tools(CopyState& copy, float fraction) {
   }
 }
 
-void find_contacts(const SolverOptions& options, CopyState& copy, StepReport& report) {
+void find_contacts(const StepContext& step, StepReport& report) {
+  const MovingVertices vertices = moving_vertices(step);
   report.contacts = 0;
-  for (ToolState& tool : copy.tools) {
+  for (ToolState& tool : step.copy.tools) {
     tool.contacts.clear();
     if (tool.capsules.empty() || !tool.attachments.empty()) {
       continue;
     }
-    find_contacts_of(copy.particles, tool.placed_capsules,
-                     static_cast<std::size_t>(options.contact_capacity), tool.contacts, report);
+    find_contacts_of(vertices, static_cast<Index>(step.copy.particles.size()), tool.placed_capsules,
+                     static_cast<std::size_t>(step.data.options.contact_capacity), tool.contacts,
+                     report);
     report.contacts += static_cast<Index>(tool.contacts.size());
   }
 }

@@ -8,6 +8,7 @@
 #include "pbdsurg/solver/step_report.h"
 
 #include "lib/solver/methods/contact_geometry.h"
+#include "lib/solver/program/step_scratch.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -24,7 +25,7 @@ PBDSURG_API void place_tools(CopyState& copy, float fraction);
 
 /// Finds the vertices near each tool's capsules: one contact a vertex and tool, the deepest, in
 /// ascending order of places, at most the contact capacity. Cost: O(vertices * capsules).
-void find_contacts(const SolverOptions& options, CopyState& copy, StepReport& report);
+void find_contacts(const StepContext& step, StepReport& report);
 
 /// Adds the substep's share of the multipliers to the tools' forces, those that are finite.
 /// @param force_per_multiplier  1/s^2

@@ -381,11 +381,13 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
                damped_volumes_, damped_hinges_, places_, needs_, touched_);
 }
 
-void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> start,
-                 float inverse_dt) noexcept {
+void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,
+                 std::span<const Carry> carries, float inverse_dt) noexcept {
   for (Index b = 0; b < block_count; ++b) {
-    for (Index lane = 0; rows.blocks[b].is_damped && lane < kBlockLanes; ++lane) {
-      add_damping(rows, rows.blocks[b], LaneAccess{start.data(), lane}, inverse_dt);
+    const VertexBlock& block = rows.blocks[b];
+    for (Index lane = 0; block.is_damped && lane < kBlockLanes; ++lane) {
+      const LaneAccess access(bases.data(), carries.data(), block.corners[lane], lane);
+      add_damping(rows, block, access, inverse_dt);
     }
   }
 }

@@ -203,9 +203,10 @@ class VertexBlocks {
 };
 
 /// Sets stiffness and target of damped rows for a substep, in one thread.
-/// @param start       [place] where the substep starts
+/// @param bases       [place] where the substep starts, with
+/// @param carries     [place]
 /// @param inverse_dt  1/s
-void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> start,
-                 float inverse_dt) noexcept;
+void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,
+                 std::span<const Carry> carries, float inverse_dt) noexcept;
 
 }  // namespace pbdsurg

@@ -41,8 +41,8 @@ struct RowHinge {
 /// Adds what the rows of a block tell to the energies of its vertices. Not a number, or infinite,
 /// where a neighbour is.
 /// @param access  load(const float*): a Scalar of stored lanes; position(const ParticleOffset*):
-/// likewise
-/// @param x       m, where the vertices are
+///                likewise, m, from where the vertex of a lane was at the start of the substep
+/// @param x       m, where the vertices are, from there
 template <class Access, class Scalar>
 PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
                                     const Access& access, const Vec3<Scalar>& x,
@@ -130,30 +130,6 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
     access.store(sum, row.stiffness);
     access.store(select(is_usable_start, turned_rest(rest, damping / sum * start), rest), row.rest);
   }
-}
-
-/// Where the sweeps of a substep start: see extrapolate_vertices().
-/// @param flight   m, where the vertex would be without its rows
-/// @param w        1/kg
-/// @param falling  as in Snapshot
-/// @param fall     m, what gravity adds to the way of a substep
-template <class Scalar>
-PBDSURG_HOST_DEVICE inline Vec3<Scalar> start_of(const Vec3<Scalar>& flight, Scalar w,
-                                                 Scalar falling, const Vec3<Scalar>& fall) {
-  return flight - select(w > Scalar(0), Scalar(1) - falling, Scalar(0)) * fall;
-}
-
-/// The share of gravity with which a vertex has sped up, in [0, 1].
-/// @param velocity            m/s, before the substep
-/// @param gravity_per_square  s^2/m, gravity over its square
-template <class Scalar>
-PBDSURG_HOST_DEVICE inline Scalar falling_of(const Vec3<Scalar>& x, const Vec3<Scalar>& previous,
-                                             const Vec3<Scalar>& velocity,
-                                             const Vec3<Scalar>& gravity_per_square,
-                                             Scalar inverse_dt) {
-  const Scalar share = inverse_dt * dot(inverse_dt * (x - previous) - velocity, gravity_per_square);
-  // in this order, of what is no number it makes zero
-  return select(share > Scalar(0), select(share < Scalar(1), share, Scalar(1)), Scalar(0));
 }
 
 }  // namespace pbdsurg

@@ -11,6 +11,7 @@
 
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/sets/neo_hookean_record.h"
 #include "lib/solver/state/load_store.h"
@@ -98,13 +99,15 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
-  HeldVertex(const StepContext& step, Index first) : step_(step), first_(first) {}
+  // @param base  m, from where positions count
+  HeldVertex(const StepContext& step, const Vec3<float>& base, Index first)
+      : step_(step), base_(base), first_(first) {}
 
   template <class Visit>
   void for_each_grasp(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
       if (!hold.is_contact) {
-        visit(Grasp{tool.attachments[hold.entry]});
+        visit(Grasp{tool.attachments[hold.entry], base_});
       }
     });
   }
@@ -113,7 +116,7 @@ class HeldVertex {
   void for_each_contact(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
       if (hold.is_contact) {
-        visit(Touch{tool.contacts[hold.entry]});
+        visit(Touch{tool.contacts[hold.entry], base_});
       }
     });
   }
@@ -121,8 +124,9 @@ class HeldVertex {
  private:
   struct Grasp {
     Attachment& attachment;
+    const Vec3<float>& base;
 
-    [[nodiscard]] Vec3<float> target() const { return load(attachment.target); }
+    [[nodiscard]] Vec3<float> target() const { return load(attachment.target) - base; }
     [[nodiscard]] float compliance() const { return attachment.compliance; }
     void set_multiplier(const Vec3<float>& multiplier) const {
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
@@ -131,9 +135,10 @@ class HeldVertex {
 
   struct Touch {
     Contact& contact;
+    const Vec3<float>& base;
 
     [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
-    [[nodiscard]] float offset() const { return contact.offset; }
+    [[nodiscard]] float offset() const { return contact.offset - dot(normal(), base); }
     [[nodiscard]] float multiplier() const { return contact.multiplier; }
     void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
   };
@@ -147,6 +152,7 @@ class HeldVertex {
   }
 
   const StepContext& step_;
+  Vec3<float> base_;
   Index first_;
 };
 
@@ -266,31 +272,12 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
                       vertex_coloring(data.options));
 }
 
-Vec3<float> way_of_fall(const SolverData& data, const Substep<float>& substep) noexcept {
-  return (1 / substep.inverse_dt_squared) * load(data.gravity);
-}
-
-Vec3<float> gravity_per_square(const SolverData& data) noexcept {
-  const Vec3<float> gravity = load(data.gravity);
-  const float square = dot(gravity, gravity);
-  return (square > 0 ? 1 / square : 0.0F) * gravity;
-}
-
 VertexRows vertex_rows(const StepContext& step) noexcept {
   return of_worker(step.data.vertex_blocks.rows(), step.scratch);
 }
 
 DampedRows damped_rows(const StepContext& step) noexcept {
   return of_worker(step.data.vertex_blocks.damped_rows(), step.scratch);
-}
-
-void extrapolate_vertices(const StepContext& step, const Substep<float>& substep) {
-  const Vec3<float> fall = way_of_fall(step.data, substep);
-  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
-    Particle& p = step.copy.particles[v];
-    step.scratch.flights[v] = p;
-    store(p, start_of(load(p), p.w, step.copy.falling[v], fall));
-  }
 }
 
 void drop_holds(const StepContext& step) noexcept {
@@ -327,12 +314,12 @@ void gather_holds(const StepContext& step) {
   }
 }
 
-void damp_rows(const StepContext& step, const Substep<float>& substep) {
+void damp_rows(const StepContext& step, float inverse_dt) {
   if (!step.data.vertex_blocks.has_damping()) {
     return;
   }
-  add_damping(damped_rows(step), step.data.vertex_blocks.block_count(), step.scratch.previous,
-              substep.inverse_dt);
+  add_damping(damped_rows(step), step.data.vertex_blocks.block_count(), step.copy.particles,
+              step.copy.carries, inverse_dt);
 }
 
 float relaxation_of(const SolverOptions& options, int iteration) noexcept {
@@ -341,8 +328,9 @@ float relaxation_of(const SolverOptions& options, int iteration) noexcept {
 
 VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                          float relaxation) noexcept {
-  return {step.copy.particles.data(), step.scratch.flights.data(), step.scratch.held.data(),
-          substep.inverse_dt_squared, relaxation};
+  return {step.copy.particles.data(),  step.scratch.displacements.data(),
+          step.scratch.flights.data(), step.scratch.held.data(),
+          substep.inverse_dt_squared,  relaxation};
 }
 
 void solve_lanes(const StepContext& step, const VertexState& state, Index block_index,
@@ -351,19 +339,19 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
   const VertexBlock& block = rows.blocks[block_index];
   const std::vector<Index>& first_holds = step.scratch.first_holds;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    Particle& p = at(state.particles, block.corners[lane]);
+    Particle& p = at(state.displacements, block.corners[lane]);
     if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
       continue;  // not asked for, or without tissue
     }
     const Index v = place_at(block.corners[lane]);
-    const LaneAccess access{state.particles, lane};
+    const LaneAccess access(state.bases, state.displacements, block.corners[lane], lane);
     const Vec3<float> x = load(p);
     VertexEnergy<float> start;
     start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return first_holds[v] == kInvalidIndex
                  ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
-                 : move_held(HeldVertex(step, first_holds[v]), x, energy,
+                 : move_held(HeldVertex(step, access.own_base, first_holds[v]), x, energy,
                              1 / state.inverse_dt_squared);
     };
     store(p, move_vertex(rows, block, access, x, start, solve));
@@ -374,16 +362,6 @@ void solve_vertices(const StepContext& step, const VertexState& state, Index col
   const auto [first, count] = step.data.vertex_blocks.blocks(color);
   for (Index block = first; block < first + count; ++block) {
     solve_lanes(step, state, block, ~LaneBits{0});
-  }
-}
-
-void measure_fall(const StepContext& step, const Substep<float>& substep) {
-  const Vec3<float> gravity = gravity_per_square(step.data);
-  CopyState& copy = step.copy;
-  for (std::size_t v = 0; v < copy.particles.size(); ++v) {
-    const Velocity& velocity = copy.velocities[v];
-    copy.falling[v] = falling_of(load(copy.particles[v]), load(step.scratch.previous[v]),
-                                 {velocity.x, velocity.y, velocity.z}, gravity, substep.inverse_dt);
   }
 }
 

@@ -45,27 +45,16 @@ void check_vertex_link(const SolverOptions& options, const std::string& what, co
 
 // Operations of a substep. Kernels on registers stand in for some of these.
 
-/// m, what gravity adds to the way of a substep.
-[[nodiscard]] PBDSURG_API Vec3<float> way_of_fall(const SolverData& data,
-                                                  const Substep<float>& substep) noexcept;
-
-/// s^2/m, gravity over its square; zero without gravity.
-[[nodiscard]] PBDSURG_API Vec3<float> gravity_per_square(const SolverData& data) noexcept;
-
 /// The rows that a worker's sweeps read, and those that it damps.
 [[nodiscard]] VertexRows vertex_rows(const StepContext& step) noexcept;
 [[nodiscard]] DampedRows damped_rows(const StepContext& step) noexcept;
-
-/// Lets the sweeps start where vertices would be if they went on as they did.
-/// What rests would else fall first, and sweeps that are too few would not bring it back.
-void extrapolate_vertices(const StepContext& step, const Substep<float>& substep);
 
 /// Finds out which vertices tools touch or hold; at the end of a step nobody may hold any.
 void gather_holds(const StepContext& step);
 void drop_holds(const StepContext& step) noexcept;
 
 /// Makes damping felt.
-void damp_rows(const StepContext& step, const Substep<float>& substep);
+void damp_rows(const StepContext& step, float inverse_dt);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
 [[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
@@ -78,9 +67,6 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block,
 
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);
-
-/// After the sweeps, and before velocities change.
-void measure_fall(const StepContext& step, const Substep<float>& substep);
 
 /// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
 /// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.

@@ -78,7 +78,7 @@ inline constexpr int kContactPasses = 8;
 ///                    for_each_grasp() visits {target(): m, compliance(): m/N, set_multiplier()},
 ///                    for_each_contact() visits {normal(), offset(): m, multiplier(): kg m,
 ///                    set_multiplier()}
-/// @param x           m, where it is
+/// @param x           m, where it is; from one place as are targets and offsets
 /// @param dt_squared  s^2
 /// @return            m
 template <class Holds>

@@ -91,8 +91,9 @@ using LaneBits = std::uint32_t;
 
 /// What moving vertices reads and writes beside their rows.
 struct VertexState {
-  Particle* particles;
-  const Particle* flights;   ///< m, where a vertex would be without its rows
+  const Particle* bases;     ///< m, where vertices were at the start of the substep
+  Particle* displacements;   ///< m, since then
+  const Particle* flights;   ///< m, the displacement of a vertex without its rows
   const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
   float inverse_dt_squared;  ///< 1/s^2
   float relaxation;          ///< how far to go, as a share of the way to the least energy

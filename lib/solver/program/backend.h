@@ -27,7 +27,7 @@ struct SolverState;
 /// Both step all copies. For the latter, the solver sees to this:
 /// - SolverData::changes says what happened since its last step, or since it was made from the
 ///   data. start_step() takes that over; the solver clears it when start_step() has returned.
-/// - From start_step() on, positions, velocities and `falling` of SolverData are out of date, until
+/// - From start_step() on, particles, velocities and carries of SolverData are out of date, until
 ///   fetch_state() or until the host rewrites them all, but for those of Changes::moved. Inverse
 ///   masses there are always valid.
 /// - Between start_step() and finish_step() none of its functions is called but name(),
@@ -60,7 +60,7 @@ class PBDSURG_API Backend {
   /// Whether the state lies outside of SolverData. Always the same answer.
   [[nodiscard]] virtual bool keeps_state() const noexcept { return false; }
 
-  /// Brings positions, velocities and `falling` of a copy as the last step left them into
+  /// Brings positions, velocities and carries of a copy as the last step left them into
   /// SolverData: at all places that there were in it and still are. Inverse masses there stay: an
   /// edit may have changed them since.
   virtual void fetch_state(SolverState& /*state*/, Index /*copy*/) {}

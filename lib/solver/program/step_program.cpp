@@ -9,17 +9,16 @@ namespace {
 using enum StepOperation;
 
 // Position-based dynamics (Mueller et al. 2007, algorithm 1): factors have no memory.
-constexpr std::array kFractionProjections{predict, find_contacts, sweep, collect_forces,
+constexpr std::array kFractionProjections{predict_positions, find_contacts, sweep, collect_forces,
                                           update_velocities};
 
 // With compliances (Macklin et al. 2016, algorithm 1).
-constexpr std::array kComplianceProjections{predict, clear_multipliers, find_contacts,
-                                            sweep,   collect_forces,    update_velocities};
+constexpr std::array kComplianceProjections{
+    predict_displacements, clear_multipliers, find_contacts, sweep, collect_forces, settle};
 
 // Vertex block descent (Chen et al. 2024, algorithm 1).
-constexpr std::array kVertexBlocks{predict,        extrapolate,  find_contacts,
-                                   gather_holds,   damp_rows,    sweep,
-                                   collect_forces, measure_fall, update_velocities};
+constexpr std::array kVertexBlocks{
+    predict_displacements, find_contacts, gather_holds, damp_rows, sweep, collect_forces, settle};
 
 }  // namespace
 

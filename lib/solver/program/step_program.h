@@ -16,16 +16,16 @@ namespace pbdsurg {
 /// A part of a substep. The serial backend defines what each does; an executor may join neighbours,
 /// and leave out what changes nothing.
 enum class StepOperation : std::uint8_t {
-  predict,      ///< keeps where vertices are; they go on under gravity and drag
-  extrapolate,  ///< keeps the prediction; vertices go where they come to if they fall as before
-  clear_multipliers,  ///< of constraints with compliances
-  find_contacts,      ///< moves the tools, and finds the vertices that they touch
-  gather_holds,       ///< finds what tools do to each vertex
-  damp_rows,          ///< gives the rows of vertices this substep's damping
-  sweep,              ///< all sweeps: the phases of the StepPlan, again and again
-  collect_forces,     ///< adds what pushed back to the forces of tools
-  measure_fall,       ///< finds how vertices fall, for the next substep
-  update_velocities,  ///< from the way of the substep
+  predict_positions,      ///< keeps where vertices are; they go on under gravity and drag
+  predict_displacements,  ///< the same without moving them: see displacement.h
+  clear_multipliers,      ///< of constraints with compliances
+  find_contacts,          ///< moves the tools, and finds the vertices that they touch
+  gather_holds,           ///< finds what tools do to each vertex
+  damp_rows,              ///< gives the rows of vertices this substep's damping
+  sweep,                  ///< all sweeps: the phases of the StepPlan, again and again
+  collect_forces,         ///< adds what pushed back to the forces of tools
+  update_velocities,      ///< from the way of the substep
+  settle,                 ///< vertices go where displacements lead; velocities from these
 };
 
 struct StepProgram {

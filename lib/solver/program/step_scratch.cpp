@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -24,7 +25,7 @@ void fit_list(std::vector<T>& list, std::size_t size, std::size_t capacity, cons
 
 void StepScratch::fit(const SolverData& data) {
   const std::size_t places = data.particles.size(), room = data.particles.capacity();
-  fit_list(previous, places, room);
+  fit_list(has_displacements(data.options) ? displacements : previous, places, room);
   data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
     auto& groups = multipliers.of<Constraint>();
     // what an undo closes, edits open again
@@ -68,9 +69,9 @@ void StepScratch::fit_beside(const SolverData& data) {
 }
 
 std::size_t StepScratch::memory_bytes() const noexcept {
-  std::size_t bytes = bytes_of(previous) + bytes_of(flights) + bytes_of(first_holds) +
-                      bytes_of(holds) + bytes_of(held) + bytes_of(springs) + bytes_of(volumes) +
-                      bytes_of(hinges);
+  std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
+                      bytes_of(first_holds) + bytes_of(holds) + bytes_of(held) + bytes_of(springs) +
+                      bytes_of(volumes) + bytes_of(hinges);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

@@ -60,11 +60,12 @@ struct VertexHold {
 
 /// Of one worker: who steps copies at the same time has one each. Nothing in it outlives a step.
 struct PBDSURG_API StepScratch {
-  std::vector<Particle> previous;  ///< [place] at the start of the substep
+  std::vector<Particle> previous;       ///< [place] in fraction mode: at the start of the substep
+  std::vector<Particle> displacements;  ///< [place] in compliance mode: m, since that start
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;   ///< [place] m, where a vertex would be without its rows
+  std::vector<Particle> flights;   ///< [place] m, the displacement of a vertex without its rows
   std::vector<Index> first_holds;  ///< [place] or kInvalidIndex
   std::vector<VertexHold> holds;   ///< of the current substep
   std::vector<LaneBits> held;      ///< [block] lanes of vertices with holds

@@ -73,6 +73,11 @@ struct KindOf<BendingConstraint> {
   static constexpr bool kIsMeasured = false;
 };
 
+/// Whether projections keep multipliers from sweep to sweep.
+template <class Constraint, ProjectionMode kMode>
+inline constexpr bool kRemembers =
+    kMode == ProjectionMode::compliance&& KindOf<Constraint>::kHasCompliance;
+
 /// In the order in which edits change them.
 template <template <class...> class List>
 using ForAllConstraints = List<DistanceConstraint, VolumeConstraint, NeoHookeanConstraint,

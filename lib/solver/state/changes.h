@@ -22,10 +22,10 @@ struct Changes {
     Index id;  ///< of the constraint, stable; or the place of a vertex whose rows changed
   };
 
-  /// [copy] whether positions, velocities and `falling` were rewritten as a whole.
+  /// [copy] whether positions, velocities and carries were rewritten as a whole.
   std::vector<bool> state{true};
   /// Vertices that are new, or move as before an edit that was taken back: in all copies, position,
-  /// velocity and `falling` are those of the host, even while the others there are out of date.
+  /// velocity and carry are those of the host, even while the others there are out of date.
   /// Ascending, without repetition.
   std::vector<Index> moved;
   /// Tools were added, or what they hold changed; poses and targets change without this.

@@ -12,8 +12,9 @@
 
 namespace pbdsurg {
 
-inline Vec3<float> load(const Particle& p) {
-  return {p.x, p.y, p.z};
+template <class Quad>
+requires(sizeof(Quad) == sizeof(Particle)) inline Vec3<float> load(const Quad& quad) {
+  return {quad.x, quad.y, quad.z};
 }
 inline Vec3<float> load(const Eigen::Vector3f& v) {
   return {v.x(), v.y(), v.z()};

@@ -31,11 +31,16 @@ PBDSURG_HOST_DEVICE inline Index place_at(ParticleOffset offset) {
   return static_cast<Index>(offset / sizeof(Particle));
 }
 
-PBDSURG_HOST_DEVICE inline Particle& at(Particle* particles, ParticleOffset offset) {
-  return *reinterpret_cast<Particle*>(reinterpret_cast<char*>(particles) + offset);
+/// @tparam Quad  a particle, or what an array as wide has of it
+template <class Quad>
+PBDSURG_HOST_DEVICE inline Quad& at(Quad* quads, ParticleOffset offset) {
+  static_assert(sizeof(Quad) == sizeof(Particle));
+  return *reinterpret_cast<Quad*>(reinterpret_cast<char*>(quads) + offset);
 }
-PBDSURG_HOST_DEVICE inline const Particle& at(const Particle* particles, ParticleOffset offset) {
-  return *reinterpret_cast<const Particle*>(reinterpret_cast<const char*>(particles) + offset);
+template <class Quad>
+PBDSURG_HOST_DEVICE inline const Quad& at(const Quad* quads, ParticleOffset offset) {
+  static_assert(sizeof(Quad) == sizeof(Particle));
+  return *reinterpret_cast<const Quad*>(reinterpret_cast<const char*>(quads) + offset);
 }
 
 /// Velocity of a vertex, as wide as a particle.
@@ -44,11 +49,17 @@ struct alignas(16) Velocity {
   float unused = 0;
 };
 
+/// What a vertex takes from substep to substep beside position and velocity, as wide as a particle.
+struct alignas(16) Carry {
+  float x = 0, y = 0, z = 0;  ///< m, what its position lacks by rounding
+  float falling = 1;          ///< in [0, 1], the share of gravity with which it last sped up
+};
+
 /// What a vertex does, without its mass.
 struct VertexMotion {
   float x, y, z;  ///< m
   Velocity velocity;
-  float falling;  ///< of the vertex-block method, see Snapshot; else zero
+  Carry carry;  ///< as new in fraction mode, which has none
 };
 
 }  // namespace pbdsurg

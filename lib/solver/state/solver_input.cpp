@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/build_constraints.h"
 #include "lib/solver/sets/nested_domains.h"
 #include "lib/solver/state/solver_data.h"
@@ -23,8 +24,8 @@ void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> posit
     data.particle(v) = {x.x(), x.y(), x.z(), moves ? static_cast<float>(1 / mass) : 0.0F};
   }
   data.velocities.assign(positions.size(), {});
-  if (data.options.method == SolverMethod::vertex_block) {
-    data.falling.assign(positions.size(), 1.0F);
+  if (has_displacements(data.options)) {
+    data.carries.assign(positions.size(), {});
   }
 }
 

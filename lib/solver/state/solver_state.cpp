@@ -170,7 +170,7 @@ std::size_t SolverState::memory_bytes() const noexcept {
                                changes.moved, changes.vertices, changes.constraints, changes.tets);
   for (Index i = 0; i < copy_count(); ++i) {
     const CopyState& each = copy(i);
-    bytes += bytes_of(each.particles, each.velocities, each.falling, each.watched_positions);
+    bytes += bytes_of(each.particles, each.velocities, each.carries, each.watched_positions);
     for (const ToolState& tool : each.tools) {
       bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
     }

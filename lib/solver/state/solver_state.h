@@ -27,23 +27,23 @@ struct CopyState {
   // on different parts of a body share few cache lines. Constraints name places.
   std::vector<Particle> particles;   // [place] inverse masses are alike in all copies
   std::vector<Velocity> velocities;  // [place]
-  std::vector<float> falling;        // [place] of the vertex-block method, as in Snapshot
+  std::vector<Carry> carries;        // [place] in compliance mode, else empty
   std::vector<ToolState> tools;
   Index attachment_colors = 0;
-  bool is_state_current = true;  // else positions, velocities and `falling` are the backend's
+  bool is_state_current = true;                    // else the three above are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
   StepReport last_report;
 
   /// As it is here, see `is_state_current`.
   [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
     const Particle& p = particles[place];
-    return {p.x, p.y, p.z, velocities[place], falling.empty() ? 0.0F : falling[place]};
+    return {p.x, p.y, p.z, velocities[place], carries.empty() ? Carry{} : carries[place]};
   }
   void set_motion(Index place, const VertexMotion& motion) noexcept {
     particles[place] = {motion.x, motion.y, motion.z, particles[place].w};
     velocities[place] = motion.velocity;
-    if (!falling.empty()) {
-      falling[place] = motion.falling;
+    if (!carries.empty()) {
+      carries[place] = motion.carry;
     }
   }
 
@@ -106,7 +106,7 @@ struct SolverState : CopyState {
   /// Backend says must stay while a step runs, calls this first.
   void finish_running_step();
 
-  /// Makes positions, velocities and `falling` of a copy those of now.
+  /// Makes particles, velocities and carries of a copy those of now.
   void fetch_state(Index copy);
 
   /// As fetch_state(), of some vertices with tissue in all copies: what else is out of date stays

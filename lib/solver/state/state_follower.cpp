@@ -8,6 +8,7 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/undo_array.h"
 
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/nested_domains.h"
 
 namespace pbdsurg {
@@ -19,8 +20,8 @@ void StateFollower::reserve(std::size_t vertices) {
   for (Index i = 0; i < state_.copy_count(); ++i) {
     CopyState& copy = state_.copy(i);
     reserve_more(copy.particles, copy.velocities);
-    if (!copy.falling.empty()) {
-      reserve_more(copy.falling);
+    if (!copy.carries.empty()) {
+      reserve_more(copy.carries);
     }
   }
   reserve_more(state_.place_of_vertex);
@@ -140,8 +141,10 @@ void StateFollower::add_vertex(const Tissue& tissue, const NewVertex& vertex) {
     const Velocity u = copy.velocities[a], v = copy.velocities[b];
     copy.particles.push_back({between(p.x, q.x), between(p.y, q.y), between(p.z, q.z), w});
     copy.velocities.push_back({between(u.x, v.x), between(u.y, v.y), between(u.z, v.z)});
-    if (!copy.falling.empty()) {
-      copy.falling.push_back(between(copy.falling[a], copy.falling[b]));
+    if (!copy.carries.empty()) {
+      const Carry c = copy.carries[a], d = copy.carries[b];
+      copy.carries.push_back(
+          {between(c.x, d.x), between(c.y, d.y), between(c.z, d.z), between(c.falling, d.falling)});
     }
   }
   state_.place_of_vertex.push_back(place);  // new vertices have the places of their ids
@@ -158,7 +161,7 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
     CopyState& copy = state_.copy(i);
     copy.particles.resize(count);
     copy.velocities.resize(count);
-    copy.falling.resize(state_.options.method == SolverMethod::vertex_block ? count : 0, 1.0F);
+    copy.carries.resize(has_displacements(state_.options) ? count : 0);
     for (std::size_t v = 0; v < places.size(); ++v) {
       const Eigen::Vector3f x = scene.positions()[v].cast<float>();
       copy.particles[first_vertex + places[v]] = {x.x(), x.y(), x.z(), 0};
@@ -241,7 +244,7 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
       CopyState& copy = state_.copy(i);
       copy.particles.resize(static_cast<std::size_t>(end));
       copy.velocities.resize(static_cast<std::size_t>(end));
-      copy.falling.resize(copy.falling.empty() ? 0 : static_cast<std::size_t>(end));
+      copy.carries.resize(copy.carries.empty() ? 0 : static_cast<std::size_t>(end));
     }
     state_.place_of_vertex.resize(static_cast<std::size_t>(end));
     const auto is_gone = [&](Index place) { return place >= end; };

@@ -20,9 +20,10 @@ template <class Constraint>
 float project_one() {
   Vec3<float> x[Constraint::kVertexCount]{};
   float multipliers[Constraint::kMultiplierCount]{};
-  Constraint::template project<ProjectionMode::compliance>(x, {}, {}, Substep<float>{1, 1},
-                                                           multipliers);
-  return multipliers[0];
+  return Constraint::template move<ProjectionMode::compliance>(x, {}, {}, Substep<float>{1, 1},
+                                                               multipliers)
+      .of[0]
+      .x;
 }
 
 float project_all() {

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// How vertices move through a substep: on a CPU, a register of them, or a device.
+///
+/// In compliance mode the unknown of a substep is the displacement u from where a vertex was at its
+/// start, and the position x stays until its end:
+///
+///     start     v' = keep v + kick,  u = c + h v'        c: what x lacks by rounding
+///     sweeps    change u; corners are seen as (x_k - x_0) + (u_k - u_0)
+///     end       x'' = x + u, rounded;  c = u - (x'' - x);  v = v' + (u - (c + h v')) / h
+///
+/// So no velocity is the difference of positions that were rounded: a substep of microseconds far
+/// from the origin moves vertices by less than the spacing of numbers there. In fraction mode
+/// positions move themselves, as in the paper, and round.
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
+#include "pbdsurg/base/vec3.h"
+
+namespace pbdsurg {
+
+/// What a substep does to a vertex that nothing holds.
+template <class Scalar>
+struct FreeMotion {
+  Scalar h;                         ///< s
+  Scalar inverse_h;                 ///< 1/s
+  Scalar keep;                      ///< share of the velocity that drag leaves
+  Vec3<Scalar> kick;                ///< m/s, of gravity
+  Vec3<Scalar> fall;                ///< m, what gravity adds to the way
+  Vec3<Scalar> gravity_per_square;  ///< s^2/m, gravity over its square; zero without gravity
+};
+
+/// m/s, with which a vertex begins a substep; zero where it cannot move.
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> flying_velocity(const FreeMotion<Scalar>& motion,
+                                                        const Vec3<Scalar>& velocity, Scalar w) {
+  return select(w > Scalar(0), motion.keep * velocity + motion.kick, Vec3<Scalar>{});
+}
+
+/// m, the displacement of a vertex that nothing holds.
+/// @param rounding  m, of its position, see Carry
+/// @param velocity  m/s, flying_velocity()
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> flight_of(const FreeMotion<Scalar>& motion,
+                                                  const Vec3<Scalar>& rounding,
+                                                  const Vec3<Scalar>& velocity) {
+  return rounding + motion.h * velocity;
+}
+
+/// m, the displacement from which sweeps of vertex blocks begin: as if the vertex fell as before.
+/// What rests would else fall first, and sweeps that are too few would not bring it back.
+/// @param flight   m, of the vertex
+/// @param falling  see Carry
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> start_of(const FreeMotion<Scalar>& motion,
+                                                 const Vec3<Scalar>& flight, Scalar w,
+                                                 Scalar falling) {
+  return flight - select(w > Scalar(0), Scalar(1) - falling, Scalar(0)) * motion.fall;
+}
+
+/// A vertex after a substep.
+template <class Scalar>
+struct Settled {
+  Vec3<Scalar> x;         ///< m
+  Vec3<Scalar> velocity;  ///< m/s
+  Vec3<Scalar> rounding;  ///< m
+  Scalar falling;
+};
+
+/// @param x         m, where the vertex was, with
+/// @param velocity  m/s, and
+/// @param rounding  m
+/// @param u         m, its displacement
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Settled<Scalar> settle(const FreeMotion<Scalar>& motion,
+                                                  const Vec3<Scalar>& x, Scalar w,
+                                                  const Vec3<Scalar>& velocity,
+                                                  const Vec3<Scalar>& rounding,
+                                                  const Vec3<Scalar>& u) {
+  const Vec3<Scalar> flying = flying_velocity(motion, velocity, w);
+  Settled<Scalar> end;
+  end.velocity = flying + motion.inverse_h * (u - flight_of(motion, rounding, flying));
+  end.x = x + u;
+  end.rounding = u - (end.x - x);
+  const Scalar share = motion.inverse_h * dot(end.velocity - velocity, motion.gravity_per_square);
+  // in this order, of what is no number it makes zero
+  end.falling = select(share > Scalar(0), select(share < Scalar(1), share, Scalar(1)), Scalar(0));
+  return end;
+}
+
+/// Where the corners of a constraint are, as it sees them: from the first.
+/// @param bases   m, where they were at the start of the substep
+/// @param u       m, their displacements
+template <class Scalar, int kVertexCount>
+PBDSURG_HOST_DEVICE inline void see_corners(const Vec3<Scalar> (&bases)[kVertexCount],
+                                            const Vec3<Scalar> (&u)[kVertexCount],
+                                            Vec3<Scalar> (&seen)[kVertexCount]) {
+  for (int k = 1; k < kVertexCount; ++k) {
+    seen[k] = (bases[k] - bases[0]) + (u[k] - u[0]);
+  }
+}
+
+}  // namespace pbdsurg
