@@ -52,11 +52,13 @@ class Chunk {
       parameters[p] = load_lanes(block_.parameters[p] + lane_);
     });
     Vec3<Lanes> seen[kVertices];
-    if constexpr (kDisplaces) {
-      see_corners(bases_, moving_, seen);
-    } else {
-      unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA { seen[k] = moving_[k]; });
-    }
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      if constexpr (kDisplaces) {
+        seen[k] = seen_corner<k>(bases_, moving_);
+      } else {
+        seen[k] = moving_[k];
+      }
+    });
     Moves<Lanes, kVertices> moves;
     Lanes multipliers[Constraint::kMultiplierCount];
     if constexpr (!kRemembers<Constraint, kMode>) {
@@ -67,11 +69,11 @@ class Chunk {
       });
       if constexpr (kDamped) {
         Vec3<Lanes> roundings[kVertices];
+        Damped<Lanes, kVertices> damping;
         unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
           roundings[k] = gather(carries, block_.corners[k] + lane_).x;
+          damping.start[k] = seen_corner<k>(bases_, roundings);
         });
-        Damped<Lanes, kVertices> damping;
-        see_corners(bases_, roundings, damping.start);
         moves =
             Constraint::template move<kMode>(seen, w_, parameters, substep, multipliers, damping);
       } else {

@@ -90,15 +90,29 @@ PBDSURG_HOST_DEVICE inline Settled<Scalar> settle(const FreeMotion<Scalar>& moti
   return end;
 }
 
-/// Where the corners of a constraint are, as it sees them: from the first.
-/// @param bases   m, where they were at the start of the substep
-/// @param u       m, their displacements
+/// Where a corner of a constraint is, as that sees it: from the first.
+/// @param bases  m, where corners were at the start of the substep
+/// @param u      m, their displacements
+template <int kCorner, class Scalar, int kVertexCount>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> seen_corner(const Vec3<Scalar> (&bases)[kVertexCount],
+                                                    const Vec3<Scalar> (&u)[kVertexCount]) {
+  if constexpr (kCorner == 0) {
+    return {};
+  } else {
+    return (bases[kCorner] - bases[0]) + (u[kCorner] - u[0]);
+  }
+}
+
+/// All of them.
 template <class Scalar, int kVertexCount>
 PBDSURG_HOST_DEVICE inline void see_corners(const Vec3<Scalar> (&bases)[kVertexCount],
                                             const Vec3<Scalar> (&u)[kVertexCount],
                                             Vec3<Scalar> (&seen)[kVertexCount]) {
-  for (int k = 1; k < kVertexCount; ++k) {
-    seen[k] = (bases[k] - bases[0]) + (u[k] - u[0]);
+  seen[0] = seen_corner<0>(bases, u);
+  seen[1] = seen_corner<1>(bases, u);
+  if constexpr (kVertexCount == 4) {
+    seen[2] = seen_corner<2>(bases, u);
+    seen[3] = seen_corner<3>(bases, u);
   }
 }
 
