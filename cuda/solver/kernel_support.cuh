@@ -59,7 +59,10 @@ __device__ inline DeviceState of_copy(DeviceState state) {
   } else {
     state.displacements += first;
     state.carries += first;
-    state.flights += state.flights == nullptr ? 0 : first;
+    if (state.flights != nullptr) {
+      state.flights += first;
+      state.fixed_points += first;
+    }
   }
   return state;
 }
@@ -92,6 +95,15 @@ __device__ inline Vec3<float> position_of(const Particle& p) {
 __device__ inline Carry load_carry(const Carry* carry) {
   const float4 c = __ldcg(reinterpret_cast<const float4*>(carry));
   return {c.x, c.y, c.z, c.w};
+}
+
+__device__ inline FixedPoint load_point(const FixedPoint* point) {
+  const uint4 p = __ldcg(reinterpret_cast<const uint4*>(point));
+  return {p.x, p.y, p.z, __uint_as_float(p.w)};
+}
+__device__ inline void store_point(FixedPoint* to, const FixedPoint& point) {
+  *reinterpret_cast<uint4*>(to) =
+      make_uint4(point.x, point.y, point.z, __float_as_uint(point.unit));
 }
 
 /// What moves in a substep, as in MovingVertices.

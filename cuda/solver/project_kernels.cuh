@@ -18,9 +18,10 @@ constexpr int kSerialThreads = 256;  // of the one block of a serial stage
 
 /// What projections read and write beside their records.
 struct Surroundings {
-  Particle* moving;       ///< positions in fraction mode, else displacements
-  const Particle* bases;  ///< in compliance mode, from where these count
-  const Carry* carries;   ///< likewise
+  Particle* moving;          ///< positions in fraction mode, else displacements
+  const Particle* bases;     ///< in compliance mode, from where these count
+  const Carry* carries;      ///< likewise
+  FixedPoint* fixed_points;  ///< of the vertex-block method, else null
   const StepInput* input;
   float* multipliers;       ///< [Constraint::kMultiplierCount][multiplier_stride]
   Index multiplier_stride;  ///< how many records of this kind there are
@@ -35,6 +36,7 @@ __device__ inline Surroundings of_copy(Surroundings around) {
   around.moving += first;
   around.bases += first;
   around.carries += first;
+  around.fixed_points += around.fixed_points == nullptr ? 0 : first;
   around.multipliers += copy_index() * around.multiplier_count;
   return around;
 }
@@ -147,8 +149,18 @@ __device__ void project(const Records& source, const Record<typename Records::Co
       multipliers[m] = __ldcg(around.multipliers + m * around.multiplier_stride + i);
     }
   }
+  [[maybe_unused]] const Corners<Constraint::kVertexCount, kMode, kDamped> before = corners;
   corners.template project<Constraint>(parameters, substep, multipliers);
   corners.store(around, record.places);
+  if constexpr (kMode == ProjectionMode::compliance && !KindOf<Constraint>::kHasCompliance) {
+    if (around.fixed_points != nullptr) {  // in vertex blocks, too
+#pragma unroll
+      for (int k = 0; k < Constraint::kVertexCount; ++k) {
+        FixedPoint* const point = around.fixed_points + record.places[k];
+        store_point(point, moved_point(load_point(point), before.moving[k], corners.moving[k]));
+      }
+    }
+  }
   if (kKeeps && around.leaves_multipliers) {
 #pragma unroll
     for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
@@ -324,6 +336,7 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
     return Surroundings{moving_of(state),
                         state.particles,
                         state.carries,
+                        state.fixed_points,
                         input,
                         multipliers,
                         stride,

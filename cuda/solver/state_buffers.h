@@ -56,6 +56,7 @@ class StateBuffers {
     DeviceBuffer<Particle> particles, previous, displacements, flights;
     DeviceBuffer<Velocity> velocities;
     DeviceBuffer<Carry> carries;
+    DeviceBuffer<FixedPoint> fixed_points;
     DeviceBuffer<Index> vertex_of_place;  // [capacity]
 
     DeviceState reserve(const SolverState& solver, std::size_t capacity);

@@ -153,6 +153,7 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   const float h = dt / static_cast<float>(substeps);
   StepInput header{};
   header.motion = free_motion(data, h);
+  header.unit = data.vertex_blocks.unit();
   header.substep = {1 / h, 1 / (h * h)};
   header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
   header.vertex_count = static_cast<Index>(data.particles.size());

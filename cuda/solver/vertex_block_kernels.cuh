@@ -50,21 +50,12 @@ __device__ inline VertexBlock load_ranges(const VertexBlock* block) {
   return result;
 }
 
-__device__ inline Vec3<float> load_vector(const Particle* particle) {
-  return position_of(load_particle(particle));
-}
-__device__ inline Vec3<float> load_vector(const Carry* carry) {
-  const Carry c = load_carry(carry);
-  return {c.x, c.y, c.z};
-}
-
-/// One lane of a block: see LaneAccess.
+/// One lane of a block within sweeps: see LaneAccess.
 /// @tparam kRowsChange  whether kernels of the step write the numbers that this loads
-template <bool kRowsChange, class Quad>
+template <bool kRowsChange>
 struct DeviceLane {
-  const Particle* bases;
-  const Quad* moving;
-  Vec3<float> own_base;
+  const FixedPoint* fixed_points;
+  FixedPoint own;
   Index lane;
 
   [[nodiscard]] __device__ float load(const float* numbers) const {
@@ -74,10 +65,27 @@ struct DeviceLane {
       return __ldg(numbers + lane);
     }
   }
+  [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
+    const FixedPoint point = load_point(&at(fixed_points, __ldg(corners + lane)));
+    return fixed_difference<float, std::uint32_t>({point.x, point.y, point.z},
+                                                  {own.x, own.y, own.z}, point.unit);
+  }
+};
+
+/// Likewise at the start of a substep: see StartAccess.
+struct DeviceStart {
+  const Particle* bases;
+  const Carry* carries;
+  Vec3<float> own_base;
+  Index lane;
+
+  [[nodiscard]] __device__ float load(const float* numbers) const { return __ldg(numbers + lane); }
   __device__ void store(float number, float* numbers) const { numbers[lane] = number; }
   [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
     const ParticleOffset corner = __ldg(corners + lane);
-    return (load_vector(&at(bases, corner)) - own_base) + load_vector(&at(moving, corner));
+    const Carry carry = load_carry(&at(carries, corner));
+    return (position_of(load_particle(&at(bases, corner))) - own_base) +
+           Vec3<float>{carry.x, carry.y, carry.z};
   }
 };
 
@@ -139,8 +147,8 @@ __global__ void __launch_bounds__(kBlockThreads)
         DampedRows{vertices.blocks, vertices.springs, vertices.volumes, vertices.hinges,
                    vertices.damped_springs, vertices.damped_volumes, vertices.damped_hinges},
         *block,
-        DeviceLane<false, Carry>{state.particles, state.carries,
-                                 load_vector(&at(state.particles, corner)), lane},
+        DeviceStart{state.particles, state.carries,
+                    position_of(load_particle(&at(state.particles, corner))), lane},
         input->substep.inverse_dt);
   }
 }
@@ -158,26 +166,30 @@ struct HeldVertex {
   const ToolArrays& tools;
   StepInput* input;
   Index substep, place, place_room;
-  Index hold;        ///< index of its HeldInput, or kOnlyTouched
-  Vec3<float> base;  ///< m, from where positions count
+  Index hold;  ///< index of its HeldInput, or kOnlyTouched
+  SplitPosition position;
 
   struct Grasp {
     AttachmentInput attachment;
-    const Vec3<float>& base;
+    const SplitPosition& position;
     Vec3<float>* stored;
 
-    [[nodiscard]] __device__ Vec3<float> target() const { return attachment.target - base; }
+    [[nodiscard]] __device__ Vec3<float> target() const {
+      return position.way_to(attachment.target);
+    }
     [[nodiscard]] __device__ float compliance() const { return attachment.compliance; }
     __device__ void set_multiplier(const Vec3<float>& multiplier) const { *stored = multiplier; }
   };
 
   struct Touch {
     ContactPlane plane;
-    const Vec3<float>& base;
+    const SplitPosition& position;
     float* stored;
 
     [[nodiscard]] __device__ Vec3<float> normal() const { return plane.normal; }
-    [[nodiscard]] __device__ float offset() const { return plane.offset - dot(plane.normal, base); }
+    [[nodiscard]] __device__ float offset() const {
+      return position.height_to(plane.normal, plane.offset);
+    }
     [[nodiscard]] __device__ float multiplier() const { return *stored; }
     __device__ void set_multiplier(float multiplier) const { *stored = multiplier; }
   };
@@ -193,7 +205,7 @@ struct HeldVertex {
     const HeldInput held = load_constant(table<HeldInput>(input, input->held) + hold);
     for (Index i = held.first + held.count; i-- > held.first;) {
       const Index a = order[i];
-      visit(Grasp{load_constant(attachments + a), base, tools.attachment_multipliers + a});
+      visit(Grasp{load_constant(attachments + a), position, tools.attachment_multipliers + a});
     }
   }
 
@@ -202,7 +214,7 @@ struct HeldVertex {
     for (Index pusher = input->pusher_count; pusher-- > 0;) {
       if (touches(tools, pusher, place)) {
         const std::size_t slot = of_pusher(pusher, place_room) + static_cast<std::size_t>(place);
-        visit(Touch{tools.planes[slot], base, tools.contact_multipliers + slot});
+        visit(Touch{tools.planes[slot], position, tools.contact_multipliers + slot});
       }
     }
   }
@@ -233,11 +245,12 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (!(p.w > 0)) {
     return;  // without tissue
   }
-  const Vec3<float> x = position_of(p);
-  const Vec3<float> base = load_vector(&at(state.particles, corner));
+  const Vec3<float> u = position_of(p);
+  const FixedPoint point = load_point(&at(state.fixed_points, corner));
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   VertexEnergy<float> start;
-  start.add_pull(inverse_dt_squared / p.w, load_vector(&at(state.flights, corner)) - x);
+  start.add_pull(inverse_dt_squared / p.w,
+                 position_of(load_particle(&at(state.flights, corner))) - u);
   [[maybe_unused]] Index hold = kInvalidIndex;
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);
@@ -246,19 +259,24 @@ __global__ void __launch_bounds__(kBlockThreads)
   const auto solve = [&](const VertexEnergy<float>& energy) {
     if constexpr (kTools) {
       if (hold != kInvalidIndex) {
+        const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
         const HeldVertex held{tools,          input, sweep.substep, place_at(corner),
-                              state.capacity, hold,  base};
-        return move_held(held, x, energy, 1 / inverse_dt_squared);
+                              state.capacity, hold,  {base, u}};
+        return move_held(held, energy, 1 / inverse_dt_squared);
       }
     }
-    return x + sweep.relaxation * VertexFactor<float>(energy).solve(energy.force);
+    return sweep.relaxation * VertexFactor<float>(energy).solve(energy.force);
   };
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
-  const Vec3<float> moved = move_vertex(
-      rows, block, DeviceLane<kDamped, Particle>{state.particles, state.displacements, base, lane},
-      x, start, solve);
+  if (is_lost(point)) {
+    block = {};
+  }
+  const Vec3<float> moved =
+      u +
+      move_vertex(rows, block, DeviceLane<kDamped>{state.fixed_points, point, lane}, start, solve);
   store_particle(particle, moved, p.w);
+  store_point(&at(state.fixed_points, corner), moved_point(point, u, moved));
 }
 
 void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceState& state,

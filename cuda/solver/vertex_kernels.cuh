@@ -69,13 +69,15 @@ __global__ void __launch_bounds__(kVertexThreads)
   const Carry carry = load_carry(state.carries + i);
   Vec3<float> rounding{carry.x, carry.y, carry.z};
   float falling = carry.falling;
+  Vec3<float> x = position_of(p);
   if constexpr (kEnds) {
-    const Settled<float> end = settle(motion, position_of(p), p.w, velocity, rounding,
+    const Settled<float> end = settle(motion, x, p.w, velocity, rounding,
                                       position_of(load_particle(state.displacements + i)));
     velocity = end.velocity;
     rounding = end.rounding;
     falling = end.falling;
-    store_particle(state.particles + i, end.x, p.w);
+    x = end.x;
+    store_particle(state.particles + i, x, p.w);
     store_velocity(state.velocities + i, velocity);
     *reinterpret_cast<float4*>(state.carries + i) =
         make_float4(rounding.x, rounding.y, rounding.z, falling);
@@ -85,6 +87,7 @@ __global__ void __launch_bounds__(kVertexThreads)
     if (state.flights != nullptr) {
       store_particle(state.flights + i, u, p.w);
       u = start_of(motion, u, p.w, falling);
+      store_point(state.fixed_points + i, fixed_point(x, u, input->unit));
     }
     store_particle(state.displacements + i, u, p.w);
   }

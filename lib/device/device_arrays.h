@@ -32,7 +32,9 @@ struct DeviceState {
   // in compliance mode, else null
   Particle* displacements;  ///< [copy][capacity] as in StepScratch
   Carry* carries;           ///< [copy][capacity]
-  Particle* flights;        ///< [copy][capacity] of the vertex-block method, as in StepScratch
+  // of the vertex-block method, else null
+  Particle* flights;         ///< [copy][capacity] as in StepScratch
+  FixedPoint* fixed_points;  ///< [copy][capacity] likewise
   Index capacity;
 
   bool operator==(const DeviceState&) const = default;
@@ -159,6 +161,7 @@ struct alignas(16) HeldInput {
 struct alignas(16) StepInput {
   FreeMotion<float> motion;
   Substep<float> substep;      ///< lengths
+  float unit;                  ///< m, of fixed points
   float force_per_multiplier;  ///< 1/s^2
   Index vertex_count;
   Index contact_capacity;

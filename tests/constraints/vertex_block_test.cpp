@@ -92,8 +92,8 @@ struct Sample {
       }
     }
     const auto& face = kTetTriangles[vertex];
-    energy.add_volume(terms.stiffness / 36, 6 * terms.target, to_vec3(x[vertex]),
-                      to_vec3(x[face[0]]), to_vec3(x[face[1]]), to_vec3(x[face[2]]));
+    energy.add_volume(terms.stiffness / 36, 6 * terms.target, to_vec3(x[face[0]] - x[vertex]),
+                      to_vec3(x[face[1]] - x[vertex]), to_vec3(x[face[2]] - x[vertex]));
     if (with_spring) {
       energy.add_spring(spring.stiffness, spring.rest, to_vec3(spring.end - x[vertex]));
     }
@@ -214,8 +214,8 @@ TEST_CASE("vertex block: small strains feel the moduli asked for", "[property]")
       }
     }
     const auto& face = kTetTriangles[i];
-    energy.add_volume(terms.stiffness / 36, 6 * terms.target, to_vec3(x[i]), to_vec3(x[face[0]]),
-                      to_vec3(x[face[1]]), to_vec3(x[face[2]]));
+    energy.add_volume(terms.stiffness / 36, 6 * terms.target, to_vec3(x[face[0]] - x[i]),
+                      to_vec3(x[face[1]] - x[i]), to_vec3(x[face[2]] - x[i]));
     virial -= to_eigen(energy.force) * rest[i].transpose();
   }
   const Eigen::Matrix3d stress = virial / volume_of(rest);
@@ -272,8 +272,9 @@ TEST_CASE("vertex block: a step stays finite and downhill in single precision", 
   VertexEnergy<float> energy;
   const Vec3<float> x{0.3F * edge, 0.2F * edge, 0.9F * edge};
   energy.add_pull(1e-3F, {0, 0, -edge});
-  energy.add_volume(ratio * 1e-3F / (edge * edge * edge * edge), 0.1F * edge * edge * edge, x,
-                    {edge, 0, 0}, {0, edge, 0}, {0, 0, 0.1F * edge});
+  energy.add_volume(ratio * 1e-3F / (edge * edge * edge * edge), 0.1F * edge * edge * edge,
+                    Vec3<float>{edge, 0, 0} - x, Vec3<float>{0, edge, 0} - x,
+                    Vec3<float>{0, 0, 0.1F * edge} - x);
 
   const Vec3<float> move = VertexFactor<float>(energy).solve(energy.force);
 

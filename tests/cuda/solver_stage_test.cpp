@@ -103,6 +103,12 @@ std::string motion_difference(Device& device, const SolverData& data) {
   return found;
 }
 
+bool same_points(Device& device, const SolverData& data) {
+  const std::vector<FixedPoint> here = device.of_places(device.state.arrays().fixed_points);
+  const std::vector<FixedPoint>& there = data.step_scratch.fixed_points;
+  return std::memcmp(here.data(), there.data(), there.size() * sizeof there[0]) == 0;
+}
+
 // Some that no step would leave.
 void carry_something(SolverData& data) {
   for (std::size_t place = 0; place < data.carries.size(); ++place) {
@@ -376,6 +382,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     REQUIRE(motion_difference(device, data).empty());
     REQUIRE(difference(device.of_places(state.flights), data.step_scratch.flights).empty());
     REQUIRE(difference(device.displacements(), data.step_scratch.displacements).empty());
+    REQUIRE(same_points(device, data));
 
     place_tools(data, substep == 0 ? 0.5F : 1.0F);
     find_contacts(step, report);
@@ -418,6 +425,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
                           device.constraints.arrays(), input, launch);
         }
         REQUIRE(difference(device.displacements(), data.step_scratch.displacements).empty());
+        REQUIRE(same_points(device, data));
       }
     }
     if (has_tools) {

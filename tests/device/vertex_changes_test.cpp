@@ -52,7 +52,7 @@ struct HostRows {
   }
 
   /// Moves all vertices of a stage, the last first, as if no tool were there.
-  void solve(const Stage& stage, const std::vector<Particle>& bases,
+  void solve(const Stage& stage, std::vector<FixedPoint>& points,
              std::vector<Particle>& displacements, const std::vector<Particle>& flights,
              float relaxation) {
     const VertexRows rows{blocks.data(), pulls.data(), springs.data(), volumes.data(),
@@ -64,14 +64,17 @@ struct HostRows {
         if (!(p.w > 0)) {
           continue;
         }
-        const Vec3<float> x = load(p);
+        const Vec3<float> u = load(p);
         VertexEnergy<float> start;
-        start.add_pull(kSubstep.inverse_dt_squared / p.w, load(at(flights.data(), corner)) - x);
+        start.add_pull(kSubstep.inverse_dt_squared / p.w, load(at(flights.data(), corner)) - u);
         const auto alone = [&](const VertexEnergy<float>& energy) {
-          return x + relaxation * VertexFactor<float>(energy).solve(energy.force);
+          return relaxation * VertexFactor<float>(energy).solve(energy.force);
         };
-        const LaneAccess access(bases.data(), displacements.data(), corner, lane);
-        store(p, move_vertex(rows, blocks[b], access, x, start, alone));
+        FixedPoint& point = at(points.data(), corner);
+        const LaneAccess access{points.data(), point, lane};
+        const Vec3<float> moved = u + move_vertex(rows, blocks[b], access, start, alone);
+        store(p, moved);
+        point = moved_point(point, u, moved);
       }
     }
   }
@@ -82,8 +85,8 @@ struct HostRows {
                           damped_hinges.data()};
     for (const VertexBlock& block : blocks) {
       for (Index lane = 0; block.is_damped && lane < block.lane_count; ++lane) {
-        const LaneAccess access(data.particles.data(), data.carries.data(), block.corners[lane],
-                                lane);
+        const StartAccess access{data.particles.data(), data.carries.data(),
+                                 load(at(data.particles.data(), block.corners[lane])), lane};
         add_damping(rows, block, access, kSubstep.inverse_dt);
       }
     }
@@ -147,9 +150,12 @@ bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
     const float share = v % 3 == 0 ? 0.1F : -0.03F;
     scratch.displacements[v] = {share * p.x, share * p.y, share * p.z, p.w};
     data.carries[v] = {1e-3F * p.z, -1e-3F * p.x, 2e-3F * p.y, 1};
+    scratch.fixed_points[v] =
+        fixed_point(load(p), load(scratch.displacements[v]), data.vertex_blocks.unit());
   }
   const std::vector<Particle> flights = scratch.flights = scratch.displacements;
   std::vector<Particle> displacements = flights;
+  std::vector<FixedPoint> points = scratch.fixed_points;
   damp_rows(step, kSubstep.inverse_dt);
   rows.prepare(data);
   for (const float relaxation : {1.6F, 1.0F}) {
@@ -161,7 +167,7 @@ bool have_serial_bits(HostRows& rows, const StagePlan& plan, SolverData& data) {
     }
     for (const Stage& stage : plan.stages()) {
       if (stage.kind == PhaseKind::vertex) {
-        rows.solve(stage, data.particles, displacements, flights, relaxation);
+        rows.solve(stage, points, displacements, flights, relaxation);
       }
     }
   }

@@ -72,7 +72,10 @@ struct Entry {
 // [vertex_count] the energy around each vertex that has a place in some block
 std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Particle>& particles) {
   std::vector<Entry> entries(particles.size());
-  const std::vector<Particle> still(particles.size());
+  std::vector<FixedPoint> points;
+  for (const Particle& p : particles) {
+    points.push_back(fixed_point({p.x, p.y, p.z}, {}, blocks.unit()));
+  }
   const VertexRows rows = blocks.rows();
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
@@ -80,8 +83,7 @@ std::vector<Entry> energies(const VertexBlocks& blocks, const std::vector<Partic
       const Index v = place_at(block.corners[lane]);
       CHECK_FALSE(entries[v].found);
       entries[v].found = true;
-      const LaneAccess access(particles.data(), still.data(), block.corners[lane], lane);
-      add_rows(rows, block, access, {}, entries[v].energy);
+      add_rows(rows, block, LaneAccess{points.data(), points[v], lane}, entries[v].energy);
     }
   }
   return entries;

@@ -131,6 +131,10 @@ struct HostStages {
     }
     for (std::size_t k = 0; k < kVertices; ++k) {
       store(vertices.moving[places[k]], moving[k] + moves.of[k]);
+      if (vertices.points != nullptr) {
+        FixedPoint& point = vertices.points[places[k]];
+        point = moved_point(point, moving[k], moving[k] + moves.of[k]);
+      }
     }
   }
 

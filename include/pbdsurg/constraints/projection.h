@@ -96,6 +96,7 @@ struct InPlace {
 
 /// A constant and no function: devices cannot call the standard library's.
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();  ///< likewise
 
 /// Whether a length or a mobility can be divided by: positive and finite. Exact zero only: any
 /// other threshold would depend on the unit and the size of the tissue.

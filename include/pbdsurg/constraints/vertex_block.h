@@ -113,14 +113,13 @@ struct VertexEnergy {
   /// The volume of a tetrahedron.
   /// @param stiffness  N/m^5 / 36, >= 0
   /// @param target     6 m^3
-  /// @param x          m, the vertex
-  /// @param a          m, with b and c: the face opposite, counter-clockwise seen from outside
-  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& x,
-                                      const Vec3<Scalar>& a, const Vec3<Scalar>& b,
-                                      const Vec3<Scalar>& c) {
+  /// @param a          m, with b and c: the face opposite, from the vertex, counter-clockwise seen
+  ///                   from outside
+  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& a,
+                                      const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
     // minus six times the gradient of the volume
     const Vec3<Scalar> face = cross(b - a, c - a);
-    force = force + (stiffness * (dot(a - x, face) - target)) * face;
+    force = force + (stiffness * (dot(a, face) - target)) * face;
     add_square(stiffness, face);
   }
 

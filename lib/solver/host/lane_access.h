@@ -7,29 +7,42 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
+#include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/particle.h"
 
 namespace pbdsurg {
 
-/// @tparam Quad  of displacements or roundings
-template <class Quad>
+/// Within sweeps.
 struct LaneAccess {
   using Scalar = float;
 
-  const Particle* bases;
-  const Quad* moving;
-  Vec3<float> own_base;  ///< m, from where positions count
+  const FixedPoint* fixed_points;
+  const FixedPoint& own;  ///< of the lane's vertex, from where positions count
   Index lane;
 
-  LaneAccess(const Particle* from, const Quad* quads, ParticleOffset own, Index which)
-      : bases(from), moving(quads), own_base(pbdsurg::load(at(from, own))), lane(which) {}
+  [[nodiscard]] float load(const float* numbers) const noexcept { return numbers[lane]; }
+  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
+    const FixedPoint& point = at(fixed_points, corners[lane]);
+    return fixed_difference<float, std::uint32_t>({point.x, point.y, point.z},
+                                                  {own.x, own.y, own.z}, point.unit);
+  }
+};
+
+/// At the start of a substep.
+struct StartAccess {
+  using Scalar = float;
+
+  const Particle* bases;
+  const Carry* carries;
+  Vec3<float> own_base;  ///< m
+  Index lane;
 
   [[nodiscard]] float load(const float* numbers) const noexcept { return numbers[lane]; }
   void store(float number, float* numbers) const noexcept { numbers[lane] = number; }
   [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
     return (pbdsurg::load(at(bases, corners[lane])) - own_base) +
-           pbdsurg::load(at(moving, corners[lane]));
+           pbdsurg::load(at(carries, corners[lane]));
   }
 };
 

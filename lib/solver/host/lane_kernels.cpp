@@ -26,6 +26,33 @@ HWY_INLINE void unroll(const F& f) {
   (std::make_integer_sequence<int, kCount>{});
 }
 
+HWY_INLINE Vec3<IntLanes> bits_as_int(const Vec3<Lanes>& v) {
+  return {bits_as_int(v.x), bits_as_int(v.y), bits_as_int(v.z)};
+}
+
+// In the bits of floats; lost where a condition does not hold.
+HWY_INLINE ParticleLanes fixed_quads(const Vec3<IntLanes>& point, LaneMask is_there, Lanes unit) {
+  const auto bits = [&](IntLanes number) PBDSURG_INLINE_LAMBDA {
+    return select(is_there, bits_as_float(number), Lanes(0));
+  };
+  return {{bits(point.x), bits(point.y), bits(point.z)}, select(is_there, unit, Lanes(kNoNumber))};
+}
+
+// As fixed_point().
+HWY_INLINE ParticleLanes fixed_point(const Vec3<Lanes>& base, const Vec3<Lanes>& u, Lanes unit,
+                                     Lanes inverse_unit) {
+  return fixed_quads(fixed_base(base, inverse_unit) + fixed_way(u, inverse_unit),
+                     is_fixable_base(base, inverse_unit) & is_fixable_way(u, inverse_unit), unit);
+}
+
+// As moved_point().
+HWY_INLINE ParticleLanes moved_point(const ParticleLanes& point, const Vec3<Lanes>& before,
+                                     const Vec3<Lanes>& u, Lanes unit, Lanes inverse_unit) {
+  return fixed_quads(
+      bits_as_int(point.x) + fixed_way(u, inverse_unit) - fixed_way(before, inverse_unit),
+      (point.w > Lanes(0)) & is_fixable_way(u, inverse_unit), unit);
+}
+
 // kLanes constraints on their way through registers.
 template <class Constraint, ProjectionMode kMode, bool kDamped>
 class Chunk {
@@ -46,7 +73,7 @@ class Chunk {
     });
   }
 
-  HWY_INLINE void project([[maybe_unused]] const Carry* carries, const Substep<Lanes>& substep) {
+  HWY_INLINE void project(const ProjectionState& state, const Substep<Lanes>& substep) {
     Lanes parameters[Constraint::kParameterCount];
     unroll<Constraint::kParameterCount>([&](auto p) PBDSURG_INLINE_LAMBDA {
       parameters[p] = load_lanes(block_.parameters[p] + lane_);
@@ -71,7 +98,7 @@ class Chunk {
         Vec3<Lanes> roundings[kVertices];
         Damped<Lanes, kVertices> damping;
         unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
-          roundings[k] = gather(carries, block_.corners[k] + lane_).x;
+          roundings[k] = gather(state.carries, block_.corners[k] + lane_).x;
           damping.start[k] = seen_corner<k>(bases_, roundings);
         });
         moves =
@@ -82,6 +109,11 @@ class Chunk {
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         store_lanes(multipliers[m], stored_.values[m] + lane_);
       });
+    }
+    if constexpr (kDisplaces && !KindOf<Constraint>::kHasCompliance) {  // in vertex blocks, too
+      if (state.fixed_points != nullptr) {
+        move_points(state, moves);
+      }
     }
     unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA { moving_[k] = moving_[k] + moves.of[k]; });
   }
@@ -94,6 +126,18 @@ class Chunk {
 
  private:
   static constexpr int kVertices = Constraint::kVertexCount;
+
+  HWY_INLINE void move_points(const ProjectionState& state,
+                              const Moves<Lanes, kVertices>& moves) const {
+    const Lanes unit(state.unit), inverse_unit(1 / state.unit);
+    unroll<kVertices>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      const ParticleOffset* const corners = block_.corners[k] + lane_;
+      scatter(moved_point(gather(state.fixed_points, corners), moving_[k], moving_[k] + moves.of[k],
+                          unit, inverse_unit),
+              state.fixed_points, corners);
+    });
+  }
+
   static constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
 
   const ConstraintBlock<Constraint>& block_;
@@ -117,15 +161,15 @@ HWY_FLATTEN void project(const BlockRange<Constraint>& range, const ProjectionSt
     Chunk<Constraint, kMode, kDamped> one(range, slot), two(range, slot + kLanes);
     one.gather_from(state);
     two.gather_from(state);
-    one.project(state.carries, substep);
-    two.project(state.carries, substep);
+    one.project(state, substep);
+    two.project(state, substep);
     one.scatter_to(state.moving);
     two.scatter_to(state.moving);
   }
   if (slot < end) {
     Chunk<Constraint, kMode, kDamped> chunk(range, slot);
     chunk.gather_from(state);
-    chunk.project(state.carries, substep);
+    chunk.project(state, substep);
     chunk.scatter_to(state.moving);
   }
 }
@@ -216,14 +260,14 @@ class QuadLanes {
   }
 
   [[nodiscard]] HWY_INLINE ParticleLanes load() const {
-    return load_interleaved(count_ < kLanes ? &copies_->x : &from_->x);
+    return load_interleaved(reinterpret_cast<const float*>(count_ < kLanes ? copies_ : from_));
   }
   HWY_INLINE void store(const ParticleLanes& lanes) {
     if (count_ == kLanes) {
-      store_interleaved(lanes, &from_->x);
+      store_interleaved(lanes, reinterpret_cast<float*>(from_));
       return;
     }
-    store_interleaved(lanes, &copies_->x);
+    store_interleaved(lanes, reinterpret_cast<float*>(copies_));
     for (Index i = 0; i < count_; ++i) {
       from_[i] = copies_[i];
     }
@@ -267,14 +311,17 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<fl
 
 HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotion<float>& single) {
   const FreeMotion<Lanes> motion = broadcast(single);
+  const Lanes unit(range.unit), inverse_unit(1 / range.unit);
   for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
-    const Lanes w = QuadLanes(range.particles, first, count).load().w;
+    const ParticleLanes p = QuadLanes(range.particles, first, count).load();
+    const Lanes w = p.w;
     const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
     const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
     Vec3<Lanes> u = flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
     if (range.flights != nullptr) {
       QuadLanes(range.flights, first, count).store({u, w});
       u = start_of(motion, u, w, carry.w);
+      QuadLanes(range.fixed_points, first, count).store(fixed_point(p.x, u, unit, inverse_unit));
     }
     QuadLanes(range.displacements, first, count).store({u, w});
   });
@@ -296,51 +343,66 @@ HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& singl
   });
 }
 
-// kLanes lanes of a block, from one on.
-// @tparam Stored  of displacements or roundings
-template <class Stored>
+// kLanes lanes of a block, from one on, within sweeps.
 struct RegisterAccess {
   using Scalar = Lanes;
 
-  const Particle* bases;
-  const Stored* moving;
-  Vec3<Lanes> own_base;
+  const FixedPoint* fixed_points;
+  Vec3<IntLanes> own;
   Index lane;
 
-  HWY_INLINE RegisterAccess(const Particle* from, const Stored* quads, const VertexBlock& block,
-                            Index first)
-      : bases(from), moving(quads), own_base(gather(from, block.corners + first).x), lane(first) {}
+  [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
+    return load_lanes(numbers + lane);
+  }
+  [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
+    const ParticleLanes p = gather(fixed_points, corners + lane);
+    return fixed_difference(bits_as_int(p.x), own, p.w);
+  }
+};
+
+// Likewise at the start of a substep.
+struct RegisterStart {
+  using Scalar = Lanes;
+
+  const Particle* bases;
+  const Carry* carries;
+  Vec3<Lanes> own_base;
+  Index lane;
 
   [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
     return load_lanes(numbers + lane);
   }
   HWY_INLINE void store(Lanes lanes, float* numbers) const { store_lanes(lanes, numbers + lane); }
   [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
-    return (gather(bases, corners + lane).x - own_base) + gather(moving, corners + lane).x;
+    return (gather(bases, corners + lane).x - own_base) + gather(carries, corners + lane).x;
   }
 };
 
 HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
                                     Index block_index) {
   const VertexBlock& block = rows.blocks[block_index];
+  const Lanes unit(state.unit), inverse_unit(1 / state.unit);
   LaneBits left = 0;
   for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
-    const RegisterAccess access(state.bases, state.displacements, block, lane);
     ParticleLanes own = gather(state.displacements, block.corners + lane);
+    const ParticleLanes point = gather(state.fixed_points, block.corners + lane);
     const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
     const LaneMask moves = own.w > Lanes(0);
     VertexEnergy<Lanes> energy;
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
                     flight - own.x);
-    add_rows(rows, block, access, own.x, energy);
-    const Vec3<Lanes> moved =
-        own.x + Lanes(state.relaxation) * VertexFactor<Lanes>(energy).solve(energy.force);
-    const Vec3<Lanes> way = moved - own.x;
-    const LaneMask is_finite = dot(way, way) < Lanes(std::numeric_limits<float>::infinity());
+    add_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane}, energy);
+    const Vec3<Lanes> move =
+        Lanes(state.relaxation) * VertexFactor<Lanes>(energy).solve(energy.force);
+    const LaneMask is_finite =
+        (dot(move, move) < Lanes(std::numeric_limits<float>::infinity())) & (point.w > Lanes(0));
     const LaneBits finite = bits_of(is_finite) << lane;
     const LaneBits asked = ~state.left_out[block_index];
-    own.x = select(moves & is_finite & mask_of(asked >> lane), moved, own.x);
+    const Vec3<Lanes> before = own.x;
+    own.x = select(moves & is_finite & mask_of(asked >> lane), before + move, before);
     scatter(own, state.displacements, block.corners + lane);
+    scatter(moved_point(point, before, own.x, unit, inverse_unit), state.fixed_points,
+            block.corners + lane);
     left |= ~(finite & asked) & (bits_of(moves) << lane);
   }
   return left;
@@ -351,7 +413,9 @@ HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const 
   for (Index b = first; b < last; ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; block.is_damped && lane < kBlockLanes; lane += kLanes) {
-      add_damping(rows, block, RegisterAccess(bases, carries, block, lane), Lanes(inverse_dt));
+      add_damping(rows, block,
+                  RegisterStart{bases, carries, gather(bases, block.corners + lane).x, lane},
+                  Lanes(inverse_dt));
     }
   }
 }

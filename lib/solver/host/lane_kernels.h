@@ -33,6 +33,8 @@ struct ProjectionState {
   const Particle* bases;  ///< from where these count; read in compliance mode only
   const Carry* carries;   ///< read with damping only
   Substep<float> substep;
+  FixedPoint* fixed_points;  ///< of the vertex-block method, else null
+  float unit;                ///< m, of these
 };
 
 /// What has been seen of the values of constraints.
@@ -56,9 +58,11 @@ struct ConstraintKernels {
 /// Vertices [first, last) of all.
 struct VertexRange {
   Particle* particles;
-  Particle* previous;       ///< in fraction mode
-  Particle* displacements;  ///< in compliance mode
-  Particle* flights;        ///< of the vertex-block method, else null
+  Particle* previous;        ///< in fraction mode
+  Particle* displacements;   ///< in compliance mode
+  Particle* flights;         ///< of the vertex-block method, else null
+  FixedPoint* fixed_points;  ///< likewise
+  float unit;                ///< m, of these
   Velocity* velocities;
   Carry* carries;  ///< in compliance mode
   Index first;

@@ -17,6 +17,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
 
+#include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/state/particle.h"
 
@@ -94,6 +95,37 @@ HWY_INLINE Lanes select(LaneMask condition, Lanes a, Lanes b) {
   return hn::IfThenElse(condition.value, a.value, b.value);
 }
 
+/// A register of integers modulo 2^32.
+struct IntLanes {
+  using IntTag = hn::RebindToSigned<Tag>;
+
+  hn::Vec<IntTag> value;
+
+  IntLanes() : value(hn::Zero(IntTag())) {}
+  IntLanes(hn::Vec<IntTag> lanes) : value(lanes) {}
+};
+HWY_INLINE IntLanes operator+(IntLanes a, IntLanes b) {
+  return hn::Add(a.value, b.value);
+}
+HWY_INLINE IntLanes operator-(IntLanes a, IntLanes b) {
+  return hn::Sub(a.value, b.value);
+}
+HWY_INLINE IntLanes nearest_int(Lanes a) {
+  return hn::NearestInt(a.value);
+}
+HWY_INLINE Lanes to_float(IntLanes a) {
+  return hn::ConvertTo(Tag(), a.value);
+}
+HWY_INLINE IntLanes shifted_up(IntLanes a) {
+  return hn::ShiftLeft<kSplitBits>(a.value);
+}
+HWY_INLINE IntLanes bits_as_int(Lanes a) {
+  return hn::BitCast(IntLanes::IntTag(), a.value);
+}
+HWY_INLINE Lanes bits_as_float(IntLanes a) {
+  return hn::BitCast(Tag(), a.value);
+}
+
 /// As the template of this name. Estimates end where numbers lose their normal form.
 HWY_INLINE LaneMask is_usable(Lanes a) {
   constexpr float kLeast = kFast ? 8 * std::numeric_limits<float>::min() : 0;
@@ -132,7 +164,7 @@ template <class D, class Stored>
 HWY_INLINE hn::Vec<D> gather_quads(D, const Stored* quads, const ParticleOffset* corners) {
   constexpr int kQuads = static_cast<int>(hn::MaxLanes(D())) / 4;
   if constexpr (kQuads == 1) {
-    return hn::Load(Quad(), &at(quads, *corners).x);
+    return hn::Load(Quad(), reinterpret_cast<const float*>(&at(quads, *corners)));
   } else {
     const hn::Half<D> half;
     return hn::Combine(D(), gather_quads(half, quads, corners + 2 * kQuads),
@@ -140,16 +172,15 @@ HWY_INLINE hn::Vec<D> gather_quads(D, const Stored* quads, const ParticleOffset*
   }
 }
 
-template <class D>
-HWY_INLINE void scatter_quads(D, hn::Vec<D> quads, Particle* particles,
-                              const ParticleOffset* corners) {
+template <class D, class Stored>
+HWY_INLINE void scatter_quads(D, hn::Vec<D> lanes, Stored* quads, const ParticleOffset* corners) {
   constexpr int kQuads = static_cast<int>(hn::MaxLanes(D())) / 4;
   if constexpr (kQuads == 1) {
-    hn::Store(quads, Quad(), &at(particles, *corners).x);
+    hn::Store(lanes, Quad(), reinterpret_cast<float*>(&at(quads, *corners)));
   } else {
     const hn::Half<D> half;
-    scatter_quads(half, hn::LowerHalf(half, quads), particles, corners);
-    scatter_quads(half, hn::UpperHalf(half, quads), particles, corners + 2 * kQuads);
+    scatter_quads(half, hn::LowerHalf(half, lanes), quads, corners);
+    scatter_quads(half, hn::UpperHalf(half, lanes), quads, corners + 2 * kQuads);
   }
 }
 
@@ -188,16 +219,16 @@ HWY_INLINE ParticleLanes gather(const Stored* quads, const ParticleOffset* corne
 }
 
 /// @param corners  [kLanes] all different
-HWY_INLINE void scatter(const ParticleLanes& lanes, Particle* particles,
-                        const ParticleOffset* corners) {
+template <class Stored>
+HWY_INLINE void scatter(const ParticleLanes& lanes, Stored* quads, const ParticleOffset* corners) {
   const Register xy_low = hn::InterleaveLower(Tag(), lanes.x.x.value, lanes.x.y.value);
   const Register xy_high = hn::InterleaveUpper(Tag(), lanes.x.x.value, lanes.x.y.value);
   const Register zw_low = hn::InterleaveLower(Tag(), lanes.x.z.value, lanes.w.value);
   const Register zw_high = hn::InterleaveUpper(Tag(), lanes.x.z.value, lanes.w.value);
-  detail::scatter_quads(Tag(), detail::lower_pairs(xy_low, zw_low).value, particles, corners);
-  detail::scatter_quads(Tag(), detail::upper_pairs(xy_low, zw_low).value, particles, corners + 1);
-  detail::scatter_quads(Tag(), detail::lower_pairs(xy_high, zw_high).value, particles, corners + 2);
-  detail::scatter_quads(Tag(), detail::upper_pairs(xy_high, zw_high).value, particles, corners + 3);
+  detail::scatter_quads(Tag(), detail::lower_pairs(xy_low, zw_low).value, quads, corners);
+  detail::scatter_quads(Tag(), detail::upper_pairs(xy_low, zw_low).value, quads, corners + 1);
+  detail::scatter_quads(Tag(), detail::lower_pairs(xy_high, zw_high).value, quads, corners + 2);
+  detail::scatter_quads(Tag(), detail::upper_pairs(xy_high, zw_high).value, quads, corners + 3);
 }
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

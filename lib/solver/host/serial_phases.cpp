@@ -73,7 +73,14 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
         }
       }
       for (int k = 0; k < kVertices; ++k) {
-        store(at(vertices.moving, block.corners[k][lane]), moving[k] + moves.of[k]);
+        const Vec3<float> moved = moving[k] + moves.of[k];
+        store(at(vertices.moving, block.corners[k][lane]), moved);
+        if constexpr (kDisplaces && !KindOf<Constraint>::kHasCompliance) {  // in vertex blocks, too
+          if (vertices.points != nullptr) {
+            FixedPoint& point = at(vertices.points, block.corners[k][lane]);
+            point = moved_point(point, moving[k], moved);
+          }
+        }
       }
     }
   }

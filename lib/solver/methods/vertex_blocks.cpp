@@ -33,13 +33,14 @@ auto vertices_of(std::span<const Element> elements) {
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                            std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-                           const ColoringOptions& coloring)
+                           const ColoringOptions& coloring, float unit)
     : tets_(std::move(tets)),
       given_(std::move(springs)),
       given_hinges_(std::move(hinges)),
       places_(moves.size()),
       needs_(moves.size()),
       is_touched_(moves.size(), false) {
+  unit_ = unit;
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_.values())));
   springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_.values())));
@@ -386,7 +387,8 @@ void add_damping(const DampedRows& rows, Index block_count, std::span<const Part
   for (Index b = 0; b < block_count; ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; block.is_damped && lane < kBlockLanes; ++lane) {
-      const LaneAccess access(bases.data(), carries.data(), block.corners[lane], lane);
+      const StartAccess access{bases.data(), carries.data(),
+                               load(at(bases.data(), block.corners[lane])), lane};
       add_damping(rows, block, access, inverse_dt);
     }
   }

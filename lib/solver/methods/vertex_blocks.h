@@ -14,6 +14,7 @@
 #include "pbdsurg/coloring/color.h"
 #include "pbdsurg/mesh/topology.h"
 
+#include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/state/particle.h"
 
@@ -60,9 +61,13 @@ class VertexBlocks {
   /// @param springs   [spring_count] likewise
   /// @param hinges    [hinge_count] likewise
   /// @param coloring  of the vertices, without max_colors
+  /// @param unit      m, of fixed points
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-               const ColoringOptions& coloring);
+               const ColoringOptions& coloring, float unit = kUsualUnit);
+
+  /// m, of fixed points.
+  [[nodiscard]] float unit() const noexcept { return unit_; }
 
   [[nodiscard]] Index color_count() const noexcept {
     return static_cast<Index>(first_block_.size()) - 1;
@@ -184,6 +189,7 @@ class VertexBlocks {
   IndexLists tets_at_, springs_at_;      // [vertex_count] all that there ever were
   IndexLists hinges_at_;                 // likewise; none if there is no hinge
   bool has_damping_ = false;
+  float unit_ = kUsualUnit;
 
   std::vector<Index> first_block_{0};  // [color_count + 1]
   std::vector<VertexBlock> blocks_;

@@ -85,6 +85,23 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
   return make_neo_hookean(rest, material);
 }
 
+// Such that neighbours may be apart by 32 of the longest edges or links: a power of two.
+float choose_unit(const Tissue& tissue) {
+  constexpr double kMostStretch = 32;
+  const std::span<const Eigen::Vector3d> x = tissue.rest_positions();
+  double longest = 0;
+  for (const Edge& edge : tissue.edges()) {
+    longest = std::max(longest, (x[edge[0]] - x[edge[1]]).norm());
+  }
+  for (const Link& link : tissue.links()) {
+    longest = std::max(
+        {longest, static_cast<double>(link.rest_length), (x[link.first] - x[link.second]).norm()});
+  }
+  return longest > 0
+             ? static_cast<float>(std::exp2(std::ceil(std::log2(kMostStretch * longest)) - 31))
+             : kUsualUnit;
+}
+
 // With those that the worker has of its own.
 template <class Rows>
 Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
@@ -99,15 +116,14 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
 // What tools do at one vertex, as move_held() takes it.
 class HeldVertex {
  public:
-  // @param base  m, from where positions count
-  HeldVertex(const StepContext& step, const Vec3<float>& base, Index first)
-      : step_(step), base_(base), first_(first) {}
+  HeldVertex(const StepContext& step, const SplitPosition& position, Index first)
+      : step_(step), position_(position), first_(first) {}
 
   template <class Visit>
   void for_each_grasp(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
       if (!hold.is_contact) {
-        visit(Grasp{tool.attachments[hold.entry], base_});
+        visit(Grasp{tool.attachments[hold.entry], position_});
       }
     });
   }
@@ -116,7 +132,7 @@ class HeldVertex {
   void for_each_contact(const Visit& visit) const {
     for_each([&](const VertexHold& hold, ToolState& tool) {
       if (hold.is_contact) {
-        visit(Touch{tool.contacts[hold.entry], base_});
+        visit(Touch{tool.contacts[hold.entry], position_});
       }
     });
   }
@@ -124,9 +140,9 @@ class HeldVertex {
  private:
   struct Grasp {
     Attachment& attachment;
-    const Vec3<float>& base;
+    const SplitPosition& position;
 
-    [[nodiscard]] Vec3<float> target() const { return load(attachment.target) - base; }
+    [[nodiscard]] Vec3<float> target() const { return position.way_to(load(attachment.target)); }
     [[nodiscard]] float compliance() const { return attachment.compliance; }
     void set_multiplier(const Vec3<float>& multiplier) const {
       attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
@@ -135,10 +151,10 @@ class HeldVertex {
 
   struct Touch {
     Contact& contact;
-    const Vec3<float>& base;
+    const SplitPosition& position;
 
     [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
-    [[nodiscard]] float offset() const { return contact.offset - dot(normal(), base); }
+    [[nodiscard]] float offset() const { return position.height_to(normal(), contact.offset); }
     [[nodiscard]] float multiplier() const { return contact.multiplier; }
     void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
   };
@@ -152,7 +168,7 @@ class HeldVertex {
   }
 
   const StepContext& step_;
-  Vec3<float> base_;
+  SplitPosition position_;
   Index first_;
 };
 
@@ -269,7 +285,7 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
     moves.push_back(p.w > 0);
   }
   return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
-                      vertex_coloring(data.options));
+                      vertex_coloring(data.options), choose_unit(*data.tissue));
 }
 
 VertexRows vertex_rows(const StepContext& step) noexcept {
@@ -328,8 +344,10 @@ float relaxation_of(const SolverOptions& options, int iteration) noexcept {
 
 VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                          float relaxation) noexcept {
-  return {step.copy.particles.data(),  step.scratch.displacements.data(),
-          step.scratch.flights.data(), step.scratch.held.data(),
+  StepScratch& scratch = step.scratch;
+  return {step.copy.particles.data(),  scratch.displacements.data(),
+          scratch.fixed_points.data(), scratch.flights.data(),
+          scratch.held.data(),         step.data.vertex_blocks.unit(),
           substep.inverse_dt_squared,  relaxation};
 }
 
@@ -339,22 +357,27 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
   const VertexBlock& block = rows.blocks[block_index];
   const std::vector<Index>& first_holds = step.scratch.first_holds;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    Particle& p = at(state.displacements, block.corners[lane]);
+    const ParticleOffset corner = block.corners[lane];
+    Particle& p = at(state.displacements, corner);
     if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
       continue;  // not asked for, or without tissue
     }
-    const Index v = place_at(block.corners[lane]);
-    const LaneAccess access(state.bases, state.displacements, block.corners[lane], lane);
-    const Vec3<float> x = load(p);
+    const Index v = place_at(corner);
+    const Vec3<float> u = load(p);
+    FixedPoint& point = at(state.fixed_points, corner);
+    const LaneAccess access{state.fixed_points, point, lane};
     VertexEnergy<float> start;
-    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - x);
+    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - u);
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return first_holds[v] == kInvalidIndex
-                 ? x + state.relaxation * VertexFactor<float>(energy).solve(energy.force)
-                 : move_held(HeldVertex(step, access.own_base, first_holds[v]), x, energy,
-                             1 / state.inverse_dt_squared);
+                 ? state.relaxation * VertexFactor<float>(energy).solve(energy.force)
+                 : move_held(HeldVertex(step, {load(at(state.bases, corner)), u}, first_holds[v]),
+                             energy, 1 / state.inverse_dt_squared);
     };
-    store(p, move_vertex(rows, block, access, x, start, solve));
+    const Vec3<float> moved =
+        u + move_vertex(rows, is_lost(point) ? VertexBlock{} : block, access, start, solve);
+    store(p, moved);
+    point = moved_point(point, u, moved);
   }
 }
 

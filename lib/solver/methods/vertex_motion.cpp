@@ -22,7 +22,9 @@ FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
 
 MovingVertices moving_vertices(const StepContext& step) noexcept {
   if (has_displacements(step.data.options)) {
-    return {step.scratch.displacements.data(), step.copy.particles.data()};
+    const bool has_points = step.data.options.method == SolverMethod::vertex_block;
+    return {step.scratch.displacements.data(), step.copy.particles.data(),
+            has_points ? step.scratch.fixed_points.data() : nullptr};
   }
   return {step.copy.particles.data(), nullptr};
 }
@@ -56,6 +58,8 @@ void predict_displacements(const StepContext& step, const FreeMotion<float>& mot
     if (extrapolates) {
       step.scratch.flights[v] = {flight.x, flight.y, flight.z, w};
       u = start_of(motion, flight, w, carry.falling);
+      step.scratch.fixed_points[v] =
+          fixed_point(load(step.copy.particles[v]), u, step.data.vertex_blocks.unit());
     }
     step.scratch.displacements[v] = {u.x, u.y, u.z, w};
   }

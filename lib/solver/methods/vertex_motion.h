@@ -19,8 +19,9 @@ namespace pbdsurg {
 
 /// The vertices of a copy within a substep.
 struct MovingVertices {
-  Particle* moving;       ///< [place] m
-  const Particle* bases;  ///< [place] m, from where `moving` counts; null: from the origin
+  Particle* moving;              ///< [place] m
+  const Particle* bases;         ///< [place] m, from where `moving` counts; null: from the origin
+  FixedPoint* points = nullptr;  ///< [place] of the vertex-block method
 
   [[nodiscard]] Vec3<float> base(Index place) const {
     return bases == nullptr ? Vec3<float>{} : load(bases[place]);

@@ -26,11 +26,10 @@ PBDSURG_HOST_DEVICE inline bool is_finite_way(const Vec3<float>& d) {
 /// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
 template <class Access>
 PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexBlock& block,
-                                           const Access& access, const Vec3<float>& x,
-                                           VertexEnergy<float>& energy) {
+                                           const Access& access, VertexEnergy<float>& energy) {
   const PullRow* const pulls = rows.pulls + block.pulls.first;
   for (Index i = 0; i < block.pulls.count; ++i) {
-    const Vec3<float> d = access.position(pulls[i].neighbors) - x;
+    const Vec3<float> d = access.position(pulls[i].neighbors);
     const float weight = access.load(pulls[i].weights);
     if (is_finite_way(d) && weight > 0) {
       energy.add_pull(weight, d);
@@ -38,7 +37,7 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
   }
   const SpringRow* const springs = rows.springs + block.springs.first;
   for (Index i = 0; i < block.springs.count; ++i) {
-    const Vec3<float> d = access.position(springs[i].neighbors) - x;
+    const Vec3<float> d = access.position(springs[i].neighbors);
     if (is_finite_way(d)) {
       energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest), d);
     }
@@ -48,9 +47,8 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
     const Vec3<float> a = access.position(volumes[i].face[0]);
     const Vec3<float> b = access.position(volumes[i].face[1]);
     const Vec3<float> c = access.position(volumes[i].face[2]);
-    if (is_finite_way(a - x) && is_finite_way(b - x) && is_finite_way(c - x)) {
-      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), x, a, b,
-                        c);
+    if (is_finite_way(a) && is_finite_way(b) && is_finite_way(c)) {
+      energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target), a, b, c);
     }
   }
   const HingeRow* const hinges = rows.hinges + block.hinges.first;
@@ -59,18 +57,32 @@ PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexB
     const Vec3<float> b = access.position(hinges[i].neighbors[1]);
     const Vec3<float> c = access.position(hinges[i].neighbors[2]);
     const float rest = access.load(hinges[i].rest);
-    if (is_finite_way(a - x) && is_finite_way(b - x) && is_finite_way(c - x)) {
+    if (is_finite_way(a) && is_finite_way(b) && is_finite_way(c)) {
       const bool is_opposite = access.load(hinges[i].is_opposite) > 0;
       energy.add_hinge(access.load(hinges[i].stiffness), rest,
-                       RowHinge<float>(x, a, b, c, is_opposite).x, is_opposite);
+                       RowHinge<float>({}, a, b, c, is_opposite).x, is_opposite);
     }
   }
 }
 
+/// Where a vertex is: the sum of both would round.
+struct SplitPosition {
+  Vec3<float> base;          ///< m, at the start of the substep
+  Vec3<float> displacement;  ///< m, since then
+
+  [[nodiscard]] PBDSURG_HOST_DEVICE Vec3<float> way_to(const Vec3<float>& target) const {
+    return (target - base) - displacement;
+  }
+  /// @param offset  m, of a plane
+  [[nodiscard]] PBDSURG_HOST_DEVICE float height_to(const Vec3<float>& normal, float offset) const {
+    return (offset - dot(normal, base)) - dot(normal, displacement);
+  }
+};
+
 /// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
 inline constexpr int kContactPasses = 8;
 
-/// Where a vertex goes that tools touch or hold. Grasps are springs, or where the vertex is:
+/// By how much a vertex moves that tools touch or hold. Grasps are springs, or where the vertex is:
 /// between the targets if several tools hold it rigidly, which share the force. Contacts are planes
 /// that it may not cross, if no grasp takes it there.
 ///
@@ -78,12 +90,12 @@ inline constexpr int kContactPasses = 8;
 ///                    for_each_grasp() visits {target(): m, compliance(): m/N, set_multiplier()},
 ///                    for_each_contact() visits {normal(), offset(): m, multiplier(): kg m,
 ///                    set_multiplier()}
-/// @param x           m, where it is; from one place as are targets and offsets
+///                    targets and offsets count from where the vertex is
 /// @param dt_squared  s^2
 /// @return            m
 template <class Holds>
-PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float>& x,
-                                            VertexEnergy<float> energy, float dt_squared) {
+PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, VertexEnergy<float> energy,
+                                            float dt_squared) {
   const auto is_soft = [](float stiffness) {
     using std::fabs;
     return fabs(stiffness) < kInfinity;
@@ -99,7 +111,7 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float
   holds.for_each_grasp([&](const auto& grasp) {
     const float stiffness = 1 / grasp.compliance();
     if (is_soft(stiffness)) {
-      energy.add_pull(stiffness, grasp.target() - x);
+      energy.add_pull(stiffness, grasp.target());
     } else {
       target = target + grasp.target();
       ++rigid_count;
@@ -110,7 +122,7 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float
   if (rigid_count > 0) {
     const float share = 1 / static_cast<float>(rigid_count);
     target = share * target;
-    rigid_force = share * (energy * (target - x) - energy.force);
+    rigid_force = share * (energy * target - energy.force);
   } else {
     const VertexFactor<float> factor(energy);
     Vec3<float> move = factor.solve(energy.force);
@@ -118,7 +130,7 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float
       holds.for_each_contact([&](const auto& contact) {
         const Vec3<float> n = contact.normal();
         const Vec3<float> given = factor.solve(n);
-        const float depth = contact.offset() - dot(n, x + move);
+        const float depth = contact.offset() - dot(n, move);
         const float before = contact.multiplier();
         const float pushed = before + depth / dot(n, given);
         const float force = pushed > 0 ? pushed : 0.0F;
@@ -128,7 +140,7 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float
     }
     holds.for_each_contact(
         [&](const auto& contact) { contact.set_multiplier(contact.multiplier() * dt_squared); });
-    target = x + move;
+    target = move;
   }
   holds.for_each_grasp([&](const auto& grasp) {
     const float stiffness = 1 / grasp.compliance();
@@ -138,25 +150,24 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, const Vec3<float
   return target;
 }
 
-/// Where a vertex goes, or where it is if that is nowhere.
-/// @param x      m, where it is
+/// By how much a vertex moves, m; not at all if that is nowhere.
 /// @param start  its energy without rows
-/// @param solve  where a vertex goes that has an energy, m
+/// @param solve  by how much a vertex moves that has an energy, m
 template <class Access, class Solve>
 PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const VertexBlock& block,
-                                              const Access& access, const Vec3<float>& x,
+                                              const Access& access,
                                               const VertexEnergy<float>& start,
                                               const Solve& solve) {
   VertexEnergy<float> energy = start;
-  add_rows(rows, block, access, x, energy);
-  Vec3<float> moved = solve(energy);
+  add_rows(rows, block, access, energy);
+  Vec3<float> move = solve(energy);
   // where a rigid grasp takes a vertex is finite, whatever its neighbours pull it with
-  if (!is_finite_way(moved - x) || !is_finite_way(energy.force)) {
+  if (!is_finite_way(move) || !is_finite_way(energy.force)) {
     energy = start;
-    add_finite_rows(rows, block, access, x, energy);
-    moved = solve(energy);
+    add_finite_rows(rows, block, access, energy);
+    move = solve(energy);
   }
-  return is_finite_way(moved - x) ? moved : x;
+  return is_finite_way(move) ? move : Vec3<float>{};
 }
 
 }  // namespace pbdsurg

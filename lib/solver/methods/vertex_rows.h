@@ -11,6 +11,7 @@
 
 #include "pbdsurg/base/types.h"
 
+#include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/state/particle.h"
 
@@ -93,8 +94,10 @@ using LaneBits = std::uint32_t;
 struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep
   Particle* displacements;   ///< m, since then
+  FixedPoint* fixed_points;  ///< where that takes them
   const Particle* flights;   ///< m, the displacement of a vertex without its rows
   const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
+  float unit;                ///< m, of fixed points
   float inverse_dt_squared;  ///< 1/s^2
   float relaxation;          ///< how far to go, as a share of the way to the least energy
 };

@@ -38,6 +38,7 @@ void StepScratch::fit(const SolverData& data) {
     return;
   }
   fit_list(flights, places, room);
+  fit_list(fixed_points, places, room);
   fit_list(first_holds, places, room, kInvalidIndex);
   held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
   reserve_holds(data);
@@ -70,8 +71,8 @@ void StepScratch::fit_beside(const SolverData& data) {
 
 std::size_t StepScratch::memory_bytes() const noexcept {
   std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
-                      bytes_of(first_holds) + bytes_of(holds) + bytes_of(held) + bytes_of(springs) +
-                      bytes_of(volumes) + bytes_of(hinges);
+                      bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
+                      bytes_of(held) + bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

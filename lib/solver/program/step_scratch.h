@@ -65,10 +65,11 @@ struct PBDSURG_API StepScratch {
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;   ///< [place] m, the displacement of a vertex without its rows
-  std::vector<Index> first_holds;  ///< [place] or kInvalidIndex
-  std::vector<VertexHold> holds;   ///< of the current substep
-  std::vector<LaneBits> held;      ///< [block] lanes of vertices with holds
+  std::vector<Particle> flights;  ///< [place] m, the displacement of a vertex without its rows
+  std::vector<FixedPoint> fixed_points;  ///< [place] where displacements take vertices
+  std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
+  std::vector<VertexHold> holds;         ///< of the current substep
+  std::vector<LaneBits> held;            ///< [block] lanes of vertices with holds
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
