@@ -16,6 +16,8 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr int kBlockThreads = 64;  // a colour is small: see kStageThreads
+// that share the rows of a vertex: see move_blocks()
+constexpr int kVertexParts = PBDSURG_KERNELS_SUM_SIDE_BY_SIDE ? 16 : 1;
 
 __device__ inline VertexArrays of_copy(VertexArrays vertices) {
   const std::size_t copy = copy_index();
@@ -66,7 +68,10 @@ struct DeviceLane {
     }
   }
   [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
-    const FixedPoint point = load_point(&at(fixed_points, __ldg(corners + lane)));
+    return position(__ldg(corners + lane));
+  }
+  [[nodiscard]] __device__ Vec3<float> position(ParticleOffset corner) const {
+    const FixedPoint point = load_point(&at(fixed_points, corner));
     return fixed_difference<float, std::uint32_t>({point.x, point.y, point.z},
                                                   {own.x, own.y, own.z}, point.unit);
   }
@@ -220,25 +225,144 @@ struct HeldVertex {
   }
 };
 
+/// The sum of what some neighbouring threads of a warp have found, for each of them.
+template <int kThreads>
+__device__ void add_up(VertexEnergy<float>& energy) {
+  const unsigned lane = threadIdx.x % kWarp;
+  const unsigned mask =
+      kThreads == kWarp ? ~0U : ((1U << kThreads % kWarp) - 1) << (lane / kThreads * kThreads);
+  float* const numbers[] = {&energy.force.x, &energy.force.y, &energy.force.z, &energy.isotropic,
+                            &energy.xx,      &energy.yy,      &energy.zz,      &energy.xy,
+                            &energy.xz,      &energy.yz};
+#pragma unroll
+  for (int distance = kThreads / 2; distance > 0; distance /= 2) {
+#pragma unroll
+    for (float* const number : numbers) {
+      *number += __shfl_xor_sync(mask, *number, distance);
+    }
+  }
+}
+
+/// The first rows of a thread, in registers before it waits for other kernels: what they name does
+/// not change in a step, and all their neighbours are then asked for at once. Where there are none,
+/// the vertex stands for neighbours, without stiffness.
+template <int kParts, bool kDamped>
+struct FirstRows {
+  static constexpr int kPulls = 2;
+  static constexpr int kVolumes = 3;
+
+  ParticleOffset neighbors[kPulls];
+  ParticleOffset faces[kVolumes][3];
+  float weights[kPulls];
+  float stiffness[kVolumes], targets[kVolumes];
+
+  __device__ void load(const VertexArrays& vertices, const VertexBlock& block,
+                       ParticleOffset corner, Index lane, Index part) {
+#pragma unroll
+    for (int k = 0; k < kPulls; ++k) {
+      const Index i = part + k * kParts;
+      const bool is_there = i < block.pulls.count;
+      const PullRow* const row = vertices.pulls + (block.pulls.first + i);
+      neighbors[k] = is_there ? __ldg(row->neighbors + lane) : corner;
+      weights[k] = is_there ? __ldg(row->weights + lane) : 0.0F;
+    }
+#pragma unroll
+    for (int k = 0; k < kVolumes; ++k) {
+      const bool is_there = part + k * kParts < block.volumes.count;
+      const VolumeRow* const row = row_of(vertices, block, part, k);
+#pragma unroll
+      for (int c = 0; c < 3; ++c) {
+        faces[k][c] = is_there ? __ldg(row->face[c] + lane) : corner;
+      }
+    }
+    if constexpr (!kDamped) {
+      load_numbers(vertices, block, lane, part);
+    }
+  }
+
+  /// What damping changes: after the kernel that does.
+  __device__ void load_numbers(const VertexArrays& vertices, const VertexBlock& block, Index lane,
+                               Index part) {
+#pragma unroll
+    for (int k = 0; k < kVolumes; ++k) {
+      const bool is_there = part + k * kParts < block.volumes.count;
+      const VolumeRow* const row = row_of(vertices, block, part, k);
+      const auto number = [&](const float* from) {
+        return is_there ? (kDamped ? __ldcg(from + lane) : __ldg(from + lane)) : 0.0F;
+      };
+      stiffness[k] = number(row->stiffness);
+      targets[k] = number(row->target);
+    }
+  }
+
+  __device__ void add(const DeviceLane<kDamped>& access, VertexEnergy<float>& energy) const {
+    Vec3<float> ways[kPulls];
+    Vec3<float> corners[kVolumes][3];
+#pragma unroll
+    for (int k = 0; k < kPulls; ++k) {
+      ways[k] = access.position(neighbors[k]);
+    }
+#pragma unroll
+    for (int k = 0; k < kVolumes; ++k) {
+#pragma unroll
+      for (int c = 0; c < 3; ++c) {
+        corners[k][c] = access.position(faces[k][c]);
+      }
+    }
+#pragma unroll
+    for (int k = 0; k < kPulls; ++k) {
+      energy.add_pull(weights[k], ways[k]);
+    }
+#pragma unroll
+    for (int k = 0; k < kVolumes; ++k) {
+      energy.add_volume(stiffness[k], targets[k], corners[k][0], corners[k][1], corners[k][2]);
+    }
+  }
+
+  /// Leaves the rows that threads have here out of a block.
+  __device__ static void leave_out(VertexBlock& block) {
+    const auto leave = [](RowRange& range, Index rows) {
+      const Index left = range.count < rows ? range.count : rows;
+      range = {range.first + left, range.count - left};
+    };
+    leave(block.pulls, kPulls * kParts);
+    leave(block.volumes, kVolumes * kParts);
+  }
+
+ private:
+  __device__ static const VolumeRow* row_of(const VertexArrays& vertices, const VertexBlock& block,
+                                            Index part, int k) {
+    return vertices.volumes + (block.volumes.first + part + k * kParts);
+  }
+};
+
 /// Blocks [first, first + count), of one colour.
-template <bool kDamped, bool kTools>
+/// @tparam kParts  threads of a vertex, neighbours in a warp, which share its rows. One gives the
+///                 bits of the serial backend; a vertex has some 36 rows, and a colour is small.
+template <int kParts, bool kDamped, bool kTools>
 __global__ void __launch_bounds__(kBlockThreads)
     move_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
                 Index first, Index count, VertexSweep sweep) {
-  const Index index = first + thread_index() / kBlockLanes;
-  const Index lane = thread_index() % kBlockLanes;
+  const Index vertex = thread_index() / kParts;
+  const Index part = thread_index() % kParts;
+  const Index index = first + vertex / kBlockLanes;
+  const Index lane = vertex % kBlockLanes;
   VertexBlock block{};
   ParticleOffset corner = 0;
   if (index < first + count) {  // no kernel of this step writes them
     block = load_ranges(vertices.blocks + index);
     corner = __ldg(vertices.blocks[index].corners + lane);
   }
+  vertices = of_copy(vertices);
+  FirstRows<kParts, kDamped> first_rows;
+  if constexpr (kParts > 1) {
+    first_rows.load(vertices, block, corner, lane, part);
+  }
   wait_for_previous();
   if (lane >= block.lane_count) {
     return;
   }
   state = of_copy(state);
-  vertices = of_copy(vertices);
   input += copy_index();
   Particle* const particle = &at(state.displacements, corner);
   const Particle p = load_particle(particle);
@@ -272,9 +396,29 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (is_lost(point)) {
     block = {};
   }
-  const Vec3<float> moved =
-      u +
-      move_vertex(rows, block, DeviceLane<kDamped>{state.fixed_points, point, lane}, start, solve);
+  const DeviceLane<kDamped> access{state.fixed_points, point, lane};
+  VertexEnergy<float> energy{};
+  if (part == 0) {
+    energy = start;
+  }
+  if constexpr (kParts == 1) {
+    add_rows(rows, block, access, energy);
+  } else {
+    VertexBlock others = block;
+    if (!is_lost(point)) {
+      if constexpr (kDamped) {
+        first_rows.load_numbers(vertices, block, lane, part);
+      }
+      first_rows.add(access, energy);
+      first_rows.leave_out(others);
+    }
+    add_rows(rows, others, access, energy, {part, kParts});
+    add_up<kParts>(energy);
+    if (part > 0) {
+      return;
+    }
+  }
+  const Vec3<float> moved = u + move_vertex(rows, block, access, start, energy, solve);
   store_particle(particle, moved, p.w);
   store_point(&at(state.fixed_points, corner), moved_point(point, u, moved));
 }
@@ -282,10 +426,12 @@ __global__ void __launch_bounds__(kBlockThreads)
 void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceState& state,
                     const VertexArrays& vertices, const ToolArrays& tools, StepInput* input,
                     const Launch& how) {
-  auto* const with_tools = vertices.is_damped ? move_blocks<true, true> : move_blocks<false, true>;
-  auto* const alone = vertices.is_damped ? move_blocks<true, false> : move_blocks<false, false>;
+  auto* const with_tools = vertices.is_damped ? move_blocks<kVertexParts, true, true>
+                                              : move_blocks<kVertexParts, false, true>;
+  auto* const alone = vertices.is_damped ? move_blocks<kVertexParts, true, false>
+                                         : move_blocks<kVertexParts, false, false>;
   launch(how, "launching a colour of vertices",
-         blocks_for(stage.count * kBlockLanes, kBlockThreads), kBlockThreads,
+         blocks_for(stage.count * kBlockLanes * kVertexParts, kBlockThreads), kBlockThreads,
          sweep.has_tools ? with_tools : alone, state, vertices, tools, input, stage.first,
          stage.count, sweep);
 }

@@ -38,30 +38,37 @@ struct RowHinge {
   }
 };
 
+/// Which rows of each kind: every `stride`-th from `first` on.
+struct RowPart {
+  Index first = 0;
+  Index stride = 1;
+};
+
 /// Adds what the rows of a block tell to the energies of its vertices. Not a number, or infinite,
 /// where a neighbour is.
 /// @param access  load(const float*): a Scalar of stored lanes; position(const ParticleOffset*):
 ///                likewise, m, from the vertex of a lane
 template <class Access, class Scalar>
 PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
-                                    const Access& access, VertexEnergy<Scalar>& energy) {
+                                    const Access& access, VertexEnergy<Scalar>& energy,
+                                    RowPart part = {}) {
   const PullRow* const pulls = rows.pulls + block.pulls.first;
-  for (Index i = 0; i < block.pulls.count; ++i) {
+  for (Index i = part.first; i < block.pulls.count; i += part.stride) {
     energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors));
   }
   const SpringRow* const springs = rows.springs + block.springs.first;
-  for (Index i = 0; i < block.springs.count; ++i) {
+  for (Index i = part.first; i < block.springs.count; i += part.stride) {
     energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest),
                       access.position(springs[i].neighbors));
   }
   const VolumeRow* const volumes = rows.volumes + block.volumes.first;
-  for (Index i = 0; i < block.volumes.count; ++i) {
+  for (Index i = part.first; i < block.volumes.count; i += part.stride) {
     energy.add_volume(access.load(volumes[i].stiffness), access.load(volumes[i].target),
                       access.position(volumes[i].face[0]), access.position(volumes[i].face[1]),
                       access.position(volumes[i].face[2]));
   }
   const HingeRow* const hinges = rows.hinges + block.hinges.first;
-  for (Index i = 0; i < block.hinges.count; ++i) {
+  for (Index i = part.first; i < block.hinges.count; i += part.stride) {
     const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
     const RowHinge<Scalar> hinge({}, access.position(hinges[i].neighbors[0]),
                                  access.position(hinges[i].neighbors[1]),

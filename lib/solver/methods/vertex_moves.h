@@ -151,15 +151,14 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, VertexEnergy<flo
 }
 
 /// By how much a vertex moves, m; not at all if that is nowhere.
-/// @param start  its energy without rows
-/// @param solve  by how much a vertex moves that has an energy, m
+/// @param start   its energy without rows
+/// @param energy  with them
+/// @param solve   by how much a vertex moves that has an energy, m
 template <class Access, class Solve>
 PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const VertexBlock& block,
                                               const Access& access,
                                               const VertexEnergy<float>& start,
-                                              const Solve& solve) {
-  VertexEnergy<float> energy = start;
-  add_rows(rows, block, access, energy);
+                                              VertexEnergy<float> energy, const Solve& solve) {
   Vec3<float> move = solve(energy);
   // where a rigid grasp takes a vertex is finite, whatever its neighbours pull it with
   if (!is_finite_way(move) || !is_finite_way(energy.force)) {
@@ -168,6 +167,17 @@ PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const Vert
     move = solve(energy);
   }
   return is_finite_way(move) ? move : Vec3<float>{};
+}
+
+/// The same, of a vertex whose rows nobody has added yet.
+template <class Access, class Solve>
+PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const VertexBlock& block,
+                                              const Access& access,
+                                              const VertexEnergy<float>& start,
+                                              const Solve& solve) {
+  VertexEnergy<float> energy = start;
+  add_rows(rows, block, access, energy);
+  return move_vertex(rows, block, access, start, energy, solve);
 }
 
 }  // namespace pbdsurg
