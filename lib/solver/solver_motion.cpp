@@ -39,6 +39,23 @@ void check_finite(const char* what, std::span<const Eigen::Vector3f> values) {
   }
 }
 
+// No step leaves larger ones, and these would move what is fixed.
+void check_roundings(const Snapshot& snapshot) {
+  check_finite("rounding", snapshot.roundings);
+  float largest = 0;
+  for (const Eigen::Vector3f& x : snapshot.positions) {
+    largest = std::max(largest, x.lpNorm<Eigen::Infinity>());
+  }
+  for (std::size_t v = 0; v < snapshot.roundings.size(); ++v) {
+    const float rounding = snapshot.roundings[v].lpNorm<Eigen::Infinity>();
+    if (rounding > 0x1p-22F * largest) {
+      throw InvalidArgument("the rounding of vertex " + std::to_string(v) + " is " +
+                            std::to_string(rounding) + " m; it must be <= 2^-22 of " +
+                            std::to_string(largest) + " m, the largest coordinate");
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3f> Solver::positions(Index copy) const {
@@ -172,7 +189,7 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   }
   check_finite("position", snapshot.positions);
   check_finite("velocity", snapshot.velocities);
-  check_finite("rounding", snapshot.roundings);
+  check_roundings(snapshot);
   for (const ToolPose& pose : snapshot.tool_poses) {
     check_pose(pose);
   }
@@ -217,6 +234,12 @@ std::uint64_t Solver::state_hash(Index copy) const {
     const Velocity& velocity = state.velocities[place];
     for (const float value : {p.x, p.y, p.z, velocity.x, velocity.y, velocity.z}) {
       mix(value);
+    }
+    if (!state.carries.empty()) {
+      const Carry& carry = state.carries[place];
+      for (const float value : {carry.x, carry.y, carry.z, carry.falling}) {
+        mix(value);
+      }
     }
   }
   return hash;

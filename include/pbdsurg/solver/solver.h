@@ -32,13 +32,13 @@ struct Snapshot {
   std::vector<Eigen::Vector3f> velocities;  ///< [vertex_count] m/s
   std::vector<ToolPose> tool_poses;         ///< [tool_count]
   TissueVersion tissue;                     ///< of the topology
-  // In compliance mode, else empty. A snapshot made by hand may leave them out: positions are then
-  // exact, and sweeps start as from free fall.
-  /// [vertex_count] m, what positions lack by rounding.
-  std::vector<Eigen::Vector3f> roundings{};
-  /// [vertex_count] in [0, 1], the share of gravity with which vertices last sped up, which tells
-  /// where the next sweeps of the vertex-block method start.
+  /// [vertex_count] in compliance mode, else empty: in [0, 1], the share of gravity with which
+  /// vertices last sped up, which tells where the next sweeps of the vertex-block method start. A
+  /// snapshot made by hand may leave it out: sweeps then start as from free fall.
   std::vector<float> falling{};
+  /// [vertex_count] m, in compliance mode, else empty: what positions lack by rounding, at most
+  /// 2^-22 of the largest coordinate. Left out, positions are exact.
+  std::vector<Eigen::Vector3f> roundings{};
 };
 
 class SolverData;
@@ -170,7 +170,8 @@ class PBDSURG_API Solver {
   ///                          nothing has changed
   void restore(const Snapshot& snapshot, Index copy = 0);
 
-  /// 64 bits that differ when any bit of a position or velocity differs (up to chance).
+  /// 64 bits that differ when any bit of a position or velocity differs, or of what a snapshot has
+  /// besides of vertices (up to chance).
   [[nodiscard]] std::uint64_t state_hash(Index copy = 0) const;
 
   /// @}

@@ -41,16 +41,15 @@ HWY_INLINE ParticleLanes fixed_quads(const Vec3<IntLanes>& point, LaneMask is_th
 // As fixed_point().
 HWY_INLINE ParticleLanes fixed_point(const Vec3<Lanes>& base, const Vec3<Lanes>& u, Lanes unit,
                                      Lanes inverse_unit) {
-  return fixed_quads(fixed_base(base, inverse_unit) + fixed_way(u, inverse_unit),
-                     is_fixable_base(base, inverse_unit) & is_fixable_way(u, inverse_unit), unit);
+  return fixed_quads(fixed(base, inverse_unit) + fixed(u, inverse_unit),
+                     is_fixable(base, inverse_unit) & is_fixable(u, inverse_unit), unit);
 }
 
 // As moved_point().
 HWY_INLINE ParticleLanes moved_point(const ParticleLanes& point, const Vec3<Lanes>& before,
                                      const Vec3<Lanes>& u, Lanes unit, Lanes inverse_unit) {
-  return fixed_quads(
-      bits_as_int(point.x) + fixed_way(u, inverse_unit) - fixed_way(before, inverse_unit),
-      (point.w > Lanes(0)) & is_fixable_way(u, inverse_unit), unit);
+  return fixed_quads(bits_as_int(point.x) + fixed(u, inverse_unit) - fixed(before, inverse_unit),
+                     (point.w > Lanes(0)) & is_fixable(u, inverse_unit), unit);
 }
 
 // kLanes constraints on their way through registers.
@@ -253,8 +252,8 @@ class QuadLanes {
   HWY_INLINE QuadLanes(Stored* quads, Index first, Index count)
       : from_(quads + first), count_(count) {
     if (count < kLanes) {
-      for (Index i = 0; i < count; ++i) {
-        copies_[i] = from_[i];
+      for (Index i = 0; i < kLanes; ++i) {
+        copies_[i] = i < count ? from_[i] : Stored{};
       }
     }
   }

@@ -11,9 +11,9 @@
 ///     sweeps    change u; corners are seen as (x_k - x_0) + (u_k - u_0)
 ///     end       x'' = x + u, rounded;  c = u - (x'' - x);  v = v' + (u - (c + h v')) / h
 ///
-/// So no velocity is the difference of positions that were rounded: a substep of microseconds far
-/// from the origin moves vertices by less than the spacing of numbers there. In fraction mode
-/// positions move themselves, as in the paper, and round.
+/// So no velocity is the difference of positions that were rounded, where no tool holds a vertex: a
+/// substep of microseconds far from the origin moves vertices by less than the spacing of numbers
+/// there. In fraction mode positions move themselves, as in the paper, and round.
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/select.h"
@@ -108,6 +108,7 @@ template <class Scalar, int kVertexCount>
 PBDSURG_HOST_DEVICE inline void see_corners(const Vec3<Scalar> (&bases)[kVertexCount],
                                             const Vec3<Scalar> (&u)[kVertexCount],
                                             Vec3<Scalar> (&seen)[kVertexCount]) {
+  static_assert(kVertexCount == 2 || kVertexCount == 4);
   seen[0] = seen_corner<0>(bases, u);
   seen[1] = seen_corner<1>(bases, u);
   if constexpr (kVertexCount == 4) {

@@ -23,7 +23,7 @@ struct alignas(16) FixedPoint {
   float unit;             ///< m, a power of two; not a number where the vertex is lost
 };
 
-inline constexpr float kUsualUnit = 0x1p-32F;  ///< m: edges of 16 mm may be stretched 30 times
+inline constexpr float kUsualUnit = 0x1p-32F;  ///< m: for edges of 4 mm, see choose_unit()
 
 /// By so many bits a number is split that has more digits than an integer.
 inline constexpr int kSplitBits = 24;
@@ -42,41 +42,26 @@ PBDSURG_HOST_DEVICE inline std::uint32_t shifted_up(std::uint32_t number) {
   return number << kSplitBits;
 }
 
-/// Whether no integer overflows.
-/// @param base  m, where a vertex was
+/// Whether no integer overflows: up to 2^50 units, which is hundreds of kilometres.
 template <class Scalar>
-PBDSURG_HOST_DEVICE inline auto is_fixable_base(const Vec3<Scalar>& base, Scalar inverse_unit) {
+PBDSURG_HOST_DEVICE inline auto is_fixable(const Vec3<Scalar>& v, Scalar inverse_unit) {
   constexpr double kMost = 0x1p50;
-  const Vec3<Scalar> units = inverse_unit * base;
-  return dot(units, units) < Scalar(kMost * kMost);
-}
-/// @param u  m, its displacement from there
-template <class Scalar>
-PBDSURG_HOST_DEVICE inline auto is_fixable_way(const Vec3<Scalar>& u, Scalar inverse_unit) {
-  constexpr double kMost = 0x1p30;
-  const Vec3<Scalar> units = inverse_unit * u;
+  const Vec3<Scalar> units = inverse_unit * v;
   return dot(units, units) < Scalar(kMost * kMost);
 }
 
-/// @param u  m, is_fixable_way()
+/// A vector in units, to the nearest.
+/// @param v  m, is_fixable()
 template <class Scalar>
-PBDSURG_HOST_DEVICE inline auto fixed_way(const Vec3<Scalar>& u, Scalar inverse_unit) {
-  using Int = decltype(nearest_int(u.x));
-  return Vec3<Int>{nearest_int(inverse_unit * u.x), nearest_int(inverse_unit * u.y),
-                   nearest_int(inverse_unit * u.z)};
-}
-
-/// @param base  m, is_fixable_base()
-template <class Scalar>
-PBDSURG_HOST_DEVICE inline auto fixed_base(const Vec3<Scalar>& base, Scalar inverse_unit) {
-  using Int = decltype(nearest_int(base.x));
+PBDSURG_HOST_DEVICE inline auto fixed(const Vec3<Scalar>& v, Scalar inverse_unit) {
+  using Int = decltype(nearest_int(v.x));
   const auto fix = [&](const Scalar& x) {
     const Scalar units = inverse_unit * x;  // exact, and so is what it is split into
     const Int high = nearest_int(Scalar(1.0 / (1 << kSplitBits)) * units);
     const Int low = nearest_int(units - Scalar(1 << kSplitBits) * to_float(high));
     return shifted_up(high) + low;
   };
-  return Vec3<Int>{fix(base.x), fix(base.y), fix(base.z)};
+  return Vec3<Int>{fix(v.x), fix(v.y), fix(v.z)};
 }
 
 /// m, from one fixed point to another.
@@ -98,10 +83,10 @@ PBDSURG_HOST_DEVICE inline bool is_lost(const FixedPoint& point) {
 PBDSURG_HOST_DEVICE inline FixedPoint fixed_point(const Vec3<float>& base, const Vec3<float>& u,
                                                   float unit) {
   const float inverse_unit = 1 / unit;
-  if (!is_fixable_base(base, inverse_unit) || !is_fixable_way(u, inverse_unit)) {
+  if (!is_fixable(base, inverse_unit) || !is_fixable(u, inverse_unit)) {
     return lost_point();
   }
-  const Vec3<std::uint32_t> point = fixed_base(base, inverse_unit) + fixed_way(u, inverse_unit);
+  const Vec3<std::uint32_t> point = fixed(base, inverse_unit) + fixed(u, inverse_unit);
   return {point.x, point.y, point.z, unit};
 }
 
@@ -110,11 +95,11 @@ PBDSURG_HOST_DEVICE inline FixedPoint fixed_point(const Vec3<float>& base, const
 PBDSURG_HOST_DEVICE inline FixedPoint moved_point(const FixedPoint& point,
                                                   const Vec3<float>& before, const Vec3<float>& u) {
   const float inverse_unit = 1 / point.unit;
-  if (is_lost(point) || !is_fixable_way(u, inverse_unit)) {
+  if (is_lost(point) || !is_fixable(u, inverse_unit)) {
     return lost_point();
   }
   const Vec3<std::uint32_t> moved = Vec3<std::uint32_t>{point.x, point.y, point.z} +
-                                    fixed_way(u, inverse_unit) - fixed_way(before, inverse_unit);
+                                    fixed(u, inverse_unit) - fixed(before, inverse_unit);
   return {moved.x, moved.y, moved.z, point.unit};
 }
 

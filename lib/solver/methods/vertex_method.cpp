@@ -85,21 +85,43 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
   return make_neo_hookean(rest, material);
 }
 
-// Such that neighbours may be apart by 32 of the longest edges or links: a power of two.
-float choose_unit(const Tissue& tissue) {
-  constexpr double kMostStretch = 32;
+// m, about that of a tetrahedron of such a volume.
+double edge_of(double volume) {
+  return 2 * std::cbrt(volume);
+}
+
+// Neighbours may be apart by so many of the longest edges or links, along each axis: beyond, fixed
+// points wrap around and forces are wrong. An edge's length is then as exact as a float.
+constexpr double kMostStretch = 128;
+
+// Such that they may: a power of two.
+float choose_unit(const Tissue& tissue, std::span<const VertexTet> tets,
+                  std::span<const VertexSpring> springs) {
   const std::span<const Eigen::Vector3d> x = tissue.rest_positions();
   double longest = 0;
-  for (const Edge& edge : tissue.edges()) {
-    longest = std::max(longest, (x[edge[0]] - x[edge[1]]).norm());
+  for (Index e = 0; e < static_cast<Index>(tissue.edges().size()); ++e) {
+    const Edge& edge = tissue.edges()[e];
+    longest = std::max(longest, tissue.is_edge_alive(e) ? (x[edge[0]] - x[edge[1]]).norm() : 0);
   }
-  for (const Link& link : tissue.links()) {
-    longest = std::max(
-        {longest, static_cast<double>(link.rest_length), (x[link.first] - x[link.second]).norm()});
+  for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
+    const Link& link = tissue.links()[l];
+    longest =
+        std::max(longest, tissue.is_link_alive(l) ? (x[link.first] - x[link.second]).norm() : 0);
+  }
+  for (const VertexSpring& spring : springs) {
+    longest = std::max(longest, static_cast<double>(spring.rest));
+  }
+  for (const VertexTet& tet : tets) {
+    longest = std::max(longest, edge_of(tet.target));
   }
   return longest > 0
              ? static_cast<float>(std::exp2(std::ceil(std::log2(kMostStretch * longest)) - 31))
              : kUsualUnit;
+}
+
+// Whether what an edit makes this long outgrows the unit.
+bool outgrows(double length, float unit) {
+  return kMostStretch * length > 0x1p31 * unit;
 }
 
 // With those that the worker has of its own.
@@ -280,12 +302,13 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
       hinges[h].damping = numbers[BendingConstraint::kDamping] * hinges[h].stiffness;
     }
   }
+  const float unit = choose_unit(*data.tissue, tets, springs);
   std::vector<bool> moves;
   for (const Particle& p : data.particles) {
     moves.push_back(p.w > 0);
   }
   return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
-                      vertex_coloring(data.options), choose_unit(*data.tissue));
+                      vertex_coloring(data.options), unit);
 }
 
 VertexRows vertex_rows(const StepContext& step) noexcept {
@@ -403,14 +426,17 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   VertexBlocks& blocks = data_.vertex_blocks;
   blocks.begin_edit();
   before_growth_.reset();
+  bool grows = change.adds();
   for (const RestLengthChange& rest : change.edit.rest_lengths) {
     blocks.set_spring_rest(data_.sets.distance_ids.of_edge(rest.edge), rest.rest_length);
+    grows = grows || outgrows(rest.rest_length, blocks.unit());
   }
   for (const RestVolumeChange& rest : change.edit.rest_volumes) {
     set_rest_volume(tissue, rest);
+    grows = grows || outgrows(edge_of(rest.rest_volume), blocks.unit());
   }
   remove(change);
-  if (change.adds()) {
+  if (grows) {
     regrow(tissue, change);
   } else {
     refresh();
