@@ -261,7 +261,7 @@ TEST_CASE("precision: vertex blocks shrink back alike at any speed and size", "[
   };
   const float still = stretch_after(0);
   CHECK(still < 0.99F);
-  CHECK(stretch_after(20) == Approx(still).epsilon(2e-3));
+  CHECK(stretch_after(20) == testing::Approx(still).epsilon(2e-3));
 }
 
 TEST_CASE("precision: vertex blocks follow rest lengths that grow a hundred times", "[property]") {
