@@ -78,17 +78,17 @@ template <class Constraint>
 struct InPlace {
   /// One projection, with the arguments of Constraint::move().
   /// @param x  m, moved
-  template <ProjectionMode kMode, class Scalar, int kVertices, int kParameters, int kMultipliers,
-            class Damping = Undamped>
+  template <ProjectionMode kMode, class Scalar, std::size_t kVertices, std::size_t kParameters,
+            std::size_t kMultipliers, class Damping = Undamped>
   PBDSURG_HOST_DEVICE static void project(Vec3<Scalar> (&x)[kVertices],
                                           const Scalar (&w)[kVertices],
                                           const Scalar (&parameters)[kParameters],
                                           const Substep<Scalar>& substep,
                                           Scalar (&multipliers)[kMultipliers],
                                           const Damping& damping = {}) {
-    const Moves<Scalar, kVertices> moves =
+    const Moves<Scalar, int{kVertices}> moves =
         Constraint::template move<kMode>(x, w, parameters, substep, multipliers, damping);
-    for (int k = 0; k < kVertices; ++k) {
+    for (std::size_t k = 0; k < kVertices; ++k) {
       x[k] = x[k] + moves.of[k];
     }
   }
