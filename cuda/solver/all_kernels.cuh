@@ -7,6 +7,7 @@
 #include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
+#include "cuda/solver/stiff_link_kernels.cuh"
 #include "cuda/solver/tool_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "cuda/solver/vertex_kernels.cuh"
@@ -15,9 +16,10 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&code_architecture,   &advance,          &find_contacts,    &project,
-          &project_attachments, &project_contacts, &prepare_vertices, &solve_vertices,
-          &prepare_cluster,     &sweep_cluster,    &collect_forces,   &report};
+  return {
+      &code_architecture, &advance,          &find_contacts, &project,        &project_attachments,
+      &project_contacts,  &prepare_vertices, &begin_joints,  &solve_vertices, &prepare_cluster,
+      &sweep_cluster,     &collect_forces,   &report};
 }
 
 }  // namespace

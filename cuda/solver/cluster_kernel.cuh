@@ -32,7 +32,9 @@ namespace {
 constexpr int kRoundBarrier = 1;    // of all threads
 constexpr int kProjectBarrier = 2;  // of those that project
 
-static_assert(std::size(kClusterShapes) == 5, "each kind has a case in sweep_by_cluster()");
+static_assert(
+    std::size(kClusterShapes) == 6,
+    "each kind has a case in sweep_by_cluster(), but stiff links, of vertex blocks alone");
 
 /// A block's shared memory, by addresses.
 struct ClusterMemory {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/constraint_buffers.h"
 
+#include <type_traits>
+
 #include "lib/device/record_table.h"
 
 namespace pbdsurg::cuda {
@@ -9,32 +11,31 @@ void ConstraintBuffers::upload(const StageRecords& records, bool remembers, Inde
                                cudaStream_t stream) {
   constexpr std::size_t kPerJoint = 7;  // six edges and the volume
   arrays_ = {};
-  if (remembers) {
-    arrays_.multiplier_count = kPerJoint * records.joints.size();
-    records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
-      if (KindOf<Constraint>::kHasCompliance) {
-        arrays_.multiplier_count += Constraint::kMultiplierCount * list.size();
-      }
-    });
-  }
+  const std::size_t of_joints = remembers ? kPerJoint * records.joints.size() : 0;
+  const auto multipliers_of = [&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
+    constexpr bool kIsJoint = std::is_same_v<Constraint, StiffLinkConstraint>;  // see begin_joints
+    const bool is_kept = kIsJoint || (remembers && KindOf<Constraint>::kHasCompliance);
+    return is_kept ? Constraint::kMultiplierCount * list.size() : 0;
+  };
+  arrays_.multiplier_count = of_joints;
+  records.for_each_list(
+      [&](const auto& list) { arrays_.multiplier_count += multipliers_of(list); });
   float* next =
       multipliers_.reserve(static_cast<std::size_t>(copy_count) * arrays_.multiplier_count);
   const auto take_multipliers = [&](std::size_t count) {
     float* const taken = next;
-    next = remembers ? next + count : next;
-    return remembers ? taken : nullptr;
+    next += count;
+    return count > 0 ? taken : nullptr;
   };
   records.for_each_list([&]<class Constraint>(const std::vector<Record<Constraint>>& list) {
     KindArrays<Constraint>& kind = arrays_;
     kind.records = std::get<DeviceBuffer<Record<Constraint>>>(records_).upload(list, stream);
     kind.count = static_cast<Index>(list.size());
-    if (KindOf<Constraint>::kHasCompliance) {
-      kind.multipliers = take_multipliers(Constraint::kMultiplierCount * list.size());
-    }
+    kind.multipliers = take_multipliers(multipliers_of(list));
   });
   arrays_.distance_damping = distance_damping_.upload(records.distance_damping, stream);
   arrays_.joints = joints_.upload(records.joints, stream);
-  arrays_.joint_multipliers = take_multipliers(kPerJoint * records.joints.size());
+  arrays_.joint_multipliers = take_multipliers(of_joints);
   arrays_.joint_count = static_cast<Index>(records.joints.size());
   arrays_.tubes = tubes_.upload(records.tubes, stream);
   arrays_.tube_count = static_cast<Index>(records.tubes.size());

@@ -16,7 +16,7 @@ namespace pbdsurg::cuda {
 class ConstraintBuffers {
  public:
   /// Copies all to the device. Waits.
-  /// @param remembers   whether multipliers pass from sweep to sweep
+  /// @param remembers   whether multipliers of projections pass from sweep to sweep
   /// @param copy_count  how many copies of the scene have such multipliers
   void upload(const StageRecords& records, bool remembers, Index copy_count, cudaStream_t stream);
 

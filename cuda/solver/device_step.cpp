@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/device_step.h"
 
+#include <algorithm>
+
 namespace pbdsurg::cuda {
 namespace {
 
@@ -39,8 +41,19 @@ class Enqueuer {
           kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
         }
         break;
+      case StepOperation::begin_joints:
+        for (const Stage& stage : stages) {
+          if (stage.kind == PhaseKind::stiff_link) {
+            kernels.begin_joints(stage, substep, has_tools, state, constraints, vertices, tools,
+                                 input, launch_);
+          }
+        }
+        break;
       case StepOperation::sweep:
         sweeps_.enqueue(step_.arrays, substep, launch_);
+        break;
+      case StepOperation::settle_holds:
+        settle_holds(substep);
         break;
       case StepOperation::collect_forces:
         if (has_tools) {
@@ -57,6 +70,20 @@ class Enqueuer {
   }
 
  private:
+  void settle_holds(Index substep) {
+    const SweepArrays& arrays = step_.arrays;
+    const auto is_link = [](const Stage& stage) { return stage.kind == PhaseKind::stiff_link; };
+    if (!arrays.has_tools() || std::ranges::none_of(arrays.stages, is_link)) {
+      return;
+    }
+    for (const Stage& stage : arrays.stages) {
+      if (stage.kind == PhaseKind::vertex) {
+        step_.kernels->solve_vertices(stage, {substep, 1, true, true}, arrays.state,
+                                      arrays.vertices, arrays.tools, arrays.input, launch_);
+      }
+    }
+  }
+
   // What ends a substep and what begins the next: all that each vertex does for itself.
   void advance(bool ends, bool begins, const Launch& launch) {
     step_.kernels->advance(step_.arrays.state, step_.arrays.input, ends, begins, launch);

@@ -22,7 +22,8 @@ class LaunchedSweeps final : public Sweeps {
       const bool is_first = iteration == 0;
       const Projection projection{options_.mode, is_damped_, !is_first,
                                   iteration + 1 < options_.iterations};
-      const VertexSweep sweep{substep, relaxation_of(options_, iteration), arrays.has_tools()};
+      const VertexSweep sweep{substep, relaxation_of(options_, iteration), arrays.has_tools(),
+                              false};
       for (const Stage& stage : arrays.stages) {
         if (stage.kind == PhaseKind::vertex) {
           kernels_.solve_vertices(stage, sweep, arrays.state, arrays.vertices, arrays.tools,

@@ -22,6 +22,7 @@ struct Surroundings {
   const Particle* bases;     ///< in compliance mode, from where these count
   const Carry* carries;      ///< likewise
   FixedPoint* fixed_points;  ///< of the vertex-block method, else null
+  Particle* flights;         ///< likewise
   const StepInput* input;
   float* multipliers;       ///< [Constraint::kMultiplierCount][multiplier_stride]
   Index multiplier_stride;  ///< how many records of this kind there are
@@ -36,9 +37,20 @@ __device__ inline Surroundings of_copy(Surroundings around) {
   around.moving += first;
   around.bases += first;
   around.carries += first;
-  around.fixed_points += around.fixed_points == nullptr ? 0 : first;
+  if (around.fixed_points != nullptr) {
+    around.fixed_points += first;
+    around.flights += first;
+  }
   around.multipliers += copy_index() * around.multiplier_count;
   return around;
+}
+
+/// Makes a force a load of a vertex, as on the host.
+__device__ inline void push_flight(Particle* flight, const Vec3<float>& force,
+                                   float inverse_dt_squared) {
+  const Particle before = load_particle(flight);
+  store_particle(flight, position_of(before) + pushed_flight(force, before.w, inverse_dt_squared),
+                 before.w);
 }
 
 /// Records of a kind, which have all that it needs.
@@ -150,10 +162,19 @@ __device__ void project(const Records& source, const Record<typename Records::Co
     }
   }
   [[maybe_unused]] const Corners<Constraint::kVertexCount, kMode, kDamped> before = corners;
+  [[maybe_unused]] Vec3<float> force_before;
+  if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
+    force_before = Constraint::force_of(multipliers);
+  }
   corners.template project<Constraint>(parameters, substep, multipliers);
   corners.store(around, record.places);
-  if constexpr (kMode == ProjectionMode::compliance && !KindOf<Constraint>::kHasCompliance) {
-    if (around.fixed_points != nullptr) {  // in vertex blocks, too
+  if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
+    const Vec3<float> change = Constraint::force_of(multipliers) - force_before;
+    push_flight(around.flights + record.places[0], change, substep.inverse_dt_squared);
+    push_flight(around.flights + record.places[1], -1.0F * change, substep.inverse_dt_squared);
+  }
+  if constexpr (kMode == ProjectionMode::compliance && KindOf<Constraint>::kIsOfVertexBlocks) {
+    if (around.fixed_points != nullptr) {
 #pragma unroll
       for (int k = 0; k < Constraint::kVertexCount; ++k) {
         FixedPoint* const point = around.fixed_points + record.places[k];
@@ -337,6 +358,7 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
                         state.particles,
                         state.carries,
                         state.fixed_points,
+                        state.flights,
                         input,
                         multipliers,
                         stride,
@@ -357,7 +379,10 @@ void project(const Stage& stage, const Projection& projection, const DeviceState
   }
   ForAllConstraints<Launcher>::launch(stage.kind, [&]<class Constraint>(TypeOf<Constraint>) {
     const KindArrays<Constraint>& kind = constraints.of<Constraint>();
-    const Surroundings there = around(kind.multipliers, kind.count);
+    Surroundings there = around(kind.multipliers, kind.count);
+    if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {  // see begin_joints()
+      there.takes_multipliers = there.leaves_multipliers = true;
+    }
     Source<Constraint> source{};
     source.records = kind.records;
     if constexpr (std::is_same_v<Constraint, DistanceConstraint>) {

@@ -35,6 +35,7 @@ struct VertexSweep {
   Index substep;     ///< 0 to substeps - 1
   float relaxation;  ///< see relaxation_of()
   bool has_tools;    ///< whether any touch or hold something
+  bool holds_only;   ///< whether only those vertices move that tools touch or hold
 };
 
 /// Which of the kernels that sweep by a cluster.
@@ -67,6 +68,11 @@ struct StepKernels {
   /// Before the sweeps of a substep: damping, and what tools touch and hold, if there are any.
   void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
                            bool has_tools, const Launch&);
+
+  /// After these, before the sweeps: finds the forces of one stage of stiff links.
+  void (*begin_joints)(const Stage&, Index substep, bool has_tools, const DeviceState&,
+                       const ConstraintArrays&, const VertexArrays&, const ToolArrays&, StepInput*,
+                       const Launch&);
 
   /// Moves the vertices of one stage, with what tools do to them.
   void (*solve_vertices)(const Stage&, const VertexSweep&, const DeviceState&, const VertexArrays&,

@@ -379,6 +379,9 @@ __global__ void __launch_bounds__(kBlockThreads)
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);
     hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
+    if (sweep.holds_only && hold == kInvalidIndex) {
+      return;
+    }
   }
   const auto solve = [&](const VertexEnergy<float>& energy) {
     if constexpr (kTools) {

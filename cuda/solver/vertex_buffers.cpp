@@ -2,6 +2,7 @@
 #include "cuda/solver/vertex_buffers.h"
 
 #include <span>
+#include <vector>
 
 namespace pbdsurg::cuda {
 namespace {
@@ -26,6 +27,11 @@ void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
   const VertexBlocks::Arrays host = blocks.arrays();
   const Index row_copies = blocks.has_damping() ? data.copy_count() : 1;
   const std::size_t lanes = host.blocks.size() * static_cast<std::size_t>(kBlockLanes);
+  std::vector<Index> lane_of_place(host.blocks.empty() ? 0 : data.particles.size());
+  for (std::size_t v = 0; v < lane_of_place.size(); ++v) {
+    const auto [block, lane] = blocks.place_of(static_cast<Index>(v));
+    lane_of_place[v] = block == kInvalidIndex ? kInvalidIndex : block * kBlockLanes + lane;
+  }
   arrays_ = {blocks_.upload(host.blocks, stream),
              pulls_.upload(host.pulls, stream),
              upload_copies(springs_, host.springs, row_copies, stream),
@@ -35,6 +41,7 @@ void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
              damped_volumes_.upload(host.damped_volumes, stream),
              damped_hinges_.upload(host.damped_hinges, stream),
              holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
+             lane_of_place_.upload(lane_of_place, stream),
              static_cast<Index>(host.blocks.size()),
              static_cast<Index>(host.springs.size()),
              static_cast<Index>(host.volumes.size()),
@@ -69,6 +76,7 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
     case DeviceArray::neo_hookeans:
     case DeviceArray::strain_limits:
     case DeviceArray::bendings:
+    case DeviceArray::stiff_links:
     case DeviceArray::tubes:
     case DeviceArray::particles:
     case DeviceArray::velocities:
@@ -93,7 +101,8 @@ std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
 std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
-         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + holds_.memory_bytes();
+         hinges_.memory_bytes() + damped_hinges_.memory_bytes() + holds_.memory_bytes() +
+         lane_of_place_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

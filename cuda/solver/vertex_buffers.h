@@ -37,6 +37,7 @@ class VertexBuffers {
   DeviceBuffer<HingeRow> hinges_;
   DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_;
   DeviceBuffer<Index> holds_;
+  DeviceBuffer<Index> lane_of_place_;
   VertexArrays arrays_{};
 };
 

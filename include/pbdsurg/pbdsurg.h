@@ -41,6 +41,7 @@
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/vertex_block.h"
 #include "pbdsurg/constraints/volume.h"

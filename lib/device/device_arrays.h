@@ -54,6 +54,8 @@ struct VertexArrays {
   /// [copy][block][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
+  /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
+  const Index* lane_of_place;
   Index block_count, spring_count, volume_count, hinge_count;
   bool is_damped;
 

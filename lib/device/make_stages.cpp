@@ -320,8 +320,7 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
   builder.add_stages();
   builder.add_tubes();
   if (data.options.method == SolverMethod::vertex_block) {
-    std::erase_if(stages_,
-                  [](const Stage& stage) { return stage.kind != PhaseKind::strain_limit; });
+    std::erase_if(stages_, [&](const Stage& stage) { return !is_after_vertices(stage.kind); });
     std::vector<Stage> colors;
     const VertexBlocks& blocks = data.vertex_blocks;
     for (Index color = 0; color < blocks.color_count(); ++color) {

@@ -19,8 +19,16 @@ namespace pbdsurg::cuda {
 
 /// What ids count: tetrahedra have volumes, in joint records or others, Neo-Hookean constraints, or
 /// are only watched.
-enum class Holder : std::uint8_t { distance, volume, neo_hookean, strain_limit, bending, tube };
-inline constexpr int kHolderCount = 6;
+enum class Holder : std::uint8_t {
+  distance,
+  volume,
+  neo_hookean,
+  strain_limit,
+  bending,
+  stiff_link,
+  tube
+};
+inline constexpr int kHolderCount = 7;
 
 /// Of constraints of a kind.
 [[nodiscard]] constexpr Holder holder_of(PhaseKind kind) noexcept {
@@ -33,6 +41,8 @@ inline constexpr int kHolderCount = 6;
       return Holder::strain_limit;
     case PhaseKind::bending:
       return Holder::bending;
+    case PhaseKind::stiff_link:
+      return Holder::stiff_link;
     case PhaseKind::volume:
     case PhaseKind::joint:
     case PhaseKind::vertex:
@@ -54,6 +64,8 @@ inline constexpr int kHolderCount = 6;
       return DeviceArray::strain_limits;
     case PhaseKind::bending:
       return DeviceArray::bendings;
+    case PhaseKind::stiff_link:
+      return DeviceArray::stiff_links;
     case PhaseKind::joint:
       return DeviceArray::joints;
     case PhaseKind::volume:

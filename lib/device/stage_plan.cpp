@@ -52,6 +52,8 @@ Index id_count(const SolverData& data) {
     return data.sets.distance_ids.count();
   } else if constexpr (kElement == Element::edge) {
     return static_cast<Index>(data.tissue->edges().size());
+  } else if constexpr (kElement == Element::link) {
+    return static_cast<Index>(data.tissue->links().size());
   } else if constexpr (kElement == Element::hinge) {
     return static_cast<Index>(data.tissue->hinges().size());
   } else {

@@ -3,7 +3,8 @@
 
 /// @file
 /// From the phases of a plan to the stages of a device. Stages of the vertex-block method are its
-/// colours, then strain limits; there are records of all constraints, for the report.
+/// colours, then strain limits and stiff links; there are records of all constraints, for the
+/// report.
 
 #include <array>
 #include <span>

@@ -25,6 +25,7 @@ enum class DeviceArray : std::uint32_t {
   neo_hookeans,
   strain_limits,
   bendings,
+  stiff_links,
   tubes,
   particles,
   velocities,
@@ -38,7 +39,7 @@ enum class DeviceArray : std::uint32_t {
   damped_volume_rows,
   damped_hinge_rows,
 };
-inline constexpr int kDeviceArrayCount = 19;
+inline constexpr int kDeviceArrayCount = 20;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -35,7 +35,7 @@ Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) 
     hinge_count += tissue.is_hinge_alive(h) ? 1 : 0;
   }
   check_hinges(hinge_count, options.mode);
-  check_vertex_method(tissue.bodies(), tissue.links(), options);
+  check_vertex_method(tissue.bodies(), options);
   if (tissue.vertex_count() > kMostParticles) {
     throw InvalidArgument("the scene has " + std::to_string(tissue.vertex_count()) +
                           " vertices; a solver takes " + std::to_string(kMostParticles) +

@@ -90,6 +90,9 @@ std::vector<std::vector<Words>> contents_of(const HostStages& stages) {
       case PhaseKind::bending:
         add_contents(records.of<BendingConstraint>(), stage, contents);
         break;
+      case PhaseKind::stiff_link:
+        add_contents(records.of<StiffLinkConstraint>(), stage, contents);
+        break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:

@@ -126,6 +126,7 @@ struct HostRows {
       case DeviceArray::neo_hookeans:
       case DeviceArray::strain_limits:
       case DeviceArray::bendings:
+      case DeviceArray::stiff_links:
       case DeviceArray::tubes:
       case DeviceArray::particles:
       case DeviceArray::velocities:
@@ -189,7 +190,7 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   StageRecords records;
   StagePlan plan(data, records);
   REQUIRE(plan.stages().front().kind == PhaseKind::vertex);
-  REQUIRE(plan.stages().back().kind == PhaseKind::strain_limit);
+  REQUIRE(plan.stages().back().kind == PhaseKind::stiff_link);
   HostRows rows(data.vertex_blocks);
   REQUIRE(have_serial_bits(rows, plan, data));
 

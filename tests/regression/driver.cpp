@@ -37,6 +37,8 @@ int number_of(PhaseKind kind) {
       return 7;
     case PhaseKind::bending:
       return 8;
+    case PhaseKind::stiff_link:
+      return 9;
   }
   throw std::logic_error("a phase of a kind without a number");
 }

@@ -64,18 +64,15 @@ bool spoil_name(const Solver& solver, Choices& choices, TopologyEdit& edit) {
 bool spoil_material(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   const TetMesh mesh = make_box({1, 1, 1}, kEdge);
   Material material = elastic_material(mesh, 1000, 20e3);
-  Stiffness link = kLink;
   if (solver.options().mode == ProjectionMode::fraction) {
     material.model = ElasticModel::neo_hookean;
   } else if (solver.options().method == SolverMethod::vertex_block) {
-    Stiffness& rigid = *choices.one_of(std::array{&material.stretch, &material.volume, &link});
-    rigid.compliance = 0;
+    choices.one_of(std::array{&material.stretch, &material.volume})->compliance = 0;
   } else {
     return false;
   }
   edit.new_bodies = {};
   edit.new_bodies.add_body("guest that does not fit", mesh, material);
-  edit.new_bodies.add_link({0, 7, 1e-3F, link});
   return true;
 }
 

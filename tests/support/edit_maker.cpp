@@ -288,7 +288,11 @@ void EditMaker::add_links() {
   for (Index count = choices_.below(3); count >= 0; --count) {
     const std::vector<Index> pair = pick_some(ends, 2, choices_);
     if (pair.size() == 2) {
-      edit_.new_links.push_back({pair[0], pair[1], 2e-3F, kLink});
+      Stiffness stiffness = kLink;
+      if (choices_.below(2) == 0) {
+        stiffness.compliance = 0;
+      }
+      edit_.new_links.push_back({pair[0], pair[1], 2e-3F, stiffness});
     }
   }
 }

@@ -183,6 +183,7 @@ void FakeDevice::take_all(const SolverData& data) {
   neo_hookeans_ = {data.sets.of<NeoHookeanConstraint>(), data.tissue->tets().size()};
   strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
   bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
+  stiff_links_ = {data.sets.of<StiffLinkConstraint>(), data.tissue->links().size()};
   blocks_ = data.vertex_blocks;
   own_.others.resize(data.others.size());
   own_.options = data.options;
@@ -221,6 +222,9 @@ void FakeDevice::take_all(const SolverData& data) {
       case PhaseKind::bending:
         bendings_.set_serial(phase.color);
         break;
+      case PhaseKind::stiff_link:
+        stiff_links_.set_serial(phase.color);
+        break;
       case PhaseKind::vertex:
       case PhaseKind::attachment:
       case PhaseKind::contact:
@@ -232,6 +236,7 @@ void FakeDevice::take_all(const SolverData& data) {
   own_.sets.of<NeoHookeanConstraint>() = neo_hookeans_.make_slots();
   own_.sets.of<StrainLimitConstraint>() = strain_limits_.make_slots();
   own_.sets.of<BendingConstraint>() = bendings_.make_slots();
+  own_.sets.of<StiffLinkConstraint>() = stiff_links_.make_slots();
 }
 
 template <class Constraint>
@@ -276,6 +281,9 @@ void FakeDevice::take_over(const SolverData& data) {
       case PhaseKind::bending:
         bendings_.take_over(data.sets.of<BendingConstraint>(), id);
         break;
+      case PhaseKind::stiff_link:
+        stiff_links_.take_over(data.sets.of<StiffLinkConstraint>(), id);
+        break;
       case PhaseKind::joint:
       case PhaseKind::attachment:
       case PhaseKind::contact:
@@ -290,6 +298,7 @@ void FakeDevice::take_over(const SolverData& data) {
   refresh(neo_hookeans_, data);
   refresh(strain_limits_, data);
   refresh(bendings_, data);
+  refresh(stiff_links_, data);
   take_over_blocks(data.vertex_blocks, blocks);
   if (changes.watched) {
     watched_ = data.watched_places;

@@ -69,6 +69,7 @@ class FakeDevice final : public Backend {
   DeviceRecords<NeoHookeanConstraint> neo_hookeans_;
   DeviceRecords<StrainLimitConstraint> strain_limits_;
   DeviceRecords<BendingConstraint> bendings_;
+  DeviceRecords<StiffLinkConstraint> stiff_links_;
   VertexBlocks blocks_;  // as taken over: a step changes those in own_
   std::vector<Index> watched_;
   std::unique_ptr<Backend> serial_ = make_serial_backend();

@@ -231,6 +231,18 @@ void compare_distances(const LiveModel& model, const Solver& solver, const Fresh
       expect(id, {link.first, link.second}, link.rest_length, pick(link.stiffness, solver), 0,
              "distance of link");
     }
+    const auto& stiff = data.sets.of<StiffLinkConstraint>();
+    const bool is_stiff = stiff.is_alive(index_of(l));
+    const bool is_rigid =
+        solver.options().method == SolverMethod::vertex_block && link.stiffness.compliance == 0;
+    require(is_stiff ? is_alive : !(is_alive && is_rigid), "stiff link", index_of(l));
+    if (is_stiff) {
+      const auto [places, parameters] = stiff.record(index_of(l));
+      require(places == data.places_of(Edge{link.first, link.second}) &&
+                  parameters[StiffLinkConstraint::kRest] == link.rest_length &&
+                  parameters[StiffLinkConstraint::kStiffness] == link.stiffness.compliance,
+              "stiff link", index_of(l));
+    }
   }
 }
 

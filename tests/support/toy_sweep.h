@@ -51,6 +51,7 @@ auto visit_kind(StageRecords& records, PhaseKind kind, Visit visit) {
     case PhaseKind::bending:
       return visit(records.of<BendingConstraint>());
     case PhaseKind::strain_limit:
+    case PhaseKind::stiff_link:
     case PhaseKind::joint:  // no cluster projects this and those that follow
     case PhaseKind::vertex:
     case PhaseKind::attachment:

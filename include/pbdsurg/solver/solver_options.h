@@ -19,7 +19,8 @@ namespace pbdsurg {
 enum class SolverMethod : std::uint8_t {
   projection,  ///< constraint by constraint: PBD or XPBD, as ProjectionMode says
   /// Vertex by vertex, each to the least energy that its neighbours leave it. After Chen et al.
-  /// 2024, "Vertex Block Descent". Compliance mode only, and no compliance may be zero.
+  /// 2024, "Vertex Block Descent". Compliance mode only, and no compliance of a material may be
+  /// zero.
   vertex_block,
 };
 
@@ -81,7 +82,7 @@ struct PBDSURG_API SolverOptions {
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
-  /// With the vertex-block method of strain limits alone, and never joint.
+  /// With the vertex-block method of strain limits and stiff links alone, and never joint.
   PlanComposition composition = PlanComposition::automatic;
   SpareRoom spare{};  ///< each >= 0
 

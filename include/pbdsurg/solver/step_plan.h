@@ -40,8 +40,9 @@ enum class PhaseKind : std::uint8_t {
   neo_hookean,   ///< tetrahedra of Neo-Hookean bodies
   strain_limit,  ///< edges of bodies whose stretch is limited
   bending,       ///< hinges
+  stiff_link,    ///< links that the vertex-block method solves after vertices, both ends at once
   /// Vertices, each moved to the least energy that its neighbours leave it, contacts and grasps
-  /// among them: the one kind of the vertex-block method, beside strain limits.
+  /// among them: what the vertex-block method has beside strain limits and stiff links.
   vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool

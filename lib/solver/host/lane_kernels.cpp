@@ -93,6 +93,7 @@ class Chunk {
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         multipliers[m] = load_lanes(stored_.values[m] + lane_);
       });
+      [[maybe_unused]] const Vec3<Lanes> before = force_of(multipliers);
       if constexpr (kDamped) {
         Vec3<Lanes> roundings[kVertices];
         Damped<Lanes, kVertices> damping;
@@ -105,11 +106,16 @@ class Chunk {
       } else {
         moves = Constraint::template move<kMode>(seen, w_, parameters, substep, multipliers);
       }
+      if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
+        const Vec3<Lanes> change = force_of(multipliers) - before;
+        push_flight(state, 0, change, substep.inverse_dt_squared);
+        push_flight(state, 1, Lanes(-1) * change, substep.inverse_dt_squared);
+      }
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         store_lanes(multipliers[m], stored_.values[m] + lane_);
       });
     }
-    if constexpr (kDisplaces && !KindOf<Constraint>::kHasCompliance) {  // in vertex blocks, too
+    if constexpr (kDisplaces && KindOf<Constraint>::kIsOfVertexBlocks) {
       if (state.fixed_points != nullptr) {
         move_points(state, moves);
       }
@@ -125,6 +131,22 @@ class Chunk {
 
  private:
   static constexpr int kVertices = Constraint::kVertexCount;
+
+  static HWY_INLINE Vec3<Lanes> force_of(const Lanes (&multipliers)[Constraint::kMultiplierCount]) {
+    if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
+      return Constraint::force_of(multipliers);
+    } else {
+      return {};
+    }
+  }
+
+  HWY_INLINE void push_flight(const ProjectionState& state, int corner, const Vec3<Lanes>& force,
+                              Lanes inverse_dt_squared) const {
+    const ParticleOffset* const corners = block_.corners[corner] + lane_;
+    ParticleLanes flight = gather(state.flights, corners);
+    flight.x = flight.x + pushed_flight(force, flight.w, inverse_dt_squared);
+    scatter(flight, state.flights, corners);
+  }
 
   HWY_INLINE void move_points(const ProjectionState& state,
                               const Moves<Lanes, kVertices>& moves) const {

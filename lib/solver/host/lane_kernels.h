@@ -34,7 +34,8 @@ struct ProjectionState {
   const Carry* carries;   ///< read with damping only
   Substep<float> substep;
   FixedPoint* fixed_points;  ///< of the vertex-block method, else null
-  float unit;                ///< m, of these
+  Particle* flights;         ///< likewise
+  float unit;                ///< m, of fixed points
 };
 
 /// What has been seen of the values of constraints.

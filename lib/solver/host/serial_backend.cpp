@@ -6,6 +6,7 @@
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -63,9 +64,17 @@ class SerialStep {
       case StepOperation::damp_rows:
         damp_rows(step_, lengths_.inverse_dt);
         break;
+      case StepOperation::begin_joints:
+        begin_joints();
+        break;
       case StepOperation::sweep:
         for (int iteration = 0; iteration < step_.data.options.iterations; ++iteration) {
           sweep(iteration);
+        }
+        break;
+      case StepOperation::settle_holds:
+        if (has_holds_to_settle(step_)) {
+          settle_holds(step_, vertex_state(step_, lengths_, 1));
         }
         break;
       case StepOperation::collect_forces:
@@ -77,6 +86,16 @@ class SerialStep {
       case StepOperation::settle:
         settle_vertices(step_, motion_);
         break;
+    }
+  }
+
+  void begin_joints() {
+    const VertexState state = vertex_state(step_, lengths_, 1);
+    for (const Phase& phase : step_.data.plan.phases) {
+      if (phase.kind == PhaseKind::stiff_link) {
+        pbdsurg::begin_joints(step_, state, phase.color, 0,
+                              step_.data.sets.of<StiffLinkConstraint>().size(phase.color));
+      }
     }
   }
 

@@ -2,11 +2,13 @@
 #include "lib/solver/host/serial_phases.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/attachment.h"
 #include "pbdsurg/constraints/contact.h"
 
+#include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 
@@ -18,6 +20,7 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
                    const Substep<float>& substep) {
   constexpr int kVertices = Constraint::kVertexCount;
   constexpr bool kDisplaces = kMode == ProjectionMode::compliance;
+  constexpr bool kIsJoint = std::is_same_v<Constraint, StiffLinkConstraint>;
   const MovingVertices vertices = moving_vertices(step);
   const auto* const blocks = slots.blocks(group).data();
   auto* const multiplier_blocks = step.scratch.multipliers.of<Constraint>()[group].data();
@@ -50,11 +53,15 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
       }
       float multipliers[Constraint::kMultiplierCount] = {};
       Moves<float, kVertices> moves;
+      [[maybe_unused]] Vec3<float> force_before;
       if constexpr (!kRemembers<Constraint, kMode>) {
         moves = Constraint::template move<kMode>(seen, weights, parameters, substep, multipliers);
       } else {
         for (int m = 0; m < Constraint::kMultiplierCount; ++m) {
           multipliers[m] = stored[m][lane];
+        }
+        if constexpr (kIsJoint) {
+          force_before = StiffLinkConstraint::force_of(multipliers);
         }
         if constexpr (kDamped) {
           Vec3<float> roundings[kVertices];
@@ -72,10 +79,17 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
           stored[m][lane] = multipliers[m];
         }
       }
+      if constexpr (kIsJoint) {
+        const Vec3<float> change = StiffLinkConstraint::force_of(multipliers) - force_before;
+        Particle* const flights = step.scratch.flights.data();
+        push_flight(at(flights, block.corners[0][lane]), change, substep.inverse_dt_squared);
+        push_flight(at(flights, block.corners[1][lane]), -1.0F * change,
+                    substep.inverse_dt_squared);
+      }
       for (int k = 0; k < kVertices; ++k) {
         const Vec3<float> moved = moving[k] + moves.of[k];
         store(at(vertices.moving, block.corners[k][lane]), moved);
-        if constexpr (kDisplaces && !KindOf<Constraint>::kHasCompliance) {  // in vertex blocks, too
+        if constexpr (kDisplaces && KindOf<Constraint>::kIsOfVertexBlocks) {
           if (vertices.points != nullptr) {
             FixedPoint& point = at(vertices.points, block.corners[k][lane]);
             point = moved_point(point, moving[k], moved);
@@ -147,6 +161,7 @@ void project_serially(const StepContext& step, const Phase& phase, const Substep
     case PhaseKind::neo_hookean:
     case PhaseKind::strain_limit:
     case PhaseKind::bending:
+    case PhaseKind::stiff_link:
       step.data.sets.visit_set(
           phase.kind, [&](auto& slots) { project_group(step, slots, phase.color, substep); });
       break;

@@ -20,6 +20,7 @@ void ThreadStages::plan(const SolverData& data, int threads) {
       case PhaseKind::neo_hookean:
       case PhaseKind::strain_limit:
       case PhaseKind::bending:
+      case PhaseKind::stiff_link:
         data.sets.visit_set(phase.kind,
                             [&](const auto& slots) { add(data, phase, slots, phase.color); });
         break;
@@ -59,8 +60,9 @@ void ThreadStages::add(const SolverData& data, const Phase& phase,
   }
   // in the time that sixteen distances take, some 20 ns
   constexpr Index kBlockCost = std::is_same_v<Constraint, NeoHookeanConstraint> ? 6
-                               : std::is_same_v<Constraint, BendingConstraint>
-                                   ? 5
+                               : std::is_same_v<Constraint, BendingConstraint>  ? 5
+                               : std::is_same_v<Constraint, StiffLinkConstraint>
+                                   ? 4
                                    : Constraint::kVertexCount / 2;
   constexpr Index kMeetingCost = 8;
   const Index saved =

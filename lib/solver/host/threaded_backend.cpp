@@ -17,6 +17,7 @@
 #include "lib/solver/host/thread_choice.h"
 #include "lib/solver/host/thread_stages.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
@@ -217,6 +218,7 @@ class ThreadedBackend final : public Backend {
              step.copy.carries.data(),
              {1 / h, 1 / (h * h)},
              moving.points,
+             moving.points == nullptr ? nullptr : step.scratch.flights.data(),
              data.vertex_blocks.unit()},
             free_motion(data, h),
             vertices_of(step, thread, threads_),
@@ -303,6 +305,9 @@ class ThreadedBackend final : public Backend {
       case StepOperation::damp_rows:  // all have met since the prediction: see find_contacts
         damp_rows(turn);
         break;
+      case StepOperation::begin_joints:
+        begin_joints(vertex_state(step, lengths, 1), turn);
+        break;
       case StepOperation::sweep:
         for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
           sweep(vertex_state(step, lengths, relaxation_of(data.options, iteration)), turn);
@@ -311,7 +316,15 @@ class ThreadedBackend final : public Backend {
           meet(turn);
         }
         break;
-      case StepOperation::collect_forces:  // all have met since the sweeps
+      case StepOperation::settle_holds:  // few: all have met since the sweeps
+        if (has_holds_to_settle(step)) {
+          if (thread == 0) {
+            settle_holds(step, vertex_state(step, lengths, 1));
+          }
+          meet(turn);
+        }
+        break;
+      case StepOperation::collect_forces:  // of thread 0, too
         if (thread == 0) {
           collect_tool_forces(step.copy, lengths.inverse_dt_squared / substeps);
         }
@@ -335,6 +348,28 @@ class ThreadedBackend final : public Backend {
     }
   }
 
+  void begin_joints(const VertexState& vertex_state, Turn& turn) {
+    bool is_met = false;  // since what comes before; stages that are left out would have met
+    for (const ThreadStage& stage : stages_) {
+      if (stage.phase.kind != PhaseKind::stiff_link) {
+        is_met = is_met && !stage.is_met_before;
+        continue;
+      }
+      if (!is_met || stage.is_met_before) {
+        meet(turn);
+        is_met = true;
+      }
+      if (turn.is_idle()) {
+        return;
+      }
+      do_share(stage, turn, [&](int thread, int threads) {
+        const Index size = turn.step.data.sets.of<StiffLinkConstraint>().size(stage.group);
+        const Part part = part_of(static_cast<std::size_t>(size), thread, threads);
+        pbdsurg::begin_joints(turn.step, vertex_state, stage.group, part.first, part.last);
+      });
+    }
+  }
+
   void sweep(const VertexState& vertex_state, Turn& turn) {
     for (const ThreadStage& stage : stages_) {
       if (stage.is_met_before && !turn.is_idle()) {
@@ -343,16 +378,23 @@ class ThreadedBackend final : public Backend {
       if (turn.is_idle()) {
         return;
       }
-      const bool is_shared = stage.owner == kEverybody;
-      if (!is_shared && stage.owner != turn.thread && turn.threads > 1) {
-        continue;
-      }
-      const int thread = is_shared ? turn.thread : 0, threads = is_shared ? turn.threads : 1;
-      if (stage.phase.kind == PhaseKind::vertex) {
-        solve_vertices(turn.step, vertex_state, stage, thread, threads);
-      } else {
-        project(turn, stage, thread, threads);
-      }
+      do_share(stage, turn, [&](int thread, int threads) {
+        if (stage.phase.kind == PhaseKind::vertex) {
+          solve_vertices(turn.step, vertex_state, stage, thread, threads);
+        } else {
+          project(turn, stage, thread, threads);
+        }
+      });
+    }
+  }
+
+  // Calls work(thread, threads) with a thread's share of a stage, if it has any.
+  template <class Work>
+  static void do_share(const ThreadStage& stage, const Turn& turn, const Work& work) {
+    if (stage.owner == kEverybody) {
+      work(turn.thread, turn.threads);
+    } else if (stage.owner == turn.thread || turn.threads == 1) {
+      work(0, 1);
     }
   }
 

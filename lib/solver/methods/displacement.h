@@ -49,6 +49,15 @@ PBDSURG_HOST_DEVICE inline Vec3<Scalar> flight_of(const FreeMotion<Scalar>& moti
   return rounding + motion.h * velocity;
 }
 
+/// m, what a force adds to the displacement of a vertex that nothing else holds.
+/// @param force  N
+/// @param w      1/kg
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Vec3<Scalar> pushed_flight(const Vec3<Scalar>& force, Scalar w,
+                                                      Scalar inverse_dt_squared) {
+  return (w / inverse_dt_squared) * force;
+}
+
 /// m, the displacement from which sweeps of vertex blocks begin: as if the vertex fell as before.
 /// What rests would else fall first, and sweeps that are too few would not bring it back.
 /// @param flight   m, of the vertex

@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/vertex_block.h"
 
 #include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/vertex_kernel.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_moves.h"
@@ -135,69 +136,9 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
   return rows;
 }
 
-// What tools do at one vertex, as move_held() takes it.
-class HeldVertex {
- public:
-  HeldVertex(const StepContext& step, const SplitPosition& position, Index first)
-      : step_(step), position_(position), first_(first) {}
-
-  template <class Visit>
-  void for_each_grasp(const Visit& visit) const {
-    for_each([&](const VertexHold& hold, ToolState& tool) {
-      if (!hold.is_contact) {
-        visit(Grasp{tool.attachments[hold.entry], position_});
-      }
-    });
-  }
-
-  template <class Visit>
-  void for_each_contact(const Visit& visit) const {
-    for_each([&](const VertexHold& hold, ToolState& tool) {
-      if (hold.is_contact) {
-        visit(Touch{tool.contacts[hold.entry], position_});
-      }
-    });
-  }
-
- private:
-  struct Grasp {
-    Attachment& attachment;
-    const SplitPosition& position;
-
-    [[nodiscard]] Vec3<float> target() const { return position.way_to(load(attachment.target)); }
-    [[nodiscard]] float compliance() const { return attachment.compliance; }
-    void set_multiplier(const Vec3<float>& multiplier) const {
-      attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
-    }
-  };
-
-  struct Touch {
-    Contact& contact;
-    const SplitPosition& position;
-
-    [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
-    [[nodiscard]] float offset() const { return position.height_to(normal(), contact.offset); }
-    [[nodiscard]] float multiplier() const { return contact.multiplier; }
-    void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
-  };
-
-  template <class Visit>
-  void for_each(const Visit& visit) const {
-    const std::vector<VertexHold>& holds = step_.scratch.holds;
-    for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
-      visit(holds[h], step_.copy.tools[holds[h].tool]);
-    }
-  }
-
-  const StepContext& step_;
-  SplitPosition position_;
-  Index first_;
-};
-
 }  // namespace
 
-void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
-                         const SolverOptions& options) {
+void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options) {
   if (options.method != SolverMethod::vertex_block) {
     return;
   }
@@ -220,15 +161,6 @@ void check_vertex_method(std::span<const Body> bodies, std::span<const Link> lin
         check_compliance("body '" + body.name + "': volume", material.volume.compliance);
       }
     }
-  }
-  for (std::size_t l = 0; l < links.size(); ++l) {
-    check_vertex_link(options, "link " + std::to_string(l), links[l]);
-  }
-}
-
-void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link) {
-  if (options.method == SolverMethod::vertex_block) {
-    check_compliance(what + ":", link.stiffness.compliance);
   }
 }
 
@@ -288,7 +220,11 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
   }
   for (std::size_t l = 0; l < data.tissue->links().size(); ++l) {
     const Link& link = data.tissue->links()[l];
-    set_spring(data.sets.distance_ids.of_link(static_cast<Index>(l)), {link.first, link.second});
+    const Index distance = data.sets.distance_ids.of_link(static_cast<Index>(l));
+    set_spring(distance, {link.first, link.second});
+    if (data.sets.of<StiffLinkConstraint>().is_alive(static_cast<Index>(l))) {
+      springs[distance].stiffness = 0;  // it has phases of its own
+    }
   }
   std::vector<VertexHinge> hinges(data.tissue->hinges().size());
   for (std::size_t h = 0; h < hinges.size(); ++h) {
@@ -404,6 +340,19 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
   }
 }
 
+bool has_holds_to_settle(const StepContext& step) noexcept {
+  return !step.scratch.holds.empty() && has_stiff_links(step.data.plan);
+}
+
+void settle_holds(const StepContext& step, const VertexState& state) {
+  const std::vector<LaneBits>& held = step.scratch.held;
+  for (Index block = 0; block < step.data.vertex_blocks.block_count(); ++block) {
+    if (held[block] != 0) {  // blocks lie in the order of colours
+      solve_lanes(step, state, block, held[block]);
+    }
+  }
+}
+
 void solve_vertices(const StepContext& step, const VertexState& state, Index color) {
   const auto [first, count] = step.data.vertex_blocks.blocks(color);
   for (Index block = first; block < first + count; ++block) {
@@ -411,12 +360,8 @@ void solve_vertices(const StepContext& step, const VertexState& state, Index col
   }
 }
 
-void VertexFollower::validate(const Tissue& tissue, const TopologyEdit& edit) const {
-  check_vertex_method(edit.new_bodies.bodies(), edit.new_bodies.links(), data_.options);
-  for (std::size_t i = 0; i < edit.new_links.size(); ++i) {
-    check_vertex_link(data_.options, "link " + std::to_string(tissue.links().size() + i),
-                      edit.new_links[i]);
-  }
+void VertexFollower::validate(const Tissue&, const TopologyEdit& edit) const {
+  check_vertex_method(edit.new_bodies.bodies(), data_.options);
 }
 
 void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) noexcept {

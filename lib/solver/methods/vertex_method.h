@@ -22,13 +22,8 @@ namespace pbdsurg {
 class SolverData;
 
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
-///                          the option, the body or the link
-void check_vertex_method(std::span<const Body> bodies, std::span<const Link> links,
-                         const SolverOptions& options);
-
-/// @param what  the link's name
-/// @throws InvalidArgument  as check_vertex_method()
-void check_vertex_link(const SolverOptions& options, const std::string& what, const Link& link);
+///                          the option or the body
+void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options);
 
 /// How it colours vertices: as asked, but by saturation where the order is the natural one, which
 /// would be kept for want of a reason and takes up to twice the colours.
@@ -64,6 +59,13 @@ void damp_rows(const StepContext& step, float inverse_dt);
 
 /// Moves some vertices of a block, one after another.
 void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
+
+/// Whether what tools touch or hold has to move once more after the sweeps: a stiff link at such a
+/// vertex pulls it last, and tools have not felt that yet.
+[[nodiscard]] bool has_holds_to_settle(const StepContext& step) noexcept;
+
+/// Moves them, colour by colour.
+void settle_holds(const StepContext& step, const VertexState& state);
 
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);

@@ -79,8 +79,39 @@ struct SplitPosition {
   }
 };
 
+/// Whether a grasp is a spring.
+/// @param stiffness  N/m
+PBDSURG_HOST_DEVICE inline bool is_soft_grasp(float stiffness) {
+  using std::fabs;
+  return fabs(stiffness) < kInfinity;
+}
+
 /// Passes over several contacts at one vertex, each pushing no more than the others leave to it.
 inline constexpr int kContactPasses = 8;
+
+/// Where tools want a vertex that they hold rigidly.
+struct RigidGrasps {
+  int count = 0;
+  Vec3<float> targets;  ///< m, their sum, from the vertex
+};
+
+/// Adds the soft grasps of a vertex to its energy.
+/// @param holds  as in move_held()
+/// @return       the others
+template <class Holds>
+PBDSURG_DEVICE inline RigidGrasps add_grasps(const Holds& holds, VertexEnergy<float>& energy) {
+  RigidGrasps rigid;
+  holds.for_each_grasp([&](const auto& grasp) {
+    const float stiffness = 1 / grasp.compliance();
+    if (is_soft_grasp(stiffness)) {
+      energy.add_pull(stiffness, grasp.target());
+    } else {
+      rigid.targets = rigid.targets + grasp.target();
+      ++rigid.count;
+    }
+  });
+  return rigid;
+}
 
 /// By how much a vertex moves that tools touch or hold. Grasps are springs, or where the vertex is:
 /// between the targets if several tools hold it rigidly, which share the force. Contacts are planes
@@ -96,32 +127,18 @@ inline constexpr int kContactPasses = 8;
 template <class Holds>
 PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, VertexEnergy<float> energy,
                                             float dt_squared) {
-  const auto is_soft = [](float stiffness) {
-    using std::fabs;
-    return fabs(stiffness) < kInfinity;
-  };
   int contact_count = 0;
   holds.for_each_contact([&](const auto& contact) {
     contact.set_multiplier(0);
     ++contact_count;
   });
 
-  int rigid_count = 0;
+  const RigidGrasps rigid = add_grasps(holds, energy);
   Vec3<float> target;
-  holds.for_each_grasp([&](const auto& grasp) {
-    const float stiffness = 1 / grasp.compliance();
-    if (is_soft(stiffness)) {
-      energy.add_pull(stiffness, grasp.target());
-    } else {
-      target = target + grasp.target();
-      ++rigid_count;
-    }
-  });
-
   Vec3<float> rigid_force;
-  if (rigid_count > 0) {
-    const float share = 1 / static_cast<float>(rigid_count);
-    target = share * target;
+  if (rigid.count > 0) {
+    const float share = 1 / static_cast<float>(rigid.count);
+    target = share * rigid.targets;
     rigid_force = share * (energy * target - energy.force);
   } else {
     const VertexFactor<float> factor(energy);
@@ -144,8 +161,9 @@ PBDSURG_DEVICE inline Vec3<float> move_held(const Holds& holds, VertexEnergy<flo
   }
   holds.for_each_grasp([&](const auto& grasp) {
     const float stiffness = 1 / grasp.compliance();
-    grasp.set_multiplier(
-        dt_squared * (is_soft(stiffness) ? stiffness * (grasp.target() - target) : rigid_force));
+    grasp.set_multiplier(dt_squared * (is_soft_grasp(stiffness)
+                                           ? stiffness * (grasp.target() - target)
+                                           : rigid_force));
   });
   return target;
 }

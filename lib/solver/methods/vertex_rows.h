@@ -95,7 +95,8 @@ struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep
   Particle* displacements;   ///< m, since then
   FixedPoint* fixed_points;  ///< where that takes them
-  const Particle* flights;   ///< m, the displacement of a vertex without its rows
+  /// m, the displacement of a vertex without its rows; stiff links push it.
+  Particle* flights;
   const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
   float unit;                ///< m, of fixed points
   float inverse_dt_squared;  ///< 1/s^2

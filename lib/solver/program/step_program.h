@@ -22,7 +22,9 @@ enum class StepOperation : std::uint8_t {
   find_contacts,          ///< moves the tools, and finds the vertices that they touch
   gather_holds,           ///< finds what tools do to each vertex
   damp_rows,              ///< gives the rows of vertices this substep's damping
+  begin_joints,           ///< finds the forces of stiff links
   sweep,                  ///< all sweeps: the phases of the StepPlan, again and again
+  settle_holds,           ///< what tools touch or hold answers what stiff links did last
   collect_forces,         ///< adds what pushed back to the forces of tools
   update_velocities,      ///< from the way of the substep
   settle,                 ///< vertices go where displacements lead; velocities from these

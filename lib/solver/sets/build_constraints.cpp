@@ -10,6 +10,7 @@
 #include "pbdsurg/coloring/color.h"
 
 #include "lib/solver/sets/nested_domains.h"
+#include "lib/solver/sets/stiff_links.h"
 
 namespace pbdsurg {
 namespace {
@@ -141,6 +142,27 @@ void build_distances(const ConstraintNumbers& numbers, const NestedDomains& doma
       data.sets.joint_group(is_joint ? data.sets.of<VolumeConstraint>().group_count() : 0, 0));
 }
 
+void build_stiff_links(const NestedDomains& domains, SolverData& data) {
+  const std::span<const Link> links = data.tissue->links();
+  std::vector<ConstraintRecord<StiffLinkConstraint>> records(links.size());
+  std::vector<Index> ids;
+  for (Index l = 0; l < static_cast<Index>(links.size()); ++l) {
+    if (data.tissue->is_link_alive(l) && is_stiff_link(*data.tissue, l, data.options)) {
+      records[l] = {data.places_of(Edge{links[l].first, links[l].second}),
+                    stiff_link_numbers(links[l])};
+      ids.push_back(l);
+    }
+  }
+  if (ids.empty()) {
+    return;
+  }
+  const std::span<const ConstraintRecord<StiffLinkConstraint>> view(records);
+  std::vector<Index> group_of(records.size(), kInvalidIndex);
+  const Index group_count =
+      group_by_color(PhaseKind::stiff_link, view, ids, domains, data, group_of);
+  data.sets.of<StiffLinkConstraint>() = {view, group_of, group_count};
+}
+
 }  // namespace
 
 void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
@@ -165,6 +187,7 @@ void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
         build_slots<BendingConstraint>(PhaseKind::bending, numbers.hinges, domains, data,
                                        [](const HingeNumbers& hinge) { return hinge; });
   }
+  build_stiff_links(domains, data);
   std::stable_sort(
       data.sets.phases.begin(), data.sets.phases.end(), [](const Phase& a, const Phase& b) {
         return std::tie(a.level, a.domain, a.kind) < std::tie(b.level, b.domain, b.kind);

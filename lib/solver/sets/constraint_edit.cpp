@@ -10,6 +10,7 @@
 #include "lib/solver/sets/constraint_sets.h"
 #include "lib/solver/sets/free_groups.h"
 #include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/solver/sets/stiff_links.h"
 #include "lib/tissue/split_tets.h"
 
 namespace pbdsurg {
@@ -55,8 +56,9 @@ class ConstraintSets::Edit {
     std::ranges::for_each(links.first(asked_links), [&](Index l) { remove_link(l); });
     for (const LinkMove& move : change_.edit.link_moves) {
       const Link& link = tissue_.links()[move.link];
-      set_places<DistanceConstraint>(sets_.distance_ids.of_link(move.link),
-                                     Edge{link.first, link.second});
+      const Edge ends{link.first, link.second};
+      set_places<DistanceConstraint>(sets_.distance_ids.of_link(move.link), ends);
+      set_places<StiffLinkConstraint>(move.link, ends);
     }
     const auto first_parent = static_cast<std::size_t>(change_.first_removed_parent);
     remove_tets(0, first_parent, true);
@@ -154,7 +156,10 @@ class ConstraintSets::Edit {
     }
   }
 
-  void remove_link(Index link) { remove<DistanceConstraint>(sets_.distance_ids.of_link(link)); }
+  void remove_link(Index link) {
+    remove<DistanceConstraint>(sets_.distance_ids.of_link(link));
+    remove<StiffLinkConstraint>(link);
+  }
 
   // @param first, end       of the removed ones
   // @param is_before_moves  of corners
@@ -267,6 +272,9 @@ class ConstraintSets::Edit {
     const Edge ends{link.first, link.second};
     add<DistanceConstraint>(sets_.distance_ids.of_link(id), ends,
                             {state_.places_of(ends), link_numbers(link, state_.options.mode)});
+    if (is_stiff_link(tissue_, id, state_.options)) {
+      add<StiffLinkConstraint>(id, ends, {state_.places_of(ends), stiff_link_numbers(link)});
+    }
   }
 
   // A part's numbers, taken from the parent while that is there.

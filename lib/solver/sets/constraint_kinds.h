@@ -4,11 +4,13 @@
 /// @file
 /// The kinds of elastic constraints that there are: the one list of them.
 
+#include <algorithm>
 #include <cstdint>
 
 #include "pbdsurg/constraints/bending.h"
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
+#include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/solver/step_plan.h"
@@ -22,13 +24,15 @@ namespace pbdsurg {
 enum class Element : std::uint8_t {
   edge_or_link,  ///< see DistanceIds
   edge,
+  link,
   tet,
   hinge,
 };
 
 /// What the solver knows of a kind beside its formula: its phase and its element, in which
 /// projection modes it has a form of its own (a scene is refused where it has only the other; what
-/// has no compliance is alike in both, and keeps no multipliers), whether reports measure it.
+/// has no compliance is alike in both, and keeps no multipliers), whether reports measure it, and
+/// whether the vertex-block method projects it after its vertices.
 template <class Constraint>
 struct KindOf;
 
@@ -39,6 +43,7 @@ struct KindOf<DistanceConstraint> {
   static constexpr bool kHasFraction = true;
   static constexpr bool kHasCompliance = true;
   static constexpr bool kIsMeasured = true;
+  static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
 struct KindOf<VolumeConstraint> {
@@ -47,6 +52,7 @@ struct KindOf<VolumeConstraint> {
   static constexpr bool kHasFraction = true;
   static constexpr bool kHasCompliance = true;
   static constexpr bool kIsMeasured = true;
+  static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
 struct KindOf<NeoHookeanConstraint> {
@@ -55,6 +61,7 @@ struct KindOf<NeoHookeanConstraint> {
   static constexpr bool kHasFraction = false;
   static constexpr bool kHasCompliance = true;
   static constexpr bool kIsMeasured = true;
+  static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
 struct KindOf<StrainLimitConstraint> {
@@ -63,6 +70,7 @@ struct KindOf<StrainLimitConstraint> {
   static constexpr bool kHasFraction = true;
   static constexpr bool kHasCompliance = false;
   static constexpr bool kIsMeasured = false;
+  static constexpr bool kIsOfVertexBlocks = true;
 };
 template <>
 struct KindOf<BendingConstraint> {
@@ -71,6 +79,16 @@ struct KindOf<BendingConstraint> {
   static constexpr bool kHasFraction = false;
   static constexpr bool kHasCompliance = true;
   static constexpr bool kIsMeasured = false;
+  static constexpr bool kIsOfVertexBlocks = false;
+};
+template <>
+struct KindOf<StiffLinkConstraint> {  // beside the distance of the link
+  static constexpr PhaseKind kPhase = PhaseKind::stiff_link;
+  static constexpr Element kElement = Element::link;
+  static constexpr bool kHasFraction = false;
+  static constexpr bool kHasCompliance = true;
+  static constexpr bool kIsMeasured = false;
+  static constexpr bool kIsOfVertexBlocks = true;
 };
 
 /// Whether projections keep multipliers from sweep to sweep.
@@ -81,6 +99,23 @@ inline constexpr bool kRemembers =
 /// In the order in which edits change them.
 template <template <class...> class List>
 using ForAllConstraints = List<DistanceConstraint, VolumeConstraint, NeoHookeanConstraint,
-                               StrainLimitConstraint, BendingConstraint>;
+                               StrainLimitConstraint, BendingConstraint, StiffLinkConstraint>;
+
+template <class... Constraints>
+struct KindsAfterVertices {
+  static constexpr bool have(PhaseKind kind) noexcept {
+    return (... || (KindOf<Constraints>::kPhase == kind && KindOf<Constraints>::kIsOfVertexBlocks));
+  }
+};
+
+/// Whether a plan of the vertex-block method has stiff links.
+[[nodiscard]] inline bool has_stiff_links(const StepPlan& plan) noexcept {
+  return std::ranges::find(plan.phases, PhaseKind::stiff_link, &Phase::kind) != plan.phases.end();
+}
+
+/// Whether the vertex-block method has phases of a kind after those of vertices.
+[[nodiscard]] constexpr bool is_after_vertices(PhaseKind kind) noexcept {
+  return ForAllConstraints<KindsAfterVertices>::have(kind);
+}
 
 }  // namespace pbdsurg

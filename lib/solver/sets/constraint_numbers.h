@@ -13,6 +13,7 @@
 #include "pbdsurg/constraints/distance.h"
 #include "pbdsurg/constraints/neo_hookean.h"
 #include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/constraints/strain_limit.h"
 #include "pbdsurg/constraints/volume.h"
 #include "pbdsurg/mesh/topology.h"
@@ -63,6 +64,7 @@ void check_hinges(std::size_t count, ProjectionMode mode);
 [[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;
 
 [[nodiscard]] Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode);
+[[nodiscard]] Numbers<StiffLinkConstraint> stiff_link_numbers(const Link& link) noexcept;
 
 /// Of an edge of a part of a tetrahedron, between corners a and b of the part.
 /// @param parent  of its edges, in the order of kTetEdges

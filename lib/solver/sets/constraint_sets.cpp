@@ -92,6 +92,9 @@ void ConstraintSets::reserve(const SpareRoom& spare) {
       case Element::edge:
         reserve_groups<Constraint>(*this, edges);
         break;
+      case Element::link:
+        reserve_groups<Constraint>(*this, links);
+        break;
       case Element::tet:
         reserve_groups<Constraint>(*this, tets);
         break;

@@ -132,6 +132,10 @@ class FreeGroups {
       case Element::edge:
         for_each_edge_at(vertex, [&](Index edge) { visit(set.group_of(edge)); });
         break;
+      case Element::link:
+        for_each_at(vertex, tissue_.links_at(vertex), gone_links_,
+                    [&](Index link) { visit(set.group_of(link)); });
+        break;
       case Element::edge_or_link:
         for_each_edge_at(
             vertex, [&](Index edge) { visit(set.group_of(data_.distance_ids.of_edge(edge))); });

@@ -108,8 +108,7 @@ void SolverData::rebuild_plan() {
     }
   }
   for (const Phase& phase : sets.phases) {
-    if (sets.constraint_count(phase) > 0 &&
-        (!by_vertices || phase.kind == PhaseKind::strain_limit)) {
+    if (sets.constraint_count(phase) > 0 && (!by_vertices || is_after_vertices(phase.kind))) {
       plan.phases.push_back(phase);
     }
   }

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The tools at a vertex of the vertex-block method, on a host.
+
+#include "pbdsurg/base/types.h"
+
+#include "lib/solver/methods/vertex_moves.h"
+#include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_state.h"
+
+namespace pbdsurg {
+
+/// What tools do at one vertex, as move_held() takes it.
+class HeldVertex {
+ public:
+  HeldVertex(const StepContext& step, const SplitPosition& position, Index first)
+      : step_(step), position_(position), first_(first) {}
+
+  template <class Visit>
+  void for_each_grasp(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (!hold.is_contact) {
+        visit(Grasp{tool.attachments[hold.entry], position_});
+      }
+    });
+  }
+
+  template <class Visit>
+  void for_each_contact(const Visit& visit) const {
+    for_each([&](const VertexHold& hold, ToolState& tool) {
+      if (hold.is_contact) {
+        visit(Touch{tool.contacts[hold.entry], position_});
+      }
+    });
+  }
+
+ private:
+  struct Grasp {
+    Attachment& attachment;
+    const SplitPosition& position;
+
+    [[nodiscard]] Vec3<float> target() const { return position.way_to(load(attachment.target)); }
+    [[nodiscard]] float compliance() const { return attachment.compliance; }
+    void set_multiplier(const Vec3<float>& multiplier) const {
+      attachment.multiplier = {multiplier.x, multiplier.y, multiplier.z};
+    }
+  };
+
+  struct Touch {
+    Contact& contact;
+    const SplitPosition& position;
+
+    [[nodiscard]] Vec3<float> normal() const { return load(contact.normal); }
+    [[nodiscard]] float offset() const { return position.height_to(normal(), contact.offset); }
+    [[nodiscard]] float multiplier() const { return contact.multiplier; }
+    void set_multiplier(float multiplier) const { contact.multiplier = multiplier; }
+  };
+
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    const std::vector<VertexHold>& holds = step_.scratch.holds;
+    for (Index h = first_; h != kInvalidIndex; h = holds[h].next) {
+      visit(holds[h], step_.copy.tools[holds[h].tool]);
+    }
+  }
+
+  const StepContext& step_;
+  SplitPosition position_;
+  Index first_;
+};
+
+}  // namespace pbdsurg

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Stiff links of the vertex-block method on a host.
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+
+#include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/program/step_scratch.h"
+#include "lib/solver/state/load_store.h"
+
+namespace pbdsurg {
+
+/// Makes a force a load of a vertex.
+/// @param flight  of the vertex, see VertexState
+/// @param force   N
+inline void push_flight(Particle& flight, const Vec3<float>& force, float inverse_dt_squared) {
+  store(flight, load(flight) + pushed_flight(force, flight.w, inverse_dt_squared));
+}
+
+/// Finds the force of each stiff link [first, end) of a group, and makes it a load of its ends.
+void begin_joints(const StepContext& step, const VertexState& state, Index group, Index first,
+                  Index end);
+
+}  // namespace pbdsurg

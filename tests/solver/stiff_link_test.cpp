@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/constraints/stiff_link.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
+
+#include "tests/support/catch.h"
+#include "tests/support/meshes.h"
+#include "tests/support/vertex_method_cases.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::neo_hookean;
+using testing::run;
+using testing::vertex_options;
+
+constexpr double kEdge = 5e-3;
+constexpr Index kCells = 4;
+constexpr double kSide = kCells * kEdge;
+
+TetMesh block_at(double height) {
+  const TetMesh mesh = testing::make_box({kCells, kCells, kCells}, kEdge);
+  std::vector<Eigen::Vector3d> positions(mesh.positions().begin(), mesh.positions().end());
+  for (Eigen::Vector3d& x : positions) {
+    x.z() += height;
+  }
+  return {std::move(positions), {mesh.tets().begin(), mesh.tets().end()}};
+}
+
+bool is_stiff(const Solver& solver) {
+  return std::ranges::any_of(
+      solver.plan().phases, [](const Phase& phase) { return phase.kind == PhaseKind::stiff_link; });
+}
+
+// One block held at its top, another hung on it by a link at each vertex of the faces between.
+struct Hanging {
+  Scene scene;
+  std::vector<Index> links;
+
+  Hanging(float upper, float lower, float compliance, float length) {
+    scene.add_body("upper", block_at(0), neo_hookean(upper, 0.3F));
+    scene.add_body("lower", block_at(-kSide - double{length}), neo_hookean(lower, 0.3F));
+    scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+    scene.set_gravity({0, 0, -9.81F});
+    const Index count = scene.body(0).vertex_count;
+    for (Index a = 0; a < count; ++a) {
+      for (Index b = count; b < 2 * count; ++b) {
+        const Eigen::Vector3d d = scene.positions()[a] - scene.positions()[b];
+        if (std::abs(d.x()) + std::abs(d.y()) < 1e-9 && d.z() < double{length} + 0.5 * kEdge &&
+            scene.positions()[a].z() < 0.5 * kEdge) {
+          links.push_back(scene.add_link({a, b, length, {1, compliance}}));
+        }
+      }
+    }
+  }
+
+  // m, of the lowest vertex, from where it was at rest
+  static double sag(const Solver& solver) {
+    double lowest = 0;
+    for (const Eigen::Vector3f& x : solver.positions()) {
+      lowest = std::min<double>(lowest, x.z());
+    }
+    return -lowest - kSide;
+  }
+};
+
+}  // namespace
+
+// Would catch a link that holds each end by the last place of the other: such bodies fell, the
+// further the stiffer the link.
+TEST_CASE("stiff link: bodies joined by any compliance hang as if they were one", "[validation]") {
+  const float dt = GENERATE(1e-3F, 5e-3F, 16e-3F);
+  const float length = GENERATE(0.0F, 3e-3F);
+  Scene one;
+  one.add_body("both", testing::make_box({kCells, kCells, 2 * kCells}, kEdge),
+               neo_hookean(5e3F, 0.3F));
+  one.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > 2 * kSide - 0.5 * kEdge; });
+  one.set_gravity({0, 0, -9.81F});
+  Solver welded(one, vertex_options(1, 10, 20));
+  run(welded, static_cast<int>(1 / dt), dt);
+  const double expected = Hanging::sag(welded) + kSide;
+  REQUIRE(expected > 0.05 * kSide);
+
+  for (const float compliance : {0.0F, 1e-7F, 1e-5F, 1e-4F}) {
+    const Hanging hanging(5e3F, 5e3F, compliance, length);
+    REQUIRE(hanging.links.size() == (kCells + 1) * (kCells + 1));
+    Solver solver(hanging.scene, vertex_options(1, 10, 20));
+    CHECK(is_stiff(solver));
+    run(solver, static_cast<int>(1 / dt), dt);
+    CHECK(Hanging::sag(solver) - double{length} == Approx(expected).epsilon(0.01));
+  }
+}
+
+TEST_CASE("stiff link: tissue may be a thousand times as stiff as what it holds", "[validation]") {
+  const bool is_stiff_above = GENERATE(true, false);
+  const Hanging hanging(is_stiff_above ? 5e6F : 5e3F, is_stiff_above ? 5e3F : 5e6F, 0, 0);
+  Solver solver(hanging.scene, vertex_options(20, 5, 20));
+  run(solver, 200);
+  // the soft block alone: under its own weight, or with that of the other on it
+  const double own = 1000 * 9.81 * kSide * kSide / 5e3;
+  const double sag = Hanging::sag(solver);
+  CHECK(sag > (is_stiff_above ? 0.35 : 1.1) * own);
+  CHECK(sag < (is_stiff_above ? 0.55 : 1.9) * own);
+}
+
+TEST_CASE("stiff link: what tissue takes as a spring stays one", "[unit]") {
+  CHECK_FALSE(is_stiff(Solver(Hanging(5e3F, 5e3F, 5e-3F, 0).scene, vertex_options())));
+  CHECK(is_stiff(Solver(Hanging(5e3F, 5e3F, 5e-4F, 0).scene, vertex_options())));
+  CHECK_FALSE(is_stiff(Solver(Hanging(5e5F, 5e5F, 5e-4F, 0).scene, vertex_options())));
+  CHECK(is_stiff(Solver(Hanging(5e5F, 5e3F, 5e-4F, 0).scene, vertex_options())));  // the softer end
+  CHECK_FALSE(is_stiff(Solver(Hanging(5e3F, 5e3F, 0, 0).scene)));                  // projections
+}
+
+// The tension of a thread is what hangs below: the tool that holds it feels it all.
+TEST_CASE("stiff link: a chain keeps its length and carries its weight", "[validation]") {
+  constexpr Index kCount = 12;
+  const double spacing = 2e-3, mass = 1e-3;
+  Scene scene;
+  std::vector<Eigen::Vector3d> positions;
+  for (Index i = 0; i < kCount; ++i) {
+    positions.emplace_back(0, 0, -spacing * i);
+  }
+  scene.add_particles("chain", positions, mass);
+  for (Index i = 0; i + 1 < kCount; ++i) {
+    scene.add_link({i, i + 1, static_cast<float>(spacing), {1, 0}});
+  }
+  scene.set_gravity({0, 0, -9.81F});
+  const bool is_fixed = GENERATE(true, false);
+  if (is_fixed) {
+    scene.fix_vertices(0, std::vector<Index>{0});
+  }
+  Solver solver(scene, vertex_options(4, 10, 20));
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
+  if (!is_fixed) {
+    solver.grasp(tool, std::vector<Index>{0});
+  }
+  run(solver, 400, 2e-3F);
+  CHECK(solver.positions()[kCount - 1].z() == Approx(-spacing * (kCount - 1)).epsilon(1e-3));
+  if (!is_fixed) {
+    CHECK(solver.tool_force(tool).z() == Approx(-kCount * mass * 9.81).epsilon(0.01));
+  }
+}
+
+// Would catch forces of a link that are not opposite: nothing but gravity moves the centre.
+TEST_CASE("stiff link: two free bodies fall as one", "[validation]") {
+  Scene scene;
+  scene.add_body("a", block_at(0), neo_hookean(2e4F, 0.4F));
+  scene.add_body("b", block_at(-1.2 * kSide), neo_hookean(5e3F, 0.3F));
+  const Index count = scene.body(0).vertex_count;
+  for (Index v = 0; v < 5; ++v) {
+    scene.add_link({v, 2 * count - 1 - v, 0, {1, 0}});  // far apart: they are pulled together
+  }
+  scene.set_gravity({0, 0, -9.81F});
+  Solver solver(scene, vertex_options(1, 10));
+  const auto center = [&] {
+    const auto masses = solver.tissue().masses();
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double mass = 0;
+    for (std::size_t v = 0; v < masses.size(); ++v) {
+      sum += masses[v] * solver.positions()[v].cast<double>();
+      mass += masses[v];
+    }
+    return Eigen::Vector3d(sum / mass);
+  };
+  const Eigen::Vector3d before = center();
+  run(solver, 100, 1e-3F);
+  const Eigen::Vector3d fallen = center() - before;
+  CHECK(fallen.z() == Approx(-9.81 * 1e-6 * 100 * 101 / 2).epsilon(0.02));
+  CHECK(fallen.head<2>().norm() < 0.02 * std::abs(fallen.z()));
+}
+
+TEST_CASE("stiff link: edits cut, bring back and add links", "[unit]") {
+  const Hanging hanging(5e3F, 5e3F, 0, 0);
+  Solver solver(hanging.scene, vertex_options(1, 10, 20));
+  Solver other(hanging.scene, vertex_options(1, 10, 20));
+  run(solver, 50);
+  run(other, 50);
+  const double held = Hanging::sag(solver);
+
+  solver.tissue().apply({.remove_links = hanging.links});
+  CHECK_FALSE(is_stiff(solver));
+  solver.tissue().undo();
+  run(solver, 20);
+  run(other, 20);
+  CHECK(solver.state_hash() == other.state_hash());
+
+  solver.tissue().apply({.remove_links = hanging.links});
+  run(solver, 20);
+  CHECK(Hanging::sag(solver) > held + 0.2 * kSide);
+
+  const auto from = solver.positions();
+  TopologyEdit edit;
+  for (const Index link : hanging.links) {
+    const Link& old = hanging.scene.links()[link];
+    const float length = (from[old.first] - from[old.second]).norm();
+    edit.new_links.push_back({old.first, old.second, length, {1, 0}});
+  }
+  const double before = Hanging::sag(solver);
+  solver.tissue().apply(edit);
+  CHECK(is_stiff(solver));
+  run(solver, 200);
+  CHECK(Hanging::sag(solver) < before + 0.3 * kSide);
+}
+
+}  // namespace pbdsurg
