@@ -28,7 +28,11 @@ std::vector<NamedOptions> all_options() {
   blocks.method = SolverMethod::vertex_block;
   blocks.substeps = 1;
   blocks.iterations = 10;
-  return {{"default", {}}, {"vertex blocks, 1 x 10", blocks}};
+  SolverOptions automatic = blocks;
+  automatic.substeps = kAutomatic;
+  automatic.iterations = kAutomatic;
+  return {
+      {"default", {}}, {"vertex blocks, 1 x 10", blocks}, {"vertex blocks, automatic", automatic}};
 }
 
 Json to_row(const Case& each, const NamedOptions& how, double step_ms, double expected,

@@ -67,7 +67,7 @@ class ClusterSweeps final : public Sweeps {
     data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
       kind_.has_solids |= !KindOf<Constraint>::kHasFraction && slots.group_count() > 0;
     });
-    sweep_count_ = data.options.iterations;
+    has_one_sweep_ = data.options.iterations == 1;
   }
 
   bool take_over(const SolverData& data, std::span<const Stage> stages, const StageRecords& records,
@@ -89,9 +89,9 @@ class ClusterSweeps final : public Sweeps {
   [[nodiscard]] std::uint32_t* words() const noexcept override { return image_.get(); }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
-    kernels_.sweep_cluster(kind_, arrays_, arrays.state, arrays.tools, arrays.input,
-                           {substep, sweep_count_, arrays.has_attachments, arrays.has_pushers},
-                           launch);
+    kernels_.sweep_cluster(
+        kind_, arrays_, arrays.state, arrays.tools, arrays.input,
+        {substep, arrays.sweep_count, arrays.has_attachments, arrays.has_pushers}, launch);
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
@@ -159,7 +159,7 @@ class ClusterSweeps final : public Sweeps {
 
   // All but the pointers.
   [[nodiscard]] ClusterArrays arrays_of(const ClusterSizes& sizes) const {
-    const bool remembers = kind_.mode == ProjectionMode::compliance && sweep_count_ > 1;
+    const bool remembers = kind_.mode == ProjectionMode::compliance && !has_one_sweep_;
     ClusterArrays arrays{};
     arrays.multiplier_count = remembers ? sizes.multiplier_room : 0;
     arrays.block_count = static_cast<std::uint32_t>(sizes.block_count);
@@ -175,7 +175,7 @@ class ClusterSweeps final : public Sweeps {
 
   const StepKernels& kernels_;
   ClusterKind kind_{};
-  Index sweep_count_ = 0;
+  bool has_one_sweep_ = false;  // in each substep
   std::optional<ClusterProgram> program_;
   ClusterArrays arrays_{};
   DeviceBuffer<std::uint32_t> image_;

@@ -168,7 +168,7 @@ class CudaBackend final : public Backend {
   void make_plan(const SolverData& data) {
     const bool remembers = data.options.mode == ProjectionMode::compliance &&
                            data.options.method == SolverMethod::projection &&
-                           data.options.iterations > 1;
+                           data.options.iterations != 1;
     is_planned_ = is_recorded_ = false;
     StageRecords records;
     plan_ = StagePlan(data, records, has_grown_);
@@ -283,9 +283,10 @@ class CudaBackend final : public Backend {
     const DeviceStep step{&kernels_of(data.options),
                           {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
                            has_cluster ? std::span<const Stage>() : plan_.open_stages(),
-                           tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays()},
+                           tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
+                           data.division.sweeps, has_stiff_links(data.plan)},
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                          step_program(data.options)};
+                          step_program(data.options, data.division)};
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/device_step.h"
 
-#include <algorithm>
-
 namespace pbdsurg::cuda {
 namespace {
 
@@ -12,8 +10,8 @@ class Enqueuer {
       : step_(step), sweeps_(sweeps), launch_(launch) {}
 
   void run(StepOperation operation, Index substep) {
-    const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices] =
-        step_.arrays;
+    const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices,
+                 sweep_count, has_stiff_links] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
@@ -72,8 +70,7 @@ class Enqueuer {
  private:
   void settle_holds(Index substep) {
     const SweepArrays& arrays = step_.arrays;
-    const auto is_link = [](const Stage& stage) { return stage.kind == PhaseKind::stiff_link; };
-    if (!arrays.has_tools() || std::ranges::none_of(arrays.stages, is_link)) {
+    if (!arrays.has_tools() || !arrays.has_stiff_links) {
       return;
     }
     for (const Stage& stage : arrays.stages) {

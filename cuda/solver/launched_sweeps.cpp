@@ -18,12 +18,13 @@ class LaunchedSweeps final : public Sweeps {
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
-    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+    for (int iteration = 0; iteration < arrays.sweep_count; ++iteration) {
       const bool is_first = iteration == 0;
       const Projection projection{options_.mode, is_damped_, !is_first,
-                                  iteration + 1 < options_.iterations};
-      const VertexSweep sweep{substep, relaxation_of(options_, iteration), arrays.has_tools(),
-                              false};
+                                  iteration + 1 < arrays.sweep_count};
+      const VertexSweep sweep{
+          substep, relaxation_of(options_.over_relaxation, iteration, arrays.sweep_count),
+          arrays.has_tools(), false};
       for (const Stage& stage : arrays.stages) {
         if (stage.kind == PhaseKind::vertex) {
           kernels_.solve_vertices(stage, sweep, arrays.state, arrays.vertices, arrays.tools,

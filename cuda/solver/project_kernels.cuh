@@ -45,12 +45,12 @@ __device__ inline Surroundings of_copy(Surroundings around) {
   return around;
 }
 
-/// Makes a force a load of a vertex, as on the host.
-__device__ inline void push_flight(Particle* flight, const Vec3<float>& force,
+/// Makes the force of a stiff link a load of a vertex, as on the host.
+__device__ inline void push_flight(Particle* flight, const Vec3<float>& force, float w,
                                    float inverse_dt_squared) {
-  const Particle before = load_particle(flight);
-  store_particle(flight, position_of(before) + pushed_flight(force, before.w, inverse_dt_squared),
-                 before.w);
+  store_particle(flight,
+                 position_of(load_particle(flight)) + pushed_flight(force, w, inverse_dt_squared),
+                 kToLeastEnergy);
 }
 
 /// Records of a kind, which have all that it needs.
@@ -170,8 +170,9 @@ __device__ void project(const Records& source, const Record<typename Records::Co
   corners.store(around, record.places);
   if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
     const Vec3<float> change = Constraint::force_of(multipliers) - force_before;
-    push_flight(around.flights + record.places[0], change, substep.inverse_dt_squared);
-    push_flight(around.flights + record.places[1], -1.0F * change, substep.inverse_dt_squared);
+    push_flight(around.flights + record.places[0], change, before.w[0], substep.inverse_dt_squared);
+    push_flight(around.flights + record.places[1], -1.0F * change, before.w[1],
+                substep.inverse_dt_squared);
   }
   if constexpr (kMode == ProjectionMode::compliance && KindOf<Constraint>::kIsOfVertexBlocks) {
     if (around.fixed_points != nullptr) {

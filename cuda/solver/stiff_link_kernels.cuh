@@ -18,7 +18,10 @@ __device__ LooseEnd loose_end(const DeviceState& state, const VertexArrays& vert
   const Index block_lane = __ldg(vertices.lane_of_place + place);
   const Particle p = load_particle(state.displacements + place);
   const FixedPoint point = load_point(state.fixed_points + place);
-  if (block_lane == kInvalidIndex || !(p.w > 0) || is_lost(point)) {
+  if (is_lost(point)) {
+    return {{}, {}, true};
+  }
+  if (block_lane == kInvalidIndex || !(p.w > 0)) {
     return {};
   }
   const Vec3<float> u = position_of(p);
@@ -64,11 +67,14 @@ __global__ void __launch_bounds__(kBlockThreads)
   float* const stored = links.multipliers + copy_index() * multiplier_count;
   LooseEnd ends[2];
   Vec3<float> bases[2], moved[2];
+  float w[2];
   for (int k = 0; k < 2; ++k) {
     const Index place = record.places[k];
     ends[k] = loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place);
     bases[k] = position_of(load_particle(state.particles + place));
-    moved[k] = position_of(load_particle(state.displacements + place));
+    const Particle p = load_particle(state.displacements + place);
+    moved[k] = position_of(p);
+    w[k] = p.w;
   }
   const Vec3<float> d = (bases[1] - bases[0]) + (moved[1] - moved[0]);
   const auto joint = begin_joint(ends[0], ends[1], d, record.parameters[Constraint::kRest],
@@ -79,8 +85,10 @@ __global__ void __launch_bounds__(kBlockThreads)
     stored[m * links.count + i] = multipliers[m];
   }
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
-  push_flight(state.flights + record.places[0], joint.force, inverse_dt_squared);
-  push_flight(state.flights + record.places[1], -1.0F * joint.force, inverse_dt_squared);
+  for (int k = 0; k < 2; ++k) {
+    push_flight(state.flights + record.places[k], (k == 0 ? 1.0F : -1.0F) * joint.force, w[k],
+                inverse_dt_squared);
+  }
 }
 
 void begin_joints(const Stage& stage, Index substep, bool has_tools, const DeviceState& state,

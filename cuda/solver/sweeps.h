@@ -30,6 +30,8 @@ struct SweepArrays {
   bool has_pushers = false;
   bool has_attachments = false;
   VertexArrays vertices{};
+  Index sweep_count = 1;         ///< of a substep
+  bool has_stiff_links = false;  ///< that live: else some stages have none left
 
   [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
 
@@ -37,7 +39,8 @@ struct SweepArrays {
     return state == other.state && constraints == other.constraints && tools == other.tools &&
            input == other.input && stages.data() == other.stages.data() &&
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
-           has_attachments == other.has_attachments && vertices == other.vertices;
+           has_attachments == other.has_attachments && vertices == other.vertices &&
+           sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links;
   }
 };
 

@@ -83,7 +83,7 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
 std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::size_t end,
                                  StepInput& input) const {
   const CopyTools& tools = copies_[copy];
-  const auto substeps = static_cast<std::size_t>(data.options.substeps);
+  const auto substeps = static_cast<std::size_t>(data.division.substeps);
   const auto attachments = static_cast<std::size_t>(tools.attachment_count);
   const auto place = [&](std::size_t bytes) {
     const std::size_t offset = end - copy * sizeof(StepInput);
@@ -149,7 +149,7 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int subst
 }
 
 void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
-  const int substeps = data.options.substeps;
+  const int substeps = data.division.substeps;
   const float h = dt / static_cast<float>(substeps);
   StepInput header{};
   header.motion = free_motion(data, h);

@@ -373,8 +373,9 @@ __global__ void __launch_bounds__(kBlockThreads)
   const FixedPoint point = load_point(&at(state.fixed_points, corner));
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   VertexEnergy<float> start;
-  start.add_pull(inverse_dt_squared / p.w,
-                 position_of(load_particle(&at(state.flights, corner))) - u);
+  const Particle flight = load_particle(&at(state.flights, corner));
+  const float relaxation = sweep.relaxation < flight.w ? sweep.relaxation : flight.w;
+  start.add_pull(inverse_dt_squared / p.w, position_of(flight) - u);
   [[maybe_unused]] Index hold = kInvalidIndex;
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);
@@ -392,7 +393,7 @@ __global__ void __launch_bounds__(kBlockThreads)
         return move_held(held, energy, 1 / inverse_dt_squared);
       }
     }
-    return sweep.relaxation * VertexFactor<float>(energy).solve(energy.force);
+    return relaxation * VertexFactor<float>(energy).solve(energy.force);
   };
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};

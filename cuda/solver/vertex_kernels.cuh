@@ -85,7 +85,7 @@ __global__ void __launch_bounds__(kVertexThreads)
   if constexpr (kBegins) {
     Vec3<float> u = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
     if (state.flights != nullptr) {
-      store_particle(state.flights + i, u, p.w);
+      store_particle(state.flights + i, u, kFreely);
       u = start_of(motion, u, p.w, falling);
       store_point(state.fixed_points + i, fixed_point(x, u, input->unit));
     }

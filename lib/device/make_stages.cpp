@@ -173,6 +173,8 @@ class StagePlan::Builder {
       asked = spare.edges + spare.links;
     } else if (holder == Holder::strain_limit) {
       asked = spare.edges;
+    } else if (holder == Holder::stiff_link) {
+      asked = spare.links;
     } else if (holder == Holder::bending) {
       asked = 0;  // come with bodies alone
     }

@@ -61,6 +61,7 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
 // What of a solver a new one is made of.
 struct Origin {
   SolverOptions options;
+  SubstepRule substep_rule;
   ConstraintData constraints;
   VertexBlocks rows;
   std::vector<Eigen::Vector3f> positions;  // m, of the first copy
@@ -70,6 +71,7 @@ struct Origin {
 SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumbering& ids) {
   SolverInput input;
   input.options = origin.options;
+  input.substep_rule = origin.substep_rule;
   const auto vertex_count = static_cast<std::size_t>(compacted.vertex_count());
   input.positions = moved<Eigen::Vector3d>(ids.vertices, vertex_count, [&](Index v) {
     const Eigen::Vector3f& x = origin.positions[v];
@@ -89,6 +91,9 @@ SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumb
   input.numbers.hinges = moved<HingeNumbers>(ids.hinges, compacted.hinges().size(), [&](Index h) {
     return origin.constraints.numbers_of_hinge(h);
   });
+  input.numbers.stiff_links =
+      moved<StiffLinkNumbers>(ids.links, compacted.links().size(),
+                              [&](Index l) { return origin.constraints.numbers_of_link(l); });
   return input;
 }
 
@@ -117,6 +122,7 @@ Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>())
   parts_->make_backend = data.backend->maker();
   parts_->tissue_copy = copy_for_compaction(tissue_data(*data.tissue));
   parts_->origin.options = data.options;
+  parts_->origin.substep_rule = data.substep_rule;
   parts_->origin.constraints = data.sets;
   parts_->origin.rows = data.vertex_blocks;
 }

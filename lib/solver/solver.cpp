@@ -17,6 +17,7 @@
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
+#include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
 
@@ -77,10 +78,11 @@ void Solver::check_step(float dt) const {
   if (data_->step_in_flight != SolverData::Step::none) {
     throw InvalidArgument("a step was started and not finished: finish_step() comes first");
   }
-  const float h = dt / static_cast<float>(data_->options.substeps);
+  const int substeps = divide_step(dt, data_->substep_rule, data_->options).substeps;
+  const float h = dt / static_cast<float>(substeps);
   if (!(dt > 0) || !std::isfinite(dt) || !std::isfinite(kLargestCompliance / (h * h))) {
     std::ostringstream text;
-    text << "dt is " << dt << " s in " << data_->options.substeps
+    text << "dt is " << dt << " s in " << substeps
          << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }

@@ -22,12 +22,21 @@ void check_choice(const char* what, Choice choice, Choice last) {
 }
 
 void check_ranges(const SolverOptions& options) {
-  if (options.substeps < 1) {
-    throw InvalidArgument("substeps is " + std::to_string(options.substeps) + "; it must be >= 1");
+  if (options.substeps < 1 && options.substeps != kAutomatic) {
+    throw InvalidArgument("substeps is " + std::to_string(options.substeps) +
+                          "; it must be >= 1, or 0 for automatic ones");
   }
-  if (options.iterations < 1) {
+  if (!(options.accuracy >= 1e-3F) || !(options.accuracy <= 1)) {
+    throw InvalidArgument("accuracy is " + std::to_string(options.accuracy) +
+                          "; it must be in [0.001, 1]");
+  }
+  if (!(options.longest_step > 0) || !std::isfinite(options.longest_step)) {
+    throw InvalidArgument("longest_step is " + std::to_string(options.longest_step) +
+                          " s; it must be positive and finite");
+  }
+  if (options.iterations < 1 && options.iterations != kAutomatic) {
     throw InvalidArgument("iterations is " + std::to_string(options.iterations) +
-                          "; it must be >= 1");
+                          "; it must be >= 1, or 0 for automatic ones");
   }
   if (!(options.damping >= 0) || !std::isfinite(options.damping)) {
     throw InvalidArgument("damping is " + std::to_string(options.damping) +
@@ -64,12 +73,31 @@ void check_ranges(const SolverOptions& options) {
   throw InvalidArgument(option + ", which nothing would read; " + rule);
 }
 
+constexpr const char* kNeedsAutomatic = "it needs automatic substeps";
+
 // An option that others leave without a reader would do nothing, in silence.
 void check_readers(const SolverOptions& options) {
   const bool moves_vertices = options.method == SolverMethod::vertex_block;
   if (options.over_relaxation != 1 && !moves_vertices) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
+  }
+  const SolverOptions usual;
+  if (options.substeps != kAutomatic) {
+    if (options.iterations == kAutomatic) {
+      throw InvalidArgument("iterations are automatic and substeps are " +
+                            std::to_string(options.substeps) + "; both are, or substeps alone");
+    }
+    if (options.accuracy != usual.accuracy) {
+      refuse_unread("accuracy is " + std::to_string(options.accuracy), kNeedsAutomatic);
+    }
+    if (options.longest_step != usual.longest_step) {
+      refuse_unread("longest_step is " + std::to_string(options.longest_step) + " s",
+                    kNeedsAutomatic);
+    }
+  } else if (options.mode == ProjectionMode::fraction) {
+    throw InvalidArgument(
+        "substeps are automatic; fraction mode has no stiffness that they could follow from");
   }
   if (options.device_strategy == DeviceStrategy::automatic) {
     return;

@@ -118,7 +118,7 @@ TEST_CASE("stiff link: a projection closes it, as far as its compliance lets it"
   double multipliers[StiffLinkConstraint::kMultiplierCount];
   start.store(multipliers);
   Vec3<double> x[2] = {{0, 0, 0}, {0.03, -0.01, 0.02}};
-  const double w[2] = {1, 1}, parameters[2] = {rest, compliance};
+  const double w[2] = {1, 1}, parameters[3] = {rest, compliance, 1};
   for (int i = 0; i < 30; ++i) {  // a link with a length turns
     const auto moves = StiffLinkConstraint::move<ProjectionMode::compliance>(
         x, w, parameters, Substep<double>{1e3, 1e6}, multipliers);
@@ -142,7 +142,7 @@ TEST_CASE("stiff link: without mobility, direction or numbers nothing moves", "[
     double multipliers[StiffLinkConstraint::kMultiplierCount];
     joint.store(multipliers);
     const Vec3<double> x[2] = {{0, 0, 0}, end};
-    const double parameters[2] = {rest, 0};
+    const double parameters[3] = {rest, 0, 0.7};
     const auto moves = StiffLinkConstraint::move<ProjectionMode::compliance>(
         x, w, parameters, Substep<double>{1e3, 1e6}, multipliers);
     return dot(moves.of[0], moves.of[0]) + dot(moves.of[1], moves.of[1]);

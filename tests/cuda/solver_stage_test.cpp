@@ -409,7 +409,8 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
     }
 
     for (int iteration = 0; iteration < 2; ++iteration) {
-      const float relaxation = relaxation_of(options, iteration);
+      const float relaxation =
+          relaxation_of(options.over_relaxation, iteration, options.iterations);
       auto phase = data.plan.phases.begin();
       for (const Stage& stage : stages.plan.stages()) {
         INFO("sweep " << iteration << ", " << name_of(stage));

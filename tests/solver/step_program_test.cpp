@@ -20,7 +20,7 @@ std::ptrdiff_t place_of(const StepProgram& program, StepOperation operation) {
 
 // Would catch an executor's loop that leaves out a substep or runs operations out of order.
 TEST_CASE("step program: runs its operations in order, once a substep", "[unit]") {
-  const StepProgram program = step_program({.substeps = 3});
+  const StepProgram program = step_program({}, {3, 1});
   std::vector<std::pair<StepOperation, int>> run, expected;
   run_step(program, [&](StepOperation operation, int substep) {
     run.push_back({operation, substep});
@@ -40,8 +40,8 @@ TEST_CASE("step program: every method predicts, finds contacts, sweeps, then loo
           "[unit]") {
   for (const SolverOptions& options : {SolverOptions{}, SolverOptions::paper(),
                                        SolverOptions{.method = SolverMethod::vertex_block}}) {
-    const StepProgram program = step_program(options);
-    CHECK(program.substeps == options.substeps);
+    const StepProgram program = step_program(options, {options.substeps, options.iterations});
+    CHECK(program.division.substeps == options.substeps);
     const bool displaces = options.mode == ProjectionMode::compliance;
     CHECK(program.operations.front() ==
           (displaces ? StepOperation::predict_displacements : StepOperation::predict_positions));
@@ -59,7 +59,7 @@ TEST_CASE("step program: every method predicts, finds contacts, sweeps, then loo
 
 // Would catch vertices that feel another substep's tools or damping.
 TEST_CASE("step program: vertex blocks have their own operations where these belong", "[unit]") {
-  const StepProgram program = step_program({.method = SolverMethod::vertex_block});
+  const StepProgram program = step_program({.method = SolverMethod::vertex_block}, {1, 1});
   const auto at = [&](StepOperation operation) { return place_of(program, operation); };
   CHECK(at(StepOperation::gather_holds) > at(StepOperation::find_contacts));
   CHECK(at(StepOperation::gather_holds) < at(StepOperation::sweep));
@@ -70,7 +70,7 @@ TEST_CASE("step program: vertex blocks have their own operations where these bel
 // Would catch a program that costs a method what only another needs.
 TEST_CASE("step program: methods leave out what they have no use for", "[unit]") {
   const auto has = [](const SolverOptions& options, StepOperation operation) {
-    return place_of(step_program(options), operation) >= 0;
+    return place_of(step_program(options, {options.substeps, options.iterations}), operation) >= 0;
   };
   const SolverOptions compliances{.mode = ProjectionMode::compliance};
   const SolverOptions fractions{.mode = ProjectionMode::fraction};

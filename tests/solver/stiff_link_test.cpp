@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
@@ -174,6 +175,108 @@ TEST_CASE("stiff link: two free bodies fall as one", "[validation]") {
   const Eigen::Vector3d fallen = center() - before;
   CHECK(fallen.z() == Approx(-9.81 * 1e-6 * 100 * 101 / 2).epsilon(0.02));
   CHECK(fallen.head<2>().norm() < 0.02 * std::abs(fallen.z()));
+}
+
+// Would catch a link that turns its whole force at once: a slanted thread under tension burst.
+TEST_CASE("stiff link: a slanted thread with a weight swings down and hangs", "[validation]") {
+  const float dt = GENERATE(5e-3F, 16e-3F);
+  const double weight = GENERATE(1e-3, 0.1);
+  constexpr Index kCount = 20;
+  Scene scene;
+  std::vector<Eigen::Vector3d> positions;
+  for (Index i = 0; i < kCount; ++i) {
+    positions.emplace_back(1e-4 * i, 0, -2e-3 * i);
+  }
+  scene.add_particles("thread", positions, 1e-3);
+  scene.add_particles("weight", std::vector<Eigen::Vector3d>{{1e-4 * kCount, 0, -2e-3 * kCount}},
+                      weight);
+  const auto length = static_cast<float>(std::hypot(2e-3, 1e-4));
+  for (Index i = 0; i < kCount; ++i) {
+    scene.add_link({i, i + 1, length, {1, 0}});
+  }
+  scene.fix_vertices(0, std::vector<Index>{0});
+  scene.set_gravity({0, 0, -9.81F});
+  Solver solver(scene, vertex_options(1, 10, 20));
+  run(solver, static_cast<int>(3 / dt), dt);
+  for (const Eigen::Vector3f& x : solver.positions()) {
+    CHECK(x.head<2>().norm() < 1e-4F);
+    CHECK(x.z() > -1.0F);  // ten sweeps of a long step let it stretch
+  }
+}
+
+// Would catch vertices that go beyond their least energy, which a link does not count on.
+TEST_CASE("stiff link: over-relaxed sweeps come to the same rest", "[validation]") {
+  const Hanging hanging(5e3F, 5e3F, GENERATE(0.0F, 1e-4F), GENERATE(0.0F, 2e-3F));
+  Solver plain(hanging.scene, vertex_options(1, 10, 20));
+  SolverOptions options = vertex_options(1, 10, 20);
+  options.over_relaxation = GENERATE(1.5F, 1.7F);
+  Solver relaxed(hanging.scene, options);
+  run(plain, 200);
+  run(relaxed, 200);
+  CHECK(Hanging::sag(relaxed) == Approx(Hanging::sag(plain)).epsilon(0.005));
+}
+
+// A whole face drawn to a corner: no rest is asked for, but numbers.
+TEST_CASE("stiff link: many links at one vertex do not burst", "[validation]") {
+  Scene scene;
+  scene.add_body("upper", block_at(0), neo_hookean(5e3F, 0.3F));
+  scene.add_body("lower", block_at(-1.1 * kSide), neo_hookean(5e3F, 0.3F));
+  const Index count = scene.body(0).vertex_count;
+  for (Index v = 0; v < 8; ++v) {
+    scene.add_link({0, count + 2 * v + 1, 0, {1, 0}});
+  }
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+  scene.set_gravity({0, 0, -9.81F});
+  Solver solver(scene, vertex_options(1, 10, 10));
+  run(solver, 400);
+  for (const Eigen::Vector3f& velocity : solver.velocities()) {
+    CHECK(velocity.norm() < 1);
+  }
+}
+
+TEST_CASE("stiff link: who is lost takes nobody along", "[unit]") {
+  Scene scene;
+  scene.add_body("block", block_at(0), neo_hookean(5e3F, 0.3F));
+  scene.add_particles("clip", std::vector<Eigen::Vector3d>{scene.positions()[0]}, 1e-4);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kSide - 0.5 * kEdge; });
+  const Index clip = scene.vertex_count() - 1;
+  scene.add_link({0, clip, 0, {1, 0}});
+  Solver solver(scene, vertex_options(1, 10, 20));
+  REQUIRE(is_stiff(solver));
+  std::vector<Eigen::Vector3f> positions = solver.positions();
+  positions[clip].setConstant(GENERATE(1e7F, 1e12F, 1e18F));
+  solver.write_positions(positions);
+  run(solver, 20);
+  CHECK((solver.positions()[0] - scene.positions()[0].cast<float>()).norm() < 0.2 * kSide);
+}
+
+// Would catch a compaction that asks anew what is stiff, of tissue that has lost mass since.
+TEST_CASE("stiff link: a compaction keeps what is stiff and what is not", "[unit]") {
+  const Hanging hanging(5e3F, 5e3F, 5e-3F, 0);
+  Solver solver(hanging.scene, vertex_options(1, 10, 20));
+  REQUIRE_FALSE(is_stiff(solver));
+  TopologyEdit edit;  // all of the lower block but a tetrahedron at each linked vertex
+  std::vector<bool> is_kept(hanging.scene.positions().size());
+  for (Index t = hanging.scene.body(1).first_tet;
+       t < static_cast<Index>(hanging.scene.tets().size()); ++t) {
+    bool has_new = false;
+    for (const Index v : hanging.scene.tets()[t]) {
+      const bool is_linked = hanging.scene.positions()[v].z() > -0.5 * kEdge;
+      has_new = has_new || (is_linked && !is_kept[v]);
+      is_kept[v] = is_kept[v] || is_linked;
+    }
+    if (!has_new) {
+      edit.remove_tets.push_back(t);
+    }
+  }
+  solver.tissue().apply(edit);
+  Compaction compaction(solver);
+  compaction.build();
+  compaction.finish(solver);
+  CHECK_FALSE(is_stiff(solver));
+  const Link& link = solver.tissue().links().front();
+  solver.tissue().apply({.new_links = {link}});  // as tissue is now, it would be
+  CHECK(is_stiff(solver));
 }
 
 TEST_CASE("stiff link: edits cut, bring back and add links", "[unit]") {

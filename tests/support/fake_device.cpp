@@ -96,6 +96,7 @@ void FakeDevice::start_step(SolverData& data, float dt) {
     }
   }
   dt_ = dt;
+  own_.division = data.division;
   is_running_ = true;
   spoil(data);
 }

@@ -7,16 +7,21 @@
 /// each end is held by the last place of the other. So both ends move together here, by the force
 /// with which the link is satisfied once they have given way to it:
 ///
-///     x0 o->- - - -<-o x1      d = x1 - x0                                 m
-///         f         -f         C = |d| - rest length - compliance |f|      m
-///                              G: how far both ends give way to a force    m/N
+///     x0 o->- - - -<-o x1      d = x1 - x0                                     m
+///         f         -f         |d| = rest length + compliance |f|, along f     m
+///                              G: how far both ends give way to a force        m/N
 ///
-///     rest length > 0:   f = (C0 + n G f_before n) / (compliance + n G n) n,  n = d / |d|
-///     rest length 0:     f = (compliance I + G)^-1 (d + G f_before)
+/// With the link's force of before, f', the ends are at d; without any, at d' = d + G f'. Then
+///
+///     rest length 0:     f = (compliance I + G)^-1 d'
+///     rest length > 0:   f = (n d' - rest length) / (compliance + n G n) n
+///                        n along (I + s G)^-1 d', s = |f'| / |d| where it pulls: the ends turn,
+///                        too
 ///
 /// which is the Schur complement of the two vertices' blocks. Between these moves f acts on both
 /// vertices as a load. After Macklin et al. 2016, "XPBD", with the inverse of the Hessian of a
-/// vertex (constraints/vertex_block.h) in place of its inverse mass.
+/// vertex (constraints/vertex_block.h) in place of its inverse mass. The force of a link with a
+/// length whose ends meet stays what it was until they part.
 
 #include <cmath>
 
@@ -60,6 +65,7 @@ struct StiffLinkConstraint {
   enum Parameter {
     kRest,           ///< m
     kStiffness,      ///< compliance in m/N
+    kShare,          ///< of the way to the force that satisfies it, in one projection
     kParameterCount  ///< how many these are
   };
 
@@ -102,9 +108,18 @@ struct StiffLinkConstraint {
     const VertexGive<Scalar> give = joint.give[0] + joint.give[1];
     const Vec3<Scalar> free = d + give * joint.force;  // from vertex to vertex without the link
 
-    const Scalar length = sqrt(dot(d, d));
+    const Scalar square = dot(d, d);
+    const Scalar pull_per_length = dot(joint.force, d) / square;  // of a taut link, else < 0
+    const auto is_taut = (pull_per_length > Scalar(0)) & is_usable(square);
+    const Scalar turning = select(is_taut, pull_per_length, Scalar(0));
+    VertexEnergy<Scalar> turned;
+    turned.isotropic = Scalar(1);
+    turned.xx = turning * give.xx, turned.yy = turning * give.yy, turned.zz = turning * give.zz;
+    turned.xy = turning * give.xy, turned.xz = turning * give.xz, turned.yz = turning * give.yz;
+    const Vec3<Scalar> way = select(is_taut, VertexFactor<Scalar>(turned).solve(free), d);
+    const Scalar length = sqrt(dot(way, way));
     const auto has_direction = is_usable(length);
-    const Vec3<Scalar> n = select(has_direction, (Scalar(1) / length) * d, Vec3<Scalar>{});
+    const Vec3<Scalar> n = select(has_direction, (Scalar(1) / length) * way, Vec3<Scalar>{});
     const Scalar mobility = compliance + dot(n, give * n);
     const Scalar tension = (dot(n, free) - rest) / mobility;
     const auto holds_length = has_direction & is_usable(mobility);
@@ -122,7 +137,7 @@ struct StiffLinkConstraint {
     return select(dot(found, found) < Scalar(kInfinity), found, joint.force);
   }
 
-  /// One projection.
+  /// One projection: a share of the way to that force.
   ///
   /// @param x            m
   /// @param multipliers  a Joint, whose force changes
@@ -136,9 +151,10 @@ struct StiffLinkConstraint {
     Joint<Scalar> joint;
     joint.load(multipliers);
     const Vec3<Scalar> before = joint.force;
-    joint.force = force(joint, x[1] - x[0], parameters[kRest], parameters[kStiffness]);
+    const Vec3<Scalar> found = force(joint, x[1] - x[0], parameters[kRest], parameters[kStiffness]);
+    const Vec3<Scalar> change = parameters[kShare] * (found - before);
+    joint.force = before + change;
     joint.store(multipliers);
-    const Vec3<Scalar> change = joint.force - before;
     return {{joint.give[0] * change, Scalar(-1) * (joint.give[1] * change)}};
   }
 };

@@ -62,8 +62,9 @@ struct Phase {
 
 /// The phases of one sweep, executed in order. The number of phases is what limits a parallel step.
 struct StepPlan {
-  std::string name;           ///< quoted in reports: colouring and composition
+  std::string name;           ///< quoted in reports: colouring, composition, what is automatic
   std::vector<Phase> phases;  ///< in the order of execution
+  float longest_substep = 0;  ///< s, where substeps are automatic; else zero: any
 };
 
 }  // namespace pbdsurg

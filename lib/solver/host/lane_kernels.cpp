@@ -108,8 +108,8 @@ class Chunk {
       }
       if constexpr (std::is_same_v<Constraint, StiffLinkConstraint>) {
         const Vec3<Lanes> change = force_of(multipliers) - before;
-        push_flight(state, 0, change, substep.inverse_dt_squared);
-        push_flight(state, 1, Lanes(-1) * change, substep.inverse_dt_squared);
+        push_flight(state, 0, pushed_flight(change, w_[0], substep.inverse_dt_squared));
+        push_flight(state, 1, pushed_flight(Lanes(-1) * change, w_[1], substep.inverse_dt_squared));
       }
       unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
         store_lanes(multipliers[m], stored_.values[m] + lane_);
@@ -140,11 +140,11 @@ class Chunk {
     }
   }
 
-  HWY_INLINE void push_flight(const ProjectionState& state, int corner, const Vec3<Lanes>& force,
-                              Lanes inverse_dt_squared) const {
+  HWY_INLINE void push_flight(const ProjectionState& state, int corner,
+                              const Vec3<Lanes>& way) const {
     const ParticleOffset* const corners = block_.corners[corner] + lane_;
     ParticleLanes flight = gather(state.flights, corners);
-    flight.x = flight.x + pushed_flight(force, flight.w, inverse_dt_squared);
+    flight.x = flight.x + way;
     scatter(flight, state.flights, corners);
   }
 
@@ -340,7 +340,7 @@ HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotio
     const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
     Vec3<Lanes> u = flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
     if (range.flights != nullptr) {
-      QuadLanes(range.flights, first, count).store({u, w});
+      QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
       u = start_of(motion, u, w, carry.w);
       QuadLanes(range.fixed_points, first, count).store(fixed_point(p.x, u, unit, inverse_unit));
     }
@@ -407,14 +407,15 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
   for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
     ParticleLanes own = gather(state.displacements, block.corners + lane);
     const ParticleLanes point = gather(state.fixed_points, block.corners + lane);
-    const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
+    const ParticleLanes flight = gather(state.flights, block.corners + lane);
+    const Lanes asked_for(state.relaxation);
+    const Lanes relaxation = select(asked_for < flight.w, asked_for, flight.w);
     const LaneMask moves = own.w > Lanes(0);
     VertexEnergy<Lanes> energy;
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
-                    flight - own.x);
+                    flight.x - own.x);
     add_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane}, energy);
-    const Vec3<Lanes> move =
-        Lanes(state.relaxation) * VertexFactor<Lanes>(energy).solve(energy.force);
+    const Vec3<Lanes> move = relaxation * VertexFactor<Lanes>(energy).solve(energy.force);
     const LaneMask is_finite =
         (dot(move, move) < Lanes(std::numeric_limits<float>::infinity())) & (point.w > Lanes(0));
     const LaneBits finite = bits_of(is_finite) << lane;

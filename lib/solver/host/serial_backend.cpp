@@ -22,12 +22,12 @@ class SerialStep {
  public:
   SerialStep(const StepContext& step, float dt)
       : step_(step),
-        motion_(free_motion(step.data, dt / static_cast<float>(step.data.options.substeps))),
+        motion_(free_motion(step.data, dt / static_cast<float>(step.data.division.substeps))),
         lengths_{motion_.inverse_h, 1 / (motion_.h * motion_.h)} {}
 
   StepReport run() {
     begin_tools(step_.copy);
-    run_step(step_program(step_.data.options),
+    run_step(step_program(step_.data.options, step_.data.division),
              [&](StepOperation operation, int substep) { run(operation, substep); });
     end_tools(step_.copy);
     drop_holds(step_);
@@ -39,7 +39,7 @@ class SerialStep {
 
  private:
   void run(StepOperation operation, int substep) {
-    const auto substeps = static_cast<float>(step_.data.options.substeps);
+    const auto substeps = static_cast<float>(step_.data.division.substeps);
     switch (operation) {
       case StepOperation::predict_positions:
         predict_positions(step_, motion_);
@@ -68,7 +68,7 @@ class SerialStep {
         begin_joints();
         break;
       case StepOperation::sweep:
-        for (int iteration = 0; iteration < step_.data.options.iterations; ++iteration) {
+        for (int iteration = 0; iteration < step_.data.division.sweeps; ++iteration) {
           sweep(iteration);
         }
         break;
@@ -100,8 +100,9 @@ class SerialStep {
   }
 
   void sweep(int iteration) {
-    const VertexState state =
-        vertex_state(step_, lengths_, relaxation_of(step_.data.options, iteration));
+    const VertexState state = vertex_state(
+        step_, lengths_,
+        relaxation_of(step_.data.options.over_relaxation, iteration, step_.data.division.sweeps));
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
         solve_vertices(step_, state, phase.color);

@@ -82,8 +82,9 @@ void project_group(const StepContext& step, const ConstraintSlots<Constraint>& s
       if constexpr (kIsJoint) {
         const Vec3<float> change = StiffLinkConstraint::force_of(multipliers) - force_before;
         Particle* const flights = step.scratch.flights.data();
-        push_flight(at(flights, block.corners[0][lane]), change, substep.inverse_dt_squared);
-        push_flight(at(flights, block.corners[1][lane]), -1.0F * change,
+        push_flight(at(flights, block.corners[0][lane]), change, weights[0],
+                    substep.inverse_dt_squared);
+        push_flight(at(flights, block.corners[1][lane]), -1.0F * change, weights[1],
                     substep.inverse_dt_squared);
       }
       for (int k = 0; k < kVertices; ++k) {

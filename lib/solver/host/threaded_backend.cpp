@@ -209,7 +209,7 @@ class ThreadedBackend final : public Backend {
   Turn make_turn(const StepContext& step, float dt, StepTeam* team, int thread,
                  StepReport& report) const {
     const SolverData& data = step.data;
-    const float h = dt / static_cast<float>(data.options.substeps);
+    const float h = dt / static_cast<float>(data.division.substeps);
     const MovingVertices moving = moving_vertices(step);
     return {step,
             team,
@@ -234,7 +234,7 @@ class ThreadedBackend final : public Backend {
     if (turn.thread == 0) {
       begin_tools(turn.step.copy);
     }
-    run_step(step_program(turn.step.data.options),
+    run_step(step_program(turn.step.data.options, turn.step.data.division),
              [&](StepOperation operation, int substep) { run(operation, substep, turn); });
     if (turn.thread == 0) {
       end_tools(turn.step.copy);
@@ -273,7 +273,7 @@ class ThreadedBackend final : public Backend {
     }
     const StepContext& step = turn.step;
     const SolverData& data = step.data;
-    const auto substeps = static_cast<float>(data.options.substeps);
+    const auto substeps = static_cast<float>(data.division.substeps);
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
     switch (operation) {
@@ -309,8 +309,11 @@ class ThreadedBackend final : public Backend {
         begin_joints(vertex_state(step, lengths, 1), turn);
         break;
       case StepOperation::sweep:
-        for (int iteration = 0; iteration < data.options.iterations; ++iteration) {
-          sweep(vertex_state(step, lengths, relaxation_of(data.options, iteration)), turn);
+        for (int iteration = 0; iteration < data.division.sweeps; ++iteration) {
+          sweep(vertex_state(
+                    step, lengths,
+                    relaxation_of(data.options.over_relaxation, iteration, data.division.sweeps)),
+                turn);
         }
         if (!turn.is_idle()) {
           meet(turn);

@@ -20,6 +20,7 @@ namespace pbdsurg {
 struct LooseEnd {
   VertexGive<float> give;  ///< nothing, where the end cannot move
   Vec3<float> way;         ///< m, to the least energy of the vertex
+  bool is_lost = false;    ///< whether nobody knows where it is
 };
 
 /// @param start  the energy of the vertex without rows
@@ -44,13 +45,16 @@ PBDSURG_DEVICE inline LooseEnd loose_end(const VertexRows& rows, const VertexBlo
 }
 
 /// A link at the start of the sweeps: its force is what holds both ends where they are, as long as
-/// all else stays.
+/// all else stays. Nothing holds an end that is lost.
 /// @param d  m, from the first end to the other
 PBDSURG_HOST_DEVICE inline StiffLinkConstraint::Joint<float> begin_joint(const LooseEnd& first,
                                                                          const LooseEnd& other,
                                                                          const Vec3<float>& d,
                                                                          float rest,
                                                                          float compliance) {
+  if (first.is_lost || other.is_lost) {
+    return {};
+  }
   StiffLinkConstraint::Joint<float> joint{{}, {first.give, other.give}};
   joint.force = StiffLinkConstraint::force(joint, d + (other.way - first.way), rest, compliance);
   return joint;

@@ -18,7 +18,10 @@ LooseEnd loose_end(const StepContext& step, const VertexState& state, ParticleOf
   const auto [index, lane] = step.data.vertex_blocks.place_of(v);
   const Particle& p = at(state.displacements, corner);
   const FixedPoint& point = at(state.fixed_points, corner);
-  if (index == kInvalidIndex || !(p.w > 0) || is_lost(point)) {
+  if (is_lost(point)) {
+    return {{}, {}, true};
+  }
+  if (index == kInvalidIndex || !(p.w > 0)) {
     return {};
   }
   const Vec3<float> u = load(p);
@@ -56,8 +59,12 @@ void begin_joints(const StepContext& step, const VertexState& state, Index group
       std::fill(stored[slot / kBlockLanes].values[m] + lane,
                 stored[slot / kBlockLanes].values[m] + lanes, multipliers[m]);
     }
-    push_flight(at(state.flights, corners[0]), joint.force, state.inverse_dt_squared);
-    push_flight(at(state.flights, corners[1]), -1.0F * joint.force, state.inverse_dt_squared);
+    for (int k = 0; k < 2; ++k) {
+      Particle& flight = at(state.flights, corners[k]);
+      flight.w = kToLeastEnergy;
+      push_flight(flight, (k == 0 ? 1.0F : -1.0F) * joint.force,
+                  at(state.displacements, corners[k]).w, state.inverse_dt_squared);
+    }
   }
 }
 

@@ -17,8 +17,10 @@ namespace pbdsurg {
 /// Makes a force a load of a vertex.
 /// @param flight  of the vertex, see VertexState
 /// @param force   N
-inline void push_flight(Particle& flight, const Vec3<float>& force, float inverse_dt_squared) {
-  store(flight, load(flight) + pushed_flight(force, flight.w, inverse_dt_squared));
+/// @param w       1/kg
+inline void push_flight(Particle& flight, const Vec3<float>& force, float w,
+                        float inverse_dt_squared) {
+  store(flight, load(flight) + pushed_flight(force, w, inverse_dt_squared));
 }
 
 /// Finds the force of each stiff link [first, end) of a group, and makes it a load of its ends.

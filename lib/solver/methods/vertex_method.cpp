@@ -223,7 +223,7 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
     const Index distance = data.sets.distance_ids.of_link(static_cast<Index>(l));
     set_spring(distance, {link.first, link.second});
     if (data.sets.of<StiffLinkConstraint>().is_alive(static_cast<Index>(l))) {
-      springs[distance].stiffness = 0;  // it has phases of its own
+      springs[distance].stiffness = springs[distance].damping = 0;  // it has phases of its own
     }
   }
   std::vector<VertexHinge> hinges(data.tissue->hinges().size());
@@ -297,8 +297,8 @@ void damp_rows(const StepContext& step, float inverse_dt) {
               step.copy.carries, inverse_dt);
 }
 
-float relaxation_of(const SolverOptions& options, int iteration) noexcept {
-  return iteration + 1 < options.iterations ? options.over_relaxation : 1.0F;
+float relaxation_of(float over_relaxation, int sweep, int sweep_count) noexcept {
+  return sweep + 1 < sweep_count ? over_relaxation : 1.0F;
 }
 
 VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
@@ -325,11 +325,13 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
     const Vec3<float> u = load(p);
     FixedPoint& point = at(state.fixed_points, corner);
     const LaneAccess access{state.fixed_points, point, lane};
+    const Particle& flight = state.flights[v];
     VertexEnergy<float> start;
-    start.add_pull(state.inverse_dt_squared / p.w, load(state.flights[v]) - u);
+    start.add_pull(state.inverse_dt_squared / p.w, load(flight) - u);
+    const float relaxation = state.relaxation < flight.w ? state.relaxation : flight.w;
     const auto solve = [&](const VertexEnergy<float>& energy) {
       return first_holds[v] == kInvalidIndex
-                 ? state.relaxation * VertexFactor<float>(energy).solve(energy.force)
+                 ? relaxation * VertexFactor<float>(energy).solve(energy.force)
                  : move_held(HeldVertex(step, {load(at(state.bases, corner)), u}, first_holds[v]),
                              energy, 1 / state.inverse_dt_squared);
     };

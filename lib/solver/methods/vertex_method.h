@@ -52,7 +52,8 @@ void drop_holds(const StepContext& step) noexcept;
 void damp_rows(const StepContext& step, float inverse_dt);
 
 /// How far vertices go in a sweep, as a share of the way to their least energy.
-[[nodiscard]] PBDSURG_API float relaxation_of(const SolverOptions& options, int iteration) noexcept;
+[[nodiscard]] PBDSURG_API float relaxation_of(float over_relaxation, int sweep,
+                                              int sweep_count) noexcept;
 
 [[nodiscard]] VertexState vertex_state(const StepContext& step, const Substep<float>& substep,
                                        float relaxation) noexcept;

@@ -56,7 +56,7 @@ void predict_displacements(const StepContext& step, const FreeMotion<float>& mot
         flight_of(motion, load(carry), flying_velocity(motion, load(step.copy.velocities[v]), w));
     Vec3<float> u = flight;
     if (extrapolates) {
-      step.scratch.flights[v] = {flight.x, flight.y, flight.z, w};
+      step.scratch.flights[v] = {flight.x, flight.y, flight.z, kFreely};
       u = start_of(motion, flight, w, carry.falling);
       step.scratch.fixed_points[v] =
           fixed_point(load(step.copy.particles[v]), u, step.data.vertex_blocks.unit());

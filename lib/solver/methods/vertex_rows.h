@@ -90,12 +90,18 @@ struct DampedRows {
 /// One bit a lane of a block, the first lane's the lowest.
 using LaneBits = std::uint32_t;
 
+/// How far a vertex may go in a sweep, as a share of the way to its least energy: more than any
+/// over_relaxation; or no further than there, as a stiff link counts on it.
+inline constexpr float kFreely = 2;
+inline constexpr float kToLeastEnergy = 1;
+
 /// What moving vertices reads and writes beside their rows.
 struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep
   Particle* displacements;   ///< m, since then
   FixedPoint* fixed_points;  ///< where that takes them
-  /// m, the displacement of a vertex without its rows; stiff links push it.
+  /// m, the displacement of a vertex without its rows; stiff links push it. In place of w, the most
+  /// relaxation: see kFreely.
   Particle* flights;
   const LaneBits* left_out;  ///< [block_count] lanes that kernels must leave to others
   float unit;                ///< m, of fixed points

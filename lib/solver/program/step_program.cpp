@@ -23,16 +23,16 @@ constexpr std::array kVertexBlocks{
 
 }  // namespace
 
-StepProgram step_program(const SolverOptions& options) noexcept {
+StepProgram step_program(const SolverOptions& options, const StepDivision& division) noexcept {
   switch (options.method) {
     case SolverMethod::projection:
       return options.mode == ProjectionMode::fraction
-                 ? StepProgram{kFractionProjections, options.substeps}
-                 : StepProgram{kComplianceProjections, options.substeps};
+                 ? StepProgram{kFractionProjections, division}
+                 : StepProgram{kComplianceProjections, division};
     case SolverMethod::vertex_block:
       break;
   }
-  return {kVertexBlocks, options.substeps};
+  return {kVertexBlocks, division};
 }
 
 }  // namespace pbdsurg

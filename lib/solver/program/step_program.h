@@ -11,6 +11,8 @@
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/solver/solver_options.h"
 
+#include "lib/solver/substep_rule.h"
+
 namespace pbdsurg {
 
 /// A part of a substep. The serial backend defines what each does; an executor may join neighbours,
@@ -32,21 +34,22 @@ enum class StepOperation : std::uint8_t {
 
 struct StepProgram {
   std::span<const StepOperation> operations;  ///< of one substep, in order; lives for ever
-  int substeps = 0;
+  StepDivision division;
 
   bool operator==(const StepProgram& other) const noexcept {
-    return substeps == other.substeps && std::ranges::equal(operations, other.operations);
+    return division == other.division && std::ranges::equal(operations, other.operations);
   }
 };
 
-/// What the method of the options does in a step.
-[[nodiscard]] PBDSURG_API StepProgram step_program(const SolverOptions& options) noexcept;
+/// What the method of the options does in a step that is so divided.
+[[nodiscard]] PBDSURG_API StepProgram step_program(const SolverOptions& options,
+                                                   const StepDivision& division) noexcept;
 
 /// The loop over substeps, of every executor.
 /// @param run  called with an operation and its substep, 0 to substeps - 1
 template <class Run>
 void run_step(const StepProgram& program, Run run) {
-  for (int substep = 0; substep < program.substeps; ++substep) {
+  for (int substep = 0; substep < program.division.substeps; ++substep) {
     for (const StepOperation operation : program.operations) {
       run(operation, substep);
     }

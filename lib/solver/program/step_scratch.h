@@ -65,7 +65,7 @@ struct PBDSURG_API StepScratch {
   ForAllConstraints<MultiplierStore> multipliers;
 
   // of the vertex-block method
-  std::vector<Particle> flights;  ///< [place] m, the displacement of a vertex without its rows
+  std::vector<Particle> flights;         ///< [place] see VertexState
   std::vector<FixedPoint> fixed_points;  ///< [place] where displacements take vertices
   std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
   std::vector<VertexHold> holds;         ///< of the current substep

@@ -10,7 +10,6 @@
 #include "pbdsurg/coloring/color.h"
 
 #include "lib/solver/sets/nested_domains.h"
-#include "lib/solver/sets/stiff_links.h"
 
 namespace pbdsurg {
 namespace {
@@ -142,15 +141,16 @@ void build_distances(const ConstraintNumbers& numbers, const NestedDomains& doma
       data.sets.joint_group(is_joint ? data.sets.of<VolumeConstraint>().group_count() : 0, 0));
 }
 
-void build_stiff_links(const NestedDomains& domains, SolverData& data) {
+// @param numbers  [link_count] of those that are stiff
+void build_stiff_links(std::span<const StiffLinkNumbers> numbers, const NestedDomains& domains,
+                       SolverData& data) {
   const std::span<const Link> links = data.tissue->links();
   std::vector<ConstraintRecord<StiffLinkConstraint>> records(links.size());
   std::vector<Index> ids;
-  for (Index l = 0; l < static_cast<Index>(links.size()); ++l) {
-    if (data.tissue->is_link_alive(l) && is_stiff_link(*data.tissue, l, data.options)) {
-      records[l] = {data.places_of(Edge{links[l].first, links[l].second}),
-                    stiff_link_numbers(links[l])};
-      ids.push_back(l);
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    if (numbers[l]) {
+      records[l] = {data.places_of(Edge{links[l].first, links[l].second}), *numbers[l]};
+      ids.push_back(static_cast<Index>(l));
     }
   }
   if (ids.empty()) {
@@ -187,7 +187,7 @@ void build_constraints(const ConstraintNumbers& numbers, SolverData& data) {
         build_slots<BendingConstraint>(PhaseKind::bending, numbers.hinges, domains, data,
                                        [](const HingeNumbers& hinge) { return hinge; });
   }
-  build_stiff_links(domains, data);
+  build_stiff_links(numbers.stiff_links, domains, data);
   std::stable_sort(
       data.sets.phases.begin(), data.sets.phases.end(), [](const Phase& a, const Phase& b) {
         return std::tie(a.level, a.domain, a.kind) < std::tie(b.level, b.domain, b.kind);

@@ -272,8 +272,8 @@ class ConstraintSets::Edit {
     const Edge ends{link.first, link.second};
     add<DistanceConstraint>(sets_.distance_ids.of_link(id), ends,
                             {state_.places_of(ends), link_numbers(link, state_.options.mode)});
-    if (is_stiff_link(tissue_, id, state_.options)) {
-      add<StiffLinkConstraint>(id, ends, {state_.places_of(ends), stiff_link_numbers(link)});
+    if (const auto numbers = stiff_link_numbers(tissue_, id, state_.options)) {
+      add<StiffLinkConstraint>(id, ends, {state_.places_of(ends), *numbers});
     }
   }
 

@@ -155,10 +155,6 @@ Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode) 
   return {link.rest_length, stiffness_in(mode, link.stiffness), 0};
 }
 
-Numbers<StiffLinkConstraint> stiff_link_numbers(const Link& link) noexcept {
-  return {link.rest_length, link.stiffness.compliance};
-}
-
 EdgeNumbers part_numbers(const std::array<EdgeNumbers, 6>& parent, const std::array<double, 4>& a,
                          const std::array<double, 4>& b) {
   EdgeNumbers numbers = parent.front();

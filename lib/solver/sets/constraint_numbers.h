@@ -39,11 +39,15 @@ struct TetNumbers {
 /// Of a hinge, where it is alive.
 using HingeNumbers = std::optional<Numbers<BendingConstraint>>;
 
+/// Of a link, where it is alive and stiff.
+using StiffLinkNumbers = std::optional<Numbers<StiffLinkConstraint>>;
+
 /// Of some tissue.
 struct ConstraintNumbers {
-  std::vector<EdgeNumbers> edges;    ///< [edge_count]
-  std::vector<TetNumbers> tets;      ///< [tet_count]
-  std::vector<HingeNumbers> hinges;  ///< [hinge_count]
+  std::vector<EdgeNumbers> edges;             ///< [edge_count]
+  std::vector<TetNumbers> tets;               ///< [tet_count]
+  std::vector<HingeNumbers> hinges;           ///< [hinge_count]
+  std::vector<StiffLinkNumbers> stiff_links;  ///< [link_count] see stiff_links.h
 };
 
 /// What materials make of a scene's rest shape.
@@ -64,7 +68,6 @@ void check_hinges(std::size_t count, ProjectionMode mode);
 [[nodiscard]] bool has_damping(std::span<const Body> bodies) noexcept;
 
 [[nodiscard]] Numbers<DistanceConstraint> link_numbers(const Link& link, ProjectionMode mode);
-[[nodiscard]] Numbers<StiffLinkConstraint> stiff_link_numbers(const Link& link) noexcept;
 
 /// Of an edge of a part of a tetrahedron, between corners a and b of the part.
 /// @param parent  of its edges, in the order of kTetEdges

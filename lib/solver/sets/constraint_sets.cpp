@@ -79,6 +79,11 @@ HingeNumbers ConstraintData::numbers_of_hinge(Index hinge) const {
   return bendings.is_alive(hinge) ? HingeNumbers(bendings.record(hinge).parameters) : std::nullopt;
 }
 
+StiffLinkNumbers ConstraintData::numbers_of_link(Index link) const {
+  const auto& links = of<StiffLinkConstraint>();
+  return links.is_alive(link) ? StiffLinkNumbers(links.record(link).parameters) : std::nullopt;
+}
+
 void ConstraintSets::reserve(const SpareRoom& spare) {
   const auto tets = static_cast<std::size_t>(spare.tets);
   const auto edges = static_cast<std::size_t>(spare.edges);

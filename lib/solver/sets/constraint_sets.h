@@ -101,6 +101,7 @@ struct ConstraintData : ForAllConstraints<ConstraintStore> {
   [[nodiscard]] EdgeNumbers numbers_of_edge(Index edge) const;
   [[nodiscard]] TetNumbers numbers_of_tet(Index tet) const;
   [[nodiscard]] HingeNumbers numbers_of_hinge(Index hinge) const;
+  [[nodiscard]] StiffLinkNumbers numbers_of_link(Index link) const;
 };
 
 /// Distances of edges of springs and of links; bodies without volume constraints have none of

@@ -8,8 +8,8 @@
 namespace pbdsurg {
 namespace {
 
-constexpr double kStiffLink = 10;    // times the stiffness of an end
-constexpr double kShortStep = 1e-3;  // s: in longer substeps, inertia resists less
+constexpr double kStiffLink = 10;       // times the stiffness of an end
+constexpr double kUsualSubstep = 1e-3;  // s
 
 // N/m, about: how a free vertex resists to be moved alone, its neighbours held.
 double vertex_stiffness(const Tissue& tissue, Index vertex) {
@@ -17,7 +17,7 @@ double vertex_stiffness(const Tissue& tissue, Index vertex) {
   if (tissue.is_fixed(vertex) || !(mass > 0)) {
     return std::numeric_limits<double>::infinity();
   }
-  const double inertia = mass / (kShortStep * kShortStep);
+  const double inertia = mass / (kUsualSubstep * kUsualSubstep);
   const Body& body = tissue.bodies()[tissue.body_of_vertex(vertex)];
   if (body.tet_count == 0) {
     return inertia;
@@ -28,17 +28,29 @@ double vertex_stiffness(const Tissue& tissue, Index vertex) {
                         : 1 / double{material.stretch.compliance});
 }
 
+// Neighbouring vertices of a body, each with a link, give way together, and further than each would
+// alone; eight of a face that were drawn to one point burst.
+constexpr float kShareInTissue = 0.7F;
+
+bool has_tissue(const Tissue& tissue, Index vertex) {
+  return tissue.bodies()[tissue.body_of_vertex(vertex)].tet_count > 0;
+}
+
 }  // namespace
 
-bool is_stiff_link(const Tissue& tissue, Index link, const SolverOptions& options) {
+StiffLinkNumbers stiff_link_numbers(const Tissue& tissue, Index link,
+                                    const SolverOptions& options) {
   if (options.method != SolverMethod::vertex_block) {
-    return false;
+    return {};
   }
-  const Link& joined = tissue.links()[link];
-  const double softer =
-      std::min(vertex_stiffness(tissue, joined.first), vertex_stiffness(tissue, joined.second));
-  const double compliance = joined.stiffness.compliance;
-  return compliance == 0 || compliance * kStiffLink * softer < 1;
+  const auto& [first, second, rest_length, stiffness] = tissue.links()[link];
+  const double softer = std::min(vertex_stiffness(tissue, first), vertex_stiffness(tissue, second));
+  const float compliance = stiffness.compliance;
+  if (compliance > 0 && compliance * kStiffLink * softer >= 1) {
+    return {};
+  }
+  const bool is_in_tissue = has_tissue(tissue, first) && has_tissue(tissue, second);
+  return Numbers<StiffLinkConstraint>{rest_length, compliance, is_in_tissue ? kShareInTissue : 1};
 }
 
 }  // namespace pbdsurg

@@ -5,13 +5,18 @@
 /// Which links vertex blocks cannot take as springs.
 
 #include "pbdsurg/base/types.h"
+#include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/sets/constraint_numbers.h"
+
 namespace pbdsurg {
 
-/// Whether a link is a StiffLinkConstraint: with vertex blocks, where it is more than ten times as
-/// stiff as the softer of its ends. As a spring it would take that many more sweeps.
-[[nodiscard]] bool is_stiff_link(const Tissue& tissue, Index link, const SolverOptions& options);
+/// The numbers of a link, if it is a StiffLinkConstraint: with vertex blocks, where it is more than
+/// ten times as stiff as the softer of its ends, as these are now, in a substep of 1 ms. As a
+/// spring it would take that many more sweeps.
+[[nodiscard]] StiffLinkNumbers stiff_link_numbers(const Tissue& tissue, Index link,
+                                                  const SolverOptions& options);
 
 }  // namespace pbdsurg

@@ -4,7 +4,9 @@
 #include <algorithm>
 
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
+#include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
 namespace {
@@ -14,8 +16,23 @@ class ProgramFollower final : public Follower {
  public:
   ProgramFollower(SolverData& data, const StateFollower& state) : data_(data), state_(state) {}
 
-  void follow(const Tissue&, const TissueChange&) noexcept override { update(); }
-  void undo(const Tissue&, const TissueChange&) noexcept override { update(); }
+  void validate(const Tissue&, const TopologyEdit& edit) const override {
+    static_cast<void>(substep_rule(edit.new_bodies, data_.options));
+  }
+  void follow(const Tissue&, const TissueChange& change) noexcept override {
+    rule_before_ = data_.substep_rule;
+    if (!change.edit.new_bodies.bodies().empty()) {
+      set_substep_rule(both(rule_before_, substep_rule(change.edit.new_bodies, data_.options)),
+                       data_);
+    }
+    update();
+  }
+  void undo(const Tissue&, const TissueChange&) noexcept override {
+    if (rule_before_ != data_.substep_rule) {
+      set_substep_rule(rule_before_, data_);
+    }
+    update();
+  }
   void renumber(const Tissue&, const Renumbering&) noexcept override {}
 
  private:
@@ -29,6 +46,7 @@ class ProgramFollower final : public Follower {
 
   SolverData& data_;
   const StateFollower& state_;
+  SubstepRule rule_before_;  // before the last edit
 };
 
 }  // namespace
@@ -69,6 +87,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 }
 
 void SolverData::start_step(float dt) {
+  division = divide_step(dt, substep_rule, options);
   if (!backend->keeps_state()) {
     backend->start_step(*this, dt);
     report = backend->finish_step(*this);

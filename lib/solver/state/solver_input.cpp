@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/state/solver_input.h"
 
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -8,7 +9,9 @@
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/build_constraints.h"
 #include "lib/solver/sets/nested_domains.h"
+#include "lib/solver/sets/stiff_links.h"
 #include "lib/solver/state/solver_data.h"
+#include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
 namespace {
@@ -29,7 +32,7 @@ void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> posit
   }
 }
 
-std::string plan_name(const SolverOptions& options) {
+std::string phases_name(const SolverOptions& options) {
   const bool moves_vertices = options.method == SolverMethod::vertex_block;
   const ColoringOptions coloring = moves_vertices ? vertex_coloring(options) : options.coloring;
   std::string name = name_of(coloring.algorithm);
@@ -61,11 +64,31 @@ std::string plan_name(const SolverOptions& options) {
 
 }  // namespace
 
+void set_substep_rule(const SubstepRule& rule, SolverData& data) {
+  const SolverOptions& options = data.options;
+  data.substep_rule = rule;
+  data.plan.longest_substep = rule.longest;
+  data.plan.name = phases_name(options);
+  if (options.substeps == kAutomatic) {
+    const auto [substeps, sweeps] = divide_step(options.longest_step, rule, options);
+    std::ostringstream name;
+    name << ", substeps of " << 1e3 * double{rule.longest} << " ms at most: " << substeps << " of "
+         << sweeps << (sweeps == 1 ? " sweep" : " sweeps") << " in a step of "
+         << 1e3 * double{options.longest_step} << " ms";
+    data.plan.name += name.str();
+  }
+}
+
 SolverInput input_at_rest(const Tissue& tissue, const SolverOptions& options) {
   SolverInput input;
   input.options = options;
   input.positions.assign(tissue.rest_positions().begin(), tissue.rest_positions().end());
   input.numbers = numbers_at_rest(tissue, options.mode);
+  for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
+    input.numbers.stiff_links.push_back(
+        tissue.is_link_alive(l) ? stiff_link_numbers(tissue, l, options) : std::nullopt);
+  }
+  input.substep_rule = substep_rule(tissue, options);
   if (options.method == SolverMethod::vertex_block) {
     input.vertex_tets = vertex_tets_at_rest(tissue);
   }
@@ -85,7 +108,7 @@ std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue, SolverInput 
   data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);
   data.reserve_spare_room();
   data.changes.state.assign(static_cast<std::size_t>(data.options.copies), true);
-  data.plan.name = plan_name(data.options);
+  set_substep_rule(input.substep_rule, data);
   data.rebuild_plan();
   return made;
 }

@@ -12,6 +12,7 @@
 
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/sets/constraint_numbers.h"
+#include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
 
@@ -22,6 +23,7 @@ struct SolverInput {
   SolverOptions options;                   ///< with a composition that is not automatic
   std::vector<Eigen::Vector3d> positions;  ///< [vertex_count] m, finite; near ones get near places
   ConstraintNumbers numbers;
+  SubstepRule substep_rule;
   std::vector<VertexTet> vertex_tets;  ///< [tet_count] of the vertex-block method, else empty
 };
 
@@ -31,6 +33,9 @@ struct SolverInput {
 /// Colours and plans; all but a backend. It does not follow the tissue yet.
 [[nodiscard]] std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue,
                                                             SolverInput input);
+
+/// Sets what steps need, also in the plan and its name.
+void set_substep_rule(const SubstepRule& rule, SolverData& data);
 
 /// Makes room in the tissue for what edits are to add; the solver's own is made by the above.
 void reserve_spare_room(Tissue& tissue, const SpareRoom& spare);

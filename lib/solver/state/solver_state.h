@@ -18,6 +18,7 @@
 #include "lib/solver/state/changes.h"
 #include "lib/solver/state/particle.h"
 #include "lib/solver/state/tool_state.h"
+#include "lib/solver/substep_rule.h"
 
 namespace pbdsurg {
 
@@ -55,6 +56,8 @@ struct CopyState {
 /// All that copies share of motion, and the state of copy 0.
 struct SolverState : CopyState {
   SolverOptions options;
+  SubstepRule substep_rule;
+  StepDivision division;  // of the step that runs
   Eigen::Vector3f gravity;
   std::vector<Index> place_of_vertex;  // [vertex_count]
   std::vector<CopyState> others;       // [copies - 1] copy 1 and on

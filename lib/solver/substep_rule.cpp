@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/substep_rule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <sstream>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+
+namespace pbdsurg {
+namespace {
+
+// Of the time in which a wave crosses an edge, for one sweep and an accuracy of 2 %: where bars,
+// blocks, a bath and a ball come to rest within it (`statics`).
+constexpr double kVertexShare = 0.5;
+// One projection leaves E h^2 / (1.3 rho edge^2) of the stiffness out: 2 %.
+constexpr double kProjectionShare = 0.16;
+constexpr double kUsualAccuracy = 0.02;
+
+// s, in which a wave of stretch crosses an edge.
+// @param volume  m^3, of a tetrahedron in the mean
+double crossing_time(const Material& material, double volume) {
+  const double edge = std::cbrt(6 * std::numbers::sqrt2 * volume);  // of a regular one
+  if (material.model == ElasticModel::neo_hookean) {
+    return edge * std::sqrt(material.density / double{material.youngs_modulus});
+  }
+  // a lattice of such springs has a modulus of about stiffness / edge
+  return edge * std::sqrt(material.density * edge * double{material.stretch.compliance});
+}
+
+struct BodyVolume {
+  double volume = 0;  // m^3
+  Index count = 0;    // of tetrahedra
+};
+
+// For the bodies of a scene or of tissue.
+// @param volume_of  of the live tetrahedra of a body: BodyVolume(std::size_t)
+template <class VolumeOf>
+SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
+                    const VolumeOf& volume_of) {
+  if (options.substeps != kAutomatic) {
+    return {};
+  }
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  const bool has_sweeps = options.iterations != kAutomatic;
+  const double share =
+      (by_vertices ? kVertexShare : kProjectionShare) *
+      std::sqrt((has_sweeps ? options.iterations : 1) * double{options.accuracy} / kUsualAccuracy);
+  double shortest = options.longest_step, friction = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const auto [volume, count] = volume_of(b);
+    if (count == 0) {
+      continue;
+    }
+    const Material& material = bodies[b].material;
+    double limit = share * crossing_time(material, volume / count);
+    if (has_sweeps && limit > 0) {  // h^2 + tau h = limit^2, without a difference of near numbers
+      const double half = 0.5 * material.damping;
+      limit = limit * limit / (half + std::sqrt(half * half + limit * limit));
+    } else if (limit > 0) {
+      friction = std::max(friction, material.damping / (limit * limit));
+    }
+    if (!(limit * kMostAutomaticSubsteps >= options.longest_step)) {
+      std::ostringstream text;
+      text << "body '" << bodies[b].name << "' needs substeps of " << limit
+           << " s or less: more than " << kMostAutomaticSubsteps << " in the longest step, "
+           << options.longest_step << " s; a coarser mesh, softer material, shorter step or larger "
+           << "accuracy needs fewer, or name their number";
+      throw InvalidArgument(text.str());
+    }
+    shortest = std::min(shortest, limit);
+  }
+  return {static_cast<float>(shortest), static_cast<float>(friction)};
+}
+
+}  // namespace
+
+SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
+  std::vector<BodyVolume> volumes(tissue.bodies().size());
+  for (Index t = 0; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    if (tissue.is_tet_alive(t)) {
+      BodyVolume& body = volumes[tissue.body_of_tet(t)];
+      body.volume += tet_volume(tissue.rest_positions(), tissue.tets()[t]);
+      ++body.count;
+    }
+  }
+  return rule_of(tissue.bodies(), options, [&](std::size_t b) { return volumes[b]; });
+}
+
+SubstepRule substep_rule(const Scene& scene, const SolverOptions& options) {
+  return rule_of(scene.bodies(), options, [&](std::size_t b) {
+    const Body& body = scene.bodies()[b];
+    BodyVolume sum{0, body.tet_count};
+    for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
+      sum.volume += tet_volume(scene.positions(), tet);
+    }
+    return sum;
+  });
+}
+
+SubstepRule both(const SubstepRule& a, const SubstepRule& b) noexcept {
+  return {std::min(a.longest, b.longest), std::max(a.friction, b.friction)};
+}
+
+StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions& options) noexcept {
+  constexpr double kRounding = 1e-4;  // a step of so many substeps exactly needs no more of them
+  constexpr double kMost = 1e6;
+  const auto whole = [&](double number) {
+    return static_cast<int>(std::clamp(std::ceil(number - kRounding), 1.0, kMost));
+  };
+  StepDivision division{options.substeps, options.iterations};
+  if (options.substeps == kAutomatic) {
+    division.substeps = whole(double{dt} / double{rule.longest});
+  }
+  if (options.iterations == kAutomatic) {
+    const double h = double{dt} / division.substeps, share = h / double{rule.longest};
+    division.sweeps = whole(share * share + h * double{rule.friction});
+  }
+  return division;
+}
+
+}  // namespace pbdsurg

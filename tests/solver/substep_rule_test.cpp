@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/substep_rule.h"
+
+#include <cmath>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/solver/solver.h"
+#include "pbdsurg/tissue/tissue.h"
+
+#include "tests/support/catch.h"
+#include "tests/support/digest.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/solver_digest.h"
+#include "tests/support/vertex_method_cases.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::ContainsSubstring;
+using testing::make_bar;
+using testing::neo_hookean;
+using testing::run;
+
+// s, of a mesh of cubes of six tetrahedra each
+double crossing_time(double edge, double youngs_modulus) {
+  return std::cbrt(std::sqrt(2.0)) * edge * std::sqrt(1000 / youngs_modulus);
+}
+
+SolverOptions automatic(SolverMethod method = SolverMethod::vertex_block) {
+  return {.method = method, .substeps = kAutomatic, .iterations = kAutomatic};
+}
+
+}  // namespace
+
+TEST_CASE("substep rule: a share of the time in which waves cross an edge", "[unit]") {
+  const double edge = 4e-3;
+  const Scene scene = make_bar(neo_hookean(2e4F, 0.45F), {6, 3, 3}, edge);
+  const double crossing = crossing_time(edge, 2e4);
+  const auto longest = [&](const SolverOptions& options) {
+    return Solver(scene, options).plan().longest_substep;
+  };
+  CHECK(longest(automatic()) == Approx(0.5 * crossing).epsilon(0.02));
+  CHECK(longest(automatic(SolverMethod::projection)) == Approx(0.16 * crossing).epsilon(0.02));
+  SolverOptions other = automatic();
+  other.accuracy = 0.08F;
+  CHECK(longest(other) == Approx(crossing).epsilon(0.02));
+  other.iterations = 4;  // given, substeps are not
+  CHECK(longest(other) == Approx(2 * crossing).epsilon(0.02));
+  other.longest_step = 1e-4F;  // in one substep
+  CHECK(longest(other) == 1e-4F);
+  CHECK(longest({}) == 0);
+
+  Scene stiffer = scene;  // the stiffest body counts
+  stiffer.add_body("wall", testing::make_box({2, 2, 2}, edge), neo_hookean(3.2e5F, 0.45F));
+  CHECK(Solver(stiffer, automatic()).plan().longest_substep ==
+        Approx(0.125 * crossing).epsilon(0.02));
+}
+
+// Would catch a step that takes other substeps than the plan says.
+TEST_CASE("substep rule: a step of any length has so many, and their bits", "[golden]") {
+  const auto method = GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
+  const Scene scene = make_bar(neo_hookean(2e4F, 0.4F), {5, 2, 2});
+  Solver solver(scene, automatic(method));
+  const float longest = solver.plan().longest_substep;
+  CHECK_THAT(solver.plan().name, ContainsSubstring("in a step of 16.6667 ms"));
+  for (const float share : {0.3F, 1.0F, 1.2F, 7.0F, 50.5F}) {
+    SolverOptions given = automatic(method);
+    given.substeps = static_cast<int>(std::ceil(share - 1e-3F));
+    given.iterations = 1;
+    Solver same(scene, given);
+    Solver one(scene, automatic(method));
+    run(same, 3, share * longest);
+    run(one, 3, share * longest);
+    CHECK(one.state_hash() == same.state_hash());
+  }
+}
+
+TEST_CASE("substep rule: tissue is as stiff at rest in steps of any length", "[validation]") {
+  const float youngs_modulus = GENERATE(5e3F, 8e4F);
+  const Scene scene = make_bar(neo_hookean(youngs_modulus, 0.45F), {6, 3, 3});
+  const auto sag = [&](SolverOptions options, float dt) {
+    options.damping = 60;
+    Solver solver(scene, options);
+    run(solver, static_cast<int>(1.2F / dt), dt);
+    return scene.positions().back().y() - double{solver.positions().back().y()};
+  };
+  const double expected =
+      sag({.method = SolverMethod::vertex_block, .substeps = 4, .iterations = 20}, 2e-3F);
+  REQUIRE(expected > 1e-5);
+  for (const float dt : {1e-3F, 5e-3F, 16e-3F, 33e-3F}) {
+    CHECK(sag(automatic(), dt) == Approx(expected).epsilon(0.02));
+  }
+  CHECK(sag(automatic(SolverMethod::projection), 16e-3F) == Approx(expected).epsilon(0.04));
+}
+
+TEST_CASE("substep rule: what cannot be met is refused, with the number", "[unit]") {
+  const auto refuse = [](const Material& material, const SolverOptions& options,
+                         const std::string& why) {
+    CHECK_THROWS_WITH(Solver(make_bar(material, {3, 2, 2}), options), ContainsSubstring(why));
+  };
+  refuse(neo_hookean(5e9F, 0.3F), automatic(),
+         "body 'bar' needs substeps of 9.87414e-07 s or less: more than 1000 in the longest step");
+  refuse({}, automatic(SolverMethod::projection), "body 'bar' needs substeps of 0 s");
+  SolverOptions options = automatic(SolverMethod::projection);
+  options.mode = ProjectionMode::fraction;
+  refuse({}, options, "substeps are automatic; fraction mode has no stiffness");
+  const Material soft = neo_hookean(1e4F, 0.3F);
+  for (const float accuracy : {0.0F, -1.0F, 1.1F, std::nanf("")}) {
+    options = automatic();
+    options.accuracy = accuracy;
+    refuse(soft, options, "it must be in [0.001, 1]");
+  }
+  for (const float step : {0.0F, -1.0F, std::nanf("")}) {
+    options = automatic();
+    options.longest_step = step;
+    refuse(soft, options, "longest_step is");
+  }
+  refuse(soft, {.accuracy = 0.1F}, "accuracy is 0.100000, which nothing would read");
+  refuse(soft, {.longest_step = 0.1F}, "it needs automatic substeps");
+  refuse(soft, {.substeps = -1}, "substeps is -1; it must be >= 1, or 0 for automatic ones");
+  refuse(soft, {.iterations = -1}, "iterations is -1; it must be >= 1");
+  refuse(soft, {.iterations = kAutomatic}, "iterations are automatic and substeps are 10");
+}
+
+TEST_CASE("substep rule: a body that an edit brings counts, until it is taken back", "[unit]") {
+  const Scene scene = make_bar(neo_hookean(2e4F, 0.45F), {4, 2, 2});
+  Solver solver(scene, automatic());
+  const StepPlan before = solver.plan();
+  const TetMesh guest = testing::make_box({1, 1, 1}, testing::kSoftEdge);
+  TopologyEdit stiff;
+  stiff.new_bodies.add_body("guest", guest, neo_hookean(3.2e5F, 0.45F));
+  solver.tissue().apply(stiff);
+  CHECK(solver.plan().longest_substep == Approx(before.longest_substep / 4).epsilon(0.05));
+  CHECK(solver.plan().name != before.name);
+  CHECK(solver.step(5e-3F).non_finite_vertices == 0);
+  solver.tissue().undo();
+  CHECK(solver.plan().longest_substep == before.longest_substep);
+  CHECK(solver.plan().name == before.name);
+
+  TopologyEdit rigid;
+  rigid.new_bodies.add_body("rigid", guest, neo_hookean(1e10F, 0.45F));
+  const std::uint64_t digest = testing::digest_of(testing::inspect(solver));
+  CHECK_THROWS_WITH(solver.tissue().apply(rigid), ContainsSubstring("body 'rigid' needs substeps"));
+  CHECK(testing::digest_of(testing::inspect(solver)) == digest);
+}
+
+}  // namespace pbdsurg
