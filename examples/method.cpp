@@ -70,6 +70,10 @@ int main() try {
   compare("1 step of 10 sweeps", {.substeps = 1, .iterations = 10});
   blocks.iterations = 10;
   compare("vertex blocks: 1 step of 10", blocks);
+  SolverOptions automatic = blocks;
+  automatic.substeps = pbdsurg::kAutomatic;
+  automatic.iterations = pbdsurg::kAutomatic;
+  compare("vertex blocks, automatic", automatic);
   blocks.over_relaxation = 1.7F;
   compare("vertex blocks, over-relaxed", blocks);
 } catch (const std::exception& error) {

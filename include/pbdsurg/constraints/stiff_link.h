@@ -36,8 +36,14 @@ namespace pbdsurg {
 /// How far a vertex gives way to a force, m/N: a symmetric matrix, positive semidefinite.
 template <class Scalar>
 struct VertexGive {
-  Scalar xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
+  Scalar xx{},  ///< m/N
+      yy{},     ///< m/N
+      zz{},     ///< m/N
+      xy{},     ///< m/N
+      xz{},     ///< m/N
+      yz{};     ///< m/N
 
+  /// Of a vertex with this Hessian: its inverse.
   PBDSURG_HOST_DEVICE static VertexGive of(const VertexFactor<Scalar>& factor) {
     const Vec3<Scalar> x = factor.solve({Scalar(1), Scalar(0), Scalar(0)});
     const Vec3<Scalar> y = factor.solve({Scalar(0), Scalar(1), Scalar(0)});
@@ -45,6 +51,7 @@ struct VertexGive {
     return {x.x, y.y, z.z, x.y, x.z, y.z};
   }
 
+  /// Of two vertices that a force pulls at, each its own way: how far it brings them together.
   PBDSURG_HOST_DEVICE friend VertexGive operator+(const VertexGive& a, const VertexGive& b) {
     return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
   }
@@ -75,11 +82,13 @@ struct StiffLinkConstraint {
     Vec3<Scalar> force;          ///< N, on the first vertex; the other has the opposite
     VertexGive<Scalar> give[2];  ///< of each vertex, without the link
 
+    /// Out of the multipliers of a constraint.
     PBDSURG_HOST_DEVICE void load(const Scalar (&from)[kMultiplierCount]) {
       force = {from[0], from[1], from[2]};
       give[0] = {from[3], from[4], from[5], from[6], from[7], from[8]};
       give[1] = {from[9], from[10], from[11], from[12], from[13], from[14]};
     }
+    /// Into them.
     PBDSURG_HOST_DEVICE void store(Scalar (&to)[kMultiplierCount]) const {
       to[0] = force.x, to[1] = force.y, to[2] = force.z;
       for (int k = 0; k < 2; ++k) {
