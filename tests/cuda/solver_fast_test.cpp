@@ -2,6 +2,9 @@
 // Solvers on a device in fast mode, against strict ones.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/cuda/device.h"
@@ -28,6 +31,38 @@ float edges_apart(const Solver& a, const Solver& b) {
     apart = std::max(apart, (of_a[v] - of_b[v]).norm());
   }
   return apart / static_cast<float>(testing::kEventfulEdge);
+}
+
+// A ball with one vertex inside: that has 80 tetrahedra and 42 neighbours, more than sixteen
+// threads hold in registers.
+TetMesh make_fan() {
+  constexpr Index kRings = 4, kSegments = 10;
+  constexpr double kRadius = testing::kEventfulEdge, kPi = std::numbers::pi;
+  std::vector<Eigen::Vector3d> points{{0, 0, 0}, {0, 0, kRadius}, {0, 0, -kRadius}};
+  const auto on_ring = [](Index ring, Index segment) {
+    return 3 + ring * kSegments + segment % kSegments;
+  };
+  for (Index ring = 0; ring < kRings; ++ring) {
+    const double polar = kPi * (ring + 1) / (kRings + 1);
+    for (Index segment = 0; segment < kSegments; ++segment) {
+      const double around = 2 * kPi * segment / kSegments;
+      points.emplace_back(kRadius * Eigen::Vector3d(std::sin(polar) * std::cos(around),
+                                                    std::sin(polar) * std::sin(around),
+                                                    std::cos(polar)));
+    }
+  }
+  std::vector<Tet> tets;
+  for (Index segment = 0; segment < kSegments; ++segment) {
+    tets.push_back({0, 1, on_ring(0, segment), on_ring(0, segment + 1)});
+    tets.push_back({0, 2, on_ring(kRings - 1, segment + 1), on_ring(kRings - 1, segment)});
+    for (Index ring = 0; ring + 1 < kRings; ++ring) {
+      const Index a = on_ring(ring, segment), b = on_ring(ring, segment + 1);
+      const Index c = on_ring(ring + 1, segment), d = on_ring(ring + 1, segment + 1);
+      tets.push_back({0, a, c, d});
+      tets.push_back({0, a, d, b});
+    }
+  }
+  return {std::move(points), std::move(tets)};
 }
 
 }  // namespace
@@ -98,6 +133,44 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
   CHECK(contacts > 0);
   CHECK(again.state_hash() == fast.state_hash());
   CHECK(edges_apart(fast, strict) < 1e-3F);
+}
+
+// Would catch rows that threads leave to a loop and forget, and a lost neighbour that takes others
+// along.
+TEST_CASE("cuda solver: fast vertex blocks move a vertex of many rows, and beside a lost one",
+          "[device]") {
+  Scene scene;
+  scene.add_body("fan", make_fan(),
+                 {.model = ElasticModel::neo_hookean, .damping = GENERATE(0.0F, 5e-3F)});
+  scene.fix_vertices(0, std::array<Index, 3>{1, 3, 8});
+  SolverOptions options{.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .iterations = 3,
+                        .damping = 5,
+                        .executor = cuda::device(),
+                        .math = MathMode::strict};
+  Solver strict(scene, options);
+  options.math = MathMode::fast;
+  Solver fast(scene, options);
+  const bool loses = GENERATE(false, true);
+  std::vector<Eigen::Vector3f> positions = strict.positions();
+  positions[0].x() += 1e-3F;  // something to do
+  if (loses) {
+    positions[2].setConstant(1e18F);
+  }
+  for (Solver* solver : {&strict, &fast}) {
+    solver->write_positions(positions);
+    for (int i = 0; i < 5; ++i) {
+      solver->step(kTimeStep);
+    }
+  }
+  const std::vector<Eigen::Vector3f> of_strict = strict.positions(), of_fast = fast.positions();
+  for (std::size_t v = 0; v < of_strict.size(); ++v) {
+    if (v != 2 || !loses) {
+      CHECK((of_fast[v] - of_strict[v]).norm() < 1e-3 * testing::kEventfulEdge);
+    }
+  }
+  CHECK((of_strict[0] - positions[0]).norm() > 0.01 * testing::kEventfulEdge);
 }
 
 }  // namespace pbdsurg

@@ -17,6 +17,7 @@
 #include "cuda/stream.cuh"
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/state_report.h"
@@ -408,6 +409,23 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
       }
     }
 
+    Index joints = 0;
+    for (const Phase& phase : data.plan.phases) {
+      if (phase.kind == PhaseKind::stiff_link) {
+        const Index size = data.sets.of<StiffLinkConstraint>().size(phase.color);
+        begin_joints(step, vertex_state(step, lengths, 1), phase.color, 0, size);
+        joints += size;
+      }
+    }
+    REQUIRE(joints > 0);
+    for (const Stage& stage : stages.plan.stages()) {
+      if (stage.kind == PhaseKind::stiff_link) {
+        kernels.begin_joints(stage, substep, has_tools, state, device.constraints.arrays(),
+                             vertices, tools, input, launch);
+      }
+    }
+    REQUIRE(difference(device.of_places(state.flights), data.step_scratch.flights).empty());
+
     for (int iteration = 0; iteration < 2; ++iteration) {
       const float relaxation =
           relaxation_of(options.over_relaxation, iteration, options.iterations);
@@ -418,14 +436,21 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
           REQUIRE(phase->kind == PhaseKind::vertex);
           solve_vertices(step, vertex_state(step, lengths, relaxation), phase->color);
           ++phase;
-          kernels.solve_vertices(stage, {substep, relaxation, has_tools}, state, vertices, tools,
-                                 input, launch);
+          kernels.solve_vertices(stage, {substep, relaxation, has_tools, false}, state, vertices,
+                                 tools, input, launch);
         } else {
-          stages.project(stage, moving_vertices(step), data.carries, lengths);
+          REQUIRE(phase->kind == stage.kind);
+          if (stage.kind == PhaseKind::stiff_link) {
+            project_serially(step, *phase, lengths);
+          } else {
+            stages.project(stage, moving_vertices(step), data.carries, lengths);
+          }
+          ++phase;
           kernels.project(stage, {options.mode, data.sets.has_damping, false, false}, state,
                           device.constraints.arrays(), input, launch);
         }
         REQUIRE(difference(device.displacements(), data.step_scratch.displacements).empty());
+        REQUIRE(difference(device.of_places(state.flights), data.step_scratch.flights).empty());
         REQUIRE(same_points(device, data));
       }
     }

@@ -103,6 +103,67 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
   CHECK((dropped > 0) == (variant.contact_capacity < 4096));
 }
 
+// Would catch a device that goes on to settle what tools hold after the last stiff link went, where
+// the serial backend does not.
+TEST_CASE("cuda solver: stiff links that go and come while tools hold have the serial bits",
+          "[device]") {
+  const Scene scene = make_eventful_scene(ProjectionMode::compliance, GENERATE(0.0F, 0.01F));
+  SolverOptions options{.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .iterations = 3,
+                        .math = MathMode::strict,
+                        .composition = PlanComposition::separate};
+  options.executor = executor::serial();
+  Solver serial(scene, options);
+  options.executor = cuda::device();
+  options.device_strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  Solver device(scene, options);
+  std::vector<Index> links;
+  for (Index l = 0; l < static_cast<Index>(scene.links().size()); ++l) {
+    links.push_back(l);
+  }
+  for (Solver* solver : {&serial, &device}) {
+    const ToolId tool = solver->add_tool({}, ToolPose::Identity());
+    solver->grasp(tool, std::array<Index, 3>{0, 3, 40}, 1e-4F);
+  }
+  for (int i = 0; i < 20; ++i) {
+    for (Solver* solver : {&serial, &device}) {
+      if (i == 6) {
+        solver->tissue().apply({.remove_links = links});
+      }
+      if (i == 12) {
+        solver->tissue().apply({.new_links = {{0, 60, 0, {1, 0}}, {3, 61, 1e-3F, {1, 1e-7F}}}});
+      }
+      solver->step(kTimeStep);
+    }
+    INFO("step " << i);
+    REQUIRE(device.state_hash() == serial.state_hash());
+    CHECK(device.tool_force(ToolId{0}) == serial.tool_force(ToolId{0}));
+  }
+}
+
+TEST_CASE("cuda solver: automatic substeps and sweeps have the serial bits", "[device]") {
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  Scene scene;
+  scene.add_body("bar", testing::make_box({6, 3, 3}, 4e-3, 0.1),
+                 {.model = ElasticModel::neo_hookean, .damping = GENERATE(0.0F, 2e-3F)});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
+  SolverOptions options{.method = method,
+                        .substeps = kAutomatic,
+                        .iterations = kAutomatic,
+                        .math = MathMode::strict,
+                        .composition = PlanComposition::separate};
+  options.executor = executor::serial();
+  Solver serial(scene, options);
+  options.executor = cuda::device();
+  Solver device(scene, options);
+  for (const float dt : {5e-3F, 5e-3F, 1e-4F, 16e-3F, 5e-3F}) {
+    serial.step(dt);
+    device.step(dt);
+    REQUIRE(device.state_hash() == serial.state_hash());
+  }
+}
+
 // Grasps by several tools, tools that come later, and a step length that changes.
 TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[device]") {
   const auto strategy =
