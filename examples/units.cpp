@@ -41,7 +41,7 @@ int main() try {
 
   try_out([&] { scene.fix_vertices(right, {{body.vertex_count}}); });
   try_out([&] { scene.add_body("left", ball_at(0)); });
-  try_out([&] { pbdsurg::Solver(scene, {.substeps = 0}); });
+  try_out([&] { pbdsurg::Solver(scene, {.substeps = -1}); });
 
   pbdsurg::Solver solver(scene);
   try_out([&] { solver.step(-1e-3F); });
