@@ -74,7 +74,7 @@ struct PBDSURG_API SolverOptions {
   int iterations = 1;
   /// Of stiffness at rest, as a share, in [0.001, 1]: with automatic substeps, tissue that hangs or
   /// is held comes this near to what its material says in twenty times the time in which its
-  /// slowest wave fades.
+  /// slowest wave fades. Measured at 0.02 (`statics`); others follow from a square root.
   float accuracy = 0.02F;
   /// s, > 0: with automatic substeps, the longest step that is to be taken. A scene that needs more
   /// than kMostAutomaticSubsteps in it is refused. Longer steps are subdivided, too.
@@ -86,7 +86,7 @@ struct PBDSURG_API SolverOptions {
   /// Where stiff bars had four sweeps a substep, 1.6 left their ends 1.5 to 25 times closer to
   /// where endless sweeps would; with two, 1.5 to 2.5 times. Soft tissue wants 1.3. Too much for
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
-  /// none. Of a single sweep nothing is left for it.
+  /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without.
   float over_relaxation = 1;
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   /// Of the scene, >= 1, stepped together: see Solver.
