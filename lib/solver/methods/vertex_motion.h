@@ -15,7 +15,7 @@
 namespace pbdsurg {
 
 /// Whether displacements are what moves in a substep; else positions do.
-[[nodiscard]] bool has_displacements(const SolverOptions& options) noexcept;
+[[nodiscard]] PBDSURG_API bool has_displacements(const SolverOptions& options) noexcept;
 
 /// The vertices of a copy within a substep.
 struct MovingVertices {
