@@ -14,6 +14,7 @@
 #include "pbdsurg/tissue/library.h"
 
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -30,7 +31,8 @@ struct Organ {
                            tissues::liver().heat};
     scene.set_gravity(Eigen::Vector3f::Zero());  // the hook goes along the face at rest
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-    solver = std::make_unique<Solver>(scene, SolverOptions{.damping = 20, .executor = executor});
+    solver = std::make_unique<Solver>(scene,
+                                      testing::small_steps({.damping = 20, .executor = executor}));
     CauteryOptions options;
     options.heat.executor = options.potential.executor = executor;
     options.potential.region_radii = 5;  // so that the ball fits into both

@@ -14,6 +14,8 @@
 #include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/surgery/cut.h"
 
+#include "tests/support/small_steps.h"
+
 namespace pbdsurg {
 namespace {
 
@@ -28,7 +30,7 @@ Solver make_block(double tets) {
       tetrahedralize(rounded_box_shape({0, 0, 0}, {side, side, side}, 1e-3), options).mesh;
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  return Solver(scene, {.executor = executor::serial()});
+  return Solver(scene, testing::small_steps({.executor = executor::serial()}));
 }
 
 void plan_motion(benchmark::State& state) {
@@ -90,7 +92,7 @@ void snap(benchmark::State& state) {
   const TetMesh mesh = table2_mesh(2);
   Scene scene;
   scene.add_body("organ", mesh, elastic_material(mesh, 1000, 20e3));
-  const Solver solver(scene, {.executor = executor::serial()});
+  const Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   Eigen::AlignedBox3f box;
   std::vector<Eigen::Vector3d> positions;
   for (const Eigen::Vector3f& x : solver.positions()) {

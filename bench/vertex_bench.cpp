@@ -39,7 +39,7 @@ Scene make_scene(int row, float damping) {
 
 void BM_step(benchmark::State& state, SolverMethod method, bool is_serial, float damping) {
   const Executor executor = is_serial ? executor::serial() : executor::threads(1);
-  SolverOptions options{.method = method, .executor = executor};
+  SolverOptions options{.method = method, .substeps = 10, .iterations = 1, .executor = executor};
   Solver solver(make_scene(2, damping), options);
   state.SetLabel(solver.plan().name + ", " + solver.backend_name());
   state.counters["colors"] = static_cast<double>(solver.plan().phases.size());

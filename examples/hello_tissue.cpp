@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
 
   pbdsurg::Scene scene;
   const pbdsurg::Index body =
-      scene.add_body("organ", organ, pbdsurg::elastic_material(organ, 1060, 10e3));  // kg/m^3, Pa
+      scene.add_body("organ", organ, {.density = 1060, .youngs_modulus = 10e3F});  // kg/m^3, Pa
   const double middle = pbdsurg::bounding_box(organ).center().x();
   scene.fix_where(body, [&](const Eigen::Vector3d& x) { return x.x() < middle; });
 

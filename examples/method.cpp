@@ -48,7 +48,6 @@ int main() try {
                               options)
           .mesh;
   pbdsurg::Material material;
-  material.model = pbdsurg::ElasticModel::neo_hookean;
   material.density = 1060;          // kg/m^3
   material.youngs_modulus = 10e3F;  // Pa
   pbdsurg::Scene scene;
@@ -66,14 +65,12 @@ int main() try {
     std::printf("%-32s %6.2f mm, %5.1f %% off, %5.2f ms a step\n", name, found.depth,
                 100 * std::abs(found.depth / rest - 1), found.time);
   };
-  compare("small steps: 10 of 1 sweep", {});
-  compare("1 step of 10 sweeps", {.substeps = 1, .iterations = 10});
+  compare("default", {});
+  const auto projection = SolverMethod::projection;
+  compare("small steps: 10 of 1 sweep", {.method = projection, .substeps = 10, .iterations = 1});
+  compare("1 step of 10 sweeps", {.method = projection, .substeps = 1, .iterations = 10});
   blocks.iterations = 10;
   compare("vertex blocks: 1 step of 10", blocks);
-  SolverOptions automatic = blocks;
-  automatic.substeps = pbdsurg::kAutomatic;
-  automatic.iterations = pbdsurg::kAutomatic;
-  compare("vertex blocks, automatic", automatic);
   blocks.over_relaxation = 1.7F;
   compare("vertex blocks, over-relaxed", blocks);
 } catch (const std::exception& error) {

@@ -21,6 +21,11 @@ struct Arguments {
   bool quick = false;
 };
 
+// Of substeps or sweeps.
+Json number_of(int count) {
+  return count == kAutomatic ? Json("automatic") : Json(count);
+}
+
 Json to_row(const Scenario& scenario, const Setting& setting, const std::string& executor,
             double step_ms, const Accuracy& measured) {
   return {{"scenario", scenario.name},
@@ -29,8 +34,8 @@ Json to_row(const Scenario& scenario, const Setting& setting, const std::string&
           {"step_ms", step_ms},
           {"method", setting.method},
           {"backend", executor},
-          {"substeps", setting.options.substeps},
-          {"sweeps", setting.options.iterations},
+          {"substeps", number_of(setting.options.substeps)},
+          {"sweeps", number_of(setting.options.iterations)},
           {"over_relaxation", rounded(setting.options.over_relaxation, 100)},
           {"ms", rounded(measured.ms, 1e3)},
           {"error_mm", rounded(measured.error_mm, 1e4)},

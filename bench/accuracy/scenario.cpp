@@ -84,12 +84,14 @@ std::vector<Setting> make_settings() {
   };
   const auto projections = [](int substeps, int sweeps) {
     SolverOptions options;
+    options.method = SolverMethod::projection;
     options.substeps = substeps;
     options.iterations = sweeps;
     return options;
   };
   return {{"default", {}},
           {"projections", projections(5, 1)},
+          {"projections", projections(10, 1)},
           {"projections", projections(20, 1)},
           {"projections", projections(1, 10)},
           {"vertex blocks", blocks(1, 2, 1.3F)},

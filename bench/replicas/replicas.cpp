@@ -16,6 +16,7 @@
 #include "bench/support/subject.h"
 #include "bench/support/table_files.h"
 #include "bench/support/timing.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -50,8 +51,9 @@ double rate_of(Solver& solver, Clock::time_point start, double seconds) {
 }
 
 void work(const Arguments& arguments) {
-  Solver solver(make_sagging_liver(arguments.worker_vertices),
-                {.copies = arguments.worker_copies, .executor = executor::threads(1)});
+  Solver solver(
+      make_sagging_liver(arguments.worker_vertices),
+      testing::small_steps({.copies = arguments.worker_copies, .executor = executor::threads(1)}));
   solver.step(5e-3F);
   const Clock::time_point start{std::chrono::nanoseconds(arguments.worker_start)};
   if (Clock::now() > start) {
@@ -88,7 +90,8 @@ double rate_of_processes(Index vertices, Index copies, int processes, double sec
 
 Json measure(Index vertices, Index copies, int threads, double seconds) {
   const Scene scene = make_sagging_liver(vertices);
-  Solver solver(scene, {.copies = copies, .executor = executor::threads(threads)});
+  Solver solver(scene,
+                testing::small_steps({.copies = copies, .executor = executor::threads(threads)}));
   solver.step(5e-3F);
   constexpr int kRounds = 3;  // by turns, as machines drift
   std::vector<double> shared, apart, ratios;

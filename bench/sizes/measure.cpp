@@ -11,6 +11,7 @@
 #include "bench/sizes/memory.h"
 #include "bench/sizes/operation.h"
 #include "bench/support/timing.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -31,7 +32,7 @@ void time_constructions(SizeTimes& times, const TetMesh& liver, const Executor& 
     std::optional<Cautery> cautery;
     tissue_times.push_back(time_of([&] { tissue.emplace(scene); }));
     solver_times.push_back(
-        time_of([&] { solver.emplace(*tissue, SolverOptions{.executor = executor}); }));
+        time_of([&] { solver.emplace(*tissue, testing::small_steps({.executor = executor})); }));
     heat_times.push_back(time_of([&] { cautery.emplace(*tissue, burnt, options); }));
   }
   times.tissue_ms = median(tissue_times);
@@ -63,7 +64,7 @@ FrameTimes time_frames(int count, MakeFrame&& make_frame) {
 
 void measure_frames(SizeTimes& times, const TetMesh& liver, const Executor& executor, int frames) {
   const std::int64_t resident = resident_bytes(), heap = heap_bytes();
-  Operation operation(liver, {.executor = executor});
+  Operation operation(liver, testing::small_steps({.executor = executor}));
   double energy = 0;
   const auto count = [&](const Timed& timed) {
     times.removed_tets += timed.frame.removed_tets;
@@ -90,10 +91,11 @@ std::uint64_t strict_hash(const TetMesh& liver, const Executor& executor) {
   CauteryOptions cautery;
   cautery.heat.executor = cautery.potential.executor =
       executor.kind() == ExecutorKind::device ? executor::serial() : executor;
-  Operation operation(
-      liver,
-      {.executor = executor, .math = MathMode::strict, .composition = PlanComposition::separate},
-      cautery);
+  Operation operation(liver,
+                      testing::small_steps({.executor = executor,
+                                            .math = MathMode::strict,
+                                            .composition = PlanComposition::separate}),
+                      cautery);
   constexpr int kFrames = 4;
   for (int i = 0; i < kFrames; ++i) {
     operation.quiet_frame();

@@ -20,8 +20,7 @@ struct Timed {
 /// The liver's upper part is fixed; the hook waits below.
 class Operation {
  public:
-  explicit Operation(const TetMesh& liver, const SolverOptions& options = {},
-                     const CauteryOptions& cautery = {});
+  Operation(const TetMesh& liver, const SolverOptions& options, const CauteryOptions& cautery = {});
 
   /// Nothing touches the liver, nothing changes it.
   /// @throws Error  if the world refuses something or a vertex is not finite

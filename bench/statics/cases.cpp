@@ -47,11 +47,15 @@ double critical_drag(double youngs_modulus, double length) {
 }
 
 // Of 10 x 60 x 10 mm, held at the top, under its weight.
-Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms) {
+// @param friction  s, of its material
+Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms, float friction = 0) {
   constexpr double kEdge = 10e-3 / 3;
-  Case each =
-      make_case("hanging bar, " + in_kilopascals(youngs_modulus),
-                testing::make_box({3, 18, 3}, kEdge), neo_hookean(youngs_modulus, 0.45), kGravity);
+  Material material = neo_hookean(youngs_modulus, 0.45);
+  material.damping = friction;
+  const std::string rubs =
+      friction > 0 ? ", friction of " + std::to_string(std::lround(1e3 * friction)) + " ms" : "";
+  Case each = make_case("hanging bar, " + in_kilopascals(youngs_modulus) + rubs,
+                        testing::make_box({3, 18, 3}, kEdge), material, kGravity);
   const double top = 18 * kEdge;
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() > top - 0.5 * kEdge; });
   each.tip = vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
@@ -182,6 +186,7 @@ std::vector<Case> make_cases(bool quick) {
   for (const double kilopascals : {5, 20, 80, 320}) {
     cases.push_back(hanging_bar(1000 * kilopascals, {1, 2, 5, 10, 33}));
   }
+  cases.push_back(hanging_bar(20e3, {1, 5, 16}, 5e-3F));
   cases.push_back(pulled_ellipsoid());
   for (const double kilopascals : {5, 50, 500}) {
     cases.push_back(stretched_block(1000 * kilopascals));

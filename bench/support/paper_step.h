@@ -14,7 +14,8 @@ namespace pbdsurg::bench {
 inline constexpr float kPaperTimeStep = 2e-4F;  // s
 
 /// A gallbladder whose rim is fixed.
-inline Scene make_organ_scene(const TetMesh& mesh, const Material& material = {}) {
+inline Scene make_organ_scene(const TetMesh& mesh,
+                              const Material& material = {.model = ElasticModel::springs}) {
   constexpr double kRim = 3e-3;  // m
   Scene scene;
   const Index body = scene.add_body("gallbladder", mesh, material);

@@ -44,10 +44,11 @@ Scene make_liver_and_gallbladder(const SceneSize& size) {
   constexpr double kFixedShare = 0.4;        // of the liver's height
   const TetMesh gallbladder = make_organ(Organ::gallbladder, size.gallbladder_vertices);
   const TetMesh liver = make_liver(size.liver_vertices);
+  const Material springs{.model = ElasticModel::springs};  // the paper's
   Scene scene;
   scene.set_gravity({0, 0, -9.81F});
-  const Index first = scene.add_body("gallbladder", gallbladder);
-  const Index second = scene.add_body("liver", liver);
+  const Index first = scene.add_body("gallbladder", gallbladder, springs);
+  const Index second = scene.add_body("liver", liver, springs);
   const Eigen::AlignedBox3d box = bounding_box(liver);
   scene.fix_where(second, [&](const Eigen::Vector3d& x) {
     return x.z() > box.max().z() - kFixedShare * box.sizes().z();
@@ -55,7 +56,7 @@ Scene make_liver_and_gallbladder(const SceneSize& size) {
   for (const MembraneLink& link : membrane_links(gallbladder, liver, kMembraneReach)) {
     scene.add_link({scene.body(first).first_vertex + link.first,
                     scene.body(second).first_vertex + link.second,
-                    static_cast<float>(link.rest_length), Material{}.stretch});
+                    static_cast<float>(link.rest_length), springs.stretch});
   }
   return scene;
 }

@@ -28,8 +28,11 @@ const SolverData& solver_data(const Solver& solver) {
   return *solver.data_;
 }
 
-Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) {
-  check_options(options);
+Solver::Solver(Tissue& tissue, const SolverOptions& asked) : tissue_(&tissue) {
+  check_option_ranges(asked);
+  SolverOptions options = asked;
+  options.method = method_for(tissue.bodies(), asked);
+  check_option_readers(options);
   check_materials(tissue.bodies(), options.mode);
   std::size_t hinge_count = 0;
   for (Index h = 0; h < static_cast<Index>(tissue.hinges().size()); ++h) {
@@ -45,11 +48,10 @@ Solver::Solver(Tissue& tissue, const SolverOptions& options) : tissue_(&tissue) 
   if (options.composition == PlanComposition::joint && tissue.version() != 0) {
     throw InvalidArgument("a joint plan is of tissue as a scene has it; this was edited");
   }
-  SolverOptions wanted = options;
-  if (!wanted.executor) {
-    wanted.executor = executor::threads();
+  if (!options.executor) {
+    options.executor = executor::threads();
   }
-  std::unique_ptr<SolverData> data = make_solver_data(tissue, std::move(wanted));
+  std::unique_ptr<SolverData> data = make_solver_data(tissue, options);
   // edits colour little, and must not fail
   data->options.coloring.executor = {};
   reserve_spare_room(tissue, options.spare);

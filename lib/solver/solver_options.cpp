@@ -21,7 +21,9 @@ void check_choice(const char* what, Choice choice, Choice last) {
   }
 }
 
-void check_ranges(const SolverOptions& options) {
+}  // namespace
+
+void check_option_ranges(const SolverOptions& options) {
   if (options.substeps < 1 && options.substeps != kAutomatic) {
     throw InvalidArgument("substeps is " + std::to_string(options.substeps) +
                           "; it must be >= 1, or 0 for automatic ones");
@@ -69,35 +71,35 @@ void check_ranges(const SolverOptions& options) {
   check_choice("composition", options.composition, PlanComposition::nested);
 }
 
+namespace {
+
 [[noreturn]] void refuse_unread(const std::string& option, const char* rule) {
   throw InvalidArgument(option + ", which nothing would read; " + rule);
 }
 
-constexpr const char* kNeedsAutomatic = "it needs automatic substeps";
+constexpr const char* kNeedsAutomatic = "it needs automatic substeps or iterations";
+
+}  // namespace
 
 // An option that others leave without a reader would do nothing, in silence.
-void check_readers(const SolverOptions& options) {
-  const bool moves_vertices = options.method == SolverMethod::vertex_block;
-  if (options.over_relaxation != 1 && !moves_vertices) {
+void check_option_readers(const SolverOptions& options) {
+  if (options.over_relaxation != 1 && options.method != SolverMethod::vertex_block) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
   const SolverOptions usual;
-  if (options.substeps != kAutomatic) {
-    if (options.iterations == kAutomatic) {
-      throw InvalidArgument("iterations are automatic and substeps are " +
-                            std::to_string(options.substeps) + "; both are, or substeps alone");
-    }
-    if (options.accuracy != usual.accuracy) {
-      refuse_unread("accuracy is " + std::to_string(options.accuracy), kNeedsAutomatic);
-    }
-    if (options.longest_step != usual.longest_step) {
-      refuse_unread("longest_step is " + std::to_string(options.longest_step) + " s",
-                    kNeedsAutomatic);
-    }
-  } else if (options.mode == ProjectionMode::fraction) {
+  const bool is_automatic = options.substeps == kAutomatic || options.iterations == kAutomatic;
+  if (is_automatic && options.mode == ProjectionMode::fraction) {
     throw InvalidArgument(
-        "substeps are automatic; fraction mode has no stiffness that they could follow from");
+        "substeps or iterations are automatic; fraction mode has no stiffness that they could "
+        "follow from: name both");
+  }
+  if (!is_automatic && options.accuracy != usual.accuracy) {
+    refuse_unread("accuracy is " + std::to_string(options.accuracy), kNeedsAutomatic);
+  }
+  if (!is_automatic && options.longest_step != usual.longest_step) {
+    refuse_unread("longest_step is " + std::to_string(options.longest_step) + " s",
+                  kNeedsAutomatic);
   }
   if (options.device_strategy == DeviceStrategy::automatic) {
     return;
@@ -108,22 +110,11 @@ void check_readers(const SolverOptions& options) {
                       std::string(kNames[static_cast<std::size_t>(options.device_strategy)]),
                   "it needs a CUDA device as executor");
   }
-  if (options.device_strategy == DeviceStrategy::cluster && moves_vertices) {
-    throw InvalidArgument(
-        "device_strategy is cluster, which sweeps constraints; the vertex-block method takes "
-        "automatic, stream and graph");
-  }
-}
-
-}  // namespace
-
-void check_options(const SolverOptions& options) {
-  check_ranges(options);
-  check_readers(options);
 }
 
 SolverOptions SolverOptions::paper() {
   SolverOptions options;
+  options.method = SolverMethod::projection;
   options.mode = ProjectionMode::fraction;
   options.substeps = 1;
   options.iterations = 30;

@@ -8,8 +8,12 @@
 
 namespace pbdsurg {
 
-/// @throws InvalidArgument  naming the option that is out of range, or that the method and the
-///                          backend asked for would not read
-void check_options(const SolverOptions& options);
+/// @throws InvalidArgument  naming the option that is out of range
+void check_option_ranges(const SolverOptions& options);
+
+/// @param options  with the method that was chosen
+/// @throws InvalidArgument  naming the option that the method and the executor asked for would not
+///                          read
+void check_option_readers(const SolverOptions& options);
 
 }  // namespace pbdsurg

@@ -6,9 +6,12 @@
 #include <numbers>
 #include <span>
 #include <sstream>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/base/error.h"
+
+#include "lib/base/describe.h"
 
 namespace pbdsurg {
 namespace {
@@ -31,6 +34,24 @@ double crossing_time(const Material& material, double volume) {
   return edge * std::sqrt(material.density * edge * double{material.stretch.compliance});
 }
 
+[[noreturn]] void refuse(const Body& body, const std::string& what, const SolverOptions& options) {
+  std::ostringstream text;
+  text << "body '" << body.name << "' " << what << ": more than " << kMostAutomatic
+       << " in the longest step, " << options.longest_step
+       << " s; a coarser mesh, softer material, shorter step or larger accuracy needs fewer, or "
+       << "name substeps and iterations";
+  throw InvalidArgument(text.str());
+}
+
+// s, the longest substep in which so many sweeps find rest, of a body whose one sweep takes
+// `limit`.
+double with_sweeps(double limit, double friction_time, int sweeps) {
+  limit *= std::sqrt(double(sweeps));
+  // h^2 + tau h = limit^2, without a difference of near numbers
+  const double half = 0.5 * friction_time;
+  return limit * limit / (half + std::sqrt(half * half + limit * limit));
+}
+
 struct BodyVolume {
   double volume = 0;  // m^3
   Index count = 0;    // of tetrahedra
@@ -41,37 +62,42 @@ struct BodyVolume {
 template <class VolumeOf>
 SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
                     const VolumeOf& volume_of) {
-  if (options.substeps != kAutomatic) {
+  const bool has_substeps = options.substeps != kAutomatic;
+  const bool has_sweeps = options.iterations != kAutomatic;
+  if (has_substeps && has_sweeps) {
     return {};
   }
   const bool by_vertices = options.method == SolverMethod::vertex_block;
-  const bool has_sweeps = options.iterations != kAutomatic;
-  const double share =
-      (by_vertices ? kVertexShare : kProjectionShare) *
-      std::sqrt((has_sweeps ? options.iterations : 1) * double{options.accuracy} / kUsualAccuracy);
+  const double share = (by_vertices ? kVertexShare : kProjectionShare) *
+                       std::sqrt(double{options.accuracy} / kUsualAccuracy);
   double shortest = options.longest_step, friction = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const auto [volume, count] = volume_of(b);
     if (count == 0) {
       continue;
     }
-    const Material& material = bodies[b].material;
-    double limit = share * crossing_time(material, volume / count);
-    if (has_sweeps && limit > 0) {  // h^2 + tau h = limit^2, without a difference of near numbers
-      const double half = 0.5 * material.damping;
-      limit = limit * limit / (half + std::sqrt(half * half + limit * limit));
-    } else if (limit > 0) {
-      friction = std::max(friction, material.damping / (limit * limit));
+    const Body& body = bodies[b];
+    double limit = share * crossing_time(body.material, volume / count);
+    if (!(limit > 0)) {
+      throw InvalidArgument("body '" + body.name +
+                            "' has springs of compliance 0: no substep is short enough for them; "
+                            "give a compliance, or name substeps and iterations");
     }
-    if (!(limit * kMostAutomaticSubsteps >= options.longest_step)) {
-      std::ostringstream text;
-      text << "body '" << bodies[b].name << "' needs substeps of " << limit
-           << " s or less: more than " << kMostAutomaticSubsteps << " in the longest step, "
-           << options.longest_step << " s; a coarser mesh, softer material, shorter step or larger "
-           << "accuracy needs fewer, or name their number";
-      throw InvalidArgument(text.str());
+    if (has_sweeps) {
+      limit = with_sweeps(limit, body.material.damping, options.iterations);
+    } else {
+      friction = std::max(friction, body.material.damping / (limit * limit));
     }
     shortest = std::min(shortest, limit);
+    const double longest = double{options.longest_step};
+    const double h = has_substeps ? longest / options.substeps : std::min(limit, longest);
+    if (!has_substeps && longest > kMostAutomatic * limit) {
+      refuse(body, "needs substeps of " + describe(limit) + " s or less", options);
+    }
+    const double sweeps = h * h / (limit * limit) + h * friction;
+    if (!has_sweeps && sweeps > kMostAutomatic) {
+      refuse(body, "needs " + describe(std::ceil(sweeps)) + " sweeps of a substep", options);
+    }
   }
   return {static_cast<float>(shortest), static_cast<float>(friction)};
 }

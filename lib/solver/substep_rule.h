@@ -20,7 +20,7 @@ struct SubstepRule {
 };
 
 /// Cost: O(tetrahedra).
-/// @throws InvalidArgument  naming the body that needs more than kMostAutomaticSubsteps
+/// @throws InvalidArgument  naming the body that needs more than kMostAutomatic
 [[nodiscard]] PBDSURG_API SubstepRule substep_rule(const Tissue& tissue,
                                                    const SolverOptions& options);
 [[nodiscard]] SubstepRule substep_rule(const Scene& scene, const SolverOptions& options);

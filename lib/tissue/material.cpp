@@ -31,6 +31,7 @@ Material elastic_material(const TetMesh& mesh, double density, double youngs_mod
   const double volume = total_volume(mesh) / mesh.tet_count();
   Material material;
   material.density = static_cast<float>(density);
+  material.model = ElasticModel::springs;
   material.stretch.compliance = static_cast<float>(1 / (youngs_modulus * length));
   material.volume.compliance =
       static_cast<float>(volume * 3 * (1 - 2 * poissons_ratio) / youngs_modulus);

@@ -11,6 +11,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/copies_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -87,7 +88,7 @@ TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[dev
 
 TEST_CASE("cuda copies: reading some vertices of a copy", "[device]") {
   Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
-                {.copies = 3, .executor = cuda::device()});
+                pbdsurg::testing::small_steps({.copies = 3, .executor = cuda::device()}));
   for (Index copy = 0; copy < 3; ++copy) {
     std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()));
     for (Eigen::Vector3f& v : velocities) {
@@ -109,7 +110,8 @@ TEST_CASE("cuda copies: reading some vertices of a copy", "[device]") {
 
 TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[device]") {
   Solver solver(make_eventful_scene(ProjectionMode::compliance, 0),
-                {.copies = 4, .executor = cuda::device(), .math = MathMode::strict});
+                pbdsurg::testing::small_steps(
+                    {.copies = 4, .executor = cuda::device(), .math = MathMode::strict}));
   std::vector<Eigen::Vector3f> velocities(static_cast<std::size_t>(solver.vertex_count()),
                                           Eigen::Vector3f::Zero());
   velocities[77].x() = std::numeric_limits<float>::max();
@@ -128,11 +130,12 @@ TEST_CASE("cuda copies: the report names the first that has lost a vertex", "[de
 TEST_CASE("cuda copies: each takes the memory of its state", "[device]") {
   const auto bytes = [](Index copies) {
     Scene scene;
-    scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1));
-    Solver solver(scene, {.iterations = 1,
-                          .copies = copies,
-                          .executor = cuda::device(),
-                          .device_strategy = DeviceStrategy::graph});
+    scene.add_body("block", testing::make_box({20, 20, 20}, testing::kEventfulEdge, 0.1),
+                   pbdsurg::testing::kSprings);
+    Solver solver(scene, pbdsurg::testing::small_steps({.iterations = 1,
+                                                        .copies = copies,
+                                                        .executor = cuda::device(),
+                                                        .device_strategy = DeviceStrategy::graph}));
     solver.step(kTimeStep);
     return solver.memory_bytes();
   };

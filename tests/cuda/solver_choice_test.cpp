@@ -9,6 +9,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/eventful_program.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/spring_block.h"
 
 namespace pbdsurg {
@@ -22,7 +23,7 @@ constexpr float kTimeStep = testing::kEventfulTimeStep;
 }  // namespace
 
 TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
-  SolverOptions options{.executor = cuda::best()};
+  SolverOptions options = pbdsurg::testing::small_steps({.executor = cuda::best()});
   Solver chosen(make_spring_block(), options);
   CHECK_THAT(chosen.backend_name(), ContainsSubstring("cuda") && ContainsSubstring("fast"));
   options.executor = executor::serial();
@@ -44,9 +45,9 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
 // device that stays the thread's after a call.
 TEST_CASE("cuda solver: every device of the machine has the serial bits", "[device]") {
   const cuda::DeviceList list = cuda::find_devices();
-  SolverOptions options{.executor = executor::serial(),
-                        .math = MathMode::strict,
-                        .composition = PlanComposition::separate};
+  SolverOptions options = pbdsurg::testing::small_steps({.executor = executor::serial(),
+                                                         .math = MathMode::strict,
+                                                         .composition = PlanComposition::separate});
   const Scene scene = make_spring_block();
   Solver serial(scene, options);
   std::vector<Solver> solvers;
@@ -73,9 +74,9 @@ TEST_CASE("cuda solver: every device of the machine has the serial bits", "[devi
 }
 
 TEST_CASE("cuda solver: a strategy that was asked for and cannot be had is refused", "[device]") {
-  SolverOptions options{.executor = cuda::device(),
-                        .device_strategy = DeviceStrategy::cluster,
-                        .composition = PlanComposition::joint};
+  SolverOptions options = pbdsurg::testing::small_steps({.executor = cuda::device(),
+                                                         .device_strategy = DeviceStrategy::cluster,
+                                                         .composition = PlanComposition::joint});
   CHECK_THROWS_AS(Solver(make_spring_block(), options), BackendUnavailable);
   options.device_strategy = DeviceStrategy::automatic;
   CHECK_THAT(Solver(make_spring_block(), options).backend_name(), ContainsSubstring("graph"));

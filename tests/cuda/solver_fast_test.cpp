@@ -13,6 +13,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/spring_block.h"
 
 namespace pbdsurg {
@@ -76,11 +77,11 @@ TEST_CASE("cuda solver: fast has the same bits in every run, close to strict", "
                    {.model = ElasticModel::neo_hookean});
     scene.fix_where(1, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
   }
-  SolverOptions options{.mode = mode,
-                        .damping = 5,
-                        .executor = cuda::device(),
-                        .math = MathMode::strict,
-                        .composition = composition};
+  SolverOptions options = pbdsurg::testing::small_steps({.mode = mode,
+                                                         .damping = 5,
+                                                         .executor = cuda::device(),
+                                                         .math = MathMode::strict,
+                                                         .composition = composition});
   Solver strict(scene, options);
   options.math = MathMode::fast;
   options.device_strategy =

@@ -14,6 +14,7 @@
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/spring_block.h"
 
 namespace pbdsurg {
@@ -219,7 +220,8 @@ TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[dev
 // ever.
 TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
   const Scene scene = make_spring_block({4, 3, 3});
-  SolverOptions options{.substeps = 1, .iterations = 200, .math = MathMode::strict};
+  SolverOptions options =
+      pbdsurg::testing::small_steps({.substeps = 1, .iterations = 200, .math = MathMode::strict});
   options.composition = PlanComposition::separate;
   options.executor = executor::serial();
   Solver serial(scene, options);
@@ -234,12 +236,12 @@ TEST_CASE("cuda solver: a cluster of one block sweeps on and on", "[device]") {
 }
 
 TEST_CASE("cuda solver: a scene of nothing, and one of vertices alone, step", "[device]") {
-  Solver empty(Scene{}, {.executor = cuda::device()});
+  Solver empty(Scene{}, pbdsurg::testing::small_steps({.executor = cuda::device()}));
   CHECK(equal(empty.step(kTimeStep), StepReport{}));
   Scene scene;
   const std::array<Eigen::Vector3d, 2> positions{Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()};
   scene.add_particles("two", positions, 1e-3);
-  Solver falling(scene, {.executor = cuda::device()});
+  Solver falling(scene, pbdsurg::testing::small_steps({.executor = cuda::device()}));
   falling.step(kTimeStep);
   CHECK(falling.positions()[1].y() < 1);
 }
@@ -251,7 +253,7 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
   const bool is_damped = mode == ProjectionMode::compliance && GENERATE(true, false);
   const TetMesh mesh = testing::make_box({24, 16, 14}, 4e-3, 0.1);
   Scene scene;
-  Material springs;
+  Material springs = testing::kSprings;
   springs.damping = is_damped ? 5e-3F : 0.0F;
   springs.max_stretch = 1.15F;
   scene.add_body("springs", mesh, springs);
@@ -264,7 +266,8 @@ TEST_CASE("cuda solver: all blocks of a cluster together have the serial bits", 
     scene.add_link({3 * v, 3 * v + 1000, 2e-2F, {0.3F, 1e-4F}});
   }
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 2e-3; });
-  SolverOptions options{.mode = mode, .substeps = 2, .iterations = 3, .math = MathMode::strict};
+  SolverOptions options = pbdsurg::testing::small_steps(
+      {.mode = mode, .substeps = 2, .iterations = 3, .math = MathMode::strict});
   options.composition = composition;
   options.executor = executor::serial();
   Solver serial(scene, options);
@@ -312,7 +315,7 @@ TEST_CASE("cuda solver: domains of a nested plan have the serial bits", "[device
   scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
   scene.add_hinges(0, 1e-3F);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 2e-3; });
-  SolverOptions options{.substeps = 2, .math = MathMode::strict};
+  SolverOptions options = pbdsurg::testing::small_steps({.substeps = 2, .math = MathMode::strict});
   options.composition = PlanComposition::nested;
   options.executor = executor::serial();
   Solver serial(scene, options);
@@ -341,7 +344,8 @@ TEST_CASE("cuda solver: hinges have the serial bits by each strategy, through ed
   scene.add_body("plate", plate, {.model = ElasticModel::neo_hookean, .damping = damping});
   scene.add_hinges(0, 1e-3F);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 2e-3; });
-  SolverOptions options{.substeps = 2, .iterations = 3, .math = MathMode::strict};
+  SolverOptions options =
+      pbdsurg::testing::small_steps({.substeps = 2, .iterations = 3, .math = MathMode::strict});
   options.method = by_vertices ? SolverMethod::vertex_block : SolverMethod::projection;
   options.composition = PlanComposition::separate;
   if (!by_vertices && strategy != DeviceStrategy::cluster) {
@@ -385,7 +389,8 @@ TEST_CASE("cuda solver: vertices that are lost are reported, and the rest goes o
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   INFO("method " << static_cast<int>(method));
   const Scene scene = make_spring_block({6, 5, 5}, method);
-  SolverOptions options{.method = method, .executor = cuda::device(), .math = MathMode::strict};
+  SolverOptions options = pbdsurg::testing::small_steps(
+      {.method = method, .executor = cuda::device(), .math = MathMode::strict});
   options.composition = PlanComposition::separate;
   Solver device(scene, options);
   options.executor = executor::serial();
@@ -422,9 +427,10 @@ TEST_CASE("cuda solver: an edit within a step is one after it", "[device]") {
 // Would catch a copy of all to the device for a change of a few.
 TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", "[device]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(
-      make_spring_block({20, 20, 20}, method),
-      {.method = method, .executor = cuda::device(), .composition = PlanComposition::separate});
+  Solver solver(make_spring_block({20, 20, 20}, method),
+                pbdsurg::testing::small_steps({.method = method,
+                                               .executor = cuda::device(),
+                                               .composition = PlanComposition::separate}));
   solver.step(kTimeStep);
   const std::size_t before = solver.memory_bytes();
   for (Index t = 0; t < 20; ++t) {

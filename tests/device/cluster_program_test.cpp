@@ -16,6 +16,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/inspect.h"
 #include "tests/support/random_plan.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/toy_sweep.h"
 
 namespace pbdsurg::cuda {
@@ -70,7 +71,7 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
   const bool is_damped = GENERATE(false, true);
   const Scene scene =
       pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, is_damped ? 0.01F : 0);
-  SolverOptions options{.executor = executor::serial()};
+  SolverOptions options = pbdsurg::testing::small_steps({.executor = executor::serial()});
   options.composition = PlanComposition::separate;
   Solver solver(scene, options);
   StageRecords records;
@@ -139,7 +140,7 @@ TEST_CASE("cluster program: it sweeps as its stages, and follows their records")
 
 TEST_CASE("cluster program: serial and joint stages have none") {
   const Scene scene = pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  SolverOptions options{.executor = executor::serial()};
+  SolverOptions options = pbdsurg::testing::small_steps({.executor = executor::serial()});
   const bool is_joint = GENERATE(true, false);
   options.composition = is_joint ? PlanComposition::joint : PlanComposition::separate;
   options.coloring.max_colors = is_joint ? 0 : 5;

@@ -23,6 +23,7 @@
 #include "tests/support/host_stages.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -246,9 +247,9 @@ Solver make_plate(PlanComposition composition, const SpareRoom& spare) {
   soft.max_stretch = 1.05F;
   Scene scene;
   scene.add_body("plate", mesh, soft);
-  Solver solver(
-      scene,
-      {.executor = pbdsurg::testing::fake_device(), .composition = composition, .spare = spare});
+  Solver solver(scene, pbdsurg::testing::small_steps({.executor = pbdsurg::testing::fake_device(),
+                                                      .composition = composition,
+                                                      .spare = spare}));
   stretch(solver);
   return solver;
 }
@@ -388,9 +389,9 @@ TEST_CASE("cuda growth: stages that were empty open for what an undo brings back
 TEST_CASE("cuda growth: nested plans follow cuts", "[equivalence]") {
   const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
   Scene scene;
-  scene.add_body("block", mesh);
-  SolverOptions options{.executor = pbdsurg::testing::fake_device(),
-                        .composition = PlanComposition::nested};
+  scene.add_body("block", mesh, pbdsurg::testing::kSprings);
+  SolverOptions options = pbdsurg::testing::small_steps(
+      {.executor = pbdsurg::testing::fake_device(), .composition = PlanComposition::nested});
   options.spare = {100, 1000, 2000, 100};
   Solver solver(scene, options);
   stretch(solver);

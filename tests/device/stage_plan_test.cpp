@@ -13,6 +13,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/host_stages.h"
 #include "tests/support/inspect.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -103,8 +104,9 @@ TEST_CASE("cuda stages: domains of one level are one stage, a serial phase is cu
           "[unit]") {
   const TetMesh mesh = pbdsurg::testing::make_box({28, 21, 19}, 4e-3, 0.1);  // four domains
   Scene scene;
-  scene.add_body("block", mesh);
-  SolverOptions options{.executor = executor::serial(), .composition = PlanComposition::nested};
+  scene.add_body("block", mesh, pbdsurg::testing::kSprings);
+  SolverOptions options = pbdsurg::testing::small_steps(
+      {.executor = executor::serial(), .composition = PlanComposition::nested});
   options.coloring.max_colors = GENERATE(0, 12);
   options.coloring.repair = options.coloring.max_colors == 0;
   Solver solver(scene, options);

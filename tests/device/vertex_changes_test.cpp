@@ -19,6 +19,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -183,9 +184,9 @@ TEST_CASE("cuda vertex blocks: a sweep by stages has the serial bits, and after 
   const float damping = GENERATE(0.0F, 0.01F);
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::nested);
   Solver solver(pbdsurg::testing::make_eventful_scene(ProjectionMode::compliance, damping),
-                {.method = SolverMethod::vertex_block,
-                 .executor = pbdsurg::testing::fake_device(),
-                 .composition = composition});
+                pbdsurg::testing::small_steps({.method = SolverMethod::vertex_block,
+                                               .executor = pbdsurg::testing::fake_device(),
+                                               .composition = composition}));
   SolverData& data = inspect(solver);
   StageRecords records;
   StagePlan plan(data, records);
@@ -232,8 +233,9 @@ TEST_CASE("cuda vertex blocks: what is written for an edit does not grow with th
     scene.add_body("block", mesh,
                    springs ? elastic_material(mesh, 1000, 20e3)
                            : Material{.model = ElasticModel::neo_hookean});
-    Solver solver(
-        scene, {.method = SolverMethod::vertex_block, .executor = pbdsurg::testing::fake_device()});
+    Solver solver(scene,
+                  pbdsurg::testing::small_steps({.method = SolverMethod::vertex_block,
+                                                 .executor = pbdsurg::testing::fake_device()}));
     SolverData& data = inspect(solver);
     StageRecords records;
     StagePlan plan(data, records);

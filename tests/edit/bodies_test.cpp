@@ -15,6 +15,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/inspect.h"
 #include "tests/support/plan_checks.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
@@ -328,8 +329,8 @@ TEST_CASE("bodies: of one that goes out nothing is left but its name", "[unit]")
 // Would catch a body that dies bit by bit and is taken for alive.
 TEST_CASE("bodies: one is alive while any of it is", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({1, 1, 1}, 4e-3));
-  Solver solver(scene);
+  scene.add_body("block", testing::make_box({1, 1, 1}, 4e-3), testing::kSprings);
+  Solver solver(scene, testing::small_steps());
   for (Index t = 0; t < static_cast<Index>(solver.tissue().tets().size()); ++t) {
     CHECK(solver.tissue().is_body_alive(0));
     solver.tissue().apply({.remove_tets = {t}});
@@ -343,7 +344,7 @@ TEST_CASE("bodies: one is alive while any of it is", "[unit]") {
 // Would catch a view that takes another body's tetrahedra for its own, or misses those of its own.
 TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  Solver solver(scene, {.executor = executor::serial()});
+  Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   std::vector<LiveSurface> surfaces;
   for (Index b = 0; b < 3; ++b) {
     surfaces.emplace_back(solver.tissue(), b);
@@ -419,7 +420,8 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
     return;
   }
   const Scene scene = testing::make_eventful_scene(mode, 0);
-  Solver solver(scene, {.method = method, .mode = mode, .executor = executor::serial()});
+  Solver solver(scene, testing::small_steps(
+                           {.method = method, .mode = mode, .executor = executor::serial()}));
   solver.tissue().apply({.remove_bodies = {1}});
   const auto refuse = [&](const TopologyEdit& edit, const std::string& why) {
     const std::uint64_t before = digest_of(inspect(solver));
@@ -427,7 +429,7 @@ TEST_CASE("bodies: what does not fit is refused by name and changes nothing", "[
     CHECK(digest_of(inspect(solver)) == before);
   };
   const TetMesh box = testing::make_box({1, 1, 1}, 4e-3);
-  const auto scene_of = [&](const std::string& name, const Material& material = {}) {
+  const auto scene_of = [&](const std::string& name, const Material& material = testing::kSprings) {
     Scene bodies;
     bodies.add_body(name, box, material);
     return bodies;

@@ -20,6 +20,7 @@
 #include "tests/support/eventful_program.h"
 #include "tests/support/inspect.h"
 #include "tests/support/plan_checks.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
@@ -80,13 +81,13 @@ Renumbering compact(Solver& solver) {
 // Would catch a compaction that gives a solver the options, copies and rest values of another.
 TEST_CASE("compaction: is refused by another solver of the same tissue", "[edit][compaction]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3));
+  scene.add_body("block", testing::make_box({2, 2, 2}, 4e-3), testing::kSprings);
   Tissue tissue(scene);
-  auto origin = std::make_unique<Solver>(tissue);
+  auto origin = std::make_unique<Solver>(tissue, testing::small_steps());
   Compaction compaction(*origin);
   compaction.build();
   origin.reset();
-  Solver other(tissue, {.copies = 2});
+  Solver other(tissue, testing::small_steps({.copies = 2}));
   CHECK_THROWS_WITH(compaction.finish(other), ContainsSubstring("this is another"));
   CHECK_NOTHROW(other.step(1e-3F));
 }
@@ -280,7 +281,7 @@ TEST_CASE("compaction: without edits, at rest, all bits are those of a fresh sol
 // edits and undos from then on; those of a body that is gone, or came late, included.
 TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.executor = executor::serial()};
+  const SolverOptions options = testing::small_steps({.executor = executor::serial()});
   Solver solver(scene, options);
   edit_much(solver, ProjectionMode::compliance);
   LivePieces pieces(solver.tissue());
@@ -352,7 +353,8 @@ TEST_CASE("compaction: surfaces keep their slots and pieces their ids", "[proper
 // runs.
 TEST_CASE("compaction: builds in another thread while the solver steps", "[property]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.executor = executor::threads(2), .math = MathMode::strict};
+  const SolverOptions options =
+      testing::small_steps({.executor = executor::threads(2), .math = MathMode::strict});
   Solver solver(scene, options), other(scene, options);
   edit_much(solver, ProjectionMode::compliance);
   edit_much(other, ProjectionMode::compliance);
@@ -376,7 +378,7 @@ TEST_CASE("compaction: builds in another thread while the solver steps", "[prope
 
 TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.executor = executor::serial()};
+  const SolverOptions options = testing::small_steps({.executor = executor::serial()});
   Solver solver(scene, options), other(scene, options);
   const TopologyEdit edit{.remove_bodies = {1}};
   solver.tissue().apply(edit);
@@ -418,7 +420,7 @@ TEST_CASE("compaction: what does not fit is refused and changes nothing", "[unit
 // Would catch a solver taken for another that was at its address before.
 TEST_CASE("compaction: is of no other solver, wherever that lies", "[unit]") {
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
-  const SolverOptions options{.executor = executor::serial()};
+  const SolverOptions options = testing::small_steps({.executor = executor::serial()});
   auto solver = std::make_unique<Solver>(scene, options);
   Compaction compaction(*solver);
   Solver moved = std::move(*solver);
@@ -440,8 +442,8 @@ TEST_CASE("compaction: is of no other solver, wherever that lies", "[unit]") {
 // Would catch a solver of which nothing is left.
 TEST_CASE("compaction: an empty solver stays one", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 1, 1}, 4e-3));
-  Solver solver(scene);
+  scene.add_body("block", testing::make_box({2, 1, 1}, 4e-3), testing::kSprings);
+  Solver solver(scene, testing::small_steps());
   solver.tissue().apply({.remove_bodies = {0}});
   compact(solver);
   CHECK(solver.vertex_count() == 0);

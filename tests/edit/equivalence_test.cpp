@@ -14,6 +14,7 @@
 #include "tests/support/edit_trial.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 
@@ -145,7 +146,8 @@ TEST_CASE("edit equivalence: nested domains follow edits", "[property]") {
   block.scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   const std::vector<std::uint8_t> bytes = testing::random_bytes(GENERATE(1, 2), 1000);
   testing::Choices choices(bytes);
-  EditTrial trial(block, {.math = MathMode::strict, .composition = PlanComposition::nested});
+  EditTrial trial(block, testing::small_steps(
+                             {.math = MathMode::strict, .composition = PlanComposition::nested}));
   const auto levels = trial.solver().plan().phases.back().level;
   REQUIRE(levels > 0);
   while (!choices.is_spent()) {
@@ -166,10 +168,10 @@ TEST_CASE("edit equivalence: an organ is deleted tetrahedron by tetrahedron", "[
   organ.scene.add_body("organ", mesh, elastic_material(mesh, 1000, 20e3));
   organ.scene.fix_vertices(0, std::vector<Index>{0, 1, 2});
   const PlanComposition composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
-  EditTrial trial(organ, {.substeps = 2,
-                          .executor = executor::threads(2),
-                          .math = MathMode::strict,
-                          .composition = composition});
+  EditTrial trial(organ, testing::small_steps({.substeps = 2,
+                                               .executor = executor::threads(2),
+                                               .math = MathMode::strict,
+                                               .composition = composition}));
   std::vector<Index> order(static_cast<std::size_t>(mesh.tet_count()));
   std::iota(order.begin(), order.end(), Index{0});
   std::sort(order.begin(), order.end(),

@@ -12,6 +12,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/soft_sweep.h"
 
 namespace pbdsurg {
@@ -26,8 +27,8 @@ constexpr double kEdge = 4e-3;
 Scene make_two_blocks() {
   Scene scene;
   const TetMesh block = testing::make_box({4, 3, 3}, kEdge, 0.1);
-  scene.add_body("left", block);
-  scene.add_body("right", block);
+  scene.add_body("left", block, testing::kSprings);
+  scene.add_body("right", block, testing::kSprings);
   for (Index v = 0; v < block.vertex_count(); ++v) {
     scene.add_link({v, block.vertex_count() + v, 1e-3F, {}});
   }
@@ -50,8 +51,8 @@ std::vector<Index> shuffled(Index count, std::uint64_t seed) {
 // Would catch any constraint that survives its tissue, or tissue that loses a constraint too many.
 TEST_CASE("topology edit: what is left equals what the live tetrahedra say", "[property]") {
   const Scene scene = make_two_blocks();
-  Solver solver(scene,
-                {.composition = GENERATE(PlanComposition::separate, PlanComposition::joint)});
+  Solver solver(scene, testing::small_steps({.composition = GENERATE(PlanComposition::separate,
+                                                                     PlanComposition::joint)}));
   const Index tet_count = static_cast<Index>(solver.tissue().tets().size());
   const std::vector<Index> order = shuffled(tet_count, GENERATE(1, 2, 3));
   std::size_t next = 0;
@@ -118,7 +119,7 @@ TEST_CASE("topology edit: each constraint left is projected once a sweep", "[pro
 // does not notice and a parallel one turns into a race; and an owner that is gone.
 TEST_CASE("topology edit: edges go to live tetrahedra, and colours stay valid", "[property]") {
   const Scene scene = testing::make_soft_scene();
-  Solver solver(scene, {.composition = PlanComposition::joint});
+  Solver solver(scene, testing::small_steps({.composition = PlanComposition::joint}));
   const SolverData& data = inspect(solver);
   const std::vector<Index> order = shuffled(static_cast<Index>(scene.tets().size()), 5);
   std::size_t handed_over = 0;
@@ -156,8 +157,8 @@ TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
   // a free block that falls on a rigid grasp would pull with its weight: cut it in half, half
   // remains
   Scene scene;
-  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
-  Solver solver(scene, {.substeps = 20, .damping = 30});
+  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3), testing::kSprings);
+  Solver solver(scene, testing::small_steps({.substeps = 20, .damping = 30}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> top;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
@@ -189,8 +190,8 @@ TEST_CASE("topology edit: mass goes with tissue", "[unit]") {
 
 TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]") {
   Scene scene;
-  scene.add_body("corner", testing::make_box({1, 1, 1}, kEdge));
-  Solver solver(scene);
+  scene.add_body("corner", testing::make_box({1, 1, 1}, kEdge), testing::kSprings);
+  Solver solver(scene, testing::small_steps());
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(tool, std::vector<Index>{0});
   REQUIRE(solver.plan().phases.back().kind == PhaseKind::attachment);
@@ -208,9 +209,9 @@ TEST_CASE("topology edit: a vertex without tissue stops and is let go", "[unit]"
 
 TEST_CASE("topology edit: rest values change what the solver pulls towards", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge));
+  scene.add_body("block", testing::make_box({2, 2, 2}, kEdge), testing::kSprings);
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, {.substeps = 20, .damping = 20});
+  Solver solver(scene, testing::small_steps({.substeps = 20, .damping = 20}));
   TopologyEdit edit;
   for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
     edit.rest_lengths.push_back({e, 0.8F * solver.rest_length(e)});
@@ -242,7 +243,7 @@ Scene make_neo_hookean_block() {
 // Would catch a constraint that survives its tissue, and two of a colour at one vertex.
 TEST_CASE("topology edit: neo-hookean tissue takes its constraints along", "[property]") {
   const Scene scene = make_neo_hookean_block();
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   const SolverData& data = inspect(solver);
   const std::vector<Index> order = shuffled(static_cast<Index>(scene.tets().size()), 5);
   for (std::size_t next = 0; next < order.size();) {
@@ -277,7 +278,7 @@ TEST_CASE("topology edit: neo-hookean tissue takes its constraints along", "[pro
 TEST_CASE("topology edit: rest volumes shrink neo-hookean tissue, rest lengths are refused",
           "[unit]") {
   const Scene scene = make_neo_hookean_block();
-  Solver solver(scene, {.damping = 20});
+  Solver solver(scene, testing::small_steps({.damping = 20}));
   CHECK_THROWS_WITH(solver.tissue().apply({.rest_lengths = {{3, 1e-3F}}}),
                     ContainsSubstring("edge 3 belongs to a Neo-Hookean body"));
   CHECK(solver.tissue().version() == 0);
@@ -299,8 +300,9 @@ TEST_CASE("topology edit: rest volumes shrink neo-hookean tissue, rest lengths a
 
 TEST_CASE("topology edit: a strain limit follows a changed rest length", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({1, 1, 1}, kEdge), {.max_stretch = 1.5F});
-  Solver solver(scene);
+  scene.add_body("block", testing::make_box({1, 1, 1}, kEdge),
+                 {.model = ElasticModel::springs, .max_stretch = 1.5F});
+  Solver solver(scene, testing::small_steps());
   const float half = 0.5F * solver.rest_length(2);
   solver.tissue().apply({.rest_lengths = {{2, half}}});
   CHECK(inspect(solver)
@@ -315,7 +317,7 @@ TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest vo
   Scene scene;
   scene.add_body("solid", testing::make_box({2, 2, 2}, 4e-3, 0.1),
                  {.model = ElasticModel::neo_hookean, .max_stretch = 1.2F});
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   const SolverData& data = inspect(solver);
   const auto limit = [&](Index edge) {
     return data.sets.of<StrainLimitConstraint>()
@@ -349,8 +351,9 @@ TEST_CASE("topology edit: strain limits of neo-hookean tissue follow its rest vo
 TEST_CASE("topology edit: a sliver of slivers has the mass that it would have alone", "[unit]") {
   Scene scene;
   scene.add_body("tet",
-                 TetMesh({{0, 0, 0}, {1e-2, 0, 0}, {0, 1e-2, 0}, {0, 0, 1e-2}}, {{0, 1, 2, 3}}));
-  Solver solver(scene);
+                 TetMesh({{0, 0, 0}, {1e-2, 0, 0}, {0, 1e-2, 0}, {0, 0, 1e-2}}, {{0, 1, 2, 3}}),
+                 testing::kSprings);
+  Solver solver(scene, testing::small_steps());
   const SolverData& data = inspect(solver);
   constexpr int kSplits = 8;
   Index sliver = 0, end = 1;
@@ -377,7 +380,7 @@ TEST_CASE("topology edit: a sliver of slivers has the mass that it would have al
 // Would catch half an edit: after each refusal the state must be what it was, and step alike.
 TEST_CASE("topology edit: a bad edit is refused by name and changes nothing", "[unit]") {
   const Scene scene = make_two_blocks();
-  Solver solver(scene), untouched(scene);
+  Solver solver(scene, testing::small_steps()), untouched(scene, testing::small_steps());
   TopologyEdit first;
   first.remove_tets = {3};
   first.remove_links = {5};
@@ -420,7 +423,7 @@ TEST_CASE("topology edit: a follower may refuse, and follows what was done", "[u
     void undo(const Tissue&, const TissueChange&) noexcept override {}
     void renumber(const Tissue&, const Renumbering&) noexcept override {}
   };
-  Solver solver(make_two_blocks());
+  Solver solver(make_two_blocks(), testing::small_steps());
   Watcher watcher;
   solver.tissue().add_follower(watcher);
 
@@ -436,7 +439,7 @@ TEST_CASE("topology edit: a follower may refuse, and follows what was done", "[u
 }
 
 TEST_CASE("live boundary: removing a tetrahedron opens its inner faces", "[unit]") {
-  Solver solver(make_two_blocks());
+  Solver solver(make_two_blocks(), testing::small_steps());
   const std::size_t before = find_live_boundary(solver.tissue(), 1).size();
   // a tetrahedron of the second body without a boundary face bares four
   std::set<Index> on_boundary;

@@ -15,6 +15,7 @@
 #include "tests/support/allocation_count.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -57,7 +58,8 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
   const Index copies = GENERATE(1, 3);
-  Solver solver(scene, {.method = method, .copies = copies, .executor = executor});
+  Solver solver(scene,
+                testing::small_steps({.method = method, .copies = copies, .executor = executor}));
   solver.watch(std::array<Index, 3>{5, 1, 40});
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();
@@ -86,7 +88,7 @@ TEST_CASE("solver: the step after a grasp, and after a compaction, allocates not
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(scene, {.method = method, .executor = executor::serial()});
+  Solver solver(scene, testing::small_steps({.method = method, .executor = executor::serial()}));
   const ToolId holder = solver.add_tool({}, ToolPose::Identity());
   const auto allocations_of_step = [&] {
     const long before = allocation_count;
@@ -113,7 +115,9 @@ TEST_CASE("solver: edits within the spare room allocate nothing after the first 
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(scene, {.executor = executor, .composition = composition, .spare = {.links = 400}});
+  Solver solver(scene,
+                testing::small_steps(
+                    {.executor = executor, .composition = composition, .spare = {.links = 400}}));
   TopologyEdit edit;
   long before = 0;
   for (Index round = 0; round < 30; ++round) {
@@ -156,9 +160,10 @@ TEST_CASE("solver: a blade's edits within the spare room allocate nothing after 
   limited.max_stretch = 1.2F;
   Scene scene;
   scene.add_body("block", mesh, limited);
-  Solver solver(scene, {.executor = executor,
-                        .composition = PlanComposition::separate,
-                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  Solver solver(scene,
+                testing::small_steps({.executor = executor,
+                                      .composition = PlanComposition::separate,
+                                      .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}}));
   if (GENERATE(false, true)) {
     Compaction compaction(solver);
     compaction.build();
@@ -197,9 +202,10 @@ TEST_CASE("solver: cuts into thousands of tetrahedra allocate little within the 
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  Solver solver(scene, {.executor = executor,
-                        .composition = PlanComposition::separate,
-                        .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}});
+  Solver solver(scene,
+                testing::small_steps({.executor = executor,
+                                      .composition = PlanComposition::separate,
+                                      .spare = {.vertices = 4000, .tets = 20000, .edges = 30000}}));
   constexpr int kCuts = 10;
   for (int cut = 0; cut < kCuts; ++cut) {
     const float z = kEdge * (0.4F + 0.37F * static_cast<float>(cut));

@@ -22,6 +22,7 @@
 #include "tests/support/bad_ids.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -41,12 +42,12 @@ struct Call {
 TEST_CASE("ids: whatever takes one refuses those out of range", "[unit]") {
   const TetMesh mesh = testing::make_box({2, 2, 2}, kEdge);
   Scene scene;
-  scene.add_body("a", mesh);
-  scene.add_body("b", mesh);
+  scene.add_body("a", mesh, testing::kSprings);
+  scene.add_body("b", mesh, testing::kSprings);
   ConnectiveTissue strands;
   const MembraneLink first{0, 1, kEdge};
   strands.join(scene, 0, 1, std::span(&first, 1));
-  Solver solver(scene, {.copies = 2});
+  Solver solver(scene, testing::small_steps({.copies = 2}));
   const Tissue& tissue = solver.tissue();
   solver.add_tool({}, ToolPose::Identity());
   const ThermalBody body{0, tissues::fat().heat};

@@ -8,6 +8,7 @@
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -197,7 +198,7 @@ void run_block(const SolverOptions& options, const Executor& executor, Record& r
 void run_paper(const Executor& executor, Record& record) {
   constexpr double kPaperEdge = 4e-3;  // m
   Scene scene;
-  scene.add_body("bar", make_box({12, 5, 3}, kPaperEdge, 0.1));
+  scene.add_body("bar", make_box({12, 5, 3}, kPaperEdge, 0.1), testing::kSprings);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kPaperEdge; });
   Driver driver(scene, SolverOptions::paper(), executor);
   std::vector<Eigen::Vector3f> stretched = driver.solver().positions();

@@ -33,7 +33,11 @@ struct Program {
 /// Two sweeps in strict order, as most programs here want them.
 /// @param composition  named, so that all executors have the same plan
 [[nodiscard]] inline SolverOptions plain_options(PlanComposition composition) {
-  return {.substeps = 2, .iterations = 2, .damping = 20, .composition = composition};
+  return {.method = SolverMethod::projection,
+          .substeps = 2,
+          .iterations = 2,
+          .damping = 20,
+          .composition = composition};
 }
 
 }  // namespace pbdsurg::testing

@@ -12,6 +12,7 @@
 #include "tests/regression/programs.h"
 #include "tests/support/meshes.h"
 #include "tests/support/slabs.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 struct Way {
   const char* name;
   SolverOptions options;
-  Material material;
+  Material material = kSprings;
   CauteryOptions burning{.link_energy = 0.05};
 };
 
@@ -40,7 +41,7 @@ std::vector<Way> make_ways() {
   ways.back().options.coloring = {.max_colors = 6};
   ways.push_back(make_way("fraction", PlanComposition::separate));
   ways.back().options.mode = ProjectionMode::fraction;
-  ways.back().material = {};
+  ways.back().material = kSprings;
   ways.push_back(make_way("neo-hookean", PlanComposition::separate));
   ways.back().material = {
       .model = ElasticModel::neo_hookean, .damping = 1e-3F, .max_stretch = 1.2F};

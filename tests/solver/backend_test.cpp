@@ -21,6 +21,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -35,7 +36,7 @@ constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 Scene make_block() {
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1));
+  scene.add_body("block", testing::make_box({3, 3, 3}, kEdge, 0.1), testing::kSprings);
   return scene;
 }
 
@@ -100,7 +101,7 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
 
 // Would catch a whole read back for the sake of some vertices, which costs more than the step.
 TEST_CASE("backend: reading some vertices fetches no others", "[unit]") {
-  Solver solver(make_block(), {.executor = testing::fake_device()});
+  Solver solver(make_block(), testing::small_steps({.executor = testing::fake_device()}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   solver.step(kTimeStep);
   const std::array<Index, 2> vertices{3, 9};
@@ -145,10 +146,11 @@ TEST_CASE("backend: an edit within a step is one after it, and does not wait", "
 // Would catch a compacted solver on the device of the thread that built it, or whose device was not
 // told of tools, of what they hold or of what is watched.
 TEST_CASE("backend: a compaction stays on its device and has the serial bits", "[equivalence]") {
-  SolverOptions options{.method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block),
-                        .copies = 2,
-                        .executor = executor::serial(),
-                        .composition = PlanComposition::separate};
+  SolverOptions options = testing::small_steps(
+      {.method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block),
+       .copies = 2,
+       .executor = executor::serial(),
+       .composition = PlanComposition::separate});
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0);
   Solver serial(scene, options);
   options.executor = testing::fake_device(1);
@@ -193,8 +195,8 @@ TEST_CASE("backend: edits are logged for those who need it alone, and until the 
     const Changes& changes = testing::inspect(solver).changes;
     return changes.vertices.size() + changes.constraints.size() + changes.tets.size();
   };
-  Solver serial(make_block(), {.executor = executor::serial()});
-  Solver device(make_block(), {.executor = testing::fake_device()});
+  Solver serial(make_block(), testing::small_steps({.executor = executor::serial()}));
+  Solver device(make_block(), testing::small_steps({.executor = testing::fake_device()}));
   for (Solver* solver : {&serial, &device}) {
     solver->tissue().apply({.remove_tets = {0, 5}});
   }
@@ -206,7 +208,8 @@ TEST_CASE("backend: edits are logged for those who need it alone, and until the 
 }
 
 TEST_CASE("backend: what it holds counts as memory", "[unit]") {
-  SolverOptions options{.executor = executor::serial(), .composition = PlanComposition::separate};
+  SolverOptions options = testing::small_steps(
+      {.executor = executor::serial(), .composition = PlanComposition::separate});
   Solver serial(make_block(), options);
   options.executor = testing::fake_device();
   const Solver device(make_block(), options);
@@ -218,7 +221,7 @@ TEST_CASE("backend: what it holds counts as memory", "[unit]") {
 TEST_CASE("solver: a step that is started is finished once", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
-  const SolverOptions options{.substeps = 2, .executor = executor};
+  const SolverOptions options = testing::small_steps({.substeps = 2, .executor = executor});
   Solver solver(make_block(), options), other(make_block(), options);
   const auto refuses_to_finish = [&] {
     CHECK_THROWS_WITH(solver.finish_step(), ContainsSubstring("no step was started"));
@@ -250,7 +253,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
   const Scene scene = make_block();
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
-  const SolverOptions options{.substeps = 2, .executor = executor};
+  const SolverOptions options = testing::small_steps({.substeps = 2, .executor = executor});
   const Capsule capsule{{0, 0, 0}, {0.01F, 0, 0}, 4e-3F};
   const auto make = [&] {
     auto solver = std::make_unique<Solver>(scene, options);
@@ -331,7 +334,7 @@ TEST_CASE("solver: calls within a step wait for it and leave its report", "[unit
 TEST_CASE("solver: watched vertices come with every step", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(1), testing::fake_device());
-  Solver solver(make_block(), {.executor = executor});
+  Solver solver(make_block(), testing::small_steps({.executor = executor}));
   CHECK(solver.watched_positions().empty());
   const std::array<Index, 3> vertices{17, 2, 17};
   const auto check = [&] {
@@ -390,7 +393,8 @@ class ColorsOnce final : public Device, public ColoringDevice, public SolverDevi
 TEST_CASE("solver: a device may colour what is built, and never what edits bring", "[unit]") {
   const auto device = std::make_shared<ColorsOnce>();
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  SolverOptions options{.method = method, .executor = executor::threads(1)};
+  SolverOptions options =
+      testing::small_steps({.method = method, .executor = executor::threads(1)});
   options.coloring.algorithm = ColoringAlgorithm::luby;
   const TetMesh mesh = testing::make_box({3, 3, 3}, kEdge, 0.1);
   Scene scene;
@@ -417,7 +421,7 @@ TEST_CASE("solver: a device colours what is large, and may refuse to", "[long]")
     const TetMesh mesh = testing::make_box({side, side, side}, 1e-3);
     Scene scene;
     scene.add_body("block", mesh, elastic_material(mesh, 1000, 2e4));
-    return Solver(scene, {.executor = executor}).backend_name();
+    return Solver(scene, testing::small_steps({.executor = executor})).backend_name();
   };
   const std::string small = backend_of(6);
   CHECK(device->asked == 0);
@@ -433,22 +437,23 @@ TEST_CASE("solver: a device that refuses says why, or another executor works ins
   const Scene scene = make_block();
   using Names = std::pair<std::string, std::string>;
   const auto name = [&](const SolverOptions& options) -> Names {
-    const Solver solver(scene, options);
+    const Solver solver(scene, testing::small_steps(options));
     return {solver.backend_name(), solver.plan().name};
   };
   const auto refuse = [](const SolverData&) -> std::unique_ptr<Backend> {
     throw BackendUnavailable("this scene is too large, the test says");
   };
   const Executor small = testing::device_of_test(refuse);
-  CHECK_THROWS_AS(Solver(scene, {.executor = small}), BackendUnavailable);
-  CHECK_THROWS_WITH(Solver(scene, {.executor = small}),
+  CHECK_THROWS_AS(Solver(scene, testing::small_steps({.executor = small})), BackendUnavailable);
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.executor = small})),
                     ContainsSubstring("this scene is too large, the test says"));
 
   const Executor careful = testing::device_of_test(refuse, executor::serial());
   CHECK(name({.executor = careful}) == Names{"serial", "greedy+repair, nested"});
   CHECK(name({.executor = careful, .composition = PlanComposition::joint}).second ==
         "greedy+repair, joint");
-  CHECK(Solver(scene, {.executor = careful}).options().executor.kind() == ExecutorKind::serial);
+  CHECK(Solver(scene, testing::small_steps({.executor = careful})).options().executor.kind() ==
+        ExecutorKind::serial);
 
   const Executor device = testing::fake_device();
   CHECK(name({.executor = device}) ==
@@ -457,7 +462,8 @@ TEST_CASE("solver: a device that refuses says why, or another executor works ins
         Names{"fake device", "greedy+repair, joint"});
   CHECK(name({.executor = executor::serial()}) == Names{"serial", "greedy+repair, nested"});
   CHECK(name({}).first.starts_with("threaded, " + executor::threads().name()));
-  CHECK(Solver(scene, {.executor = device}).options().composition == PlanComposition::separate);
+  CHECK(Solver(scene, testing::small_steps({.executor = device})).options().composition ==
+        PlanComposition::separate);
 }
 
 }  // namespace pbdsurg

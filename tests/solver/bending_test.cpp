@@ -15,6 +15,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -100,7 +101,8 @@ TEST_CASE("bending: registers and threads give the serial bits", "[equivalence]"
   const float damping = GENERATE(0.0F, 2e-3F);
   const Scene scene = make_bent_bodies(damping);
   const int variant = GENERATE(0, 1, 2, 3, 4);
-  SolverOptions options{.substeps = 3, .iterations = 2, .math = MathMode::strict};
+  SolverOptions options =
+      testing::small_steps({.substeps = 3, .iterations = 2, .math = MathMode::strict});
   options.composition = PlanComposition::separate;
   switch (variant) {
     case 1:
@@ -168,11 +170,12 @@ TEST_CASE("bending: a damped hinge at rest resists no rigid motion", "[unit]") {
 TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[unit]") {
   Scene scene;
   const TetMesh box = testing::make_box({1, 1, 1}, kEdge);
-  scene.add_body("box", box);
+  scene.add_body("box", box, testing::kSprings);
   TopologyEdit edit;
-  edit.new_bodies.add_body("guest", box);
+  edit.new_bodies.add_body("guest", box, testing::kSprings);
   edit.new_bodies.add_hinges(0, 1e-3F);
-  SolverOptions options{.mode = ProjectionMode::fraction, .executor = executor::serial()};
+  SolverOptions options =
+      testing::small_steps({.mode = ProjectionMode::fraction, .executor = executor::serial()});
   Solver solver(scene, options);
   CHECK_THROWS_WITH(solver.tissue().apply(edit), ContainsSubstring("18 hinges"));
   CHECK(solver.tissue().hinges().empty());
@@ -183,7 +186,7 @@ TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[
   gone.apply({.remove_tets = {0}});
   CHECK_THROWS_WITH(Solver(gone, options), ContainsSubstring("hinges"));
   edit = {.remove_bodies = {0}};
-  edit.new_bodies.add_body("other", box);
+  edit.new_bodies.add_body("other", box, testing::kSprings);
   gone.apply(edit);
   CHECK_NOTHROW(Solver(gone, options));
 }
@@ -191,8 +194,9 @@ TEST_CASE("bending: fraction mode refuses hinges, and edits that bring some", "[
 // Would catch hinges that a compaction drops, mixes up or takes back to rest.
 TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(make_bent_bodies(1e-3F),
-                {.method = method, .substeps = 4, .executor = executor::serial()});
+  Solver solver(
+      make_bent_bodies(1e-3F),
+      testing::small_steps({.method = method, .substeps = 4, .executor = executor::serial()}));
   TopologyEdit edit{.remove_tets = {3, 40, 41, 300}};
   edit.new_bodies.add_body("guest", testing::make_box({2, 2, 1}, kEdge, 0.1),
                            {.model = ElasticModel::neo_hookean});
@@ -234,7 +238,8 @@ TEST_CASE("bending: a compaction keeps the hinges that live", "[unit]") {
 // Would catch phases, groups or rows that a scene pays for without hinges.
 TEST_CASE("bending: a scene without hinges has nothing of them", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const Solver solver(make_strip(0), {.method = method, .executor = executor::serial()});
+  const Solver solver(make_strip(0),
+                      testing::small_steps({.method = method, .executor = executor::serial()}));
   const SolverData& data = inspect(solver);
   CHECK(data.sets.of<BendingConstraint>().memory_bytes() == 0);
   CHECK(std::ranges::count(data.sets.phases, PhaseKind::bending, &Phase::kind) == 0);

@@ -7,6 +7,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -24,7 +25,7 @@ Scene make_particle(const Eigen::Vector3d& at) {
 }  // namespace
 
 TEST_CASE("contact: a particle at rest on a sphere weighs on it", "[validation]") {
-  Solver solver(make_particle({0, 0.0101, 0}), {.damping = 20});
+  Solver solver(make_particle({0, 0.0101, 0}), testing::small_steps({.damping = 20}));
   const ToolId tool =
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
 
@@ -41,7 +42,7 @@ TEST_CASE("contact: a particle at rest on a sphere weighs on it", "[validation]"
 TEST_CASE("contact: a moving capsule pushes and never enters", "[unit]") {
   Scene scene = make_particle({0.03, 0, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   const ToolId tool = solver.add_tool(std::vector<Capsule>{{{0, -0.02F, 0}, {0, 0.02F, 0}, 0.005F}},
                                       ToolPose::Identity());
 
@@ -60,8 +61,8 @@ TEST_CASE("contact: a moving capsule pushes and never enters", "[unit]") {
 TEST_CASE("contact: the force on a grasper is the weight it holds", "[validation]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
   Scene scene;
-  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3));
-  Solver solver(scene, {.mode = mode, .substeps = 20, .damping = 30});
+  scene.add_body("block", testing::make_box({4, 4, 4}, 5e-3), testing::kSprings);
+  Solver solver(scene, testing::small_steps({.mode = mode, .substeps = 20, .damping = 30}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   std::vector<Index> top;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
@@ -81,7 +82,7 @@ TEST_CASE("contact: the force on a grasper is the weight it holds", "[validation
 }
 
 TEST_CASE("contact: two tools may hold one vertex, in phases of their own", "[unit]") {
-  Solver solver(make_particle({0, 0, 0}), {.iterations = 20});
+  Solver solver(make_particle({0, 0, 0}), testing::small_steps({.iterations = 20}));
   const ToolId left = solver.add_tool({}, ToolPose::Identity());
   const ToolId right = solver.add_tool({}, ToolPose::Identity());
   solver.grasp(left, std::vector<Index>{0}, 1e-3F);
@@ -108,7 +109,7 @@ TEST_CASE("contact: two tools may hold one vertex, in phases of their own", "[un
 TEST_CASE("contact: a tool travels evenly over the substeps", "[unit]") {
   Scene scene = make_particle({0.03, 0, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, {.substeps = 100});
+  Solver solver(scene, testing::small_steps({.substeps = 100}));
   const ToolId tool =
       solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.005F}}, ToolPose::Identity());
   ToolPose pose = ToolPose::Identity();
@@ -122,7 +123,7 @@ TEST_CASE("contact: a tool travels evenly over the substeps", "[unit]") {
 TEST_CASE("contact: what is held turns with the tool, the short way round", "[unit]") {
   Scene scene = make_particle({0.03, 0, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, {.substeps = 2});
+  Solver solver(scene, testing::small_steps({.substeps = 2}));
   ToolPose start = ToolPose::Identity();
   start.linear() = Eigen::AngleAxisf(0.4F, Eigen::Vector3f::UnitX()).toRotationMatrix();
   start.translation() = Eigen::Vector3f(0.01F, 0, 0);
@@ -146,7 +147,7 @@ TEST_CASE("contact: of two capsules the deeper one pushes", "[unit]") {
   const bool deep_first = GENERATE(true, false);
   Scene scene = make_particle({0, 0.004, 0});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, {.substeps = 1});
+  Solver solver(scene, testing::small_steps({.substeps = 1}));
   std::vector<Capsule> capsules{{{0, 0, 0}, {0, 0, 0}, 0.01F},
                                 {{0, 0.012F, 0}, {0, 0.012F, 0}, 0.0085F}};
   if (!deep_first) {
@@ -165,7 +166,7 @@ TEST_CASE("contact: a vertex just outside is kept outside by the sweeps", "[unit
   scene.set_gravity(Eigen::Vector3f::Zero());
   scene.fix_vertices(0, std::vector<Index>{1});
   scene.add_link({0, 1, 0.015F, {}});  // pushes the first particle 5 mm towards the tool
-  Solver solver(scene, {.substeps = 1, .iterations = 20});
+  Solver solver(scene, testing::small_steps({.substeps = 1, .iterations = 20}));
   solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
   solver.step(1e-3F);
 
@@ -179,7 +180,7 @@ TEST_CASE("contact: what exceeds the capacity is counted", "[unit]") {
     points.push_back({1e-4 * i, 1e-3, 0});
   }
   scene.add_particles("grains", points, 1e-6);
-  Solver solver(scene, {.substeps = 1, .contact_capacity = 4});
+  Solver solver(scene, testing::small_steps({.substeps = 1, .contact_capacity = 4}));
   solver.add_tool(std::vector<Capsule>{{{0, 0, 0}, {0, 0, 0}, 0.01F}}, ToolPose::Identity());
 
   const StepReport report = solver.step(1e-3F);

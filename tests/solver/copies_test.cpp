@@ -13,6 +13,7 @@
 #include "tests/support/copies_program.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -24,7 +25,8 @@ constexpr float kTimeStep = testing::kEventfulTimeStep;
 
 Scene make_block() {
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 3, 3}, testing::kEventfulEdge, 0.1));
+  scene.add_body("block", testing::make_box({3, 3, 3}, testing::kEventfulEdge, 0.1),
+                 testing::kSprings);
   return scene;
 }
 
@@ -62,7 +64,8 @@ TEST_CASE("copies: each moves as it would alone", "[unit]") {
 TEST_CASE("copies: who finds the team taken steps them alone, with the same bits", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const Scene scene = testing::make_eventful_scene(ProjectionMode::compliance, 0.01F);
-  SolverOptions options{.method = method, .copies = 5, .executor = executor::serial()};
+  SolverOptions options =
+      testing::small_steps({.method = method, .copies = 5, .executor = executor::serial()});
   options.math = MathMode::strict;
   options.composition = PlanComposition::separate;
   Solver serial(scene, options);
@@ -92,8 +95,9 @@ TEST_CASE("copies: who finds the team taken steps them alone, with the same bits
 }
 
 TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
-  CHECK_THROWS_WITH(Solver(make_block(), {.copies = 0}), ContainsSubstring("copies is 0"));
-  Solver solver(make_block(), {.copies = 3, .executor = executor::serial()});
+  CHECK_THROWS_WITH(Solver(make_block(), testing::small_steps({.copies = 0})),
+                    ContainsSubstring("copies is 0"));
+  Solver solver(make_block(), testing::small_steps({.copies = 3, .executor = executor::serial()}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const std::array<Index, 1> vertex{5};
   std::vector<Eigen::Vector3f> all = solver.positions();
@@ -126,8 +130,9 @@ TEST_CASE("copies: a copy that there is not is refused by name", "[unit]") {
 
 TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(testing::make_eventful_scene(ProjectionMode::compliance, 0),
-                {.method = method, .copies = 3, .executor = executor::serial()});
+  Solver solver(
+      testing::make_eventful_scene(ProjectionMode::compliance, 0),
+      testing::small_steps({.method = method, .copies = 3, .executor = executor::serial()}));
   const std::vector<Eigen::Vector3f> moving(static_cast<std::size_t>(solver.vertex_count()),
                                             Eigen::Vector3f(0.1F, 0.2F, 0));
   solver.write_velocities(moving, 1);
@@ -146,7 +151,7 @@ TEST_CASE("copies: a snapshot of one restores into any", "[unit]") {
 TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]") {
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
-  Solver solver(make_block(), {.copies = 4, .executor = executor});
+  Solver solver(make_block(), testing::small_steps({.copies = 4, .executor = executor}));
   const StepReport calm = solver.step(kTimeStep);
   CHECK(calm.first_non_finite == kInvalidIndex);
   CHECK(calm.first_non_finite_copy == kInvalidIndex);
@@ -172,7 +177,9 @@ TEST_CASE("copies: the report names the first that has lost a vertex", "[unit]")
 // Would catch a copy of what copies share: a scene has some ten times the bytes of its state.
 TEST_CASE("copies: each takes the memory of its state", "[unit]") {
   const auto bytes = [](Index copies) {
-    return Solver(make_block(), {.copies = copies, .executor = executor::serial()}).memory_bytes();
+    return Solver(make_block(),
+                  testing::small_steps({.copies = copies, .executor = executor::serial()}))
+        .memory_bytes();
   };
   constexpr std::size_t kState =
       64 * (sizeof(Particle) + sizeof(Velocity) + sizeof(Carry));  // of 64 vertices

@@ -15,6 +15,7 @@
 #include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -223,8 +224,9 @@ TEST_CASE("device growth: new vertices have the serial bits through all that com
 // Would catch an edit that takes the state of all vertices to the host and back, or an undo.
 TEST_CASE("device growth: an edit reads the ends of new vertices, and no others", "[unit]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  Solver solver(make_block("block", 3),
-                {.method = method, .copies = 2, .executor = testing::fake_device()});
+  Solver solver(
+      make_block("block", 3),
+      testing::small_steps({.method = method, .copies = 2, .executor = testing::fake_device()}));
   solver.step(kTimeStep);
   const FakeDevice& device = device_of(solver);
   const SolverData& data = testing::inspect(solver);
@@ -260,7 +262,7 @@ TEST_CASE("device growth: an edit reads the ends of new vertices, and no others"
 // Would catch room that is not used, or made anew at every edit.
 TEST_CASE("device growth: vertices outgrow their room once in a while", "[unit]") {
   const Scene scene = make_block("block", 3);
-  const SolverOptions options{.copies = 2, .spare = {.vertices = 30}};
+  const SolverOptions options = testing::small_steps({.copies = 2, .spare = {.vertices = 30}});
   Twins twins(scene, options);
   twins.both([](Solver& solver) { solver.step(kTimeStep); });
   const auto add = [&](int count) {

@@ -42,7 +42,8 @@ void fix_start(Scene& scene, double edge = kEdge) {
 }
 
 SolverOptions options_of(int substeps, int iterations, double damping = 0) {
-  return {.substeps = substeps,
+  return {.method = SolverMethod::projection,
+          .substeps = substeps,
           .iterations = iterations,
           .damping = static_cast<float>(damping),
           .executor = executor::threads(1)};

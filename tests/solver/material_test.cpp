@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -63,16 +64,17 @@ TEST_CASE("material: a neo-hookean body has its tetrahedra alone, whatever the c
   Material limited = tissue();
   limited.max_stretch = 1.5F;
   Scene scene = make_bar(limited);
-  scene.add_body("springs", testing::make_box({2, 2, 2}, kEdge));
-  const Solver solver(scene, {.composition = composition});
+  scene.add_body("springs", testing::make_box({2, 2, 2}, kEdge), testing::kSprings);
+  const Solver solver(scene, testing::small_steps({.composition = composition}));
   const StepPlan& plan = solver.plan();
   CHECK(count(plan, PhaseKind::neo_hookean) >= 24);  // tetrahedra at an inner vertex
   CHECK(count(plan, PhaseKind::strain_limit) >= 14);
   CHECK(plan.phases.back().kind == PhaseKind::strain_limit);
   CHECK(plan.phases.front().kind != PhaseKind::neo_hookean);  // the springs come first
-  CHECK(count(Solver(make_bar(tissue())).plan(), PhaseKind::strain_limit) == 0);
-  CHECK(count(Solver(make_bar(tissue())).plan(), PhaseKind::distance) == 0);
-  CHECK(count(Solver(make_bar(tissue())).plan(), PhaseKind::volume) == 0);
+  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::strain_limit) ==
+        0);
+  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::distance) == 0);
+  CHECK(count(Solver(make_bar(tissue()), testing::small_steps()).plan(), PhaseKind::volume) == 0);
 
   CHECK(solver.tissue().is_edge_alive(0));
   CHECK_THROWS_WITH(solver.rest_length(0), ContainsSubstring("Neo-Hookean"));
@@ -87,7 +89,7 @@ TEST_CASE("material: a neo-hookean body needs the compliance mode", "[unit]") {
 
 TEST_CASE("material: a neo-hookean body at rest stays, and reports its volumes", "[unit]") {
   const Scene scene = make_bar(tissue());
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   for (int i = 0; i < 20; ++i) {
     solver.step(0.01F);
   }
@@ -116,7 +118,8 @@ TEST_CASE("material: neo-hookean steps have the serial bits, on any number of th
   Scene scene = make_bar(material, {6, 2, 2}, true);
   scene.set_gravity({0, -9.81F, 0});
   const auto run = [&](const Executor& executor, MathMode math) {
-    Solver solver(scene, {.iterations = 2, .executor = executor, .math = math});
+    Solver solver(scene,
+                  testing::small_steps({.iterations = 2, .executor = executor, .math = math}));
     StepReport report;
     for (int i = 0; i < 5; ++i) {
       report = solver.step(0.01F);
@@ -135,9 +138,12 @@ TEST_CASE("material: neo-hookean steps have the serial bits, on any number of th
 // A vertex is written beyond the limit; the limit alone must bring it back, in either mode.
 TEST_CASE("material: no edge stays longer than its limit", "[property]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
-  Material material{.stretch = {0.01F, 1e3F}, .volume = {0.01F, 1}, .max_stretch = 1.1F};
+  Material material{.model = ElasticModel::springs,
+                    .stretch = {0.01F, 1e3F},
+                    .volume = {0.01F, 1},
+                    .max_stretch = 1.1F};
   const Scene scene = make_bar(material);
-  Solver solver(scene, {.mode = mode, .substeps = 1, .iterations = 300});
+  Solver solver(scene, testing::small_steps({.mode = mode, .substeps = 1, .iterations = 300}));
   auto x = solver.positions();
   for (Eigen::Vector3f& p : x) {
     p *= 1.3F;

@@ -9,6 +9,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -155,7 +156,8 @@ TEST_CASE("precision: bodies fall as far as gravity takes them at any substep an
   INFO(place.name << ", substeps of " << 1e6 * h << " us, method " << static_cast<int>(method));
   Scene scene;
   scene.add_body("box", moved_box({2, 1, 1}, place.way), testing::neo_hookean(1e4F, 0.45F));
-  Solver solver(scene, {.method = method, .substeps = 10, .executor = executor});
+  Solver solver(scene,
+                testing::small_steps({.method = method, .substeps = 10, .executor = executor}));
   const int steps = 400;
   for (int i = 0; i < steps; ++i) {
     solver.step(static_cast<float>(10 * h));
@@ -189,7 +191,7 @@ TEST_CASE("precision: a body spins on as the same integrator does in double prec
   }
   DoubleBody reference(scene, 1e4F, 0.45);
   reference.set_velocities(spin);
-  Solver projections(scene, {.substeps = 1, .iterations = 20});
+  Solver projections(scene, testing::small_steps({.substeps = 1, .iterations = 20}));
   Solver blocks(scene, {.method = SolverMethod::vertex_block, .substeps = 1, .iterations = 20});
   projections.write_velocities(velocities);
   blocks.write_velocities(velocities);
@@ -219,7 +221,7 @@ TEST_CASE("precision: a stiff body rests far from the origin as it does there", 
     Scene scene;
     scene.set_gravity(Eigen::Vector3f::Zero());
     scene.add_body("box", moved_box({3, 2, 1}, way), material);
-    Solver solver(scene, {.method = method, .substeps = 10});
+    Solver solver(scene, testing::small_steps({.method = method, .substeps = 10}));
     for (int i = 0; i < 1000; ++i) {
       solver.step(1e-4F);  // substeps of 10 us
     }
@@ -269,7 +271,7 @@ TEST_CASE("precision: vertex blocks follow rest lengths that grow a hundred time
   Scene scene;
   scene.set_gravity(Eigen::Vector3f::Zero());
   scene.add_body("box", mesh, testing::soft_springs(mesh));
-  Solver solver(scene, {.method = SolverMethod::vertex_block});
+  Solver solver(scene, testing::small_steps({.method = SolverMethod::vertex_block}));
   constexpr float kGrowth = 200;
   TopologyEdit edit;
   for (Index e = 0; e < static_cast<Index>(solver.tissue().edges().size()); ++e) {
@@ -299,8 +301,8 @@ TEST_CASE("precision: a snapshot has what rounding left over, and one made by ha
           "[golden]") {
   Scene scene;
   scene.add_body("box", moved_box({2, 1, 1}, {1, -1, 1}), testing::neo_hookean(1e4F, 0.45F));
-  Solver solver(scene, {.copies = 2});
-  Solver other(scene);
+  Solver solver(scene, testing::small_steps({.copies = 2}));
+  Solver other(scene, testing::small_steps());
   solver.step(1e-4F);
   Snapshot snapshot = solver.snapshot();
   float largest = 0;

@@ -7,6 +7,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 
@@ -15,8 +16,8 @@ using testing::ContainsSubstring;
 TEST_CASE("scene: bodies share one numbering", "[unit]") {
   Scene scene;
   const TetMesh box = testing::make_box({1, 1, 1}, 1e-2);
-  const Index first = scene.add_body("first", box);
-  const Index second = scene.add_body("second", box);
+  const Index first = scene.add_body("first", box, testing::kSprings);
+  const Index second = scene.add_body("second", box, testing::kSprings);
 
   CHECK(scene.body(second).first_vertex == 8);
   CHECK(scene.body(second).first_tet == 6);
@@ -31,11 +32,12 @@ TEST_CASE("scene: bodies share one numbering", "[unit]") {
 TEST_CASE("scene: bad values are refused by name and change nothing", "[unit]") {
   Scene scene;
   const TetMesh box = testing::make_box({1, 1, 1}, 1e-2);
-  scene.add_body("box", box);
+  scene.add_body("box", box, testing::kSprings);
   const float nan = std::numeric_limits<float>::quiet_NaN();
 
-  CHECK_THROWS_WITH(scene.add_body("box", box), ContainsSubstring("'box' already"));
-  CHECK_THROWS_WITH(scene.add_body("", box), ContainsSubstring("name"));
+  CHECK_THROWS_WITH(scene.add_body("box", box, testing::kSprings),
+                    ContainsSubstring("'box' already"));
+  CHECK_THROWS_WITH(scene.add_body("", box, testing::kSprings), ContainsSubstring("name"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.density = -1}), ContainsSubstring("density is -1"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.stretch = {0, 0}}), ContainsSubstring("(0, 1]"));
   CHECK_THROWS_WITH(scene.add_body("b", box, {.volume = {1, nan}}),
@@ -66,7 +68,8 @@ TEST_CASE("scene: bad values are refused by name and change nothing", "[unit]") 
   CHECK(scene.vertex_count() == 8);
   std::vector<Eigen::Vector3d> positions(box.positions().begin(), box.positions().end());
   positions.emplace_back(1, 1, 1);
-  scene.add_body("with a loose vertex", TetMesh(positions, {box.tets().begin(), box.tets().end()}));
+  scene.add_body("with a loose vertex", TetMesh(positions, {box.tets().begin(), box.tets().end()}),
+                 testing::kSprings);
   CHECK_THROWS_WITH(scene.add_link({0, 16, 1, {}}),
                     ContainsSubstring("link 0 refers to vertex 16, which no tetrahedron has"));
   CHECK(scene.links().empty());

@@ -7,6 +7,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,8 +39,10 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
   };
   const auto vertices = SolverMethod::vertex_block;
 
-  refuse({.iterations = 4, .over_relaxation = 1.5F}, "over_relaxation is 1.5");
-  refuse({.iterations = 4, .over_relaxation = 1.5F}, "needs the vertex-block method");
+  refuse({.method = SolverMethod::projection, .iterations = 4, .over_relaxation = 1.5F},
+         "over_relaxation is 1.5");
+  refuse({.method = SolverMethod::projection, .iterations = 4, .over_relaxation = 1.5F},
+         "needs the vertex-block method");
   for (const Executor& executor : {Executor(), executor::serial(), executor::threads(2)}) {
     refuse({.executor = executor, .device_strategy = DeviceStrategy::stream}, "strategy is stream");
     refuse({.executor = executor, .device_strategy = DeviceStrategy::graph}, "strategy is graph");
@@ -66,7 +69,7 @@ TEST_CASE("solver options: defaults and presets are taken by every executor", "[
   for (const Executor& executor : all_executors()) {
     for (const SolverMethod method : {SolverMethod::projection, SolverMethod::vertex_block}) {
       INFO((executor ? executor.name() : "nobody") << ", method " << static_cast<int>(method));
-      SolverOptions options;
+      SolverOptions options = testing::small_steps();
       options.executor = executor;
       options.method = method;
       const Solver solver(scene, options);
@@ -80,14 +83,15 @@ TEST_CASE("solver options: defaults and presets are taken by every executor", "[
 
 TEST_CASE("solver options: what has a reader is taken", "[unit]") {
   const Scene scene = make_soft_block();
-  CHECK_NOTHROW(Solver(
-      scene, {.executor = testing::fake_device(), .device_strategy = DeviceStrategy::cluster}));
-  CHECK_NOTHROW(Solver(scene, {.method = SolverMethod::vertex_block,
-                               .iterations = 2,
-                               .over_relaxation = 1.5F,
-                               .composition = PlanComposition::nested}));
-  CHECK_NOTHROW(Solver(scene, {.method = SolverMethod::vertex_block,
-                               .coloring = {.algorithm = ColoringAlgorithm::luby}}));
+  CHECK_NOTHROW(Solver(scene, testing::small_steps({.executor = testing::fake_device(),
+                                                    .device_strategy = DeviceStrategy::cluster})));
+  CHECK_NOTHROW(Solver(scene, testing::small_steps({.method = SolverMethod::vertex_block,
+                                                    .iterations = 2,
+                                                    .over_relaxation = 1.5F,
+                                                    .composition = PlanComposition::nested})));
+  CHECK_NOTHROW(
+      Solver(scene, testing::small_steps({.method = SolverMethod::vertex_block,
+                                          .coloring = {.algorithm = ColoringAlgorithm::luby}})));
 }
 
 }  // namespace pbdsurg

@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kEdge = 4e-3;
 // A bar along x, by default free and without gravity.
 Scene make_bar(bool fixed = false, std::array<Index, 3> cells = {8, 3, 3}) {
   Scene scene;
-  scene.add_body("bar", testing::make_box(cells, kEdge, 0.1));
+  scene.add_body("bar", testing::make_box(cells, kEdge, 0.1), testing::kSprings);
   scene.set_gravity(Eigen::Vector3f::Zero());
   if (fixed) {
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
@@ -41,7 +42,7 @@ std::vector<Eigen::Vector3f> stretched(const Solver& solver, float factor) {
 }  // namespace
 
 TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") {
-  const auto options = GENERATE(SolverOptions::paper(), SolverOptions{.damping = 5});
+  const auto options = GENERATE(SolverOptions::paper(), testing::small_steps({.damping = 5}));
   const Scene scene = make_bar(true);
   Solver solver(scene, options);
   const std::vector<Eigen::Vector3f> rest = solver.positions();
@@ -72,7 +73,7 @@ TEST_CASE("solver: both modes pull a stretched bar back to rest", "[property]") 
 TEST_CASE("solver: a free body keeps its linear momentum", "[property]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
   const Scene scene = make_bar();
-  Solver solver(scene, {.mode = mode, .substeps = 4, .iterations = 3});
+  Solver solver(scene, testing::small_steps({.mode = mode, .substeps = 4, .iterations = 3}));
   solver.write_positions(stretched(solver, 1.2F));
   for (int i = 0; i < 3; ++i) {
     solver.step(1e-3F);
@@ -92,7 +93,7 @@ TEST_CASE("solver: a free body keeps its linear momentum", "[property]") {
 
 TEST_CASE("solver: a spinning body keeps its angular momentum", "[property]") {
   const Scene scene = make_bar();
-  Solver solver(scene, {.substeps = 10, .iterations = 4});
+  Solver solver(scene, testing::small_steps({.substeps = 10, .iterations = 4}));
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double mass = 0;
   for (Index v = 0; v < scene.vertex_count(); ++v) {
@@ -127,7 +128,7 @@ TEST_CASE("solver: a spinning body keeps its angular momentum", "[property]") {
 TEST_CASE("solver: a free body falls as it should", "[unit]") {
   Scene scene = make_bar();
   scene.set_gravity({0, 0, -9.81F});
-  Solver solver(scene, {.substeps = 5});
+  Solver solver(scene, testing::small_steps({.substeps = 5}));
   const float before = solver.positions()[7].z();
 
   for (int i = 0; i < 10; ++i) {
@@ -149,7 +150,8 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
       points.push_back(frame.cast<double>() * p);
     }
     Scene scene;
-    scene.add_body("bar", TetMesh(points, {bar.tets().begin(), bar.tets().end()}));
+    scene.add_body("bar", TetMesh(points, {bar.tets().begin(), bar.tets().end()}),
+                   testing::kSprings);
     std::vector<Index> rim;
     for (Index v = 0; v < bar.vertex_count(); ++v) {
       if (bar.positions()[v].x() < 0.5 * kEdge) {
@@ -158,7 +160,7 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
     }
     scene.fix_vertices(0, rim);
     scene.set_gravity(frame * Eigen::Vector3f(0, -9.81F, 0));
-    Solver solver(scene);
+    Solver solver(scene, testing::small_steps());
     for (int i = 0; i < 20; ++i) {
       solver.step(5e-3F);
     }
@@ -177,7 +179,7 @@ TEST_CASE("solver: a rotated scene moves alike", "[property]") {
 TEST_CASE("solver: fixed vertices stay, exactly", "[unit]") {
   Scene scene = make_bar(true);
   scene.set_gravity({0, -9.81F, 0});
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   const auto before = solver.positions();
   for (int i = 0; i < 10; ++i) {
     solver.step(0.01F);
@@ -195,8 +197,8 @@ TEST_CASE("solver: fixed vertices stay, exactly", "[unit]") {
 
 TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden]") {
   const SolverOptions options =
-      GENERATE(SolverOptions{}, SolverOptions::paper(),
-               SolverOptions{.iterations = 2, .composition = PlanComposition::joint});
+      GENERATE(testing::small_steps(), SolverOptions::paper(),
+               testing::small_steps({.iterations = 2, .composition = PlanComposition::joint}));
   Scene scene = make_bar(true);
   scene.set_gravity({0, -9.81F, 0});
   Solver first(scene, options), second(scene, options);
@@ -218,7 +220,7 @@ TEST_CASE("solver: equal runs give equal bits, and a snapshot replays", "[golden
 
 // The paper's figure 9: a dragged organ is near its rest shape 100 ms after release.
 TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
-  Solver solver(make_bar(true, {8, 5, 5}), {.damping = 40});
+  Solver solver(make_bar(true, {8, 5, 5}), testing::small_steps({.damping = 40}));
   const auto rest = solver.positions();
   std::vector<Index> tip;
   for (Index v = 0; v < solver.vertex_count(); ++v) {
@@ -246,7 +248,8 @@ TEST_CASE("solver: a dragged block recovers within 100 ms", "[validation]") {
 }
 
 TEST_CASE("solver: inverted tetrahedra and overflow are reported, not thrown", "[unit]") {
-  Solver solver(make_bar(), {.mode = ProjectionMode::fraction, .substeps = 1});
+  Solver solver(make_bar(),
+                testing::small_steps({.mode = ProjectionMode::fraction, .substeps = 1}));
   std::vector<Eigen::Vector3f> mirrored = solver.positions();
   for (Eigen::Vector3f& p : mirrored) {
     p.x() = -p.x();
@@ -274,7 +277,8 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
   const TetMesh box = testing::make_box({3, 2, 2}, kEdge);
   scene.add_body("box", box, elastic_material(box, 1000, 2e4));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-  Solver solver(scene, {.method = method, .substeps = 2, .executor = executor});
+  Solver solver(scene,
+                testing::small_steps({.method = method, .substeps = 2, .executor = executor}));
   std::vector<Eigen::Vector3f> velocities(solver.positions().size(), Eigen::Vector3f::Zero());
   velocities.back().setConstant(std::numeric_limits<float>::max());
   solver.write_velocities(velocities);
@@ -291,9 +295,10 @@ TEST_CASE("solver: a lost vertex pulls no tool", "[unit]") {
 
 TEST_CASE("solver: tubes without volume constraints can be inverted too", "[unit]") {
   Scene scene;
-  scene.add_body("tube", testing::make_box({1, 1, 1}, kEdge), {.has_volume_constraints = false});
+  scene.add_body("tube", testing::make_box({1, 1, 1}, kEdge),
+                 {.model = ElasticModel::springs, .has_volume_constraints = false});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   auto mirrored = solver.positions();
   for (Eigen::Vector3f& p : mirrored) {
     p.x() = -p.x();
@@ -308,7 +313,8 @@ TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[
     Scene scene;
     scene.add_body("bar", bar, elastic_material(bar, 1000, modulus));
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
-    Solver solver(scene, {.substeps = substeps, .iterations = 10, .damping = 20});
+    Solver solver(scene,
+                  testing::small_steps({.substeps = substeps, .iterations = 10, .damping = 20}));
     for (int i = 0; i < 300; ++i) {
       solver.step(5e-3F);
     }
@@ -325,7 +331,7 @@ TEST_CASE("solver: an elastic material is softer where the modulus is lower", "[
 }
 
 TEST_CASE("solver: the plan lists every phase once and colours are valid in size", "[unit]") {
-  Solver solver(make_bar());
+  Solver solver(make_bar(), testing::small_steps());
   Index distances = 0, volumes = 0;
   for (const Phase& phase : solver.plan().phases) {
     distances += phase.kind == PhaseKind::distance;
@@ -337,7 +343,7 @@ TEST_CASE("solver: the plan lists every phase once and colours are valid in size
 }
 
 TEST_CASE("solver: partial readback gives what was asked for", "[unit]") {
-  const Solver solver(make_bar());
+  const Solver solver(make_bar(), testing::small_steps());
   const auto all = solver.positions();
   const std::vector<Index> some{5, 0, 17};
   std::vector<Eigen::Vector3f> out(3);
@@ -353,14 +359,18 @@ TEST_CASE("solver: partial readback gives what was asked for", "[unit]") {
 
 TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   const Scene scene = make_bar();
-  CHECK_THROWS_WITH(Solver(scene, {.substeps = -1}), ContainsSubstring("substeps is -1"));
-  CHECK_THROWS_WITH(Solver(scene, {.iterations = -3}), ContainsSubstring("iterations is -3"));
-  CHECK_THROWS_WITH(Solver(scene, {.damping = -1}), ContainsSubstring("damping"));
-  CHECK_THROWS_WITH(Solver(scene, {.contact_capacity = -1}), ContainsSubstring("capacity"));
-  CHECK_THROWS_WITH(Solver(scene, {.mode = static_cast<ProjectionMode>(7)}),
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.substeps = -1})),
+                    ContainsSubstring("substeps is -1"));
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.iterations = -3})),
+                    ContainsSubstring("iterations is -3"));
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.damping = -1})),
+                    ContainsSubstring("damping"));
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.contact_capacity = -1})),
+                    ContainsSubstring("capacity"));
+  CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.mode = static_cast<ProjectionMode>(7)})),
                     ContainsSubstring("mode 7"));
 
-  Solver solver(scene);
+  Solver solver(scene, testing::small_steps());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const float dt : {0.0F, -1.0F, nan, std::numeric_limits<float>::infinity()}) {
     CHECK_THROWS_AS(solver.step(dt), InvalidArgument);
@@ -387,7 +397,7 @@ TEST_CASE("solver: bad arguments are refused by name", "[unit]") {
   other = solver.snapshot();
   other.tissue.number = 9;
   CHECK_THROWS_WITH(solver.restore(other), ContainsSubstring("topology version 9"));
-  CHECK_THROWS_WITH(solver.restore(Solver(make_bar()).snapshot()),
+  CHECK_THROWS_WITH(solver.restore(Solver(make_bar(), testing::small_steps()).snapshot()),
                     ContainsSubstring("another tissue"));
 }
 
@@ -397,8 +407,10 @@ TEST_CASE("solver: the largest compliance resists nothing, however short the sub
   Scene scene;
   const TetMesh box = testing::make_box({2, 2, 2}, kEdge);
   scene.add_body("box", box,
-                 {.stretch = {1, kLargestCompliance}, .volume = {1, kLargestCompliance}});
-  Solver solver(scene, {.substeps = 1, .executor = executor});
+                 {.model = ElasticModel::springs,
+                  .stretch = {1, kLargestCompliance},
+                  .volume = {1, kLargestCompliance}});
+  Solver solver(scene, testing::small_steps({.substeps = 1, .executor = executor}));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
   const Index vertex = 0;
   solver.grasp(tool, {&vertex, 1}, kLargestCompliance);
@@ -417,7 +429,7 @@ TEST_CASE("solver: the largest compliance resists nothing, however short the sub
 }
 
 TEST_CASE("solver: an empty scene steps", "[unit]") {
-  Solver solver(Scene{});
+  Solver solver(Scene{}, testing::small_steps());
   CHECK(solver.step(0.01F).non_finite_vertices == 0);
   CHECK(solver.vertex_count() == 0);
 }

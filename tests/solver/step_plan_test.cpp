@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/soft_sweep.h"
 
 namespace pbdsurg {
@@ -23,7 +24,7 @@ PlanComposition any_composition() {
   return GENERATE(PlanComposition::separate, PlanComposition::joint);
 }
 
-Scene make_bar(const Material& material = {}) {
+Scene make_bar(const Material& material = testing::kSprings) {
   Scene scene;
   scene.add_body("bar", testing::make_box({6, 3, 3}, kEdge, 0.1), material);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
@@ -94,10 +95,10 @@ TEST_CASE("step plan: the order is that of colours, then of ids", "[golden]") {
   REQUIRE(order.size() == edges.size() + tets.size());
   std::sort(order.begin(), order.end());
 
-  Solver solver(scene, {.mode = ProjectionMode::fraction,
-                        .substeps = 1,
-                        .coloring = coloring,
-                        .composition = composition});
+  Solver solver(scene, testing::small_steps({.mode = ProjectionMode::fraction,
+                                             .substeps = 1,
+                                             .coloring = coloring,
+                                             .composition = composition}));
   std::vector<Vec3<float>> x;
   std::vector<Eigen::Vector3f> start;
   for (const Eigen::Vector3d& p : scene.positions()) {
@@ -147,8 +148,9 @@ TEST_CASE("step plan: plans agree where sweeps have converged", "[validation][lo
   const TetMesh mesh = testing::make_box({6, 3, 3}, kEdge, 0.1);
   const Scene scene = make_bar(elastic_material(mesh, 1000, 20e3));
   const auto hang = [&](PlanComposition composition) {
-    Solver solver(scene,
-                  {.substeps = 10, .iterations = 40, .damping = 40, .composition = composition});
+    Solver solver(
+        scene, testing::small_steps(
+                   {.substeps = 10, .iterations = 40, .damping = 40, .composition = composition}));
     for (int i = 0; i < 100; ++i) {
       solver.step(5e-3F);
     }
@@ -167,7 +169,8 @@ TEST_CASE("step plan: plans agree where sweeps have converged", "[validation][lo
 }
 
 TEST_CASE("step plan: a joint plan has the phases of the tetrahedra alone", "[unit]") {
-  const Solver separate(make_bar(), {}), joint(make_bar(), {.composition = PlanComposition::joint});
+  const Solver separate(make_bar(), testing::small_steps()),
+      joint(make_bar(), testing::small_steps({.composition = PlanComposition::joint}));
   CHECK(count(separate.plan(), PhaseKind::distance).colors >= 14);
   CHECK(count(joint.plan(), PhaseKind::distance).colors == 0);
   CHECK(count(joint.plan(), PhaseKind::volume).colors == 0);
@@ -175,7 +178,8 @@ TEST_CASE("step plan: a joint plan has the phases of the tetrahedra alone", "[un
         count(separate.plan(), PhaseKind::volume).colors);
 
   // tubes and links keep phases of their own
-  const Solver mixed(testing::make_soft_scene(), {.composition = PlanComposition::joint});
+  const Solver mixed(testing::make_soft_scene(),
+                     testing::small_steps({.composition = PlanComposition::joint}));
   CHECK(count(mixed.plan(), PhaseKind::distance).colors > 0);
   CHECK(count(mixed.plan(), PhaseKind::joint).colors > 0);
 }
@@ -184,19 +188,22 @@ TEST_CASE("step plan: what a limit of colours leaves over is one serial phase a 
   const PlanComposition composition = any_composition();
   const PhaseKind tets =
       composition == PlanComposition::joint ? PhaseKind::joint : PhaseKind::volume;
-  const Solver limited(make_bar(), {.coloring = {.max_colors = 10}, .composition = composition});
+  const Solver limited(make_bar(), testing::small_steps({.coloring = {.max_colors = 10},
+                                                         .composition = composition}));
   CHECK(count(limited.plan(), tets).colors == 10);
   CHECK(count(limited.plan(), tets).serial == 1);
-  const Solver unlimited(make_bar(), {.composition = composition});
+  const Solver unlimited(make_bar(), testing::small_steps({.composition = composition}));
   CHECK(count(unlimited.plan(), tets).serial == 0);
 }
 
 TEST_CASE("step plan: its name tells colouring and composition", "[unit]") {
   const Scene scene = make_bar();
   const auto name = [&](const ColoringOptions& coloring, PlanComposition composition) {
-    return Solver(scene, {.coloring = coloring, .composition = composition}).plan().name;
+    return Solver(scene, testing::small_steps({.coloring = coloring, .composition = composition}))
+        .plan()
+        .name;
   };
-  CHECK(Solver(scene).plan().name == "greedy+repair, nested");
+  CHECK(Solver(scene, testing::small_steps()).plan().name == "greedy+repair, nested");
   CHECK(name({.order = GreedyOrder::smallest_last, .balance = true}, PlanComposition::joint) ==
         "greedy by smallest_last+balance, joint");
   CHECK(name({.algorithm = ColoringAlgorithm::luby, .max_colors = 12}, PlanComposition::joint) ==
@@ -208,13 +215,15 @@ TEST_CASE("step plan: its name tells colouring and composition", "[unit]") {
 TEST_CASE("step plan: bad options are refused by name", "[unit]") {
   const Scene scene = make_bar();
   const auto refuse = [&](const ColoringOptions& coloring, const char* option) {
-    CHECK_THROWS_WITH(Solver(scene, {.coloring = coloring}), ContainsSubstring(option));
+    CHECK_THROWS_WITH(Solver(scene, testing::small_steps({.coloring = coloring})),
+                      ContainsSubstring(option));
   };
   refuse({.max_colors = -1}, "max_colors is -1");
   refuse({.algorithm = ColoringAlgorithm::random_disc, .disc = {.shrink = 0.5}}, "shrink");
   refuse({.algorithm = static_cast<ColoringAlgorithm>(77)}, "77");
-  CHECK_THROWS_WITH(Solver(scene, {.composition = static_cast<PlanComposition>(9)}),
-                    ContainsSubstring("composition 9"));
+  CHECK_THROWS_WITH(
+      Solver(scene, testing::small_steps({.composition = static_cast<PlanComposition>(9)})),
+      ContainsSubstring("composition 9"));
 }
 
 }  // namespace pbdsurg

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/support/catch.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,8 +39,9 @@ TEST_CASE("step program: runs its operations in order, once a substep", "[unit]"
 // substep.
 TEST_CASE("step program: every method predicts, finds contacts, sweeps, then looks back",
           "[unit]") {
-  for (const SolverOptions& options : {SolverOptions{}, SolverOptions::paper(),
-                                       SolverOptions{.method = SolverMethod::vertex_block}}) {
+  for (const SolverOptions& options :
+       {SolverOptions{}, SolverOptions::paper(),
+        testing::small_steps({.method = SolverMethod::vertex_block})}) {
     const StepProgram program = step_program(options, {options.substeps, options.iterations});
     CHECK(program.division.substeps == options.substeps);
     const bool displaces = options.mode == ProjectionMode::compliance;
@@ -72,9 +74,9 @@ TEST_CASE("step program: methods leave out what they have no use for", "[unit]")
   const auto has = [](const SolverOptions& options, StepOperation operation) {
     return place_of(step_program(options, {options.substeps, options.iterations}), operation) >= 0;
   };
-  const SolverOptions compliances{.mode = ProjectionMode::compliance};
-  const SolverOptions fractions{.mode = ProjectionMode::fraction};
-  const SolverOptions blocks{.method = SolverMethod::vertex_block};
+  const SolverOptions compliances = testing::small_steps({.mode = ProjectionMode::compliance});
+  const SolverOptions fractions = testing::small_steps({.mode = ProjectionMode::fraction});
+  const SolverOptions blocks = testing::small_steps({.method = SolverMethod::vertex_block});
   CHECK(has(compliances, StepOperation::clear_multipliers));
   CHECK_FALSE(has(fractions, StepOperation::clear_multipliers));
   CHECK_FALSE(has(blocks, StepOperation::clear_multipliers));

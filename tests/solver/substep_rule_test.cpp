@@ -12,6 +12,7 @@
 #include "tests/support/digest.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/solver_digest.h"
 #include "tests/support/vertex_method_cases.h"
 
@@ -51,7 +52,9 @@ TEST_CASE("substep rule: a share of the time in which waves cross an edge", "[un
   CHECK(longest(other) == Approx(2 * crossing).epsilon(0.02));
   other.longest_step = 1e-4F;  // in one substep
   CHECK(longest(other) == 1e-4F);
-  CHECK(longest({}) == 0);
+  CHECK(longest({}) == longest(automatic()));
+  CHECK(longest({.substeps = 10}) == 0);
+  CHECK(longest({.substeps = 10, .iterations = 1}) == 0);
 
   Scene stiffer = scene;  // the stiffest body counts
   stiffer.add_body("wall", testing::make_box({2, 2, 2}, edge), neo_hookean(3.2e5F, 0.45F));
@@ -103,10 +106,13 @@ TEST_CASE("substep rule: what cannot be met is refused, with the number", "[unit
   };
   refuse(neo_hookean(5e9F, 0.3F), automatic(),
          "body 'bar' needs substeps of 9.87414e-07 s or less: more than 1000 in the longest step");
-  refuse({}, automatic(SolverMethod::projection), "body 'bar' needs substeps of 0 s");
+  refuse(testing::kSprings, automatic(SolverMethod::projection),
+         "body 'bar' has springs of compliance 0");
+  refuse(testing::kSprings, {}, "body 'bar' has springs of compliance 0");
   SolverOptions options = automatic(SolverMethod::projection);
   options.mode = ProjectionMode::fraction;
-  refuse({}, options, "substeps are automatic; fraction mode has no stiffness");
+  refuse(testing::kSprings, options, "automatic; fraction mode has no stiffness");
+  refuse(testing::kSprings, {.mode = ProjectionMode::fraction, .substeps = 2}, "name both");
   const Material soft = neo_hookean(1e4F, 0.3F);
   for (const float accuracy : {0.0F, -1.0F, 1.1F, std::nanf("")}) {
     options = automatic();
@@ -118,11 +124,58 @@ TEST_CASE("substep rule: what cannot be met is refused, with the number", "[unit
     options.longest_step = step;
     refuse(soft, options, "longest_step is");
   }
-  refuse(soft, {.accuracy = 0.1F}, "accuracy is 0.100000, which nothing would read");
-  refuse(soft, {.longest_step = 0.1F}, "it needs automatic substeps");
+  const SolverOptions given{.substeps = 10, .iterations = 1};
+  options = given;
+  options.accuracy = 0.1F;
+  refuse(soft, options, "accuracy is 0.100000, which nothing would read");
+  options = given;
+  options.longest_step = 0.1F;
+  refuse(soft, options, "it needs automatic substeps or iterations");
   refuse(soft, {.substeps = -1}, "substeps is -1; it must be >= 1, or 0 for automatic ones");
   refuse(soft, {.iterations = -1}, "iterations is -1; it must be >= 1");
-  refuse(soft, {.iterations = kAutomatic}, "iterations are automatic and substeps are 10");
+  refuse(neo_hookean(1e7F, 0.3F), {.substeps = 1},
+         "body 'bar' needs 569809 sweeps of a substep: more than 1000");
+  Material sticky = soft;
+  sticky.damping = 10;
+  refuse(sticky, {}, "sweeps of a substep: more than 1000");
+}
+
+// Would catch a default that cannot step what another method could.
+TEST_CASE("substep rule: the method is the one that scene and options allow", "[unit]") {
+  const auto method_of = [](const Material& material, const SolverOptions& options) {
+    return Solver(make_bar(material, {3, 2, 2}), options).options().method;
+  };
+  const Material solid = neo_hookean(1e4F, 0.3F);
+  Material springs = testing::kSprings;
+  springs.stretch.compliance = 1e-3F;
+  CHECK(method_of(solid, {}) == SolverMethod::vertex_block);
+  CHECK(method_of(springs, {}) == SolverMethod::projection);  // volumes are rigid
+  springs.volume.compliance = 1e-9F;
+  CHECK(method_of(springs, {}) == SolverMethod::vertex_block);
+  CHECK(method_of(solid, {.composition = PlanComposition::joint}) == SolverMethod::projection);
+  CHECK(method_of(solid, {.coloring = {.max_colors = 20}}) == SolverMethod::projection);
+  CHECK(method_of(springs, {.mode = ProjectionMode::fraction, .substeps = 1, .iterations = 9}) ==
+        SolverMethod::projection);
+  CHECK(Solver(Scene{}).options().method == SolverMethod::vertex_block);
+  const SolverOptions took = Solver(make_bar(solid, {3, 2, 2})).options();
+  CHECK(Solver(make_bar(solid, {3, 2, 2}), took).options().method == SolverMethod::vertex_block);
+}
+
+// Would catch substeps that are named and leave the scene softer than its material, in silence.
+TEST_CASE("substep rule: sweeps make up for substeps that are too few", "[validation]") {
+  const auto method = GENERATE(SolverMethod::vertex_block, SolverMethod::projection);
+  const Scene scene = make_bar(neo_hookean(8e4F, 0.45F), {6, 3, 3});
+  const auto sag = [&](const SolverOptions& options) {
+    Solver solver(scene, options);
+    run(solver, 240, 5e-3F);
+    return scene.positions().back().y() - double{solver.positions().back().y()};
+  };
+  const double expected = sag({.method = method, .longest_step = 5e-3F, .damping = 60});
+  REQUIRE(expected > 1e-5);
+  for (const int substeps : {3, 8, 20}) {
+    CHECK(sag({.method = method, .substeps = substeps, .longest_step = 5e-3F, .damping = 60}) ==
+          Approx(expected).epsilon(0.03));
+  }
 }
 
 TEST_CASE("substep rule: a body that an edit brings counts, until it is taken back", "[unit]") {

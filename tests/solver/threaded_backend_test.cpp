@@ -12,6 +12,7 @@
 #include "tests/support/instruction_set.h"
 #include "tests/support/meshes.h"
 #include "tests/support/skip.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -95,7 +96,8 @@ void check_lanes(const std::string& set) {
   const int max_colors = GENERATE(0, 9);
   const float damping = mode == ProjectionMode::compliance && max_colors == 0 ? 0.01F : 0.0F;
   const Scene scene = make_scene(mode, damping);
-  SolverOptions options{.mode = mode, .substeps = 2, .iterations = 3, .composition = composition};
+  SolverOptions options = testing::small_steps(
+      {.mode = mode, .substeps = 2, .iterations = 3, .composition = composition});
   options.coloring.max_colors = max_colors;
   options.coloring.repair = max_colors == 0;
   options.executor = executor::serial();
@@ -147,7 +149,7 @@ TEST_CASE(
   material.max_stretch = 1.2F;
   scene.add_body("block", mesh, springs ? material : Material{.model = ElasticModel::neo_hookean});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-  SolverOptions options{.substeps = 1};
+  SolverOptions options = testing::small_steps({.substeps = 1});
   options.executor = executor::serial();
   Index top = 0;
   const Solver solver(scene, options);
@@ -180,7 +182,7 @@ TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside
   Scene scene;
   scene.add_body("block", mesh, {.model = ElasticModel::neo_hookean, .damping = 1e-3F});
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-  SolverOptions options{.method = method, .substeps = 2};
+  SolverOptions options = testing::small_steps({.method = method, .substeps = 2});
   options.composition = composition;
   options.executor = executor::threads(1);
   Solver one(scene, options);
@@ -216,11 +218,11 @@ TEST_CASE("threaded backend: solvers of several threads may share an executor", 
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.5 * kEdge; });
-  Solver alone(scene, {.executor = executor::threads(1)});
+  Solver alone(scene, testing::small_steps({.executor = executor::threads(1)}));
   std::vector<Solver> solvers;
   const Executor shared = executor::threads(GENERATE(3, 0));
   for (int i = 0; i < 3; ++i) {
-    solvers.emplace_back(scene, SolverOptions{.executor = shared});
+    solvers.emplace_back(scene, testing::small_steps({.executor = shared}));
   }
   constexpr int kSteps = 20;
   {
@@ -250,7 +252,7 @@ TEST_CASE("threaded backend: a link without length has a finite residual", "[uni
   scene.add_particles("strand", one_point, 1e-6);
   scene.add_link({0, 1, 1e-3F, {0.5F, 1e-3F}});
   for (const MathMode math : {MathMode::strict, MathMode::fast}) {
-    Solver solver(scene, {.executor = executor::threads(1), .math = math});
+    Solver solver(scene, testing::small_steps({.executor = executor::threads(1), .math = math}));
     CHECK(solver.step(kTimeStep).distance_residual == 1);
   }
 }

@@ -6,6 +6,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,7 +39,8 @@ Scene make_chain() {
 TEST_CASE("validation: a chain of springs sags as computed, whatever the step", "[validation]") {
   const int substeps = GENERATE(10, 40);
   const int iterations = GENERATE(1, 8);
-  Solver solver(make_chain(), {.substeps = substeps, .iterations = iterations, .damping = 10});
+  Solver solver(make_chain(), testing::small_steps(
+                                  {.substeps = substeps, .iterations = iterations, .damping = 10}));
 
   for (int i = 0; i < 1000; ++i) {
     solver.step(5e-3F);
@@ -58,7 +60,7 @@ TEST_CASE("validation: a chain of springs sags as computed, whatever the step", 
 TEST_CASE("validation: a chain of springs swings with its period", "[validation]") {
   Scene scene = make_chain();
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, {.substeps = 20, .iterations = 4});
+  Solver solver(scene, testing::small_steps({.substeps = 20, .iterations = 4}));
   // first longitudinal mode of a fixed-free chain
   const double wave_number = std::numbers::pi / (2 * kCount + 1);
   auto x = solver.positions();

@@ -13,6 +13,7 @@
 #include "lib/solver/methods/vertex_kernel.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -52,7 +53,7 @@ struct Sample {
       springs.push_back({edge, 2.0F, 9e-4F, 1e-4F});
     }
     Scene scene;
-    scene.add_body("box", mesh);
+    scene.add_body("box", mesh, testing::kSprings);
     scene.add_hinges(0, 1);
     for (const Hinge& hinge : scene.hinges()) {
       hinges.push_back({hinge.vertices, 1e-5F, 0.1F, 1e-9F});

@@ -14,6 +14,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/instruction_set.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/vertex_method_cases.h"
 
 namespace pbdsurg {
@@ -40,7 +41,8 @@ TEST_CASE("vertex method: tissue comes to rest where projections bring it", "[va
   const bool springs = GENERATE(true, false);
   const Scene scene = springs ? make_spring_bar() : make_bar(neo_hookean(2e4F, 0.4F));
   Solver vertices(scene, vertex_options(4, 30, 20));
-  Solver projections(scene, {.substeps = 20, .iterations = 15, .damping = 20});
+  Solver projections(scene,
+                     testing::small_steps({.substeps = 20, .iterations = 15, .damping = 20}));
   const auto start = projections.positions();
 
   run(vertices, 150);

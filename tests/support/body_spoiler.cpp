@@ -6,6 +6,7 @@
 
 #include "tests/support/bad_ids.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -82,7 +83,7 @@ bool spoil_link(const Solver& solver, Choices& choices, TopologyEdit& edit) {
   std::vector<Eigen::Vector3d> points(corners.begin(), corners.end());
   points.emplace_back(0, 0, -kEdge);
   edit = {};
-  edit.new_bodies.add_body("guest", {points, {{0, 1, 2, 3}}});
+  edit.new_bodies.add_body("guest", {points, {{0, 1, 2, 3}}}, kSprings);
   const Index first = solver.vertex_count();
   edit.new_links = {{first, first + 4 + choices.below(2), 1e-3F, kLink}};
   return true;

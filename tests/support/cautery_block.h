@@ -15,8 +15,8 @@ namespace pbdsurg::testing {
 struct CauteryBlock {
   static constexpr double kEdge = 1e-3;  // m
 
-  CauteryBlock() {
-    scene.add_body("block", mesh);
+  explicit CauteryBlock(const Material& material = {}) {
+    scene.add_body("block", mesh, material);
     scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() < 0.1 * kEdge; });
   }
 

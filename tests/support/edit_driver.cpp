@@ -17,6 +17,8 @@
 #include "pbdsurg/views/live_pieces.h"
 #include "pbdsurg/views/live_surface.h"
 
+#include "tests/support/small_steps.h"
+
 namespace {
 
 thread_local std::vector<void*>* calls = nullptr;  // entered; null for a return
@@ -56,7 +58,7 @@ int main() try {
   strands.join(scene, 0, 1, scattered_links(lower, upper, {.max_distance = 8e-3, .density = 1e6}),
                {.segments = 2});
 
-  Solver solver(scene, {.executor = executor::serial()});
+  Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   const std::array bodies{ThermalBody{0, tissues::fat().heat},
                           ThermalBody{1, tissues::liver().heat}};
   const HeatField field(solver.tissue(), bodies);

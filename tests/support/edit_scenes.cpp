@@ -10,6 +10,7 @@
 #include "pbdsurg/base/random.h"
 
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 namespace {
@@ -154,7 +155,8 @@ const std::vector<EditScene>& edit_scenes() {
 }
 
 std::vector<SolverOptions> edit_options(const EditScene& scene) {
-  const SolverOptions base{.substeps = 2, .damping = 1, .executor = executor::serial()};
+  const SolverOptions base =
+      small_steps({.substeps = 2, .damping = 1, .executor = executor::serial()});
   std::vector<SolverOptions> all(7, base);
   all[1].composition = PlanComposition::joint;
   all[1].coloring.balance = true;
@@ -170,7 +172,7 @@ std::vector<SolverOptions> edit_options(const EditScene& scene) {
     all[separate].composition = PlanComposition::separate;
   }
   const bool has_solid = std::ranges::any_of(scene.scene.bodies(), [](const Body& body) {
-    return body.material.model == ElasticModel::neo_hookean;
+    return body.tet_count > 0 && body.material.model == ElasticModel::neo_hookean;
   });
   if (has_solid || !scene.scene.hinges().empty()) {  // whose energy fractions do not follow
     all.pop_back();

@@ -18,6 +18,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg::testing {
 
@@ -29,7 +30,8 @@ inline constexpr Stiffness kSoftVolume{1, 4.8e-9F};  // m^5/N, for impulses like
 /// A block with volume constraints, a tube without, and links between them.
 inline Scene make_soft_scene() {
   Scene scene;
-  const Material block{.stretch = kSoftStretch, .volume = kSoftVolume};
+  const Material block{
+      .model = ElasticModel::springs, .stretch = kSoftStretch, .volume = kSoftVolume};
   Material tube = block;
   tube.has_volume_constraints = false;
   scene.add_body("tube", make_box({3, 1, 1}, kSoftEdge, 0.1, 2), tube);
@@ -43,7 +45,7 @@ inline Scene make_soft_scene() {
 
 /// @param coloring  and composition: of the plan to be tested
 inline SolverOptions soft_options(const ColoringOptions& coloring, PlanComposition composition) {
-  return {.substeps = 1, .coloring = coloring, .composition = composition};
+  return small_steps({.substeps = 1, .coloring = coloring, .composition = composition});
 }
 
 /// Stretches the scene, makes one sweep and compares.

@@ -22,7 +22,7 @@ inline Scene make_spring_block(std::array<Index, 3> cells = {6, 5, 5},
   Scene scene;
   scene.add_body(
       "block", mesh,
-      method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : Material{});
+      method == SolverMethod::vertex_block ? elastic_material(mesh, 1000, 20e3) : kSprings);
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
   return scene;
 }

@@ -14,6 +14,7 @@
 #include "tests/support/catch.h"
 #include "tests/support/cautery_block.h"
 #include "tests/support/meshes.h"
+#include "tests/support/small_steps.h"
 
 namespace pbdsurg {
 namespace {
@@ -33,8 +34,8 @@ const ThermalProperties& kFat = tissues::fat().heat;
 // The whole chain: a tetrahedron goes through the states in order, shrinks while it burns, and
 // goes; every joule is accounted for at every update, and what went was paid for.
 TEST_CASE("cautery: tissue passes through heated and burning before it vaporises", "[validation]") {
-  const CauteryBlock block;
-  Solver solver(block.scene, {.damping = 20});
+  const CauteryBlock block{testing::kSprings};
+  Solver solver(block.scene, testing::small_steps({.damping = 20}));
   const ThermalBody body{0, kFat};
   Cautery cautery(solver.tissue(), std::span(&body, 1), {.tearing_rate = 1e3});  // nothing tears
 
@@ -230,8 +231,8 @@ TEST_CASE("cautery: a blade leaves no mark, whitens or cuts with 10, 25 or 50 W"
 // Would catch the paper's mode if it were another code, or needed water: a known current, vertices
 // that boil at once, tetrahedra that go when all four have, and still no removal without energy.
 TEST_CASE("cautery: the paper's preset burns with a known current", "[unit]") {
-  const CauteryBlock block;
-  Solver solver(block.scene, {.damping = 20});
+  const CauteryBlock block{testing::kSprings};
+  Solver solver(block.scene, testing::small_steps({.damping = 20}));
   const ThermalBody body{0, kFat};
   Cautery cautery(solver.tissue(), std::span(&body, 1),
                   {.electrode_cooling = 0, .model = ThermalModel::paper()});

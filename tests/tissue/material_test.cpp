@@ -40,7 +40,8 @@ TEST_CASE("material: springs have the compliances of the solid's moduli, and all
 TEST_CASE("material: springs of what has no moduli, or no tetrahedra, are refused", "[unit]") {
   const TetMesh mesh = testing::make_box({1, 1, 1}, 2e-3);
   Material solid{.model = ElasticModel::neo_hookean};
-  CHECK_THROWS_WITH(springs(mesh, Material{}), ContainsSubstring("Neo-Hookean"));
+  CHECK_THROWS_WITH(springs(mesh, {.model = ElasticModel::springs}),
+                    ContainsSubstring("Neo-Hookean"));
   CHECK_THROWS_WITH(springs(TetMesh(), solid), ContainsSubstring("tetrahedra"));
   solid.youngs_modulus = 0;
   CHECK_THROWS_WITH(springs(mesh, solid), ContainsSubstring("Young's modulus"));

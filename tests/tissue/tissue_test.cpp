@@ -19,6 +19,7 @@
 #include "tests/support/live_model.h"
 #include "tests/support/model_difference.h"
 #include "tests/support/plan_checks.h"
+#include "tests/support/small_steps.h"
 #include "tests/support/solver_digest.h"
 
 namespace pbdsurg {
@@ -114,12 +115,12 @@ TEST_CASE("tissue: what one solver refuses, none follows", "[unit]") {
   const TetMesh block = testing::make_box({2, 2, 2}, kEventfulEdge);
   scene.add_body("block", block, elastic_material(block, 1000, 20e3));
   Tissue tissue(scene);
-  Solver by_constraints(tissue, {.executor = executor::serial()});
-  Solver by_vertices(tissue,
-                     {.method = SolverMethod::vertex_block, .executor = executor::serial()});
+  Solver by_constraints(tissue, testing::small_steps({.executor = executor::serial()}));
+  Solver by_vertices(tissue, testing::small_steps({.method = SolverMethod::vertex_block,
+                                                   .executor = executor::serial()}));
   const std::uint64_t before = digest_of(inspect(by_constraints));
   TopologyEdit rigid;
-  rigid.new_bodies.add_body("rigid", block, {});  // springs of compliance 0
+  rigid.new_bodies.add_body("rigid", block, testing::kSprings);  // springs of compliance 0
   CHECK_THROWS_WITH(tissue.apply(rigid), ContainsSubstring("the vertex-block method needs > 0"));
   CHECK(digest_of(inspect(by_constraints)) == before);
   CHECK(tissue.bodies().size() == 1);
@@ -205,7 +206,8 @@ TEST_CASE("tissue: a joint plan is refused once it was edited", "[unit]") {
   const TetMesh block = testing::make_box({2, 2, 2}, kEventfulEdge);
   scene.add_body("block", block, elastic_material(block, 1000, 20e3));
   Tissue tissue(scene);
-  const SolverOptions joint{.executor = executor::serial(), .composition = PlanComposition::joint};
+  const SolverOptions joint =
+      testing::small_steps({.executor = executor::serial(), .composition = PlanComposition::joint});
   tissue.apply({.remove_tets = {3}});
   CHECK_THROWS_WITH(Solver(tissue, joint),
                     ContainsSubstring("a joint plan is of tissue as a scene"));
@@ -218,8 +220,8 @@ TEST_CASE("tissue: a heat field made after a cut conducts in what is left", "[pr
   const TetMesh mesh = testing::make_box({5, 4, 3}, kEventfulEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
-  scene.add_body("beside", testing::make_box({1, 1, 1}, kEventfulEdge));
-  Solver solver(scene, {.executor = executor::serial()});
+  scene.add_body("beside", testing::make_box({1, 1, 1}, kEventfulEdge), testing::kSprings);
+  Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   Tissue& tissue = solver.tissue();
   const ThermalProperties& liver = tissues::liver().heat;
   const ThermalBody body{0, liver};
@@ -256,8 +258,8 @@ TEST_CASE("tissue: a heat field made after a cut conducts in what is left", "[pr
 // Would catch a field of a copy that misses what its tissue does.
 TEST_CASE("tissue: a heat field of a copied mesh follows", "[unit]") {
   Scene scene;
-  scene.add_body("block", testing::make_box({3, 2, 2}, kEventfulEdge, 0.1));
-  Solver solver(scene, {.executor = executor::serial()});
+  scene.add_body("block", testing::make_box({3, 2, 2}, kEventfulEdge, 0.1), testing::kSprings);
+  Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
   const ThermalProperties& liver = tissues::liver().heat;
   const ThermalBody body{0, liver};
   const ThermalMesh mesh(solver.tissue(), {&body, 1});

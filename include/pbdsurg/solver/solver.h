@@ -65,7 +65,8 @@ class PBDSURG_API Solver {
   ///                             Neo-Hookean body in fraction mode, or what the vertex-block method
   ///                             cannot follow: fractions, joint plans, limits of colours,
   ///                             clusters, a compliance of zero; or a joint plan of a tissue that
-  ///                             was edited
+  ///                             was edited; or the body that no automatic number of substeps or
+  ///                             sweeps makes accurate: see kAutomatic
   /// @throws BackendUnavailable  if the executor is a device that cannot step this, saying why
   /// @param tissue  must outlive the solver; as far as edits have changed it, it starts at rest
   explicit Solver(Tissue& tissue, const SolverOptions& options = {});
@@ -107,8 +108,8 @@ class PBDSURG_API Solver {
   /// Of one copy, of the last step.
   [[nodiscard]] StepReport last_report(Index copy = 0) const;
 
-  /// As given, but with the composition that was taken where that was automatic, and with who
-  /// works.
+  /// As given, but with the method and the composition that were taken where these were automatic,
+  /// and with who works.
   [[nodiscard]] const SolverOptions& options() const;
   /// The phases of one sweep, as they are now.
   [[nodiscard]] const StepPlan& plan() const;

@@ -17,6 +17,9 @@ namespace pbdsurg {
 
 /// What a step finds new positions with.
 enum class SolverMethod : std::uint8_t {
+  /// vertex_block where the scene and the other options allow it, projection where not: see
+  /// there. Chosen when the solver is made; a plan's name tells which.
+  automatic,
   projection,  ///< constraint by constraint: PBD or XPBD, as ProjectionMode says
   /// Vertex by vertex, each to the least energy that its neighbours leave it. After Chen et al.
   /// 2024, "Vertex Block Descent". Compliance mode only, and no compliance of a material may be
@@ -47,10 +50,12 @@ enum class DeviceStrategy : std::uint8_t {
 /// asked for need. A substep is then at most a share of the time in which a wave of stretch crosses
 /// an edge of a body's mesh, edge sqrt(density / E): half of it with vertex blocks, a sixth with
 /// projections, at an accuracy of 2 %; it grows with the square root of that. Inner friction tau
-/// takes 1 + tau / substep sweeps in place of one. `statics` measures what comes of it. Bodies
-/// count as they are when the solver is made; links and hinges do not.
+/// takes 1 + tau / substep sweeps in place of one. `statics` measures what comes of it. Where the
+/// other of the two numbers is given, this one makes up for it: n sweeps stand for substeps sqrt(n)
+/// times as long, and the reverse. Bodies count as they are when the solver is made; links and
+/// hinges do not.
 inline constexpr int kAutomatic = 0;
-inline constexpr int kMostAutomaticSubsteps = 1000;  ///< of the longest step
+inline constexpr int kMostAutomatic = 1000;  ///< substeps of the longest step, sweeps of a substep
 
 /// How much edits may add before memory has to be found for it.
 struct SpareRoom {
@@ -60,24 +65,23 @@ struct SpareRoom {
   Index links = 0;     ///< as edges
 };
 
-/// How a solver steps. The defaults are small steps (Macklin et al. 2019, "Small Steps in Physics
-/// Simulation"): many substeps of one sweep converge better than many sweeps of one step.
+/// How a solver steps. By default it steps as finely as the scene's stiffness needs for an accuracy
+/// of 2 % at rest: many substeps of one sweep converge better than many sweeps of one step (Macklin
+/// et al. 2019, "Small Steps in Physics Simulation").
 ///
 /// What another option leaves without a reader is refused, unless it is at its default; seed and
 /// executor of a colouring go with every algorithm.
 struct PBDSURG_API SolverOptions {
-  SolverMethod method = SolverMethod::projection;    ///< what finds new positions
+  SolverMethod method = SolverMethod::automatic;     ///< what finds new positions
   ProjectionMode mode = ProjectionMode::compliance;  ///< how stiffness is read
-  int substeps = 10;                                 ///< per step, >= 1, or kAutomatic
-  /// Sweeps over all phases per substep, >= 1; kAutomatic, if substeps are, too. Where they are
-  /// given and substeps are not, these get as short as friction and sweeps make them.
-  int iterations = 1;
-  /// Of stiffness at rest, as a share, in [0.001, 1]: with automatic substeps, tissue that hangs or
-  /// is held comes this near to what its material says in twenty times the time in which its
-  /// slowest wave fades. Measured at 0.02 (`statics`); others follow from a square root.
+  int substeps = kAutomatic;                         ///< per step, >= 1, or kAutomatic
+  int iterations = kAutomatic;  ///< sweeps over all phases per substep, >= 1, or kAutomatic
+  /// Of stiffness at rest, as a share, in [0.001, 1]: with automatic substeps or sweeps, tissue
+  /// that hangs or is held comes this near to what its material says in twenty times the time in
+  /// which its slowest wave fades. Measured at 0.02 (`statics`); others follow from a square root.
   float accuracy = 0.02F;
-  /// s, > 0: with automatic substeps, the longest step that is to be taken. A scene that needs more
-  /// than kMostAutomaticSubsteps in it is refused. Longer steps are subdivided, too.
+  /// s, > 0: with automatic substeps or sweeps, the longest step that is to be taken. A scene that
+  /// needs more than kMostAutomatic of them in it is refused. Longer steps are subdivided, too.
   float longest_step = 1.0F / 60;
   /// 1/s, >= 0: a rate of drag against the world; each substep divides speeds by 1 + damping h.
   float damping = 0;

@@ -30,11 +30,12 @@ struct Stiffness {
   float compliance = 0;
 };
 
-/// Material of one body. The fractions are the paper's (0.4 for stretch); compliances are rigid
-/// until given: see elastic_material().
+/// Material of one body; a soft organ, unless it is told otherwise.
+/// The fractions are the paper's (0.4 for stretch); compliances are rigid until given, which no
+/// accuracy fits: see elastic_material().
 struct PBDSURG_API Material {
-  float density = 1000;                        ///< kg/m^3, positive
-  ElasticModel model = ElasticModel::springs;  ///< which of the following count
+  float density = 1000;                            ///< kg/m^3, positive
+  ElasticModel model = ElasticModel::neo_hookean;  ///< which of the following count
 
   // springs
   Stiffness stretch{0.4F, 0.0F};       ///< along edges

@@ -61,11 +61,44 @@ VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Materi
   return tet;
 }
 
-void check_compliance(const std::string& what, float compliance) {
-  if (!(compliance > 0) || !std::isfinite(1 / compliance)) {
-    throw InvalidArgument(what + " compliance is " + std::to_string(compliance) +
-                          "; the vertex-block method needs > 0");
+bool has_stiffness(float compliance) noexcept {
+  return compliance > 0 && std::isfinite(1 / compliance);
+}
+
+std::string compliance_problem(const Body& body, const char* which, float compliance) {
+  return "body '" + body.name + "': " + which + " compliance is " + std::to_string(compliance) +
+         "; the vertex-block method needs > 0";
+}
+
+// Why the method cannot step bodies as options ask.
+std::optional<std::string> problem_of(std::span<const Body> bodies, const SolverOptions& options) {
+  if (options.mode == ProjectionMode::fraction) {
+    return "the vertex-block method minimises an energy; fraction mode has none";
   }
+  if (options.coloring.max_colors != 0) {
+    return "max_colors is " + std::to_string(options.coloring.max_colors) +
+           "; the vertex-block method needs all its colours: 0";
+  }
+  if (options.composition == PlanComposition::joint) {
+    return "a joint composition is of constraints; the vertex-block method has none";
+  }
+  if (options.device_strategy == DeviceStrategy::cluster) {
+    return "device_strategy is cluster, which sweeps constraints; the vertex-block method takes "
+           "automatic, stream and graph";
+  }
+  for (const Body& body : bodies) {
+    const Material& material = body.material;
+    if (body.tet_count == 0 || material.model != ElasticModel::springs) {
+      continue;
+    }
+    if (!has_stiffness(material.stretch.compliance)) {
+      return compliance_problem(body, "stretch", material.stretch.compliance);
+    }
+    if (material.has_volume_constraints && !has_stiffness(material.volume.compliance)) {
+      return compliance_problem(body, "volume", material.volume.compliance);
+    }
+  }
+  return std::nullopt;
 }
 
 VertexTet make_volume(const ConstraintRecord<VolumeConstraint>& record) {
@@ -138,29 +171,19 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
 
 }  // namespace
 
+SolverMethod method_for(std::span<const Body> bodies, const SolverOptions& options) {
+  if (options.method != SolverMethod::automatic) {
+    return options.method;
+  }
+  return problem_of(bodies, options) ? SolverMethod::projection : SolverMethod::vertex_block;
+}
+
 void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options) {
   if (options.method != SolverMethod::vertex_block) {
     return;
   }
-  if (options.mode == ProjectionMode::fraction) {
-    throw InvalidArgument("the vertex-block method minimises an energy; fraction mode has none");
-  }
-  if (options.coloring.max_colors != 0) {
-    throw InvalidArgument("max_colors is " + std::to_string(options.coloring.max_colors) +
-                          "; the vertex-block method needs all its colours: 0");
-  }
-  if (options.composition == PlanComposition::joint) {
-    throw InvalidArgument(
-        "a joint composition is of constraints; the vertex-block method has none");
-  }
-  for (const Body& body : bodies) {
-    const Material& material = body.material;
-    if (body.tet_count > 0 && material.model == ElasticModel::springs) {
-      check_compliance("body '" + body.name + "': stretch", material.stretch.compliance);
-      if (material.has_volume_constraints) {
-        check_compliance("body '" + body.name + "': volume", material.volume.compliance);
-      }
-    }
+  if (const std::optional<std::string> problem = problem_of(bodies, options)) {
+    throw InvalidArgument(*problem);
   }
 }
 

@@ -21,6 +21,10 @@ namespace pbdsurg {
 
 class SolverData;
 
+/// What an automatic method is: this one, if it can follow the options and the materials; else
+/// projections. Any other method stays.
+[[nodiscard]] SolverMethod method_for(std::span<const Body> bodies, const SolverOptions& options);
+
 /// @throws InvalidArgument  if the options ask for this method and it cannot follow them, naming
 ///                          the option or the body
 void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options);

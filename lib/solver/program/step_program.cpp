@@ -24,15 +24,11 @@ constexpr std::array kVertexBlocks{
 }  // namespace
 
 StepProgram step_program(const SolverOptions& options, const StepDivision& division) noexcept {
-  switch (options.method) {
-    case SolverMethod::projection:
-      return options.mode == ProjectionMode::fraction
-                 ? StepProgram{kFractionProjections, division}
-                 : StepProgram{kComplianceProjections, division};
-    case SolverMethod::vertex_block:
-      break;
+  if (options.method == SolverMethod::vertex_block) {
+    return {kVertexBlocks, division};
   }
-  return {kVertexBlocks, division};
+  return options.mode == ProjectionMode::fraction ? StepProgram{kFractionProjections, division}
+                                                  : StepProgram{kComplianceProjections, division};
 }
 
 }  // namespace pbdsurg

@@ -132,7 +132,8 @@ ConstraintNumbers numbers_at_rest(const Tissue& tissue, ProjectionMode mode) {
 
 void check_materials(std::span<const Body> bodies, ProjectionMode mode) {
   for (const Body& body : bodies) {
-    if (body.material.model == ElasticModel::neo_hookean && mode == ProjectionMode::fraction) {
+    if (body.tet_count > 0 && body.material.model == ElasticModel::neo_hookean &&
+        mode == ProjectionMode::fraction) {
       throw InvalidArgument("body '" + body.name +
                             "' is Neo-Hookean, which has moduli and no fraction: such bodies need "
                             "the compliance mode");

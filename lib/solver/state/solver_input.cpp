@@ -67,14 +67,16 @@ std::string phases_name(const SolverOptions& options) {
 void set_substep_rule(const SubstepRule& rule, SolverData& data) {
   const SolverOptions& options = data.options;
   data.substep_rule = rule;
-  data.plan.longest_substep = rule.longest;
+  data.plan.longest_substep = options.substeps == kAutomatic ? rule.longest : 0;
   data.plan.name = phases_name(options);
-  if (options.substeps == kAutomatic) {
+  if (options.substeps == kAutomatic || options.iterations == kAutomatic) {
     const auto [substeps, sweeps] = divide_step(options.longest_step, rule, options);
     std::ostringstream name;
-    name << ", substeps of " << 1e3 * double{rule.longest} << " ms at most: " << substeps << " of "
-         << sweeps << (sweeps == 1 ? " sweep" : " sweeps") << " in a step of "
-         << 1e3 * double{options.longest_step} << " ms";
+    if (options.substeps == kAutomatic) {
+      name << ", substeps of " << 1e3 * double{rule.longest} << " ms at most";
+    }
+    name << ": " << substeps << " of " << sweeps << (sweeps == 1 ? " sweep" : " sweeps")
+         << " in a step of " << 1e3 * double{options.longest_step} << " ms";
     data.plan.name += name.str();
   }
 }
