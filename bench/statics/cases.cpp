@@ -47,21 +47,32 @@ double critical_drag(double youngs_modulus, double length) {
 }
 
 // Of 10 x 60 x 10 mm, held at the top, under its weight.
-// @param friction  s, of its material
-Case hanging_bar(double youngs_modulus, std::vector<double> steps_ms, float friction = 0) {
+Case hanging_bar(const std::string& name, const Material& material, std::vector<double> steps_ms) {
   constexpr double kEdge = 10e-3 / 3;
-  Material material = neo_hookean(youngs_modulus, 0.45);
-  material.damping = friction;
-  const std::string rubs =
-      friction > 0 ? ", friction of " + std::to_string(std::lround(1e3 * friction)) + " ms" : "";
-  Case each = make_case("hanging bar, " + in_kilopascals(youngs_modulus) + rubs,
-                        testing::make_box({3, 18, 3}, kEdge), material, kGravity);
+  Case each =
+      make_case("hanging bar, " + name, testing::make_box({3, 18, 3}, kEdge), material, kGravity);
   const double top = 18 * kEdge;
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() > top - 0.5 * kEdge; });
   each.tip = vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
-  each.drag = critical_drag(youngs_modulus, top);
+  each.drag = critical_drag(material.youngs_modulus, top);
   each.steps_ms = std::move(steps_ms);
   return each;
+}
+
+// Of a usual material, but for one number.
+std::vector<Case> hanging_bars() {
+  std::vector<Case> cases;
+  for (const double pascals : {5e3, 20e3, 80e3, 320e3}) {
+    cases.push_back(
+        hanging_bar(in_kilopascals(pascals), neo_hookean(pascals, 0.45), {1, 2, 5, 10, 33}));
+  }
+  const std::vector<double> some{1, 5, 16};
+  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.3", neo_hookean(20e3, 0.3), some));
+  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.49", neo_hookean(20e3, 0.49), some));
+  Material rubs = neo_hookean(20e3, 0.45);
+  rubs.damping = 5e-3F;
+  cases.push_back(hanging_bar("20 kPa, friction of 5 ms", rubs, some));
+  return cases;
 }
 
 // A solid ellipsoid of 100 x 30 x 60 mm, of the stiffness of a gallbladder's wall, pulled by a
@@ -178,15 +189,10 @@ double mean_sag(const Case& each, const std::function<Eigen::Vector3d(Index)>& p
 }  // namespace
 
 std::vector<Case> make_cases(bool quick) {
-  std::vector<Case> cases;
   if (quick) {
-    cases.push_back(hanging_bar(20e3, {5}));
-    return cases;
+    return {hanging_bar("20 kPa", neo_hookean(20e3, 0.45), {5})};
   }
-  for (const double kilopascals : {5, 20, 80, 320}) {
-    cases.push_back(hanging_bar(1000 * kilopascals, {1, 2, 5, 10, 33}));
-  }
-  cases.push_back(hanging_bar(20e3, {1, 5, 16}, 5e-3F));
+  std::vector<Case> cases = hanging_bars();
   cases.push_back(pulled_ellipsoid());
   for (const double kilopascals : {5, 50, 500}) {
     cases.push_back(stretched_block(1000 * kilopascals));

@@ -120,8 +120,8 @@ void carry_something(SolverData& data) {
 }
 
 std::string name_of(const Stage& stage) {
-  constexpr std::array kNames{"distance", "volume", "joint",      "neo_hookean", "strain_limit",
-                              "bending",  "vertex", "attachment", "contact"};
+  constexpr std::array kNames{"distance", "volume",     "joint",  "neo_hookean", "strain_limit",
+                              "bending",  "stiff_link", "vertex", "attachment",  "contact"};
   return std::string(kNames[static_cast<std::size_t>(stage.kind)]) + ", " +
          std::to_string(stage.count) + " from " + std::to_string(stage.first) + ", levels " +
          std::to_string(stage.level_count);
@@ -175,6 +175,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   add_tools(solver);
   SolverData& data = inspect(solver);
   data.step_scratch.fit(data);
+  data.division = {2, 2};
   carry_something(data);
   const StepContext step{data, data, data.step_scratch};
   const bool displaces = has_displacements(options);
@@ -352,6 +353,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   }
   SolverData& data = inspect(solver);
   data.step_scratch.fit(data);
+  data.division = {2, 2};
   const StepContext step{data, data, data.step_scratch};
   carry_something(data);
   HostStages stages(data);
