@@ -57,6 +57,7 @@ struct DeviceCase {
   float damping;  // s
   MathMode math;
   Index copies;
+  DeviceStrategy strategy = DeviceStrategy::automatic;
 };
 
 void BM_device_step(benchmark::State& state, const DeviceCase& what) {
@@ -67,7 +68,8 @@ void BM_device_step(benchmark::State& state, const DeviceCase& what) {
                         .iterations = 10,
                         .copies = what.copies,
                         .executor = programs::device(),
-                        .math = what.math};
+                        .math = what.math,
+                        .device_strategy = what.strategy};
   const Scene scene = make_scene(what.row, what.damping);
   Solver solver(scene, options);
   state.SetLabel(solver.plan().name + ", " + solver.backend_name());
@@ -87,6 +89,7 @@ void BM_device_step(benchmark::State& state, const DeviceCase& what) {
     state.SetIterationTime(1e-3 * times.back());
   }
   options.executor = executor::threads(1);
+  options.device_strategy = DeviceStrategy::automatic;
   options.copies = 1;
   Solver alone(scene, options);
   for (std::size_t i = 0; i <= times.size(); ++i) {
@@ -121,7 +124,10 @@ void register_device_steps() {
         DeviceCase{"row_2_damped", 2, 1e-3F, MathMode::fast, 1},
         DeviceCase{"row_2_strict", 2, 0, MathMode::strict, 1},
         DeviceCase{"row_5_strict", 5, 0, MathMode::strict, 1},
-        DeviceCase{"row_2_64_copies", 2, 0, MathMode::fast, 64}}) {
+        DeviceCase{"row_2_64_copies", 2, 0, MathMode::fast, 64},
+        DeviceCase{"row_2_graph", 2, 0, MathMode::fast, 1, DeviceStrategy::graph},
+        DeviceCase{"row_5_graph", 5, 0, MathMode::fast, 1, DeviceStrategy::graph},
+        DeviceCase{"row_2_64_copies_graph", 2, 0, MathMode::fast, 64, DeviceStrategy::graph}}) {
     benchmark::RegisterBenchmark((std::string("device/") + what.name).c_str(), BM_device_step, what)
         ->Iterations(400)
         ->Unit(benchmark::kMillisecond)

@@ -5,6 +5,7 @@
 /// All kernels of a step, for one of its two compilations.
 
 #include "cuda/solver/cluster_launch.cuh"
+#include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
@@ -16,10 +17,23 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {
-      &code_architecture, &advance,          &find_contacts, &project,        &project_attachments,
-      &project_contacts,  &prepare_vertices, &begin_joints,  &solve_vertices, &prepare_cluster,
-      &sweep_cluster,     &collect_forces,   &report};
+  return {&code_architecture,
+          &advance,
+          &find_contacts,
+          &project,
+          &project_attachments,
+          &project_contacts,
+          &prepare_vertices,
+          &begin_joints,
+          &solve_vertices,
+          &prepare_sweep_of_vertices,
+          &threads_for_vertices,
+          &pack_rows,
+          &sweep_vertices,
+          &prepare_cluster,
+          &sweep_cluster,
+          &collect_forces,
+          &report};
 }
 
 }  // namespace

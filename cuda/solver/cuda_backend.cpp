@@ -48,6 +48,8 @@ const char* name_of(DeviceStrategy strategy) {
       return "stream";
     case DeviceStrategy::cluster:
       return "cluster";
+    case DeviceStrategy::cooperative:
+      return "cooperative";
     case DeviceStrategy::graph:
     case DeviceStrategy::automatic:
       break;
@@ -178,6 +180,7 @@ class CudaBackend final : public Backend {
     constraints_.upload(records, remembers && strategy_ != DeviceStrategy::cluster,
                         data.copy_count(), stream_.get());
     vertices_.upload(data, stream_.get());
+    have_rows_changed_ = true;
     is_planned_ = true;
   }
 
@@ -199,6 +202,20 @@ class CudaBackend final : public Backend {
             "a cluster cannot take this solver: it needs a device of compute capability 9.0 on, a "
             "plan without joint and serial phases, and vertices that fit in the shared memory of "
             "sixteen blocks");
+      }
+    }
+    if (wanted == DeviceStrategy::cooperative ||
+        (wanted == DeviceStrategy::automatic && !projects)) {
+      sweeps_ = make_cooperative_sweeps(data);
+      if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
+        strategy_ = DeviceStrategy::cooperative;
+        return;
+      }
+      if (data.options.device_strategy == DeviceStrategy::cooperative) {
+        throw BackendUnavailable(
+            "no cooperative kernel can take this solver: it needs the method of vertex blocks "
+            "without stiff links, 32 colours and 254 neighbours of a vertex at most, and a device "
+            "that has a block of each copy at once");
       }
     }
     strategy_ = wanted == DeviceStrategy::stream ? wanted : DeviceStrategy::graph;
@@ -276,6 +293,7 @@ class CudaBackend final : public Backend {
       first = end;
     }
     words_.clear();
+    have_rows_changed_ = true;
   }
 
   void enqueue(const SolverData& data) {
@@ -287,6 +305,10 @@ class CudaBackend final : public Backend {
                            data.division.sweeps, has_stiff_links(data.plan)},
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                           step_program(data.options, data.division)};
+    if (have_rows_changed_) {
+      sweeps_->follow_rows(vertices_.arrays(), {stream_.get(), false, data.copy_count()});
+      have_rows_changed_ = false;
+    }
     if (strategy_ == DeviceStrategy::stream) {
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;
@@ -337,7 +359,8 @@ class CudaBackend final : public Backend {
   DeviceStep recorded_;      // in the graph, if it is recorded
   bool is_planned_ = false;  // stages and records follow the data
   bool is_recorded_ = false;
-  bool has_grown_ = false;  // edits brought constraints before: plans have room for more
+  bool have_rows_changed_ = false;  // since the last step
+  bool has_grown_ = false;          // edits brought constraints before: plans have room for more
 };
 
 }  // namespace

@@ -38,6 +38,15 @@ struct VertexSweep {
   bool holds_only;   ///< whether only those vertices move that tools touch or hold
 };
 
+/// All sweeps of a substep of the vertex-block method.
+struct VertexSweeps {
+  Index substep;          ///< 0 to substeps - 1
+  Index count;            ///< of sweeps
+  float over_relaxation;  ///< see relaxation_of()
+  bool has_tools;         ///< whether any touch or hold something
+  Index block_count;      ///< of threads, for each copy: all copies' are on the device at once
+};
+
 /// Which of the kernels that sweep by a cluster.
 struct ClusterKind {
   ProjectionMode mode;
@@ -77,6 +86,22 @@ struct StepKernels {
   /// Moves the vertices of one stage, with what tools do to them.
   void (*solve_vertices)(const Stage&, const VertexSweep&, const DeviceState&, const VertexArrays&,
                          const ToolArrays&, StepInput*, const Launch&);
+
+  /// Makes ready for sweep_vertices(). Enqueues nothing.
+  /// @return  how many blocks of threads the current device runs at a time; 0 if it cannot
+  Index (*prepare_sweep_of_vertices)(const VertexRecords&);
+
+  /// How many blocks of threads move so many blocks of vertices side by side.
+  Index (*threads_for_vertices)(Index block_count);
+
+  /// Makes records of rows.
+  /// @param numbers_only  because no row has come or gone
+  void (*pack_rows)(const VertexArrays&, const VertexRecords&, bool numbers_only, const Launch&);
+
+  /// Moves all vertices, colour by colour and sweep by sweep, with what tools do to them.
+  void (*sweep_vertices)(const VertexSweeps&, const VertexColors&, const DeviceState&,
+                         const VertexArrays&, const VertexRecords&, const ToolArrays&, StepInput*,
+                         const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

@@ -67,6 +67,9 @@ class Sweeps {
     return true;
   }
 
+  /// Enqueues what follows rows of vertices that were written, before the next step.
+  virtual void follow_rows(const VertexArrays& /*vertices*/, const Launch& /*launch*/) {}
+
   /// Where DeviceArray::cluster starts, if there is one.
   [[nodiscard]] virtual std::uint32_t* words() const noexcept { return nullptr; }
 
@@ -87,5 +90,8 @@ std::unique_ptr<Sweeps> make_launched_sweeps(const SolverData& data);
 
 /// One launch a substep, of one cluster of blocks.
 std::unique_ptr<Sweeps> make_cluster_sweeps(const SolverData& data);
+
+/// One launch a substep, of as many blocks as the device has at once, for vertices.
+std::unique_ptr<Sweeps> make_cooperative_sweeps(const SolverData& data);
 
 }  // namespace pbdsurg::cuda

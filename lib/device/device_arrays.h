@@ -64,6 +64,45 @@ struct VertexArrays {
 
 inline constexpr Index kOnlyTouched = -2;
 
+/// The rows of a vertex side by side: row i of a lane is at [first * kBlockLanes + lane * count +
+/// i] of the block's range. Neighbours go by their position in the vertex's list; one past its end
+/// is the vertex itself.
+struct alignas(8) PullRecord {
+  float weight;  ///< as in PullRow
+  std::uint32_t neighbor;
+};
+struct alignas(16) SpringRecord {
+  float stiffness, rest;  ///< as in SpringRow
+  std::uint32_t neighbor;
+  std::uint32_t unused;
+};
+struct alignas(16) VolumeRecord {
+  float stiffness, target;  ///< as in VolumeRow
+  std::uint32_t face;       ///< three positions of eight bits, the first one's the lowest
+  std::uint32_t unused;
+};
+
+/// What one kernel for all sweeps reads in place of rows.
+struct VertexRecords {
+  static constexpr Index kMostNeighbors = 254;         ///< positions have eight bits
+  static constexpr Index kMostSweeps = (1 << 22) - 1;  ///< of a substep
+
+  const RowRange* lists;           ///< [block] see NeighborLists
+  const std::uint32_t* neighbors;  ///< likewise
+  PullRecord* pulls;               ///< [pull_count * kBlockLanes]
+  SpringRecord* springs;           ///< [copy, if damped][spring_count * kBlockLanes]
+  VolumeRecord* volumes;           ///< [copy, if damped][volume_count * kBlockLanes]
+  Index longest_list;
+};
+
+/// The blocks of each colour.
+struct VertexColors {
+  static constexpr Index kMost = 32;
+
+  RowRange blocks[kMost];
+  Index count;
+};
+
 /// Constraints of a kind, in the order of the stages.
 template <class Constraint>
 struct KindArrays {

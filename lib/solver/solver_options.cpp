@@ -64,7 +64,7 @@ void check_option_ranges(const SolverOptions& options) {
     }
   }
   check_choice("math mode", options.math, MathMode::strict);
-  check_choice("device strategy", options.device_strategy, DeviceStrategy::cluster);
+  check_choice("device strategy", options.device_strategy, DeviceStrategy::cooperative);
   check_choice("method", options.method, SolverMethod::vertex_block);
   check_choice("mode", options.mode, ProjectionMode::compliance);
   check_coloring_options(options.coloring);
@@ -87,6 +87,10 @@ void check_option_readers(const SolverOptions& options) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
+  if (options.device_strategy == DeviceStrategy::cooperative &&
+      options.method != SolverMethod::vertex_block) {
+    refuse_unread("device_strategy is cooperative", "it needs the vertex-block method");
+  }
   const SolverOptions usual;
   const bool is_automatic = options.substeps == kAutomatic || options.iterations == kAutomatic;
   if (is_automatic && options.mode == ProjectionMode::fraction) {
@@ -105,7 +109,7 @@ void check_option_readers(const SolverOptions& options) {
     return;
   }
   if (!options.executor || options.executor.kind() != ExecutorKind::device) {
-    constexpr const char* kNames[] = {"automatic", "stream", "graph", "cluster"};
+    constexpr const char* kNames[] = {"automatic", "stream", "graph", "cluster", "cooperative"};
     refuse_unread("device_strategy is " +
                       std::string(kNames[static_cast<std::size_t>(options.device_strategy)]),
                   "it needs a CUDA device as executor");

@@ -10,6 +10,7 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/copies_program.h"
+#include "tests/support/device_strategies.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
 
@@ -46,11 +47,11 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
       Variant{.mode = ProjectionMode::fraction, .max_colors = 9},
       Variant{.method = SolverMethod::vertex_block, .contact_capacity = 3},
       Variant{.method = SolverMethod::vertex_block, .damping = 0.01F, .contact_capacity = 20});
-  const auto strategy =
-      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
-  if (strategy == DeviceStrategy::cluster &&
-      (variant.composition == PlanComposition::joint || variant.max_colors > 0 ||
-       variant.method == SolverMethod::vertex_block)) {
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
+                                 DeviceStrategy::cluster, DeviceStrategy::cooperative);
+  if (!testing::suits(strategy, variant.method) ||
+      (strategy == DeviceStrategy::cluster &&
+       (variant.composition == PlanComposition::joint || variant.max_colors > 0))) {
     return;  // no plans for a cluster
   }
   const SolverOptions options = options_of(variant, strategy);
@@ -71,12 +72,17 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
 TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[device]") {
   const auto copies = GENERATE(3, 140);
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  INFO("method " << static_cast<int>(method));
-  SolverOptions options =
-      options_of({.method = method, .contact_capacity = 20}, DeviceStrategy::graph);
+  const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::cooperative);
+  if (!testing::suits(strategy, method)) {
+    return;
+  }
+  INFO("method " << static_cast<int>(method) << ", strategy " << static_cast<int>(strategy));
+  SolverOptions options = options_of({.method = method, .contact_capacity = 20}, strategy);
   options.math = MathMode::fast;
   SolverOptions alone = options;
-  alone.device_strategy = DeviceStrategy::stream;
+  if (strategy == DeviceStrategy::graph) {
+    alone.device_strategy = DeviceStrategy::stream;
+  }
 
   const testing::CopiesComparison result =
       testing::compare_copies(make_eventful_scene(ProjectionMode::compliance, 0), options, alone,

@@ -114,7 +114,8 @@ TEST_CASE("cuda solver: fast vertex blocks have the same bits in every run, clos
                         .math = MathMode::strict};
   Solver strict(scene, options);
   options.math = MathMode::fast;
-  options.device_strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph);
+  options.device_strategy =
+      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cooperative);
   Solver fast(scene, options);
   Solver again(scene, options);
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};

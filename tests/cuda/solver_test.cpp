@@ -11,6 +11,7 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/device_strategies.h"
 #include "tests/support/edits_within_steps.h"
 #include "tests/support/eventful_program.h"
 #include "tests/support/meshes.h"
@@ -51,11 +52,11 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
                        .over_relaxation = 1.5F,
                        .contact_capacity = 3},
                Variant{.method = SolverMethod::vertex_block, .contact_capacity = 0});
-  const auto strategy =
-      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
-  if (strategy == DeviceStrategy::cluster &&
-      (variant.composition == PlanComposition::joint || variant.max_colors > 0 ||
-       variant.method == SolverMethod::vertex_block)) {
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
+                                 DeviceStrategy::cluster, DeviceStrategy::cooperative);
+  if (!testing::suits(strategy, variant.method) ||
+      (strategy == DeviceStrategy::cluster &&
+       (variant.composition == PlanComposition::joint || variant.max_colors > 0))) {
     return;  // nothing for a cluster
   }
   const Scene scene = make_eventful_scene(variant.mode, variant.damping);
@@ -167,10 +168,10 @@ TEST_CASE("cuda solver: automatic substeps and sweeps have the serial bits", "[d
 
 // Grasps by several tools, tools that come later, and a step length that changes.
 TEST_CASE("cuda solver: tools that share vertices have the serial forces", "[device]") {
-  const auto strategy =
-      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
+                                 DeviceStrategy::cluster, DeviceStrategy::cooperative);
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  if (strategy == DeviceStrategy::cluster && method == SolverMethod::vertex_block) {
+  if (!testing::suits(strategy, method)) {
     return;
   }
   INFO("method " << static_cast<int>(method));
@@ -335,9 +336,13 @@ TEST_CASE("cuda solver: domains of a nested plan have the serial bits", "[device
 
 // Hinges that fold beyond a right angle, lose triangles, come back and come with new bodies.
 TEST_CASE("cuda solver: hinges have the serial bits by each strategy, through edits", "[device]") {
-  const auto strategy =
-      GENERATE(DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster);
-  const bool by_vertices = strategy != DeviceStrategy::cluster && GENERATE(false, true);
+  const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
+                                 DeviceStrategy::cluster, DeviceStrategy::cooperative);
+  const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  if (!testing::suits(strategy, method)) {
+    return;
+  }
+  const bool by_vertices = method == SolverMethod::vertex_block;
   const float damping = GENERATE(0.0F, 2e-3F);
   const TetMesh plate = testing::make_box({9, 7, 1}, 4e-3, 0.1);
   Scene scene;

@@ -53,6 +53,10 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
           .executor = testing::fake_device(),
           .device_strategy = DeviceStrategy::cluster},
          "vertex-block");
+  refuse({.method = SolverMethod::projection,
+          .executor = testing::fake_device(),
+          .device_strategy = DeviceStrategy::cooperative},
+         "strategy is cooperative");
   refuse({.method = vertices, .mode = ProjectionMode::fraction}, "fraction");
   refuse({.method = vertices, .composition = PlanComposition::joint}, "joint");
   refuse({.method = vertices, .coloring = {.max_colors = 3}}, "max_colors is 3");

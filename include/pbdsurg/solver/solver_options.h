@@ -44,6 +44,9 @@ enum class DeviceStrategy : std::uint8_t {
   graph,      ///< the whole step recorded once, launched as one
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
+  /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without stiff
+  /// links.
+  cooperative,
 };
 
 /// In place of a number of substeps, and of sweeps: as many as the step, the scene and the accuracy

@@ -84,7 +84,7 @@ std::optional<std::string> problem_of(std::span<const Body> bodies, const Solver
   }
   if (options.device_strategy == DeviceStrategy::cluster) {
     return "device_strategy is cluster, which sweeps constraints; the vertex-block method takes "
-           "automatic, stream and graph";
+           "automatic, stream, graph and cooperative";
   }
   for (const Body& body : bodies) {
     const Material& material = body.material;
