@@ -27,11 +27,6 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr int kPackThreads = 128;
-#ifdef TRY_PARTS
-constexpr int kSweepParts = kVertexParts == 1 ? 1 : TRY_PARTS;
-#else
-constexpr int kSweepParts = kVertexParts;
-#endif
 /// The sweeps of a point are in the low bits of its unit, a power of two or not a number: bits that
 /// are zero in both.
 constexpr auto kSweepBits = static_cast<std::uint32_t>(VertexRecords::kMostSweeps);
@@ -435,7 +430,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
 }
 
-constexpr int kVerticesOfBlock = kBlockThreads / kSweepParts;
+constexpr int kVerticesOfBlock = kBlockThreads / kVertexParts;
 
 std::size_t shared_bytes(const VertexRecords& records) {
   return kVerticesOfBlock * static_cast<std::size_t>(ways_room(records)) * sizeof(float4);
@@ -460,7 +455,7 @@ Index prepare_sweep_of_vertices(const VertexRecords& records) {
     return 0;
   }
   int fewest = 0;
-  for (auto* const kernel : {sweep_blocks<kSweepParts, false>, sweep_blocks<kSweepParts, true>}) {
+  for (auto* const kernel : {sweep_blocks<kVertexParts, false>, sweep_blocks<kVertexParts, true>}) {
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
           "asking for all shared memory of a block");
     int blocks = 0;
@@ -493,7 +488,7 @@ void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
   config.numAttrs = 1;
   check(cudaLaunchKernelEx(
             &config,
-            sweeps.has_tools ? sweep_blocks<kSweepParts, true> : sweep_blocks<kSweepParts, false>,
+            sweeps.has_tools ? sweep_blocks<kVertexParts, true> : sweep_blocks<kVertexParts, false>,
             sweeps, colors, state, vertices, records, tools, input),
         "launching the sweeps of vertices");
 }

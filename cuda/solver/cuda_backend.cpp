@@ -185,7 +185,8 @@ class CudaBackend final : public Backend {
   }
 
   void choose_sweeps(const SolverData& data, const StageRecords& records) {
-    // once chosen, it stays, unless an edit outgrows a cluster that nobody asked for
+    // once chosen, it stays, unless an edit outgrows a cluster that nobody asked for, or brings
+    // what a cooperative kernel does not know
     const DeviceStrategy wanted =
         strategy_ == DeviceStrategy::automatic ? data.options.device_strategy : strategy_;
     const bool is_asked = data.options.device_strategy == DeviceStrategy::cluster;
@@ -211,11 +212,13 @@ class CudaBackend final : public Backend {
         strategy_ = DeviceStrategy::cooperative;
         return;
       }
-      if (data.options.device_strategy == DeviceStrategy::cooperative) {
+      if (strategy_ == DeviceStrategy::automatic &&
+          data.options.device_strategy == DeviceStrategy::cooperative) {
         throw BackendUnavailable(
-            "no cooperative kernel can take this solver: it needs the method of vertex blocks "
-            "without stiff links, 32 colours and 254 neighbours of a vertex at most, and a device "
-            "that has a block of each copy at once");
+            "no cooperative kernel can take this solver: it needs vertex blocks without stiff "
+            "links and limits of stretch, 32 colours and 254 neighbours of a vertex at most, code "
+            "for compute capability 7.0 by toolkit 12.3, and a device with room for a block of "
+            "threads of each copy");
       }
     }
     strategy_ = wanted == DeviceStrategy::stream ? wanted : DeviceStrategy::graph;

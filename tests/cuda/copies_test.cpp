@@ -59,8 +59,10 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
   alone.executor = executor::serial();
   alone.device_strategy = DeviceStrategy::automatic;
 
-  const testing::CopiesComparison result = testing::compare_copies(
-      make_eventful_scene(variant.mode, variant.damping), options, alone, 5, 40);
+  const testing::CopiesComparison result =
+      testing::compare_copies(make_eventful_scene(variant.mode, variant.damping, {4, 4, 3},
+                                                  strategy == DeviceStrategy::cooperative),
+                              options, alone, 5, 40);
 
   INFO(result.difference);
   CHECK(result.difference.empty());
@@ -85,8 +87,9 @@ TEST_CASE("cuda copies: fast copies have the bits of fast solvers of one", "[dev
   }
 
   const testing::CopiesComparison result =
-      testing::compare_copies(make_eventful_scene(ProjectionMode::compliance, 0), options, alone,
-                              copies, copies == 3 ? 30 : 8);
+      testing::compare_copies(make_eventful_scene(ProjectionMode::compliance, 0, {4, 4, 3},
+                                                  strategy == DeviceStrategy::cooperative),
+                              options, alone, copies, copies == 3 ? 30 : 8);
 
   INFO(result.difference);
   CHECK(result.difference.empty());

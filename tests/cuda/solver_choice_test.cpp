@@ -33,9 +33,16 @@ TEST_CASE("cuda solver: what it is and what it holds", "[device]") {
   options.executor = cuda::device();
   options.method = SolverMethod::vertex_block;
   const Scene soft = make_spring_block({6, 5, 5}, options.method);
-  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("graph"));
+  CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cooperative"));
   options.device_strategy = DeviceStrategy::cluster;
   CHECK_THROWS_WITH(Solver(soft, options), ContainsSubstring("vertex-block"));
+  Scene linked = make_spring_block({6, 5, 5}, options.method);
+  linked.add_body("linked", testing::make_box({2, 2, 2}, testing::kEventfulEdge, 0.1), {});
+  linked.add_link({0, linked.body(1).first_vertex, 0, {0.5F, 0}});
+  options.device_strategy = DeviceStrategy::cooperative;
+  CHECK_THROWS_WITH(Solver(linked, options), ContainsSubstring("stiff links"));
+  options.device_strategy = DeviceStrategy::automatic;
+  CHECK_THAT(Solver(linked, options).backend_name(), ContainsSubstring("graph"));
   options.device_strategy = DeviceStrategy::automatic;
   options.executor = cuda::best();
   CHECK_THAT(Solver(soft, options).backend_name(), ContainsSubstring("cuda"));

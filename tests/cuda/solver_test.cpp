@@ -59,7 +59,8 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
        (variant.composition == PlanComposition::joint || variant.max_colors > 0))) {
     return;  // nothing for a cluster
   }
-  const Scene scene = make_eventful_scene(variant.mode, variant.damping);
+  const Scene scene = make_eventful_scene(variant.mode, variant.damping, {4, 4, 3},
+                                          strategy == DeviceStrategy::cooperative);
   SolverOptions options = options_of(variant);
   options.executor = executor::serial();
   Solver serial(scene, options);

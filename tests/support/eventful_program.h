@@ -24,24 +24,30 @@ inline constexpr float kEventfulTimeStep = 2e-3F;  // s
 
 /// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
 /// between them and limits of stretch.
-/// @param cells  of the first body; 4, 4, 3 at least
+/// @param cells          of the first body; 4, 4, 3 at least
+/// @param vertices_only  without what has phases of its own beside vertex blocks: limits of stretch
+///                       and stiff links
 inline Scene make_eventful_scene(ProjectionMode mode, float damping,
-                                 std::array<Index, 3> cells = {4, 4, 3}) {
+                                 std::array<Index, 3> cells = {4, 4, 3},
+                                 bool vertices_only = false) {
   Scene scene;
   const TetMesh block = make_box(cells, kEventfulEdge, 0.1);
   const TetMesh tube = make_box({6, 1, 1}, kEventfulEdge, 0.1, 2);
   Material soft = elastic_material(block, 1000, 20e3);
-  soft.max_stretch = 1.05F;
+  const float max_stretch = vertices_only ? kInfinity : 1.05F;
+  soft.max_stretch = max_stretch;
   soft.damping = damping;
   Material walls = elastic_material(tube, 1000, 20e3);
   walls.has_volume_constraints = false;
-  Material solid{.model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = 1.05F};
+  Material solid{
+      .model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = max_stretch};
   scene.add_body("block", block, soft);
   scene.add_body("tube", tube, walls);
   scene.add_body("solid", make_box({3, 3, 2}, kEventfulEdge, 0.1, 3),
                  mode == ProjectionMode::compliance ? solid : soft);
   for (Index v = 0; v < 12; ++v) {
-    scene.add_link({v, scene.body(1).first_vertex + v, 0, {0.5F, v % 3 == 0 ? 0 : 1e-3F}});
+    scene.add_link(
+        {v, scene.body(1).first_vertex + v, 0, {0.5F, v % 3 == 0 && !vertices_only ? 0 : 1e-3F}});
     scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
   }
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEventfulEdge; });

@@ -44,8 +44,8 @@ enum class DeviceStrategy : std::uint8_t {
   graph,      ///< the whole step recorded once, launched as one
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
-  /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without stiff
-  /// links.
+  /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without limits of
+  /// stretch and stiff links. An edit that brings one goes on as graph.
   cooperative,
 };
 
