@@ -2,7 +2,8 @@
 // Steps of Neo-Hookean tissue on hollow meshes of table 2, one rim fixed: vertex by vertex against
 // tetrahedron by tetrahedron on one thread (row 2, 10 substeps of one sweep), and ten sweeps of
 // vertices, or thirty, on a device, from start_step() to the report with 200 watched vertices. On a
-// device, the end is compared with one thread's.
+// device, the end is compared with one thread's. And what it costs to ask whether sweeps have
+// converged.
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -49,6 +50,16 @@ void BM_step(benchmark::State& state, SolverMethod method, bool is_serial, float
   state.counters["time_per_vertex_and_sweep"] = benchmark::Counter(
       static_cast<double>(state.iterations()) * options.substeps * solver.vertex_count(),
       benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+void BM_convergence(benchmark::State& state, SolverMethod method) {
+  Solver solver(make_scene(2, 0), {.method = method, .substeps = 10, .iterations = 1});
+  for (int i = 0; i < 5; ++i) {
+    solver.step(5e-3F);
+  }
+  for (auto _ : state) {
+    state.counters["ratio"] = solver.convergence(5e-3F)[0].ratio();
+  }
 }
 
 struct DeviceCase {
@@ -118,6 +129,8 @@ BENCHMARK_CAPTURE(BM_step, vertices_damped, kVertices, false, 1e-3F)->Unit(bench
 BENCHMARK_CAPTURE(BM_step, vertices_serial, kVertices, true, 0.0F)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_step, tets, kTets, false, 0.0F)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_step, tets_damped, kTets, false, 1e-3F)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_convergence, vertices, kVertices)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_convergence, tets, kTets)->Unit(benchmark::kMillisecond);
 
 void register_device_steps() {
   for (const DeviceCase& what :

@@ -70,6 +70,7 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/mesh/write.h"
 #include "pbdsurg/solver/compaction.h"
+#include "pbdsurg/solver/convergence.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/solver/solver_options.h"
 #include "pbdsurg/solver/step_plan.h"

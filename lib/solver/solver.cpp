@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/solver/solver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
@@ -101,6 +102,15 @@ StepReport Solver::finish_step() {
   }
   data_->finish_running_step();
   data_->step_in_flight = SolverData::Step::none;
+  const Index interval = data_->options.convergence_interval;
+  if (interval > 0 && ++data_->steps_since_convergence == interval) {
+    data_->steps_since_convergence = 0;
+    double largest = 0;
+    for (const Convergence& body : convergence(data_->step_length)) {
+      largest = std::max(largest, body.ratio());
+    }
+    data_->report.convergence = data_->last_report.convergence = static_cast<float>(largest);
+  }
   return data_->report;
 }
 

@@ -52,6 +52,10 @@ void check_option_ranges(const SolverOptions& options) {
     throw InvalidArgument("contact_capacity is " + std::to_string(options.contact_capacity) +
                           "; it must be >= 0");
   }
+  if (options.convergence_interval < 0) {
+    throw InvalidArgument("convergence_interval is " +
+                          std::to_string(options.convergence_interval) + "; it must be >= 0");
+  }
   if (options.copies < 1) {
     throw InvalidArgument("copies is " + std::to_string(options.copies) + "; it must be >= 1");
   }
@@ -90,6 +94,10 @@ void check_option_readers(const SolverOptions& options) {
   if (options.device_strategy == DeviceStrategy::cooperative &&
       options.method != SolverMethod::vertex_block) {
     refuse_unread("device_strategy is cooperative", "it needs the vertex-block method");
+  }
+  if (options.convergence_interval > 0 && options.mode == ProjectionMode::fraction) {
+    refuse_unread("convergence_interval is " + std::to_string(options.convergence_interval),
+                  "it needs compliance mode");
   }
   const SolverOptions usual;
   const bool is_automatic = options.substeps == kAutomatic || options.iterations == kAutomatic;

@@ -72,9 +72,9 @@ struct VolumeConstraint : InPlace<VolumeConstraint> {
     if constexpr (kMode == ProjectionMode::fraction) {
       change = multiplier_change<kMode>(value, mobility, parameters[kStiffness], multiplier[0]);
     } else if constexpr (kIsDamped<Damping>) {
-      const Scalar motion = dot(g[0], x[0] - damping.start[0]) +
-                            dot(g[1], x[1] - damping.start[1]) +
-                            dot(g[2], x[2] - damping.start[2]) + dot(g[3], x[3] - damping.start[3]);
+      const Scalar motion = dot(g[1], x[1] - damping.start[1]) +
+                            dot(g[2], x[2] - damping.start[2]) +
+                            dot(g[3], x[3] - damping.start[3]) - dot(g[0], x[0] - damping.start[0]);
       change = damped_multiplier_change(
           value, mobility, parameters[kStiffness] * substep.inverse_dt_squared, multiplier[0],
           sixth * motion, parameters[kDamping] * substep.inverse_dt);

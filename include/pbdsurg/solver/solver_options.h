@@ -110,6 +110,9 @@ struct PBDSURG_API SolverOptions {
   /// With the vertex-block method of strain limits and stiff links alone, and never joint.
   PlanComposition composition = PlanComposition::automatic;
   SpareRoom spare{};  ///< each >= 0
+  /// Every so many steps the report has StepReport::convergence, see Solver::convergence() for what
+  /// that costs; 0 for none.
+  Index convergence_interval = 0;
 
   /// The paper's settings: fraction mode, one substep, 30 iterations, types coloured separately by
   /// the random colouring disc.

@@ -19,6 +19,9 @@ struct StepReport {
   float distance_residual = 0;  ///< largest |C| / rest length over live edges and links; infinite
                                 ///< when one is not a number
   float volume_residual = 0;    ///< likewise over live tetrahedra, |C| / rest volume
+  /// The largest Convergence::ratio() of a body of the first copy, if this step is one of those
+  /// that SolverOptions::convergence_interval names; else 0.
+  float convergence = 0;
 };
 
 }  // namespace pbdsurg

@@ -125,6 +125,13 @@ class VertexBlocks {
   void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
 
+  /// What is removed has no terms.
+  [[nodiscard]] std::span<const VertexTet> tets() const noexcept { return tets_.values(); }
+  [[nodiscard]] std::span<const VertexSpring> springs() const noexcept { return given_.values(); }
+  [[nodiscard]] std::span<const VertexHinge> hinges() const noexcept {
+    return given_hinges_.values();
+  }
+
   /// Vertices whose rows refresh() will rebuild.
   [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
 

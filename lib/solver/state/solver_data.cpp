@@ -88,6 +88,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 
 void SolverData::start_step(float dt) {
   division = divide_step(dt, substep_rule, options);
+  step_length = dt;
   if (!backend->keeps_state()) {
     backend->start_step(*this, dt);
     report = backend->finish_step(*this);

@@ -66,8 +66,10 @@ struct SolverState : CopyState {
   // between steps
   enum class Step { none, running, finished };  // finished: its report was not asked for yet
   Step step_in_flight = Step::none;
-  StepReport report;  // of a finished step
-  Changes changes;    // since the last step began
+  StepReport report;                  // of a finished step
+  float step_length = 0;              // s, of the step begun last
+  Index steps_since_convergence = 0;  // was measured
+  Changes changes;                    // since the last step began
   std::vector<Index> watched_places;
   std::vector<Index> read_places;  // buffer of reads from the backend
 

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// The residual that a substep leaves, in double precision and apart from the sweeps: on a copy of
+// the state, element by element.
+#include "pbdsurg/solver/convergence.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "pbdsurg/base/error.h"
+#include "pbdsurg/constraints/bending.h"
+#include "pbdsurg/constraints/projection.h"
+#include "pbdsurg/solver/solver.h"
+
+#include "lib/solver/host/serial_step.h"
+#include "lib/solver/methods/displacement.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/sets/constraint_kinds.h"
+#include "lib/solver/solver_checks.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+using Vector = Vec3<double>;
+
+Vector to_double(const Vec3<float>& v) {
+  return {v.x, v.y, v.z};
+}
+
+double norm(const Vector& v) {
+  return std::sqrt(dot(v, v));
+}
+
+/// A substep whose end is known, and the forces there.
+struct Ending {
+  std::vector<Vector> start, end;  ///< [place] m
+  double h;                        ///< s
+  std::vector<Vector> forces;      ///< [place] N
+  std::vector<bool> counts;        ///< [place]
+
+  template <std::size_t kCount>
+  void leave_out(const std::array<Index, kCount>& places) {
+    for (const Index place : places) {
+      counts[place] = false;
+    }
+  }
+
+  /// A dashpot or a spring along an edge.
+  /// @param pull  N, that brings the ends together
+  void add_pull(Index a, Index b, double pull) {
+    const Vector d = end[b] - end[a];
+    const double length = norm(d);
+    if (length > 0) {
+      const Vector force = (pull / length) * d;
+      forces[a] = forces[a] + force;
+      forces[b] = forces[b] - force;
+    }
+  }
+  [[nodiscard]] double length(Index a, Index b) const { return norm(end[b] - end[a]); }
+  [[nodiscard]] double lengthened(Index a, Index b) const {
+    return length(a, b) - norm(start[b] - start[a]);
+  }
+};
+
+double volume_of(const std::vector<Vector>& x, const Tet& tet) {
+  return dot(x[tet[1]] - x[tet[0]], cross(x[tet[2]] - x[tet[0]], x[tet[3]] - x[tet[0]])) / 6;
+}
+
+// The energy of vertex blocks, see constraints/vertex_block.h and VertexBlocks.
+void add_tet(const VertexTet& tet, Ending& ending) {
+  for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+    const Index a = tet.vertices[kTetEdges[e][0]];
+    const Index b = tet.vertices[kTetEdges[e][1]];
+    ending.add_pull(a, b,
+                    tet.weights[e] * ending.length(a, b) +
+                        tet.edge_damping[e] / ending.h * ending.lengthened(a, b));
+  }
+  const double volume = volume_of(ending.end, tet.vertices);
+  const double pressure =
+      tet.stiffness * (volume - tet.target) +
+      tet.volume_damping / ending.h * (volume - volume_of(ending.start, tet.vertices));
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const auto& face = kTetTriangles[corner];
+    const auto& x = ending.end;
+    const Vector& a = x[tet.vertices[face[0]]];
+    const Vector outward = cross(x[tet.vertices[face[1]]] - a, x[tet.vertices[face[2]]] - a);
+    Vector& force = ending.forces[tet.vertices[corner]];
+    force = force + (pressure / 6) * outward;  // against the gradient of the volume
+  }
+}
+
+void add_hinge(const VertexHinge& hinge, Ending& ending) {
+  const auto turn_in = [&](const std::vector<Vector>& x) {
+    const Vector corners[4] = {x[hinge.vertices[0]], x[hinge.vertices[1]], x[hinge.vertices[2]],
+                               x[hinge.vertices[3]]};
+    return BendingConstraint::turn(corners, double{hinge.rest});
+  };
+  const auto turn = turn_in(ending.end);
+  const double moment = hinge.stiffness * turn.value +
+                        hinge.damping / ending.h * (turn.value - turn_in(ending.start).value);
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vector& force = ending.forces[hinge.vertices[k]];
+    force = force - moment * turn.gradient[k];
+  }
+}
+
+void add_vertex_blocks(const SolverData& data, Ending& ending) {
+  for (const VertexTet& tet : data.vertex_blocks.tets()) {
+    add_tet(tet, ending);
+  }
+  for (const VertexSpring& spring : data.vertex_blocks.springs()) {
+    const auto [a, b] = spring.vertices;
+    ending.add_pull(a, b,
+                    spring.stiffness * (ending.length(a, b) - spring.rest) +
+                        spring.damping / ending.h * ending.lengthened(a, b));
+  }
+  for (const VertexHinge& hinge : data.vertex_blocks.hinges()) {
+    if (hinge.stiffness > 0) {
+      add_hinge(hinge, ending);
+    }
+  }
+}
+
+// What a projection gives of its whole multiplier where compliance leaves nothing for mobility to
+// resist: its force.
+template <class Constraint>
+void add_projected(const ConstraintRecord<Constraint>& record, Ending& ending) {
+  constexpr auto kCount = std::size_t{Constraint::kVertexCount};
+  constexpr double kStiff = 1e24;  // 1/s^2
+  Vector x[kCount];
+  double w[kCount];
+  Damped<double, Constraint::kVertexCount> damping;
+  for (std::size_t k = 0; k < kCount; ++k) {
+    x[k] = ending.end[record.places[k]];
+    damping.start[k] = ending.start[record.places[k]];
+    w[k] = 1;
+  }
+  double parameters[Constraint::kParameterCount];
+  for (std::size_t k = 0; k < std::size(parameters); ++k) {
+    parameters[k] = record.parameters[k];
+  }
+  double multipliers[Constraint::kMultiplierCount] = {};
+  const auto moves = Constraint::template move<ProjectionMode::compliance>(
+      x, w, parameters, Substep<double>{1 / ending.h, kStiff}, multipliers, damping);
+  for (std::size_t k = 0; k < kCount; ++k) {
+    Vector& force = ending.forces[record.places[k]];
+    force = force + kStiff * moves.of[k];
+  }
+}
+
+template <class Constraint>
+inline constexpr bool kHasEnergy = !std::is_same_v<Constraint, StrainLimitConstraint> &&
+                                   !std::is_same_v<Constraint, StiffLinkConstraint>;
+
+// Calls visit(record) for those alive.
+template <class Constraint, class Visit>
+void for_each_record(const ConstraintSlots<Constraint>& slots, const Visit& visit) {
+  for (Index group = 0; group < slots.group_count(); ++group) {
+    for (const Index id : slots.ids(group)) {
+      visit(slots.record(id));
+    }
+  }
+}
+
+// Leaves out what is no spring.
+void leave_out_rigid(const SolverData& data, Ending& ending) {
+  data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+    for_each_record(slots, [&](const ConstraintRecord<Constraint>& record) {
+      bool is_rigid = false;
+      if constexpr (std::is_same_v<Constraint, StrainLimitConstraint>) {
+        constexpr double kNear = 1 - 1e-5;
+        is_rigid = ending.length(record.places[0], record.places[1]) >
+                   kNear * record.parameters[StrainLimitConstraint::kLimit];
+      } else {
+        is_rigid = std::is_same_v<Constraint, StiffLinkConstraint> ||
+                   !(record.parameters[Constraint::kStiffness] > 0);
+      }
+      if (is_rigid) {
+        ending.leave_out(record.places);
+      }
+    });
+  });
+}
+
+void leave_out_held(const SolverData& data, const CopyState& copy, Ending& ending) {
+  for (const ToolState& tool : copy.tools) {
+    for (const Attachment& attachment : tool.attachments) {
+      ending.counts[data.place_of_vertex[attachment.vertex]] = false;
+    }
+    for (const Contact& contact : tool.contacts) {
+      ending.counts[contact.place] = false;
+    }
+  }
+}
+
+// One division for the time of a substep.
+class OneSubstep {
+ public:
+  OneSubstep(SolverData& data, int sweeps) : data_(data), before_(data.division) {
+    data.division = {1, sweeps};
+  }
+  ~OneSubstep() { data_.division = before_; }
+  OneSubstep(const OneSubstep&) = delete;
+  OneSubstep& operator=(const OneSubstep&) = delete;
+
+ private:
+  SolverData& data_;
+  StepDivision before_;
+};
+
+}  // namespace
+
+std::vector<Convergence> Solver::convergence(float dt, Index copy) {
+  SolverData& data = *data_;
+  const CopyState& now = checked_copy(data, copy);
+  if (data.options.mode == ProjectionMode::fraction) {
+    throw InvalidArgument(
+        "fraction mode has no elastic forces: what it solves depends on the sweeps");
+  }
+  check_step(dt);
+  data.fetch_state(copy);
+  const StepDivision division = divide_step(dt, data.substep_rule, data.options);
+  const float h = dt / static_cast<float>(division.substeps);
+
+  CopyState probe = now;
+  for (ToolState& tool : probe.tools) {
+    tool.target = tool.pose;
+  }
+  StepScratch scratch;
+  scratch.fit_beside(data);
+  {
+    const OneSubstep one(data, division.sweeps);
+    static_cast<void>(step_serially({data, probe, scratch}, h));
+  }
+
+  const std::size_t count = now.particles.size();
+  Ending ending{std::vector<Vector>(count), std::vector<Vector>(count), h,
+                std::vector<Vector>(count), std::vector<bool>(count)};
+  for (std::size_t place = 0; place < count; ++place) {
+    const Vector base = to_double(load(now.particles[place]));
+    ending.start[place] = base + to_double(load(now.carries[place]));
+    ending.end[place] = base + to_double(load(scratch.displacements[place]));
+    ending.counts[place] = now.particles[place].w > 0;
+  }
+  leave_out_held(data, probe, ending);
+  leave_out_rigid(data, ending);
+  if (data.options.method == SolverMethod::vertex_block) {
+    add_vertex_blocks(data, ending);
+  } else {
+    data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
+      if constexpr (kHasEnergy<Constraint>) {
+        for_each_record(slots, [&](const auto& record) { add_projected(record, ending); });
+      }
+    });
+  }
+
+  const FreeMotion<float> motion = free_motion(data, h);
+  std::vector<Convergence> bodies(data.tissue->bodies().size());
+  for (std::size_t v = 0; v < count; ++v) {
+    const Index place = data.place_of_vertex[v];
+    if (!ending.counts[place]) {
+      continue;
+    }
+    const float w = now.particles[place].w;
+    const Vector flight = to_double(flight_of(
+        motion, load(now.carries[place]), flying_velocity(motion, load(now.velocities[place]), w)));
+    const Vector way = to_double(load(scratch.displacements[place]));
+    const Vector& force = ending.forces[place];
+    const Vector residual = (1 / (double{w} * ending.h * ending.h)) * (flight - way) + force;
+    Convergence& body = bodies[data.tissue->body_of_vertex(static_cast<Index>(v))];
+    body.residual += dot(residual, residual);
+    body.elastic += dot(force, force);
+    ++body.vertex_count;
+  }
+  for (Convergence& body : bodies) {
+    body.residual = std::sqrt(body.residual);
+    body.elastic = std::sqrt(body.elastic);
+  }
+  return bodies;
+}
+
+}  // namespace pbdsurg

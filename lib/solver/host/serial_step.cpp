@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/host/serial_step.h"
+
+#include <algorithm>
+#include <ranges>
+
+#include "lib/solver/host/serial_phases.h"
+#include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/stiff_links.h"
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/program/step_program.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/state_report.h"
+
+namespace pbdsurg {
+namespace {
+
+// What each operation of a step means.
+class SerialStep {
+ public:
+  SerialStep(const StepContext& step, float dt)
+      : step_(step),
+        motion_(free_motion(step.data, dt / static_cast<float>(step.data.division.substeps))),
+        lengths_{motion_.inverse_h, 1 / (motion_.h * motion_.h)} {}
+
+  StepReport run() {
+    begin_tools(step_.copy);
+    run_step(step_program(step_.data.options, step_.data.division),
+             [&](StepOperation operation, int substep) { run(operation, substep); });
+    end_tools(step_.copy);
+    drop_holds(step_);
+    report_vertices(step_.data, step_.copy, report_);
+    report_constraints(step_.data, step_.copy, report_);
+    report_tubes(step_.data, step_.copy, report_);
+    return report_;
+  }
+
+ private:
+  void run(StepOperation operation, int substep) {
+    const auto substeps = static_cast<float>(step_.data.division.substeps);
+    switch (operation) {
+      case StepOperation::predict_positions:
+        predict_positions(step_, motion_);
+        break;
+      case StepOperation::predict_displacements:
+        predict_displacements(step_, motion_);
+        break;
+      case StepOperation::clear_multipliers:
+        step_.scratch.multipliers.for_each([](auto& groups) {
+          for (auto& blocks : groups) {
+            std::ranges::fill(blocks, std::ranges::range_value_t<decltype(blocks)>{});
+          }
+        });
+        break;
+      case StepOperation::find_contacts:
+        place_tools(step_.copy, static_cast<float>(substep + 1) / substeps);
+        find_contacts(step_, report_);
+        break;
+      case StepOperation::gather_holds:
+        gather_holds(step_);
+        break;
+      case StepOperation::damp_rows:
+        damp_rows(step_, lengths_.inverse_dt);
+        break;
+      case StepOperation::begin_joints:
+        begin_joints();
+        break;
+      case StepOperation::sweep:
+        for (int iteration = 0; iteration < step_.data.division.sweeps; ++iteration) {
+          sweep(iteration);
+        }
+        break;
+      case StepOperation::settle_holds:
+        if (has_holds_to_settle(step_)) {
+          settle_holds(step_, vertex_state(step_, lengths_, 1));
+        }
+        break;
+      case StepOperation::collect_forces:
+        collect_tool_forces(step_.copy, lengths_.inverse_dt_squared / substeps);
+        break;
+      case StepOperation::update_velocities:
+        update_velocities(step_, motion_);
+        break;
+      case StepOperation::settle:
+        settle_vertices(step_, motion_);
+        break;
+    }
+  }
+
+  void begin_joints() {
+    const VertexState state = vertex_state(step_, lengths_, 1);
+    for (const Phase& phase : step_.data.plan.phases) {
+      if (phase.kind == PhaseKind::stiff_link) {
+        pbdsurg::begin_joints(step_, state, phase.color, 0,
+                              step_.data.sets.of<StiffLinkConstraint>().size(phase.color));
+      }
+    }
+  }
+
+  void sweep(int iteration) {
+    const VertexState state = vertex_state(
+        step_, lengths_,
+        relaxation_of(step_.data.options.over_relaxation, iteration, step_.data.division.sweeps));
+    for (const Phase& phase : step_.data.plan.phases) {
+      if (phase.kind == PhaseKind::vertex) {
+        solve_vertices(step_, state, phase.color);
+      } else {
+        project_serially(step_, phase, lengths_);
+      }
+    }
+  }
+
+  StepContext step_;
+  FreeMotion<float> motion_;
+  Substep<float> lengths_;
+  StepReport report_;
+};
+
+}  // namespace
+
+StepReport step_serially(const StepContext& step, float dt) {
+  return SerialStep(step, dt).run();
+}
+
+}  // namespace pbdsurg
