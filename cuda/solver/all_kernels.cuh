@@ -27,7 +27,7 @@ constexpr StepKernels all_kernels() {
           &begin_joints,
           &solve_vertices,
           &prepare_sweep_of_vertices,
-          &threads_for_vertices,
+          &thread_blocks_for,
           &pack_rows,
           &sweep_vertices,
           &prepare_cluster,

@@ -56,15 +56,8 @@ Index prepare_cluster(const ClusterKind& kind, const ClusterArrays& cluster) {
   constexpr std::uint32_t kPortableBlocks = 8;
   const auto* const kernel = reinterpret_cast<const void*>(choose_cluster_kernel(kind));
   const ClusterLaunch launch(kind, cluster, {});
-  const auto attribute = [](cudaDeviceAttr which) {
-    int device = 0;
-    int value = 0;
-    check(cudaGetDevice(&device), "asking for the current device");
-    check(cudaDeviceGetAttribute(&value, which, device), "asking for an attribute of the device");
-    return value;
-  };
-  const int room = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
-  if (attribute(cudaDevAttrClusterLaunch) == 0 || code_architecture() < 90 ||
+  const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  if (device_attribute(cudaDevAttrClusterLaunch) == 0 || code_architecture() < 90 ||
       static_cast<int>(launch.config.dynamicSmemBytes) > room) {
     return 0;
   }

@@ -436,21 +436,14 @@ std::size_t shared_bytes(const VertexRecords& records) {
   return kVerticesOfBlock * static_cast<std::size_t>(ways_room(records)) * sizeof(float4);
 }
 
-Index threads_for_vertices(Index block_count) {
+Index thread_blocks_for(Index block_count) {
   return blocks_for(block_count * kBlockLanes, kVerticesOfBlock);
 }
 
 Index prepare_sweep_of_vertices(const VertexRecords& records) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  const auto attribute = [](cudaDeviceAttr which) {
-    int device = 0;
-    int value = 0;
-    check(cudaGetDevice(&device), "asking for the current device");
-    check(cudaDeviceGetAttribute(&value, which, device), "asking for an attribute of the device");
-    return value;
-  };
-  const int room = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
-  if (attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
+  const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  if (device_attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
       shared_bytes(records) > static_cast<std::size_t>(room)) {
     return 0;
   }
@@ -464,7 +457,7 @@ Index prepare_sweep_of_vertices(const VertexRecords& records) {
           "asking how many blocks a multiprocessor runs at a time");
     fewest = fewest == 0 || blocks < fewest ? blocks : fewest;
   }
-  return fewest * attribute(cudaDevAttrMultiProcessorCount);
+  return fewest * device_attribute(cudaDevAttrMultiProcessorCount);
 #else
   static_cast<void>(records);
   return 0;

@@ -57,7 +57,7 @@ class CooperativeSweeps final : public Sweeps {
       largest = std::max(largest, stage.count);
     }
     const VertexSweeps sweeps{substep, arrays.sweep_count, over_relaxation_, arrays.has_tools(),
-                              std::min(block_count_, kernels_.threads_for_vertices(largest))};
+                              std::min(block_count_, kernels_.thread_blocks_for(largest))};
     kernels_.sweep_vertices(sweeps, colors, arrays.state, arrays.vertices, records_, arrays.tools,
                             arrays.input, launch);
   }

@@ -137,6 +137,15 @@ __device__ inline bool is_last_block(std::uint32_t* blocks_done) {
   return is_last;
 }
 
+/// Of the current device.
+inline int device_attribute(cudaDeviceAttr which) {
+  int device = 0;
+  int value = 0;
+  check(cudaGetDevice(&device), "asking for the current device");
+  check(cudaDeviceGetAttribute(&value, which, device), "asking for an attribute of the device");
+  return value;
+}
+
 /// So many blocks that copies together have about as many, but `least` at least for each.
 inline int share_blocks(int blocks, int least, const Launch& how) {
   const int share = blocks / static_cast<int>(how.copies);

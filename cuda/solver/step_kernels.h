@@ -91,8 +91,8 @@ struct StepKernels {
   /// @return  how many blocks of threads the current device runs at a time; 0 if it cannot
   Index (*prepare_sweep_of_vertices)(const VertexRecords&);
 
-  /// How many blocks of threads move so many blocks of vertices side by side.
-  Index (*threads_for_vertices)(Index block_count);
+  /// How many blocks of threads move so many blocks of vertices side by side, for sweep_vertices().
+  Index (*thread_blocks_for)(Index block_count);
 
   /// Makes records of rows.
   /// @param numbers_only  because no row has come or gone
