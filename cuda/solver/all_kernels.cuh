@@ -27,7 +27,6 @@ constexpr StepKernels all_kernels() {
           &begin_joints,
           &solve_vertices,
           &prepare_sweep_of_vertices,
-          &thread_blocks_for,
           &pack_rows,
           &sweep_vertices,
           &prepare_cluster,

@@ -18,7 +18,7 @@
 
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
-#include "lib/device/neighbor_lists.h"
+#include "lib/device/vertex_tiles.h"
 
 /// Accesses of 16 bytes that order nothing but themselves: since PTX 8.3.
 #define PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS (CUDART_VERSION >= 12030)
@@ -29,7 +29,7 @@ namespace {
 constexpr int kPackThreads = 128;
 /// The sweeps of a point are in the low bits of its unit, a power of two or not a number: bits that
 /// are zero in both.
-constexpr auto kSweepBits = static_cast<std::uint32_t>(VertexRecords::kMostSweeps);
+constexpr auto kSweepBits = static_cast<std::uint32_t>(TileArrays::kMostSweeps);
 
 __device__ inline FixedPoint load_counted(const FixedPoint* point) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
@@ -74,14 +74,6 @@ __device__ inline FixedPoint without_sweeps(const FixedPoint& point) {
   return {point.x, point.y, point.z, __uint_as_float(__float_as_uint(point.unit) & ~kSweepBits)};
 }
 
-/// A point whose vertex has made so many sweeps.
-__device__ inline FixedPoint wait_for(const FixedPoint* at, FixedPoint point, Index sweeps) {
-  while (sweeps_of(point) < sweeps) {
-    point = load_counted(at);
-  }
-  return without_sweeps(point);
-}
-
 __device__ inline Vec3<float> way_between(const FixedPoint& from, const FixedPoint& to) {
   return fixed_difference<float, std::uint32_t>({to.x, to.y, to.z}, {from.x, from.y, from.z},
                                                 to.unit);
@@ -93,381 +85,470 @@ struct WaitingLane {
   FixedPoint own;
   Index lane;
 
-  [[nodiscard]] __device__ float load(const float* numbers) const { return __ldg(numbers + lane); }
+  [[nodiscard]] __device__ float load(const float* numbers) const { return __ldcg(numbers + lane); }
   [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
     const FixedPoint point = load_counted(&at(fixed_points, __ldg(corners + lane)));
     return way_between(own, without_sweeps(point));
   }
 };
 
-__device__ inline VertexRecords of_copy(VertexRecords records, const VertexArrays& vertices) {
+__device__ inline TileArrays of_copy(TileArrays tiles, const VertexArrays& vertices) {
   if (vertices.is_damped) {
-    const std::size_t lanes = copy_index() * kBlockLanes;
-    records.springs += lanes * static_cast<std::size_t>(vertices.spring_count);
-    records.volumes += lanes * static_cast<std::size_t>(vertices.volume_count);
+    const std::size_t threads = copy_index() * kTileThreads;
+    tiles.springs += threads * static_cast<std::size_t>(tiles.spring_rows);
+    tiles.volumes += threads * static_cast<std::size_t>(tiles.volume_rows);
   }
-  return records;
+  return tiles;
 }
 
-/// Where the rows of a lane start in the arrays of VertexRecords.
-__device__ inline std::size_t first_record(const RowRange& rows, Index lane) {
-  return static_cast<std::size_t>(rows.first) * kBlockLanes +
-         static_cast<std::size_t>(lane * rows.count);
+/// Where the first record of a thread of a block is.
+__device__ inline std::size_t first_record(Index first_row, Index thread) {
+  return static_cast<std::size_t>(first_row) * kTileThreads + static_cast<std::size_t>(thread);
 }
 
-__device__ inline RowRange load_range(const RowRange* range) {
-  const int2 words = __ldg(reinterpret_cast<const int2*>(range));
-  return {words.x, words.y};
-}
-
-/// A block a block of vertices.
+/// The records of a block, a block of threads each.
 template <bool kNumbersOnly>
 __global__ void __launch_bounds__(kPackThreads)
-    pack_block(VertexArrays vertices, VertexRecords records) {
+    pack_block(VertexArrays vertices, TileArrays tiles) {
   wait_for_previous();
-  records = of_copy(records, vertices);
+  tiles = of_copy(tiles, vertices);
   vertices = of_copy(vertices);
-  const auto index = static_cast<Index>(blockIdx.x);
-  const VertexBlock block = load_ranges(vertices.blocks + index);
-  const RowRange list = load_range(records.lists + index);
-  const Index first = static_cast<Index>(threadIdx.x) / kBlockLanes;
-  const Index lane = static_cast<Index>(threadIdx.x) % kBlockLanes;
-  constexpr Index kStride = kPackThreads / kBlockLanes;
-  const auto position_of = [&](ParticleOffset corner) {
-    const std::uint32_t* const neighbors = records.neighbors + first_record(list, lane);
-    std::uint32_t position = 0;
-    while (position < static_cast<std::uint32_t>(list.count) &&
-           (__ldg(neighbors + position) & ~kNeighborFlags) != corner) {
-      ++position;
-    }
-    return position;
-  };
-  if (!kNumbersOnly && copy_index() == 0) {
-    for (Index i = first; i < block.pulls.count; i += kStride) {
-      const PullRow& row = vertices.pulls[block.pulls.first + i];
-      records.pulls[first_record(block.pulls, lane) + i] = {row.weights[lane],
-                                                            position_of(row.neighbors[lane])};
-    }
-  }
   if (!vertices.is_damped && copy_index() > 0) {
     return;
   }
-  for (Index i = first; i < block.springs.count; i += kStride) {
-    const SpringRow& row = vertices.springs[block.springs.first + i];
-    SpringRecord* const record = records.springs + first_record(block.springs, lane) + i;
-    *reinterpret_cast<float2*>(record) =
-        make_float2(__ldcg(row.stiffness + lane), __ldcg(row.rest + lane));
-    if constexpr (!kNumbersOnly) {
-      record->neighbor = position_of(row.neighbors[lane]);
+  const Index parts = tiles.parts;
+  const VertexBlock block = load_ranges(vertices.blocks + blockIdx.x);
+  TileBlock* const to = tiles.blocks + blockIdx.x;
+  const Index neighbor_count = to->counts.neighbors * parts;
+  const TileCounts counts = tile_counts(block, neighbor_count, parts);
+  // of rows that are there, and of those that threads have beyond
+  const auto for_each = [&](Index rows_of_thread, Index first_row, const auto& visit) {
+    for (auto i = static_cast<Index>(threadIdx.x); i < kBlockLanes * rows_of_thread * parts;
+         i += kPackThreads) {
+      const Index lane = i % kBlockLanes;
+      const Index row = i / kBlockLanes;
+      const std::size_t record =
+          first_record(first_row, (row / parts) * kBlockLanes * parts + lane * parts + row % parts);
+      visit(lane, row, record);
+    }
+  };
+  const auto position_of = [&](Index lane, ParticleOffset corner) -> std::uint32_t {
+    for (Index i = 0; i < neighbor_count; ++i) {
+      const std::size_t at =
+          first_record(to->neighbors, (1 + i / parts) * kBlockLanes * parts + lane * parts + i % parts);
+      if ((__ldg(tiles.neighbors + at) & ~kNeighborFlags) == corner) {
+        return static_cast<std::uint32_t>(1 + i);
+      }
+    }
+    return 0;
+  };
+  if constexpr (!kNumbersOnly) {
+    if (copy_index() == 0) {
+      for_each(counts.pulls, to->pulls, [&](Index lane, Index i, std::size_t record) {
+        const bool is_there = lane < block.lane_count && i < block.pulls.count;
+        const PullRow& row = vertices.pulls[block.pulls.first + i];
+        tiles.pulls[record] = is_there
+                                  ? PullRecord{row.weights[lane], position_of(lane, row.neighbors[lane])}
+                                  : PullRecord{};
+      });
     }
   }
-  for (Index i = first; i < block.volumes.count; i += kStride) {
-    const VolumeRow& row = vertices.volumes[block.volumes.first + i];
-    VolumeRecord* const record = records.volumes + first_record(block.volumes, lane) + i;
-    *reinterpret_cast<float2*>(record) =
-        make_float2(__ldcg(row.stiffness + lane), __ldcg(row.target + lane));
+  for_each(counts.springs, to->springs, [&](Index lane, Index i, std::size_t record) {
+    const bool is_there = lane < block.lane_count && i < block.springs.count;
+    const SpringRow& row = vertices.springs[block.springs.first + i];
+    SpringRecord& spring = tiles.springs[record];
+    spring.stiffness = is_there ? __ldcg(row.stiffness + lane) : 0.0F;
+    spring.rest = is_there ? __ldcg(row.rest + lane) : 0.0F;
     if constexpr (!kNumbersOnly) {
-      record->face = position_of(row.face[0][lane]) | position_of(row.face[1][lane]) << 8 |
-                     position_of(row.face[2][lane]) << 16;
+      spring.neighbor = is_there ? position_of(lane, row.neighbors[lane]) : 0U;
     }
+  });
+  for_each(counts.volumes, to->volumes, [&](Index lane, Index i, std::size_t record) {
+    const bool is_there = lane < block.lane_count && i < block.volumes.count;
+    const VolumeRow& row = vertices.volumes[block.volumes.first + i];
+    VolumeRecord& volume = tiles.volumes[record];
+    volume.stiffness = is_there ? __ldcg(row.stiffness + lane) : 0.0F;
+    volume.target = is_there ? __ldcg(row.target + lane) : 0.0F;
+    if constexpr (!kNumbersOnly) {
+      volume.face = is_there ? position_of(lane, row.face[0][lane]) |
+                                   position_of(lane, row.face[1][lane]) << 8 |
+                                   position_of(lane, row.face[2][lane]) << 16
+                             : 0U;
+    }
+  });
+  __syncthreads();
+  if (!kNumbersOnly && threadIdx.x == 0 && copy_index() == 0) {
+    to->counts = counts;
   }
 }
 
-void pack_rows(const VertexArrays& vertices, const VertexRecords& records, bool numbers_only,
+void pack_rows(const VertexArrays& vertices, const TileArrays& tiles, bool numbers_only,
                const Launch& how) {
   launch(how, "launching the packing of rows", vertices.block_count, kPackThreads,
-         numbers_only ? pack_block<true> : pack_block<false>, vertices, records);
+         numbers_only ? pack_block<true> : pack_block<false>, vertices, tiles);
 }
 
-/// Neighbours that a thread waits for, several at once.
-template <int kCount, int kParts>
-class Arrivals {
+/// What a thread holds in registers while neighbours are on their way: so much that few have more.
+template <int kParts>
+struct TileShape {
+  static constexpr Index kTiles = tiles_of_block(kParts);
+  static constexpr Index kStride = kTiles * kTileThreads;  ///< records from a row to the next
+  static constexpr int kNeighbors = kParts == 16 ? 1 : kParts == 8 ? 2 : 3;
+  static constexpr int kPulls = kNeighbors;
+  static constexpr int kVolumes = kParts == 16 ? 2 : kParts == 8 ? 3 : 4;
+};
+
+/// Where a warp goes: some tiles of a colour, then of the next colour, then of the next sweep.
+template <int kTiles>
+class TileWalk {
  public:
-  /// Asks for the first.
-  __device__ void begin(const FixedPoint* points, const Neighbor* neighbors, Index count,
-                        Index part) {
-#pragma unroll
-    for (int k = 0; k < kCount; ++k) {
-      if (part + k * kParts < count) {
-        names_[k] = __ldg(neighbors + part + k * kParts);
-      }
-    }
-#pragma unroll
-    for (int k = 0; k < kCount; ++k) {
-      if (part + k * kParts < count) {
-        met_[k] = load_counted(&at(points, names_[k] & ~kNeighborFlags));
-      }
-    }
+  __device__ TileWalk(const VertexColors& colors, Index sweeps, Index warp, Index warps)
+      : colors_(colors), sweeps_(sweeps), warp_(warp), warps_(warps), tile_(warp) {
+    find();
   }
 
-  /// Writes the ways to all of them.
-  /// @param ways  [count] of the vertex, shared by its threads
-  __device__ void finish(const FixedPoint* points, const Neighbor* neighbors, Index count,
-                         Index part, const FixedPoint& own, Index sweep, float4* ways) {
-    for (Index first = part;;) {
-#pragma unroll
-      for (int k = 0; k < kCount; ++k) {
-        const Index i = first + k * kParts;
-        if (i < count) {
-          const Index due = (names_[k] & kStandsStill) != 0    ? 0
-                            : (names_[k] & kMovesEarlier) != 0 ? sweep + 1
-                                                               : sweep;
-          const FixedPoint point = wait_for(&at(points, names_[k] & ~kNeighborFlags), met_[k], due);
-          const Vec3<float> way = way_between(own, point);
-          ways[i] = make_float4(way.x, way.y, way.z, 0);
+  [[nodiscard]] __device__ bool is_done() const { return sweep_ == sweeps_; }
+  [[nodiscard]] __device__ Index sweep() const { return sweep_; }
+  [[nodiscard]] __device__ Index block() const {
+    return colors_.blocks[color_].first + tile_ / kTiles;
+  }
+  [[nodiscard]] __device__ Index tile() const { return tile_ % kTiles; }
+
+  __device__ void advance() {
+    tile_ += warps_;
+    find();
+  }
+
+ private:
+  __device__ void find() {
+    while (tile_ >= colors_.blocks[color_].count * kTiles) {
+      tile_ = warp_;
+      if (++color_ == colors_.count) {
+        color_ = 0;
+        if (++sweep_ == sweeps_) {
+          return;
         }
       }
-      first += kCount * kParts;
-      if (first >= count) {
-        return;
-      }
-      begin(points, neighbors, count, first);
     }
   }
 
- private:
-  Neighbor names_[kCount];
-  FixedPoint met_[kCount];
+  const VertexColors& colors_;
+  Index sweeps_, warp_, warps_;
+  Index sweep_ = 0, color_ = 0, tile_;
 };
 
-/// The first records of a thread, in registers while neighbours are on their way.
-template <class Record, int kCount, int kParts>
-struct FirstRecords {
-  Record records[kCount];
+/// A tile before its turn.
+template <int kParts>
+struct NextTile {
+  TileBlock block{};
+  Neighbor own = 0;
+  Neighbor names[TileShape<kParts>::kNeighbors];
 
-  __device__ void load(const Record* from, Index count, Index part) {
-#pragma unroll
-    for (int k = 0; k < kCount; ++k) {
-      if (part + k * kParts < count) {
-        records[k] = load_record(from + part + k * kParts);
-      }
-    }
+  __device__ void load_block(const TileArrays& tiles, Index index) {
+    const int4* const words = reinterpret_cast<const int4*>(tiles.blocks + index);
+    const int4 firsts = __ldg(words);
+    const int4 counts = __ldg(words + 1);
+    block = {firsts.x, firsts.y, firsts.z, firsts.w, *reinterpret_cast<const TileCounts*>(&counts)};
   }
-
-  /// Visits these and all others of the thread.
-  template <class Visit>
-  __device__ void for_each(const Record* from, Index count, Index part, const Visit& visit) const {
+  /// @param thread  of the block
+  __device__ void load_names(const TileArrays& tiles, Index thread) {
+    const Neighbor* const from = tiles.neighbors + first_record(block.neighbors, thread);
+    own = __ldg(from);
 #pragma unroll
-    for (int k = 0; k < kCount; ++k) {
-      if (part + k * kParts < count) {
-        visit(records[k]);
-      }
-    }
-    for (Index i = part + kCount * kParts; i < count; i += kParts) {
-      visit(load_record(from + i));
-    }
-  }
-
- private:
-  __device__ static Record load_record(const Record* record) {
-    if constexpr (sizeof(Record) == sizeof(int2)) {
-      const int2 words = __ldg(reinterpret_cast<const int2*>(record));
-      return *reinterpret_cast<const Record*>(&words);
-    } else {
-      return load_constant(record);
+    for (int k = 0; k < TileShape<kParts>::kNeighbors; ++k) {
+      names[k] = k < block.counts.neighbors ? __ldg(from + (1 + k) * TileShape<kParts>::kStride)
+                                            : (own | kStandsStill);
     }
   }
 };
+
+/// How many sweeps a neighbour has made when it is due.
+__device__ inline Index sweeps_due(Neighbor name, Index sweep) {
+  return (name & kStandsStill) != 0 ? 0 : sweep + static_cast<Index>(name & kMovesEarlier);
+}
+
+__device__ inline FixedPoint load_neighbor(const FixedPoint* points, Neighbor name) {
+  return load_counted(&at(points, name & ~kNeighborFlags));
+}
+
+/// Waits for neighbours of a warp's vertices, several of a thread.
+template <int kCount>
+__device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCount], Index sweep,
+                         FixedPoint (&met)[kCount]) {
+  const auto is_late = [&] {
+    bool late = false;
+#pragma unroll
+    for (int k = 0; k < kCount; ++k) {
+      late = late || sweeps_of(met[k]) < sweeps_due(names[k], sweep);
+    }
+    return late;
+  };
+  while (__any_sync(~0U, is_late())) {
+#pragma unroll
+    for (int k = 0; k < kCount; ++k) {
+      if (sweeps_of(met[k]) < sweeps_due(names[k], sweep)) {
+        met[k] = load_neighbor(points, names[k]);
+      }
+    }
+  }
+}
 
 __device__ inline Vec3<float> way_at(const float4* ways, std::uint32_t position) {
   const float4 way = ways[position];
   return {way.x, way.y, way.z};
 }
 
-/// float4 of shared memory for a vertex: odd, so that vertices of a warp use other banks.
-__host__ __device__ inline Index ways_room(const VertexRecords& records) {
-  return (records.longest_list + 1) | 1;
+__device__ inline void add_volume(const VolumeRecord& record, const float4* ways,
+                                  VertexEnergy<float>& energy) {
+  energy.add_volume(record.stiffness, record.target, way_at(ways, record.face & 255),
+                    way_at(ways, record.face >> 8 & 255), way_at(ways, record.face >> 16));
 }
 
-/// Where a warp goes: some vertices of a colour, then others, then the next colour.
-struct Visit {
-  VertexBlock block{};  ///< without corners
-  RowRange list{};
-  Index index, lane;
-  ParticleOffset corner = 0;
+/// float4 of shared memory for a vertex, a zero first: odd, so that vertices of a warp use other
+/// banks.
+__host__ __device__ inline Index ways_room(Index parts, Index most_neighbors) {
+  return 1 + parts * most_neighbors;
+}
 
-  __device__ Visit(const VertexArrays& vertices, const VertexRecords& records,
-                   const RowRange& blocks, Index vertex) {
-    index = blocks.first + vertex / kBlockLanes;
-    lane = vertex % kBlockLanes;
-    if (vertex < blocks.count * kBlockLanes) {
-      block = load_ranges(vertices.blocks + index);
-      list = load_range(records.lists + index);
-      corner = __ldg(vertices.blocks[index].corners + lane);
-    }
-  }
-  [[nodiscard]] __device__ bool is_there() const { return lane < block.lane_count; }
-};
-
-/// @tparam kParts  threads of a vertex: see move_blocks()
+/// All sweeps of a substep. Threads of a warp stay together.
+/// @tparam kParts  threads of a vertex, a divisor of kRowParts; as many give the serial bits
 template <int kParts, bool kTools>
 __global__ void __launch_bounds__(kBlockThreads)
-    sweep_blocks(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
-                 VertexRecords records, ToolArrays tools, StepInput* input) {
+    sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
+                TileArrays tiles, ToolArrays tools, StepInput* input) {
+  using Shape = TileShape<kParts>;
   extern __shared__ float4 all_ways[];
   state = of_copy(state);
-  records = of_copy(records, vertices);
+  tiles = of_copy(tiles, vertices);
   vertices = of_copy(vertices);
   input += copy_index();
   if constexpr (kTools) {
     tools = of_copy(tools, state.capacity);
   }
-  constexpr Index kVerticesOfWarp = kWarp / kParts;
-  const Index of_block = static_cast<Index>(threadIdx.x) / kParts;
-  const Index part = static_cast<Index>(threadIdx.x) % kParts;
-  float4* const ways = all_ways + of_block * ways_room(records);
+  const Index of_warp = static_cast<Index>(threadIdx.x) % kTileThreads;
+  const Index part = of_warp % kParts;
+  float4* const ways = all_ways + static_cast<Index>(threadIdx.x) / kParts *
+                                      ways_room(kParts, tiles.most_neighbors);
+  ways[0] = make_float4(0, 0, 0, 0);
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
-  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                        vertices.hinges};
-  const Index first_of_warp = (thread_index() / kWarp) * kVerticesOfWarp;
-  const Index stride = thread_count() / kParts;
-  for (Index sweep = 0; sweep < sweeps.count; ++sweep) {
-    for (Index color = 0; color < colors.count; ++color) {
-      const RowRange blocks = colors.blocks[color];
-      // a warp's vertices go together, or their threads would wait for each other
-      for (Index first = first_of_warp; first < blocks.count * kBlockLanes; first += stride) {
-        const Visit visit(vertices, records, blocks, first + of_block % kVerticesOfWarp);
-        const Index lane = visit.lane;
-        const ParticleOffset corner = visit.corner;
-        const bool is_there = visit.is_there();
-        VertexBlock block = visit.block;
-        const Neighbor* const neighbors = records.neighbors + first_record(visit.list, lane);
-        const PullRecord* const first_pull = records.pulls + first_record(block.pulls, lane);
-        const SpringRecord* const first_spring =
-            records.springs + first_record(block.springs, lane);
-        const VolumeRecord* const first_volume =
-            records.volumes + first_record(block.volumes, lane);
-        constexpr auto kOfThread = [](int count) { return (count - 1) / kParts + 1; };
-        Arrivals<kParts == 1 ? 8 : kOfThread(24), kParts> arrivals;
-        FirstRecords<PullRecord, kParts == 1 ? 1 : kOfThread(16), kParts> pulls;
-        FirstRecords<VolumeRecord, kParts == 1 ? 1 : kOfThread(32), kParts> volumes;
-        FixedPoint own{};
-        Particle p{};
-        Particle flight{};
-        if (is_there) {
-          // what its own threads wrote last, so it need not wait
-          own = load_counted(&at(state.fixed_points, corner));
-          arrivals.begin(state.fixed_points, neighbors, visit.list.count, part);
-          p = load_particle(&at(state.displacements, corner));
-          if (part == 0) {
-            flight = load_particle(&at(state.flights, corner));
-          }
-          pulls.load(first_pull, block.pulls.count, part);
-          volumes.load(first_volume, block.volumes.count, part);
-          own = without_sweeps(own);
-        }
-        const bool moves = is_there && p.w > 0;
-        if (moves) {
-          arrivals.finish(state.fixed_points, neighbors, visit.list.count, part, own, sweep, ways);
-          if (part == 0) {
-            ways[visit.list.count] = make_float4(0, 0, 0, 0);
-          }
-        }
-        __syncwarp();
-        VertexEnergy<float> start{};
-        VertexEnergy<float> energy{};
-        float relaxation = 1;
-        const Vec3<float> u = position_of(p);
-        if (moves && part == 0) {
-          relaxation = sweep + 1 < sweeps.count ? sweeps.over_relaxation : 1.0F;
-          relaxation = relaxation < flight.w ? relaxation : flight.w;
-          start.add_pull(inverse_dt_squared / p.w, position_of(flight) - u);
-          energy = start;
-        }
-        if (is_lost(own)) {
-          block = {};
-        }
-        const WaitingLane access{state.fixed_points, own, lane};
-        if (moves) {
-          pulls.for_each(first_pull, block.pulls.count, part, [&](const PullRecord& record) {
-            energy.add_pull(record.weight, way_at(ways, record.neighbor));
-          });
-          for (Index i = part; i < block.springs.count; i += kParts) {
-            const SpringRecord record = load_constant(first_spring + i);
-            energy.add_spring(record.stiffness, record.rest, way_at(ways, record.neighbor));
-          }
-          volumes.for_each(
-              first_volume, block.volumes.count, part, [&](const VolumeRecord& record) {
-                energy.add_volume(record.stiffness, record.target, way_at(ways, record.face & 255),
-                                  way_at(ways, record.face >> 8 & 255),
-                                  way_at(ways, record.face >> 16));
-              });
-          if (block.hinges.count > 0) {
-            VertexBlock hinges{};
-            hinges.hinges = block.hinges;
-            add_rows(rows, hinges, access, energy, {part, kParts});
-          }
-        }
-        if constexpr (kParts > 1) {
-          __syncwarp();
-          add_up<kParts>(energy);
-        }
-        if (moves && part == 0) {
-          [[maybe_unused]] Index hold = kInvalidIndex;
-          if constexpr (kTools) {
-            hold = __ldcg(vertices.holds + visit.index * kBlockLanes + lane);
-          }
-          const auto solve = [&](const VertexEnergy<float>& whole) {
-            if constexpr (kTools) {
-              if (hold != kInvalidIndex) {
-                const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-                const HeldVertex held{tools,          input, sweeps.substep, place_at(corner),
-                                      state.capacity, hold,  {base, u}};
-                return move_held(held, whole, 1 / inverse_dt_squared);
-              }
-            }
-            return relaxation * VertexFactor<float>(whole).solve(whole.force);
-          };
-          const Vec3<float> moved = u + move_vertex(rows, block, access, start, energy, solve);
-          store_counted(&at(state.fixed_points, corner), moved_point(own, u, moved), sweep + 1);
-          store_particle(&at(state.displacements, corner), moved, p.w);
-        } else if (is_there && part == 0) {  // without tissue
-          store_counted(&at(state.fixed_points, corner), own, sweep + 1);
-        }
-        __syncwarp();
+  const float inverse_unit = 1 / input->unit;
+  TileWalk<Shape::kTiles> walk(colors, sweeps.count, thread_index() / kTileThreads,
+                               thread_count() / kTileThreads);
+  if (walk.is_done()) {
+    return;
+  }
+  NextTile<kParts> next;
+  next.load_block(tiles, walk.block());
+  next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
+  do {
+    const Index sweep = walk.sweep();
+    [[maybe_unused]] const Index index = walk.block();
+    const Index thread = walk.tile() * kTileThreads + of_warp;
+    const NextTile<kParts> tile = next;
+    const TileCounts& counts = tile.block.counts;
+    const ParticleOffset corner = tile.own & ~kNeighborFlags;
+
+    // everything that is asked for comes at once
+    FixedPoint own = load_counted(&at(state.fixed_points, corner));
+    FixedPoint met[Shape::kNeighbors];
+#pragma unroll
+    for (int k = 0; k < Shape::kNeighbors; ++k) {
+      met[k] = load_neighbor(state.fixed_points, tile.names[k]);
+    }
+    const Particle p = load_particle(&at(state.displacements, corner));
+    const Particle flight = load_particle(&at(state.flights, corner));
+    const PullRecord* const first_pull = tiles.pulls + first_record(tile.block.pulls, thread);
+    const VolumeRecord* const first_volume =
+        tiles.volumes + first_record(tile.block.volumes, thread);
+    PullRecord pulls[Shape::kPulls];
+#pragma unroll
+    for (int k = 0; k < Shape::kPulls; ++k) {
+      if (k < counts.pulls) {
+        const int2 words = __ldg(reinterpret_cast<const int2*>(first_pull + k * Shape::kStride));
+        pulls[k] = *reinterpret_cast<const PullRecord*>(&words);
       }
     }
-  }
+    VolumeRecord volumes[Shape::kVolumes];
+#pragma unroll
+    for (int k = 0; k < Shape::kVolumes; ++k) {
+      if (k < counts.volumes) {
+        volumes[k] = load_constant(first_volume + k * Shape::kStride);
+      }
+    }
+    [[maybe_unused]] Index hold = kInvalidIndex;
+    if constexpr (kTools) {
+      hold = __ldcg(vertices.holds + index * kBlockLanes + thread / kParts);
+    }
+    walk.advance();
+    const bool is_last = walk.is_done();
+    if (!is_last) {
+      next.load_block(tiles, walk.block());
+    }
+    own = without_sweeps(own);
+
+    Neighbor names[Shape::kNeighbors];
+#pragma unroll
+    for (int k = 0; k < Shape::kNeighbors; ++k) {
+      names[k] = tile.names[k];
+    }
+#pragma unroll 1
+    for (Index first = 0;;) {
+      wait_for(state.fixed_points, names, sweep, met);
+#pragma unroll
+      for (int k = 0; k < Shape::kNeighbors; ++k) {
+        if (first + k < counts.neighbors) {
+          const Vec3<float> way = way_between(own, without_sweeps(met[k]));
+          ways[1 + part + (first + k) * kParts] = make_float4(way.x, way.y, way.z, 0);
+        }
+      }
+      first += Shape::kNeighbors;
+      if (first >= counts.neighbors) {
+        break;
+      }
+#pragma unroll
+      for (int k = 0; k < Shape::kNeighbors; ++k) {
+        names[k] = first + k < counts.neighbors
+                       ? __ldg(tiles.neighbors + first_record(tile.block.neighbors, thread) +
+                               (1 + first + k) * Shape::kStride)
+                       : tile.own;
+        met[k] = load_neighbor(state.fixed_points, names[k]);
+      }
+    }
+    __syncwarp();
+
+    const Vec3<float> u = position_of(p);
+    const bool moves = p.w > 0;
+    VertexEnergy<float> start{};
+    start.add_pull(moves ? inverse_dt_squared / p.w : 0.0F, position_of(flight) - u);
+    VertexEnergy<float> energy{};
+    if (part == 0) {
+      energy = start;
+    }
+#pragma unroll
+    for (int k = 0; k < Shape::kPulls; ++k) {
+      if (k < counts.pulls) {
+        energy.add_pull(pulls[k].weight, way_at(ways, pulls[k].neighbor));
+      }
+    }
+#pragma unroll 1
+    for (Index k = Shape::kPulls; k < counts.pulls; ++k) {
+      const PullRecord record = first_pull[k * Shape::kStride];
+      energy.add_pull(record.weight, way_at(ways, record.neighbor));
+    }
+    const SpringRecord* const first_spring =
+        tiles.springs + first_record(tile.block.springs, thread);
+#pragma unroll 1
+    for (Index k = 0; k < counts.springs; ++k) {
+      const SpringRecord record = load_constant(first_spring + k * Shape::kStride);
+      energy.add_spring(record.stiffness, record.rest, way_at(ways, record.neighbor));
+    }
+#pragma unroll
+    for (int k = 0; k < Shape::kVolumes; ++k) {
+      if (k < counts.volumes) {
+        add_volume(volumes[k], ways, energy);
+      }
+    }
+#pragma unroll 1
+    for (Index k = Shape::kVolumes; k < counts.volumes; ++k) {
+      add_volume(load_constant(first_volume + k * Shape::kStride), ways, energy);
+    }
+    const Index lane = thread / kParts;
+    const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                          vertices.hinges};
+    if (counts.hinges > 0) {
+      VertexBlock hinges{};
+      hinges.hinges = load_ranges(vertices.blocks + index).hinges;
+      add_rows(rows, hinges, WaitingLane{state.fixed_points, own, lane}, energy, {part, kParts});
+    }
+    if (!is_last) {
+      next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
+    }
+    add_up<kParts>(energy, ~0U);
+    if (is_lost(own)) {
+      energy = start;
+    }
+
+    float relaxation = sweep + 1 < sweeps.count ? sweeps.over_relaxation : 1.0F;
+    relaxation = relaxation < flight.w ? relaxation : flight.w;
+    const auto solve = [&](const VertexEnergy<float>& whole) {
+      if constexpr (kTools) {
+        if (hold != kInvalidIndex) {
+          const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
+          const HeldVertex held{tools,          input, sweeps.substep, place_at(corner),
+                                state.capacity, hold,  {base, u}};
+          return move_held(held, whole, 1 / inverse_dt_squared);
+        }
+      }
+      return relaxation * VertexFactor<float>(whole).solve(whole.force);
+    };
+    const bool leads = part == 0 && (tile.own & kIsIdle) == 0;
+    Vec3<float> move{};
+    if (moves && (!kTools || leads)) {
+      move = solve(energy);
+    }
+    if (leads) {
+      if (!is_finite_way(move) || (moves && !is_finite_way(energy.force))) {
+        const VertexBlock block =
+            is_lost(own) ? VertexBlock{} : load_ranges(vertices.blocks + index);
+        move = move_vertex(rows, block, WaitingLane{state.fixed_points, own, lane}, start, energy,
+                           solve);
+      }
+      const Vec3<float> moved = u + move;
+      const FixedPoint point = moves ? moved_point(own, u, moved, inverse_unit) : own;
+      store_counted(&at(state.fixed_points, corner), point, sweep + 1);
+      if (moves) {
+        store_particle(&at(state.displacements, corner), moved, p.w);
+      }
+    }
+    __syncwarp();
+  } while (!walk.is_done());
 }
 
-constexpr int kVerticesOfBlock = kBlockThreads / kVertexParts;
-
-std::size_t shared_bytes(const VertexRecords& records) {
-  return kVerticesOfBlock * static_cast<std::size_t>(ways_room(records)) * sizeof(float4);
+template <int kParts>
+constexpr auto* sweep_kernel(bool has_tools) {
+  return has_tools ? sweep_tiles<kParts, true> : sweep_tiles<kParts, false>;
 }
 
-Index thread_blocks_for(Index block_count) {
-  return blocks_for(block_count * kBlockLanes, kVerticesOfBlock);
+auto* sweep_kernel(Index parts, bool has_tools) {
+  return parts == 16  ? sweep_kernel<16>(has_tools)
+         : parts == 8 ? sweep_kernel<8>(has_tools)
+                      : sweep_kernel<4>(has_tools);
 }
 
-Index prepare_sweep_of_vertices(const VertexRecords& records) {
+std::size_t shared_bytes(const TileArrays& tiles) {
+  return static_cast<std::size_t>(kBlockThreads / tiles.parts *
+                                  ways_room(tiles.parts, tiles.most_neighbors)) *
+         sizeof(float4);
+}
+
+Index prepare_sweep_of_vertices(const TileArrays& tiles) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
   const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
   if (device_attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
-      shared_bytes(records) > static_cast<std::size_t>(room)) {
+      shared_bytes(tiles) > static_cast<std::size_t>(room)) {
     return 0;
   }
   int fewest = 0;
-  for (auto* const kernel : {sweep_blocks<kVertexParts, false>, sweep_blocks<kVertexParts, true>}) {
+  for (const bool has_tools : {false, true}) {
+    auto* const kernel = sweep_kernel(tiles.parts, has_tools);
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
           "asking for all shared memory of a block");
     int blocks = 0;
     check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlockThreads,
-                                                        shared_bytes(records)),
+                                                        shared_bytes(tiles)),
           "asking how many blocks a multiprocessor runs at a time");
     fewest = fewest == 0 || blocks < fewest ? blocks : fewest;
   }
   return fewest * device_attribute(cudaDevAttrMultiProcessorCount);
 #else
-  static_cast<void>(records);
+  static_cast<void>(tiles);
   return 0;
 #endif
 }
 
 void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
-                    const DeviceState& state, const VertexArrays& vertices,
-                    const VertexRecords& records, const ToolArrays& tools, StepInput* input,
-                    const Launch& how) {
+                    const DeviceState& state, const VertexArrays& vertices, const TileArrays& tiles,
+                    const ToolArrays& tools, StepInput* input, const Launch& how) {
   cudaLaunchAttribute cooperative{};
   cooperative.id = cudaLaunchAttributeCooperative;
   cooperative.val.cooperative = 1;
@@ -475,14 +556,12 @@ void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
   config.gridDim =
       dim3(static_cast<unsigned>(sweeps.block_count), static_cast<unsigned>(how.copies));
   config.blockDim = dim3(kBlockThreads);
-  config.dynamicSmemBytes = shared_bytes(records);
+  config.dynamicSmemBytes = shared_bytes(tiles);
   config.stream = how.stream;
   config.attrs = &cooperative;
   config.numAttrs = 1;
-  check(cudaLaunchKernelEx(
-            &config,
-            sweeps.has_tools ? sweep_blocks<kVertexParts, true> : sweep_blocks<kVertexParts, false>,
-            sweeps, colors, state, vertices, records, tools, input),
+  check(cudaLaunchKernelEx(&config, sweep_kernel(tiles.parts, sweeps.has_tools), sweeps, colors,
+                           state, vertices, tiles, tools, input),
         "launching the sweeps of vertices");
 }
 

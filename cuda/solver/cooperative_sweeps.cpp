@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdlib>
 #include <vector>
 
 #include "cuda/buffer.cuh"
 #include "cuda/solver/sweeps.h"
 #include "lib/device/neighbor_lists.h"
+#include "lib/device/vertex_tiles.h"
+#include "lib/solver/methods/vertex_kernel.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -18,37 +21,43 @@ class CooperativeSweeps final : public Sweeps {
                  const StageRecords& /*records*/, cudaStream_t stream) override {
     const bool has_others = std::ranges::any_of(
         stages, [](const Stage& stage) { return stage.kind != PhaseKind::vertex; });
-    const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
     if (has_others || stages.empty() || stages.size() > VertexColors::kMost ||
-        data.options.iterations > VertexRecords::kMostSweeps) {
+        data.options.iterations > TileArrays::kMostSweeps) {
       return false;
     }
     const NeighborLists lists(data.vertex_blocks);
-    records_.longest_list = lists.longest;
     const auto copies = data.copy_count();
-    block_count_ = lists.longest <= VertexRecords::kMostNeighbors
-                       ? kernels_.prepare_sweep_of_vertices(records_) / copies
+    tiles_.parts = parts_for(data);
+    const VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
+    tiles_.most_neighbors = tiles.most_neighbors;
+    block_count_ = lists.longest <= TileArrays::kMostNeighbors
+                       ? kernels_.prepare_sweep_of_vertices(tiles_) / copies
                        : 0;
     if (block_count_ == 0) {
       return false;
     }
-    const auto row_copies = static_cast<std::size_t>(data.vertex_blocks.has_damping() ? copies : 1);
-    records_.lists = ranges_.upload(lists.ranges, stream);
-    records_.neighbors = neighbors_.upload(lists.neighbors, stream);
-    records_.pulls = pulls_.reserve(rows.pulls.size() * kBlockLanes);
-    records_.springs = springs_.reserve(row_copies * rows.springs.size() * kBlockLanes);
-    records_.volumes = volumes_.reserve(row_copies * rows.volumes.size() * kBlockLanes);
-    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists end here
+    const auto records = [](Index rows, Index row_copies) {
+      return static_cast<std::size_t>(rows) * static_cast<std::size_t>(row_copies) * kTileThreads;
+    };
+    const Index row_copies = data.vertex_blocks.has_damping() ? copies : 1;
+    tiles_.blocks = blocks_.upload(tiles.blocks, stream);
+    tiles_.neighbors = neighbors_.upload(tiles.neighbors, stream);
+    tiles_.pulls = pulls_.reserve(records(tiles.pull_rows, 1));
+    tiles_.springs = springs_.reserve(records(tiles.spring_rows, row_copies));
+    tiles_.volumes = volumes_.reserve(records(tiles.volume_rows, row_copies));
+    tiles_.spring_rows = tiles.spring_rows;
+    tiles_.volume_rows = tiles.volume_rows;
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the tiles end here
     return true;
   }
 
   void follow_rows(const VertexArrays& vertices, const Launch& launch) override {
-    kernels_.pack_rows(vertices, records_, false, launch);
+    kernels_.pack_rows(vertices, tiles_, false, launch);
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     if (arrays.vertices.is_damped) {
-      kernels_.pack_rows(arrays.vertices, records_, true, launch);
+      kernels_.pack_rows(arrays.vertices, tiles_, true, launch);
     }
     VertexColors colors{};
     Index largest = 1;
@@ -57,22 +66,39 @@ class CooperativeSweeps final : public Sweeps {
       largest = std::max(largest, stage.count);
     }
     const VertexSweeps sweeps{substep, arrays.sweep_count, over_relaxation_, arrays.has_tools(),
-                              std::min(block_count_, kernels_.thread_blocks_for(largest))};
-    kernels_.sweep_vertices(sweeps, colors, arrays.state, arrays.vertices, records_, arrays.tools,
+                              thread_blocks_for(largest)};
+    kernels_.sweep_vertices(sweeps, colors, arrays.state, arrays.vertices, tiles_, arrays.tools,
                             arrays.input, launch);
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return ranges_.memory_bytes() + neighbors_.memory_bytes() + pulls_.memory_bytes() +
+    return blocks_.memory_bytes() + neighbors_.memory_bytes() + pulls_.memory_bytes() +
            springs_.memory_bytes() + volumes_.memory_bytes();
   }
 
  private:
+  // Threads of a vertex: many make a colour short, few make little work.
+  static Index parts_for(const SolverData& /*data*/) {
+    if (const char* parts = std::getenv("PBDSURG_PARTS")) {
+      return std::atoi(parts);
+    }
+    return kRowParts;
+  }
+
+  // Blocks of threads of a copy that move so many blocks of vertices side by side: no more than the
+  // device has at once, and no more than their rounds need.
+  [[nodiscard]] Index thread_blocks_for(Index blocks) const {
+    constexpr auto kRoundUp = [](Index count, Index of) { return (count + of - 1) / of; };
+    const Index tiles = blocks * tiles_of_block(tiles_.parts);
+    const Index wanted = kRoundUp(tiles, kBlockThreads / kTileThreads);
+    return kRoundUp(wanted, kRoundUp(wanted, block_count_));
+  }
+
   const StepKernels& kernels_;
   float over_relaxation_;
   Index block_count_ = 0;  // of threads, at once, for each copy
-  VertexRecords records_{};
-  DeviceBuffer<RowRange> ranges_;
+  TileArrays tiles_{};
+  DeviceBuffer<TileBlock> blocks_;
   DeviceBuffer<Neighbor> neighbors_;
   DeviceBuffer<PullRecord> pulls_;
   DeviceBuffer<SpringRecord> springs_;

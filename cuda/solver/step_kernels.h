@@ -38,6 +38,9 @@ struct VertexSweep {
   bool holds_only;   ///< whether only those vertices move that tools touch or hold
 };
 
+/// Threads of a block that moves vertices: a colour is small, see kStageThreads.
+inline constexpr Index kBlockThreads = 64;
+
 /// All sweeps of a substep of the vertex-block method.
 struct VertexSweeps {
   Index substep;          ///< 0 to substeps - 1
@@ -89,18 +92,15 @@ struct StepKernels {
 
   /// Makes ready for sweep_vertices(). Enqueues nothing.
   /// @return  how many blocks of threads the current device runs at a time; 0 if it cannot
-  Index (*prepare_sweep_of_vertices)(const VertexRecords&);
-
-  /// How many blocks of threads move so many blocks of vertices side by side, for sweep_vertices().
-  Index (*thread_blocks_for)(Index block_count);
+  Index (*prepare_sweep_of_vertices)(const TileArrays&);
 
   /// Makes records of rows.
   /// @param numbers_only  because no row has come or gone
-  void (*pack_rows)(const VertexArrays&, const VertexRecords&, bool numbers_only, const Launch&);
+  void (*pack_rows)(const VertexArrays&, const TileArrays&, bool numbers_only, const Launch&);
 
   /// Moves all vertices, colour by colour and sweep by sweep, with what tools do to them.
   void (*sweep_vertices)(const VertexSweeps&, const VertexColors&, const DeviceState&,
-                         const VertexArrays&, const VertexRecords&, const ToolArrays&, StepInput*,
+                         const VertexArrays&, const TileArrays&, const ToolArrays&, StepInput*,
                          const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled without contraction, with IEEE division and roots: see cuda/CMakeLists.txt.
 #define PBDSURG_KERNELS_NAMESPACE strict
-#define PBDSURG_KERNELS_SUM_SIDE_BY_SIDE false
+#define PBDSURG_KERNELS_ARE_STRICT true
 #include "cuda/solver/all_kernels.cuh"
 
 namespace pbdsurg::cuda {

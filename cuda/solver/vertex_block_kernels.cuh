@@ -15,9 +15,10 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-constexpr int kBlockThreads = 64;  // a colour is small: see kStageThreads
 // that share the rows of a vertex: see move_blocks()
-constexpr int kVertexParts = PBDSURG_KERNELS_SUM_SIDE_BY_SIDE ? 16 : 1;
+constexpr int kVertexParts = kRowParts;
+// whether the first rows of a thread are added before others, which the serial backend does not
+constexpr bool kTakesFirstRows = !PBDSURG_KERNELS_ARE_STRICT;
 
 __device__ inline VertexArrays of_copy(VertexArrays vertices) {
   const std::size_t copy = copy_index();
@@ -225,12 +226,11 @@ struct HeldVertex {
   }
 };
 
-/// The sum of what some neighbouring threads of a warp have found, for each of them.
+/// The sum of what some neighbouring threads of a warp have found, for each of them: in the order
+/// of add_tree().
+/// @param mask  threads of the warp that call this
 template <int kThreads>
-__device__ void add_up(VertexEnergy<float>& energy) {
-  const unsigned lane = threadIdx.x % kWarp;
-  const unsigned mask =
-      kThreads == kWarp ? ~0U : ((1U << kThreads % kWarp) - 1) << (lane / kThreads * kThreads);
+__device__ void add_up(VertexEnergy<float>& energy, unsigned mask) {
   float* const numbers[] = {&energy.force.x, &energy.force.y, &energy.force.z, &energy.isotropic,
                             &energy.xx,      &energy.yy,      &energy.zz,      &energy.xy,
                             &energy.xz,      &energy.yz};
@@ -241,6 +241,13 @@ __device__ void add_up(VertexEnergy<float>& energy) {
       *number += __shfl_xor_sync(mask, *number, distance);
     }
   }
+}
+
+/// Those with which a thread shares a vertex.
+template <int kThreads>
+__device__ unsigned mask_of_parts() {
+  const unsigned lane = threadIdx.x % kWarp;
+  return ((1U << kThreads) - 1) << (lane / kThreads * kThreads);
 }
 
 /// The first rows of a thread, in registers before it waits for other kernels: what they name does
@@ -337,8 +344,8 @@ struct FirstRows {
 };
 
 /// Blocks [first, first + count), of one colour.
-/// @tparam kParts  threads of a vertex, neighbours in a warp, which share its rows. One gives the
-///                 bits of the serial backend; a vertex has some 36 rows, and a colour is small.
+/// @tparam kParts  threads of a vertex, neighbours in a warp, which share its rows: it has some 36,
+///                 and a colour is small.
 template <int kParts, bool kDamped, bool kTools>
 __global__ void __launch_bounds__(kBlockThreads)
     move_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
@@ -355,7 +362,7 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
   vertices = of_copy(vertices);
   FirstRows<kParts, kDamped> first_rows;
-  if constexpr (kParts > 1) {
+  if constexpr (kTakesFirstRows) {
     first_rows.load(vertices, block, corner, lane, part);
   }
   wait_for_previous();
@@ -405,10 +412,8 @@ __global__ void __launch_bounds__(kBlockThreads)
   if (part == 0) {
     energy = start;
   }
-  if constexpr (kParts == 1) {
-    add_rows(rows, block, access, energy);
-  } else {
-    VertexBlock others = block;
+  VertexBlock others = block;
+  if constexpr (kTakesFirstRows) {
     if (!is_lost(point)) {
       if constexpr (kDamped) {
         first_rows.load_numbers(vertices, block, lane, part);
@@ -416,11 +421,11 @@ __global__ void __launch_bounds__(kBlockThreads)
       first_rows.add(access, energy);
       first_rows.leave_out(others);
     }
-    add_rows(rows, others, access, energy, {part, kParts});
-    add_up<kParts>(energy);
-    if (part > 0) {
-      return;
-    }
+  }
+  add_rows(rows, others, access, energy, {part, kParts});
+  add_up<kParts>(energy, mask_of_parts<kParts>());
+  if (part > 0) {
+    return;
   }
   const Vec3<float> moved = u + move_vertex(rows, block, access, start, energy, solve);
   store_particle(particle, moved, p.w);

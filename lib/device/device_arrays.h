@@ -64,9 +64,8 @@ struct VertexArrays {
 
 inline constexpr Index kOnlyTouched = -2;
 
-/// The rows of a vertex side by side: row i of a lane is at [first * kBlockLanes + lane * count +
-/// i] of the block's range. Neighbours go by their position in the vertex's list; one past its end
-/// is the vertex itself.
+/// A row as a thread reads it that shares a vertex with others: see VertexTiles. Neighbours go by
+/// their position in the vertex's list, counted from one; position 0 is the vertex itself.
 struct alignas(8) PullRecord {
   float weight;  ///< as in PullRow
   std::uint32_t neighbor;
@@ -82,17 +81,47 @@ struct alignas(16) VolumeRecord {
   std::uint32_t unused;
 };
 
-/// What one kernel for all sweeps reads in place of rows.
-struct VertexRecords {
+/// How many rows each thread of a block has, those that do nothing among them.
+struct alignas(16) TileCounts {
+  std::uint16_t neighbors, pulls, springs, volumes;
+  Index hinges;  ///< of a vertex
+  Index unused;
+};
+
+/// What one kernel for all sweeps knows of a block of vertices.
+struct alignas(16) TileBlock {
+  Index neighbors, pulls, springs, volumes;  ///< first rows, as in VertexTiles
+  TileCounts counts;
+};
+
+/// @param neighbor_count  the longest list of the block
+/// @param parts           threads of a vertex
+PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Index neighbor_count,
+                                                  Index parts) {
+  const auto of_thread = [&](Index rows) {
+    return static_cast<std::uint16_t>((rows + parts - 1) / parts);
+  };
+  return {of_thread(neighbor_count),
+          of_thread(block.pulls.count),
+          of_thread(block.springs.count),
+          of_thread(block.volumes.count),
+          block.hinges.count,
+          0};
+}
+
+/// What it reads in place of rows.
+struct TileArrays {
   static constexpr Index kMostNeighbors = 254;         ///< positions have eight bits
   static constexpr Index kMostSweeps = (1 << 22) - 1;  ///< of a substep
 
-  const RowRange* lists;           ///< [block] see NeighborLists
-  const std::uint32_t* neighbors;  ///< likewise
-  PullRecord* pulls;               ///< [pull_count * kBlockLanes]
-  SpringRecord* springs;           ///< [copy, if damped][spring_count * kBlockLanes]
-  VolumeRecord* volumes;           ///< [copy, if damped][volume_count * kBlockLanes]
-  Index longest_list;
+  TileBlock* blocks;               ///< [block]
+  const std::uint32_t* neighbors;  ///< [row][thread], as the following
+  PullRecord* pulls;               ///< [pull_rows][thread]
+  SpringRecord* springs;           ///< [copy, if damped][spring_rows][thread]
+  VolumeRecord* volumes;           ///< [copy, if damped][volume_rows][thread]
+  Index parts;                     ///< threads of a vertex
+  Index spring_rows, volume_rows;
+  Index most_neighbors;  ///< of a thread
 };
 
 /// The blocks of each colour.

@@ -84,6 +84,18 @@ struct VertexEnergy {
       xz{},            ///< N/m
       yz{};            ///< N/m
 
+  /// What others have found.
+  PBDSURG_HOST_DEVICE void add(const VertexEnergy& other) {
+    force = force + other.force;
+    isotropic = isotropic + other.isotropic;
+    xx = xx + other.xx;
+    yy = yy + other.yy;
+    zz = zz + other.zz;
+    xy = xy + other.xy;
+    xz = xz + other.xz;
+    yz = yz + other.yz;
+  }
+
   /// Stiffness towards a point: inertia, the distortion of tetrahedra, a soft grasp.
   /// @param stiffness  N/m
   /// @param d          m, from the vertex to the point

@@ -414,7 +414,12 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
     VertexEnergy<Lanes> energy;
     energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
                     flight.x - own.x);
-    add_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane}, energy);
+    const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
+    if constexpr (kFast) {
+      add_rows(rows, block, access, energy);
+    } else {
+      add_tree(rows, block, access, energy);
+    }
     const Vec3<Lanes> move = relaxation * VertexFactor<Lanes>(energy).solve(energy.force);
     const LaneMask is_finite =
         (dot(move, move) < Lanes(std::numeric_limits<float>::infinity())) & (point.w > Lanes(0));

@@ -91,16 +91,22 @@ PBDSURG_HOST_DEVICE inline FixedPoint fixed_point(const Vec3<float>& base, const
 }
 
 /// The same for another displacement; what was lost stays so.
-/// @param before  m, the displacement of this point
+/// @param before        m, the displacement of this point
+/// @param inverse_unit  1/m, of its unit
 PBDSURG_HOST_DEVICE inline FixedPoint moved_point(const FixedPoint& point,
-                                                  const Vec3<float>& before, const Vec3<float>& u) {
-  const float inverse_unit = 1 / point.unit;
+                                                  const Vec3<float>& before, const Vec3<float>& u,
+                                                  float inverse_unit) {
   if (is_lost(point) || !is_fixable(u, inverse_unit)) {
     return lost_point();
   }
   const Vec3<std::uint32_t> moved = Vec3<std::uint32_t>{point.x, point.y, point.z} +
                                     fixed(u, inverse_unit) - fixed(before, inverse_unit);
   return {moved.x, moved.y, moved.z, point.unit};
+}
+
+PBDSURG_HOST_DEVICE inline FixedPoint moved_point(const FixedPoint& point,
+                                                  const Vec3<float>& before, const Vec3<float>& u) {
+  return moved_point(point, before, u, 1 / point.unit);
 }
 
 }  // namespace pbdsurg

@@ -78,6 +78,32 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
   }
 }
 
+/// Into so many parts rows are dealt: row i of a kind goes to part i modulo this. A vertex's sum is
+/// that of its parts, in a tree that lanes of a device can follow, too.
+inline constexpr Index kRowParts = 16;
+
+/// As add_rows(), as the sum of parts: those whose numbers differ by half of kRowParts first, then by
+/// a quarter. That of a part starts from what the energy has, or from zero.
+/// @param part  the first of those to add, kStride apart
+template <Index kStride = 1, class Access, class Scalar>
+PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& block,
+                                    const Access& access, VertexEnergy<Scalar>& energy,
+                                    Index part = 0) {
+  if constexpr (kStride == kRowParts) {
+    add_rows(rows, block, access, energy, {part, kRowParts});
+  } else {
+    add_tree<2 * kStride>(rows, block, access, energy, part);
+    const Index other = part + kStride;
+    // without rows its sum is zero
+    if (other < block.pulls.count || other < block.springs.count || other < block.volumes.count ||
+        other < block.hinges.count) {
+      VertexEnergy<Scalar> sum;
+      add_tree<2 * kStride>(rows, block, access, sum, other);
+      energy.add(sum);
+    }
+  }
+}
+
 /// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
 /// do not add up, and beyond half a turn the shorter way is the other.
 /// @param turn  C towards which, from rest

@@ -194,7 +194,7 @@ PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const Vert
                                               const VertexEnergy<float>& start,
                                               const Solve& solve) {
   VertexEnergy<float> energy = start;
-  add_rows(rows, block, access, energy);
+  add_tree(rows, block, access, energy);
   return move_vertex(rows, block, access, start, energy, solve);
 }
 
