@@ -49,6 +49,28 @@ __device__ inline FixedPoint load_counted(const FixedPoint* point) {
 #endif
 }
 
+/// The same where it is wanted, without a branch.
+__device__ inline void reload_counted(FixedPoint& point, const FixedPoint* at, bool is_wanted) {
+#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
+  std::uint64_t low = std::uint64_t{point.y} << 32 | point.x;
+  std::uint64_t high = std::uint64_t{__float_as_uint(point.unit)} << 32 | point.z;
+  asm volatile(
+      "{\n\t.reg .b128 point;\n\t.reg .pred wanted;\n\t"
+      "setp.ne.u32 wanted, %3, 0;\n\t"
+      "mov.b128 point, {%0, %1};\n\t"
+      "@wanted ld.relaxed.gpu.global.b128 point, [%2];\n\t"
+      "mov.b128 {%0, %1}, point;\n\t}"
+      : "+l"(low), "+l"(high)
+      : "l"(at), "r"(static_cast<std::uint32_t>(is_wanted))
+      : "memory");
+  point = {static_cast<std::uint32_t>(low), static_cast<std::uint32_t>(low >> 32),
+           static_cast<std::uint32_t>(high),
+           __uint_as_float(static_cast<std::uint32_t>(high >> 32))};
+#else
+  point = is_wanted ? load_point(at) : point;
+#endif
+}
+
 __device__ inline void store_counted(FixedPoint* to, const FixedPoint& point, Index sweeps) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
   const std::uint32_t unit = __float_as_uint(point.unit) | static_cast<std::uint32_t>(sweeps);
@@ -188,14 +210,14 @@ void pack_rows(const VertexArrays& vertices, const TileArrays& tiles, bool numbe
          numbers_only ? pack_block<true> : pack_block<false>, vertices, tiles);
 }
 
-/// What a thread holds in registers while neighbours are on their way: so much that few have more.
+/// What a thread holds in registers while neighbours are on their way.
 template <int kParts>
 struct TileShape {
   static constexpr Index kTiles = tiles_of_block(kParts);
   static constexpr Index kStride = kTiles * kTileThreads;  ///< records from a row to the next
-  static constexpr int kNeighbors = kParts == 16 ? 1 : kParts == 8 ? 2 : 3;
-  static constexpr int kPulls = kNeighbors;
-  static constexpr int kVolumes = kParts == 16 ? 2 : kParts == 8 ? 3 : 4;
+  static constexpr int kNeighbors = usual_counts(kParts).neighbors;
+  static constexpr int kPulls = usual_counts(kParts).pulls;
+  static constexpr int kVolumes = usual_counts(kParts).volumes;
 };
 
 /// Where a warp goes: some tiles of a colour, then of the next colour, then of the next sweep.
@@ -240,24 +262,23 @@ class TileWalk {
 /// A tile before its turn.
 template <int kParts>
 struct NextTile {
-  TileBlock block{};
-  Neighbor own = 0;
+  int4 firsts;  ///< of TileBlock
+  Index more;   ///< likewise
+  Neighbor own;
   Neighbor names[TileShape<kParts>::kNeighbors];
 
   __device__ void load_block(const TileArrays& tiles, Index index) {
-    const int4* const words = reinterpret_cast<const int4*>(tiles.blocks + index);
-    const int4 firsts = __ldg(words);
-    const int4 counts = __ldg(words + 1);
-    block = {firsts.x, firsts.y, firsts.z, firsts.w, *reinterpret_cast<const TileCounts*>(&counts)};
+    const TileBlock* const block = tiles.blocks + index;
+    firsts = __ldg(reinterpret_cast<const int4*>(block));
+    more = __ldg(&block->counts.more);
   }
   /// @param thread  of the block
   __device__ void load_names(const TileArrays& tiles, Index thread) {
-    const Neighbor* const from = tiles.neighbors + first_record(block.neighbors, thread);
+    const Neighbor* const from = tiles.neighbors + first_record(firsts.x, thread);
     own = __ldg(from);
 #pragma unroll
     for (int k = 0; k < TileShape<kParts>::kNeighbors; ++k) {
-      names[k] = k < block.counts.neighbors ? __ldg(from + (1 + k) * TileShape<kParts>::kStride)
-                                            : (own | kStandsStill);
+      names[k] = __ldg(from + (1 + k) * TileShape<kParts>::kStride);
     }
   }
 };
@@ -271,38 +292,117 @@ __device__ inline FixedPoint load_neighbor(const FixedPoint* points, Neighbor na
   return load_counted(&at(points, name & ~kNeighborFlags));
 }
 
-/// Waits for neighbours of a warp's vertices, several of a thread.
-template <int kCount>
+/// Ways from a vertex to its neighbours, in shared memory: the first is zero.
+class Ways {
+ public:
+  __device__ explicit Ways(const float4* ways)
+      : start_(static_cast<std::uint32_t>(__cvta_generic_to_shared(ways))) {
+    store(0, {});
+  }
+
+  __device__ void store(Index position, const Vec3<float>& way) const {
+    asm volatile("st.shared.v4.f32 [%0], {%1, %2, %3, %3};"
+                 :
+                 : "r"(start_ + 16 * static_cast<std::uint32_t>(position)), "f"(way.x), "f"(way.y),
+                   "f"(way.z)
+                 : "memory");
+  }
+  [[nodiscard]] __device__ Vec3<float> operator[](std::uint32_t position) const {
+    Vec3<float> way;
+    [[maybe_unused]] float unused;
+    asm volatile("ld.shared.v4.f32 {%0, %1, %2, %3}, [%4];"
+                 : "=f"(way.x), "=f"(way.y), "=f"(way.z), "=f"(unused)
+                 : "r"(start_ + 16 * position)
+                 : "memory");
+    return way;
+  }
+
+ private:
+  std::uint32_t start_;
+};
+
+/// Waits for neighbours of a warp's vertices, several of a thread, and writes the ways to them.
+/// @param first  position of the first, the others' follow kParts apart
+template <int kParts, int kCount>
 __device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCount], Index sweep,
-                         FixedPoint (&met)[kCount]) {
-  const auto is_late = [&] {
-    bool late = false;
+                         FixedPoint (&met)[kCount], const FixedPoint& own, Index first,
+                         const Ways& ways) {
+  const FixedPoint* from[kCount];
+  Index due[kCount];
+#pragma unroll
+  for (int k = 0; k < kCount; ++k) {
+    from[k] = &at(points, names[k] & ~kNeighborFlags);
+    due[k] = sweeps_due(names[k], sweep);
+  }
+  for (;;) {
+    bool is_late[kCount];
+    bool is_any_late = false;
 #pragma unroll
     for (int k = 0; k < kCount; ++k) {
-      late = late || sweeps_of(met[k]) < sweeps_due(names[k], sweep);
+      is_late[k] = sweeps_of(met[k]) < due[k];
+      is_any_late = is_any_late || is_late[k];
     }
-    return late;
-  };
-  while (__any_sync(~0U, is_late())) {
+    if (!__any_sync(~0U, is_any_late)) {
+      break;
+    }
 #pragma unroll
     for (int k = 0; k < kCount; ++k) {
-      if (sweeps_of(met[k]) < sweeps_due(names[k], sweep)) {
-        met[k] = load_neighbor(points, names[k]);
-      }
+      reload_counted(met[k], from[k], is_late[k]);  // others would only be in the way
     }
+  }
+#pragma unroll
+  for (int k = 0; k < kCount; ++k) {
+    ways.store(first + k * kParts, way_between(own, without_sweeps(met[k])));
   }
 }
 
-__device__ inline Vec3<float> way_at(const float4* ways, std::uint32_t position) {
-  const float4 way = ways[position];
-  return {way.x, way.y, way.z};
-}
+/// The rows that a thread adds, with all ways asked for before any is needed.
+template <int kParts>
+struct UsualRows {
+  using Shape = TileShape<kParts>;
 
-__device__ inline void add_volume(const VolumeRecord& record, const float4* ways,
-                                  VertexEnergy<float>& energy) {
-  energy.add_volume(record.stiffness, record.target, way_at(ways, record.face & 255),
-                    way_at(ways, record.face >> 8 & 255), way_at(ways, record.face >> 16));
-}
+  PullRecord pulls[Shape::kPulls];
+  VolumeRecord volumes[Shape::kVolumes];
+
+  __device__ void load(const PullRecord* first_pull, const VolumeRecord* first_volume) {
+#pragma unroll
+    for (int k = 0; k < Shape::kPulls; ++k) {
+      const int2 words = __ldg(reinterpret_cast<const int2*>(first_pull + k * Shape::kStride));
+      pulls[k] = *reinterpret_cast<const PullRecord*>(&words);
+    }
+#pragma unroll
+    for (int k = 0; k < Shape::kVolumes; ++k) {
+      volumes[k] = load_constant(first_volume + k * Shape::kStride);
+    }
+  }
+
+  __device__ void add_pulls(const Ways& ways, VertexEnergy<float>& energy) const {
+    Vec3<float> to[Shape::kPulls];
+#pragma unroll
+    for (int k = 0; k < Shape::kPulls; ++k) {
+      to[k] = ways[pulls[k].neighbor];
+    }
+#pragma unroll
+    for (int k = 0; k < Shape::kPulls; ++k) {
+      energy.add_pull(pulls[k].weight, to[k]);
+    }
+  }
+
+  __device__ void add_volumes(const Ways& ways, VertexEnergy<float>& energy) const {
+    Vec3<float> face[Shape::kVolumes][3];
+#pragma unroll
+    for (int k = 0; k < Shape::kVolumes; ++k) {
+      face[k][0] = ways[volumes[k].face & 255];
+      face[k][1] = ways[volumes[k].face >> 8 & 255];
+      face[k][2] = ways[volumes[k].face >> 16];
+    }
+#pragma unroll
+    for (int k = 0; k < Shape::kVolumes; ++k) {
+      energy.add_volume(volumes[k].stiffness, volumes[k].target, face[k][0], face[k][1],
+                        face[k][2]);
+    }
+  }
+};
 
 /// float4 of shared memory for a vertex, a zero first: odd, so that vertices of a warp use other
 /// banks.
@@ -327,11 +427,12 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
   const Index of_warp = static_cast<Index>(threadIdx.x) % kTileThreads;
   const Index part = of_warp % kParts;
-  float4* const ways = all_ways + static_cast<Index>(threadIdx.x) / kParts *
-                                      ways_room(kParts, tiles.most_neighbors);
-  ways[0] = make_float4(0, 0, 0, 0);
+  const Ways ways(all_ways + static_cast<Index>(threadIdx.x) / kParts *
+                                 ways_room(kParts, tiles.most_neighbors));
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   const float inverse_unit = 1 / input->unit;
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
   TileWalk<Shape::kTiles> walk(colors, sweeps.count, thread_index() / kTileThreads,
                                thread_count() / kTileThreads);
   if (walk.is_done()) {
@@ -341,40 +442,24 @@ __global__ void __launch_bounds__(kBlockThreads)
   next.load_block(tiles, walk.block());
   next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
   do {
-    const Index sweep = walk.sweep();
-    [[maybe_unused]] const Index index = walk.block();
-    const Index thread = walk.tile() * kTileThreads + of_warp;
+    // everything that can be asked for, and all that needs no neighbour
     const NextTile<kParts> tile = next;
-    const TileCounts& counts = tile.block.counts;
     const ParticleOffset corner = tile.own & ~kNeighborFlags;
-
-    // everything that is asked for comes at once
-    FixedPoint own = load_counted(&at(state.fixed_points, corner));
     FixedPoint met[Shape::kNeighbors];
 #pragma unroll
     for (int k = 0; k < Shape::kNeighbors; ++k) {
       met[k] = load_neighbor(state.fixed_points, tile.names[k]);
     }
+    const FixedPoint own = without_sweeps(load_counted(&at(state.fixed_points, corner)));
     const Particle p = load_particle(&at(state.displacements, corner));
     const Particle flight = load_particle(&at(state.flights, corner));
-    const PullRecord* const first_pull = tiles.pulls + first_record(tile.block.pulls, thread);
-    const VolumeRecord* const first_volume =
-        tiles.volumes + first_record(tile.block.volumes, thread);
-    PullRecord pulls[Shape::kPulls];
-#pragma unroll
-    for (int k = 0; k < Shape::kPulls; ++k) {
-      if (k < counts.pulls) {
-        const int2 words = __ldg(reinterpret_cast<const int2*>(first_pull + k * Shape::kStride));
-        pulls[k] = *reinterpret_cast<const PullRecord*>(&words);
-      }
-    }
-    VolumeRecord volumes[Shape::kVolumes];
-#pragma unroll
-    for (int k = 0; k < Shape::kVolumes; ++k) {
-      if (k < counts.volumes) {
-        volumes[k] = load_constant(first_volume + k * Shape::kStride);
-      }
-    }
+    const Index sweep = walk.sweep();
+    const Index index = walk.block();
+    const Index thread = walk.tile() * kTileThreads + of_warp;
+    const PullRecord* const first_pull = tiles.pulls + first_record(tile.firsts.y, thread);
+    const VolumeRecord* const first_volume = tiles.volumes + first_record(tile.firsts.w, thread);
+    UsualRows<kParts> usual;
+    usual.load(first_pull, first_volume);
     [[maybe_unused]] Index hold = kInvalidIndex;
     if constexpr (kTools) {
       hold = __ldcg(vertices.holds + index * kBlockLanes + thread / kParts);
@@ -384,81 +469,62 @@ __global__ void __launch_bounds__(kBlockThreads)
     if (!is_last) {
       next.load_block(tiles, walk.block());
     }
-    own = without_sweeps(own);
-
-    Neighbor names[Shape::kNeighbors];
-#pragma unroll
-    for (int k = 0; k < Shape::kNeighbors; ++k) {
-      names[k] = tile.names[k];
-    }
-#pragma unroll 1
-    for (Index first = 0;;) {
-      wait_for(state.fixed_points, names, sweep, met);
-#pragma unroll
-      for (int k = 0; k < Shape::kNeighbors; ++k) {
-        if (first + k < counts.neighbors) {
-          const Vec3<float> way = way_between(own, without_sweeps(met[k]));
-          ways[1 + part + (first + k) * kParts] = make_float4(way.x, way.y, way.z, 0);
-        }
-      }
-      first += Shape::kNeighbors;
-      if (first >= counts.neighbors) {
-        break;
-      }
-#pragma unroll
-      for (int k = 0; k < Shape::kNeighbors; ++k) {
-        names[k] = first + k < counts.neighbors
-                       ? __ldg(tiles.neighbors + first_record(tile.block.neighbors, thread) +
-                               (1 + first + k) * Shape::kStride)
-                       : tile.own;
-        met[k] = load_neighbor(state.fixed_points, names[k]);
-      }
-    }
-    __syncwarp();
-
     const Vec3<float> u = position_of(p);
     const bool moves = p.w > 0;
+    const bool leads = part == 0 && (tile.own & kIsIdle) == 0;
     VertexEnergy<float> start{};
     start.add_pull(moves ? inverse_dt_squared / p.w : 0.0F, position_of(flight) - u);
     VertexEnergy<float> energy{};
     if (part == 0) {
       energy = start;
     }
-#pragma unroll
-    for (int k = 0; k < Shape::kPulls; ++k) {
-      if (k < counts.pulls) {
-        energy.add_pull(pulls[k].weight, way_at(ways, pulls[k].neighbor));
+    float relaxation = sweep + 1 < sweeps.count ? sweeps.over_relaxation : 1.0F;
+    relaxation = relaxation < flight.w ? relaxation : flight.w;
+    const FixedPoint base = without_move(own, u, inverse_unit);
+
+    wait_for<kParts>(state.fixed_points, tile.names, sweep, met, own, 1 + part, ways);
+    if (__builtin_expect(tile.more, 0) != 0) {
+      const Index count = tiles.blocks[index].counts.neighbors;
+#pragma unroll 1
+      for (Index k = Shape::kNeighbors; k < count; ++k) {
+        const Neighbor name[1] = {__ldg(tiles.neighbors + first_record(tile.firsts.x, thread) +
+                                        (1 + k) * Shape::kStride)};
+        FixedPoint one[1] = {load_neighbor(state.fixed_points, name[0])};
+        wait_for<kParts>(state.fixed_points, name, sweep, one, own, 1 + part + k * kParts, ways);
       }
     }
-#pragma unroll 1
-    for (Index k = Shape::kPulls; k < counts.pulls; ++k) {
-      const PullRecord record = first_pull[k * Shape::kStride];
-      energy.add_pull(record.weight, way_at(ways, record.neighbor));
-    }
-    const SpringRecord* const first_spring =
-        tiles.springs + first_record(tile.block.springs, thread);
-#pragma unroll 1
-    for (Index k = 0; k < counts.springs; ++k) {
-      const SpringRecord record = load_constant(first_spring + k * Shape::kStride);
-      energy.add_spring(record.stiffness, record.rest, way_at(ways, record.neighbor));
-    }
-#pragma unroll
-    for (int k = 0; k < Shape::kVolumes; ++k) {
-      if (k < counts.volumes) {
-        add_volume(volumes[k], ways, energy);
-      }
-    }
-#pragma unroll 1
-    for (Index k = Shape::kVolumes; k < counts.volumes; ++k) {
-      add_volume(load_constant(first_volume + k * Shape::kStride), ways, energy);
-    }
+    __syncwarp();
     const Index lane = thread / kParts;
-    const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
-                          vertices.hinges};
-    if (counts.hinges > 0) {
-      VertexBlock hinges{};
-      hinges.hinges = load_ranges(vertices.blocks + index).hinges;
-      add_rows(rows, hinges, WaitingLane{state.fixed_points, own, lane}, energy, {part, kParts});
+    const WaitingLane access{state.fixed_points, own, lane};
+    usual.add_pulls(ways, energy);
+    if (__builtin_expect(tile.more, 0) != 0) {
+      const TileCounts counts = tiles.blocks[index].counts;
+#pragma unroll 1
+      for (Index k = Shape::kPulls; k < counts.pulls; ++k) {
+        const PullRecord record = first_pull[k * Shape::kStride];
+        energy.add_pull(record.weight, ways[record.neighbor]);
+      }
+      const SpringRecord* const first_spring = tiles.springs + first_record(tile.firsts.z, thread);
+#pragma unroll 1
+      for (Index k = 0; k < counts.springs; ++k) {
+        const SpringRecord record = load_constant(first_spring + k * Shape::kStride);
+        energy.add_spring(record.stiffness, record.rest, ways[record.neighbor]);
+      }
+    }
+    usual.add_volumes(ways, energy);
+    if (__builtin_expect(tile.more, 0) != 0) {
+      const TileCounts counts = tiles.blocks[index].counts;
+#pragma unroll 1
+      for (Index k = Shape::kVolumes; k < counts.volumes; ++k) {
+        const VolumeRecord record = load_constant(first_volume + k * Shape::kStride);
+        energy.add_volume(record.stiffness, record.target, ways[record.face & 255],
+                          ways[record.face >> 8 & 255], ways[record.face >> 16]);
+      }
+      if (counts.hinges > 0) {
+        VertexBlock hinges{};
+        hinges.hinges = load_ranges(vertices.blocks + index).hinges;
+        add_rows(rows, hinges, access, energy, {part, kParts});
+      }
     }
     if (!is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
@@ -468,36 +534,36 @@ __global__ void __launch_bounds__(kBlockThreads)
       energy = start;
     }
 
-    float relaxation = sweep + 1 < sweeps.count ? sweeps.over_relaxation : 1.0F;
-    relaxation = relaxation < flight.w ? relaxation : flight.w;
     const auto solve = [&](const VertexEnergy<float>& whole) {
       if constexpr (kTools) {
         if (hold != kInvalidIndex) {
-          const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-          const HeldVertex held{tools,          input, sweeps.substep, place_at(corner),
-                                state.capacity, hold,  {base, u}};
+          const HeldVertex held{
+              tools,
+              input,
+              sweeps.substep,
+              place_at(corner),
+              state.capacity,
+              hold,
+              {position_of(load_particle(&at(state.particles, corner))), u}};
           return move_held(held, whole, 1 / inverse_dt_squared);
         }
       }
       return relaxation * VertexFactor<float>(whole).solve(whole.force);
     };
-    const bool leads = part == 0 && (tile.own & kIsIdle) == 0;
-    Vec3<float> move{};
-    if (moves && (!kTools || leads)) {
-      move = solve(energy);
-    }
     if (leads) {
-      if (!is_finite_way(move) || (moves && !is_finite_way(energy.force))) {
+      Vec3<float> move = solve(energy);
+      if (__builtin_expect(!is_finite_way(move) || !is_finite_way(energy.force), 0)) {
         const VertexBlock block =
             is_lost(own) ? VertexBlock{} : load_ranges(vertices.blocks + index);
-        move = move_vertex(rows, block, WaitingLane{state.fixed_points, own, lane}, start, energy,
-                           solve);
+        move = move_vertex(rows, block, access, start, energy, solve);
       }
-      const Vec3<float> moved = u + move;
-      const FixedPoint point = moves ? moved_point(own, u, moved, inverse_unit) : own;
-      store_counted(&at(state.fixed_points, corner), point, sweep + 1);
       if (moves) {
+        const Vec3<float> moved = u + move;
+        store_counted(&at(state.fixed_points, corner), with_move(base, moved, inverse_unit),
+                      sweep + 1);
         store_particle(&at(state.displacements, corner), moved, p.w);
+      } else {
+        store_counted(&at(state.fixed_points, corner), own, sweep + 1);
       }
     }
     __syncwarp();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include "cuda/buffer.cuh"
@@ -11,6 +13,14 @@
 
 namespace pbdsurg::cuda {
 namespace {
+
+int multiprocessor_count() {
+  int device = 0;
+  int count = 0;
+  PBDSURG_CUDA_CHECK(cudaGetDevice(&device));
+  PBDSURG_CUDA_CHECK(cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device));
+  return count;
+}
 
 class CooperativeSweeps final : public Sweeps {
  public:
@@ -27,7 +37,7 @@ class CooperativeSweeps final : public Sweeps {
     }
     const NeighborLists lists(data.vertex_blocks);
     const auto copies = data.copy_count();
-    tiles_.parts = parts_for(data);
+    tiles_.parts = parts_for(data, stages);
     const VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
     tiles_.most_neighbors = tiles.most_neighbors;
     block_count_ = lists.longest <= TileArrays::kMostNeighbors
@@ -77,12 +87,23 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
-  // Threads of a vertex: many make a colour short, few make little work.
-  static Index parts_for(const SolverData& /*data*/) {
+  // Threads of a vertex: many make a colour short where the device has room for all at once, few
+  // make less work where it has not. Serial bits take as many as there are parts.
+  static Index parts_for(const SolverData& data, std::span<const Stage> stages) {
     if (const char* parts = std::getenv("PBDSURG_PARTS")) {
       return std::atoi(parts);
     }
-    return kRowParts;
+    constexpr Index kFew = 4;
+    constexpr std::int64_t kWarpsAtOnce = 16;  // of a multiprocessor
+    std::int64_t largest = 0;
+    for (const Stage& stage : stages) {
+      largest = std::max<std::int64_t>(largest, stage.count);
+    }
+    const std::int64_t warps = largest * tiles_of_block(kRowParts) * data.copy_count();
+    const std::int64_t room = kWarpsAtOnce * multiprocessor_count();
+    return data.options.math == MathMode::strict || warps <= room ? kRowParts
+           : warps <= 4 * room                                    ? kRowParts / 2
+                                                                  : kFew;
   }
 
   // Blocks of threads of a copy that move so many blocks of vertices side by side: no more than the

@@ -85,8 +85,16 @@ struct alignas(16) VolumeRecord {
 struct alignas(16) TileCounts {
   std::uint16_t neighbors, pulls, springs, volumes;
   Index hinges;  ///< of a vertex
-  Index unused;
+  Index more;    ///< not zero if there are more than usual_counts()
 };
+
+/// Rows that each thread has at least: most have no more, and need not ask how many.
+/// @param parts  threads of a vertex
+PBDSURG_HOST_DEVICE constexpr TileCounts usual_counts(Index parts) {
+  return parts >= 16  ? TileCounts{1, 1, 0, 2, 0, 0}
+         : parts >= 8 ? TileCounts{2, 2, 0, 3, 0, 0}
+                      : TileCounts{3, 3, 0, 4, 0, 0};
+}
 
 /// What one kernel for all sweeps knows of a block of vertices.
 struct alignas(16) TileBlock {
@@ -98,15 +106,21 @@ struct alignas(16) TileBlock {
 /// @param parts           threads of a vertex
 PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Index neighbor_count,
                                                   Index parts) {
-  const auto of_thread = [&](Index rows) {
-    return static_cast<std::uint16_t>((rows + parts - 1) / parts);
+  const auto of_thread = [&](Index rows, std::uint16_t usual) {
+    const auto count = static_cast<std::uint16_t>((rows + parts - 1) / parts);
+    return count > usual ? count : usual;
   };
-  return {of_thread(neighbor_count),
-          of_thread(block.pulls.count),
-          of_thread(block.springs.count),
-          of_thread(block.volumes.count),
-          block.hinges.count,
-          0};
+  const TileCounts usual = usual_counts(parts);
+  TileCounts counts{of_thread(neighbor_count, usual.neighbors),
+                    of_thread(block.pulls.count, usual.pulls),
+                    of_thread(block.springs.count, usual.springs),
+                    of_thread(block.volumes.count, usual.volumes),
+                    block.hinges.count,
+                    0};
+  counts.more = static_cast<Index>(counts.neighbors > usual.neighbors ||
+                                   counts.pulls > usual.pulls || counts.springs > 0 ||
+                                   counts.volumes > usual.volumes || counts.hinges > 0);
+  return counts;
 }
 
 /// What it reads in place of rows.

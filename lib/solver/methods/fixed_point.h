@@ -90,23 +90,33 @@ PBDSURG_HOST_DEVICE inline FixedPoint fixed_point(const Vec3<float>& base, const
   return {point.x, point.y, point.z, unit};
 }
 
-/// The same for another displacement; what was lost stays so.
-/// @param before        m, the displacement of this point
-/// @param inverse_unit  1/m, of its unit
-PBDSURG_HOST_DEVICE inline FixedPoint moved_point(const FixedPoint& point,
-                                                  const Vec3<float>& before, const Vec3<float>& u,
-                                                  float inverse_unit) {
-  if (is_lost(point) || !is_fixable(u, inverse_unit)) {
-    return lost_point();
-  }
-  const Vec3<std::uint32_t> moved = Vec3<std::uint32_t>{point.x, point.y, point.z} +
-                                    fixed(u, inverse_unit) - fixed(before, inverse_unit);
-  return {moved.x, moved.y, moved.z, point.unit};
+/// Where a vertex is without its displacement; what was lost stays so.
+/// @param inverse_unit  1/m, of the point's unit
+PBDSURG_HOST_DEVICE inline FixedPoint without_move(const FixedPoint& point, const Vec3<float>& u,
+                                                   float inverse_unit) {
+  const Vec3<std::uint32_t> base =
+      Vec3<std::uint32_t>{point.x, point.y, point.z} - fixed(u, inverse_unit);
+  return {base.x, base.y, base.z, point.unit};
 }
 
+/// And with another one, which may lose it.
+PBDSURG_HOST_DEVICE inline FixedPoint with_move(const FixedPoint& base, const Vec3<float>& u,
+                                                float inverse_unit) {
+  if (is_lost(base) || !is_fixable(u, inverse_unit)) {
+    return lost_point();
+  }
+  const Vec3<std::uint32_t> point =
+      Vec3<std::uint32_t>{base.x, base.y, base.z} + fixed(u, inverse_unit);
+  return {point.x, point.y, point.z, base.unit};
+}
+
+/// Both at once.
+/// @param before  m, the displacement of this point
 PBDSURG_HOST_DEVICE inline FixedPoint moved_point(const FixedPoint& point,
                                                   const Vec3<float>& before, const Vec3<float>& u) {
-  return moved_point(point, before, u, 1 / point.unit);
+  const float inverse_unit = 1 / point.unit;
+  return is_lost(point) ? point
+                        : with_move(without_move(point, before, inverse_unit), u, inverse_unit);
 }
 
 }  // namespace pbdsurg
