@@ -6,6 +6,7 @@
 
 #include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
@@ -17,23 +18,15 @@ namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
 constexpr StepKernels all_kernels() {
-  return {&code_architecture,
-          &advance,
-          &find_contacts,
-          &project,
-          &project_attachments,
-          &project_contacts,
-          &prepare_vertices,
-          &begin_joints,
-          &solve_vertices,
-          &prepare_sweep_of_vertices,
-          &thread_blocks_for,
-          &pack_rows,
-          &sweep_vertices,
-          &prepare_cluster,
-          &sweep_cluster,
-          &collect_forces,
-          &report};
+  return {&code_architecture,   &advance,
+          &find_contacts,       &project,
+          &project_attachments, &project_contacts,
+          &prepare_vertices,    &begin_joints,
+          &solve_vertices,      &prepare_sweep_of_vertices,
+          &thread_blocks_for,   &pack_rows,
+          &sweep_vertices,      &prepare_cluster,
+          &sweep_cluster,       &keep_momentum,
+          &collect_forces,      &report};
 }
 
 }  // namespace

@@ -64,6 +64,15 @@ struct VertexArrays {
 
 inline constexpr Index kOnlyTouched = -2;
 
+/// What nothing holds: see FreePieces.
+struct FreePieceArrays {
+  const Index* firsts = nullptr;  ///< [count + 1]
+  const Index* places = nullptr;  ///< of piece i, [firsts[i], firsts[i + 1])
+  Index count = 0;
+
+  bool operator==(const FreePieceArrays&) const = default;
+};
+
 /// The rows of a vertex side by side: row i of a lane is at [first * kBlockLanes + lane * count +
 /// i] of the block's range. Neighbours go by their position in the vertex's list; one past its end
 /// is the vertex itself.
