@@ -6,6 +6,7 @@
 
 #include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
 #include "cuda/solver/stiff_link_kernels.cuh"
@@ -31,6 +32,7 @@ constexpr StepKernels all_kernels() {
           &sweep_vertices,
           &prepare_cluster,
           &sweep_cluster,
+          &keep_momentum,
           &collect_forces,
           &report};
 }

@@ -163,7 +163,8 @@ class CudaBackend final : public Backend {
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
-           watched_places_.memory_bytes() + vertices_.memory_bytes() + sweeps_->memory_bytes();
+           watched_places_.memory_bytes() + vertices_.memory_bytes() + free_pieces_.memory_bytes() +
+           sweeps_->memory_bytes();
   }
 
  private:
@@ -239,6 +240,7 @@ class CudaBackend final : public Backend {
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
     state_.take_over(data, stream_.get());
+    free_pieces_.take_over(data.free_pieces, stream_.get());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
       tools_.take_over(data, state_.arrays().capacity);
     }
@@ -305,7 +307,7 @@ class CudaBackend final : public Backend {
                           {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
                            has_cluster ? std::span<const Stage>() : plan_.open_stages(),
                            tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
-                           data.division.sweeps, has_stiff_links(data.plan)},
+                           data.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays()},
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                           step_program(data.options, data.division)};
     if (have_rows_changed_) {
@@ -351,6 +353,7 @@ class CudaBackend final : public Backend {
   StateBuffers state_;
   ConstraintBuffers constraints_;
   VertexBuffers vertices_;
+  FreePieceBuffers free_pieces_;
   ToolBuffers tools_;
   WordBatches words_;
   PinnedBuffer<WordChange> shared_words_;  // those that a step writes first

@@ -11,7 +11,7 @@ class Enqueuer {
 
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices,
-                 sweep_count, has_stiff_links] = step_.arrays;
+                 sweep_count, has_stiff_links, free_pieces] = step_.arrays;
     const StepKernels& kernels = *step_.kernels;
     const bool has_tools = step_.arrays.has_tools();
     switch (operation) {
@@ -52,6 +52,11 @@ class Enqueuer {
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);
+        break;
+      case StepOperation::keep_momentum:
+        if (free_pieces.count > 0) {
+          kernels.keep_momentum(state, vertices, free_pieces, has_tools, launch_);
+        }
         break;
       case StepOperation::collect_forces:
         if (has_tools) {

@@ -111,6 +111,10 @@ struct StepKernels {
   void (*sweep_cluster)(const ClusterKind&, const ClusterArrays&, const DeviceState&,
                         const ToolArrays&, StepInput*, const ClusterSweep&, const Launch&);
 
+  /// After the sweeps, of pieces that no tool touches or holds.
+  void (*keep_momentum)(const DeviceState&, const VertexArrays&, const FreePieceArrays&,
+                        bool has_tools, const Launch&);
+
   /// Adds a substep's share to the forces on tools.
   void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
 

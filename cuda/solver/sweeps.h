@@ -32,6 +32,7 @@ struct SweepArrays {
   VertexArrays vertices{};
   Index sweep_count = 1;         ///< of a substep
   bool has_stiff_links = false;  ///< that live: else some stages have none left
+  FreePieceArrays free_pieces{};
 
   [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
 
@@ -40,7 +41,8 @@ struct SweepArrays {
            input == other.input && stages.data() == other.stages.data() &&
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
            has_attachments == other.has_attachments && vertices == other.vertices &&
-           sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links;
+           sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
+           free_pieces == other.free_pieces;
   }
 };
 

@@ -50,6 +50,16 @@ void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the rows may change
 }
 
+void FreePieceBuffers::take_over(const PieceLists& pieces, cudaStream_t stream) {
+  if (revision_ == pieces.revision()) {
+    return;
+  }
+  arrays_ = {firsts_.upload(pieces.all_firsts(), stream),
+             places_.upload(pieces.all_places(), stream), pieces.count()};
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists may change
+  revision_ = pieces.revision();
+}
+
 std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
   const auto words = [](auto* rows) { return reinterpret_cast<std::uint32_t*>(rows); };
   switch (array) {

@@ -41,4 +41,22 @@ class VertexBuffers {
   VertexArrays arrays_{};
 };
 
+/// The lists of FreePieces on a device.
+class FreePieceBuffers {
+ public:
+  /// Copies them, if they are others than before. Waits then.
+  void take_over(const PieceLists& pieces, cudaStream_t stream);
+
+  [[nodiscard]] const FreePieceArrays& arrays() const noexcept { return arrays_; }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return firsts_.memory_bytes() + places_.memory_bytes();
+  }
+
+ private:
+  DeviceBuffer<Index> firsts_, places_;
+  std::uint64_t revision_ = 0;  // without pieces
+  FreePieceArrays arrays_{};
+};
+
 }  // namespace pbdsurg::cuda

@@ -64,6 +64,15 @@ struct VertexArrays {
 
 inline constexpr Index kOnlyTouched = -2;
 
+/// What nothing holds: see FreePieces.
+struct FreePieceArrays {
+  const Index* firsts = nullptr;  ///< [count + 1]
+  const Index* places = nullptr;  ///< of piece i, [firsts[i], firsts[i + 1])
+  Index count = 0;
+
+  bool operator==(const FreePieceArrays&) const = default;
+};
+
 /// A row as a thread reads it that shares a vertex with others: see VertexTiles. Neighbours go by
 /// their position in the vertex's list, counted from one; position 0 is the vertex itself.
 struct alignas(8) PullRecord {

@@ -190,7 +190,7 @@ Renumbering Compaction::finish(Solver& solver) {
   built.identity = data.identity;
   built.own_tissue = std::move(data.own_tissue);
   data.leave_tissue();
-  built.follow_tissue();
+  built.follow_tissue(&data);
   parts_->built = solver.data_.exchange(std::move(parts_->built));
   live.followers->for_each(
       [&](const FollowerList::Entry& entry) { entry.follower->renumber(tissue, parts_->ids); });

@@ -77,6 +77,14 @@ std::vector<Index> LivePieces::tets(Index piece) const {
   return result;
 }
 
+std::size_t LivePieces::memory_bytes() const noexcept {
+  const auto bytes = [](const auto&... lists) {
+    return (... + (lists.capacity() * sizeof(lists[0])));
+  };
+  return pieces_.memory_bytes() + tets_.memory_bytes() + leaving_.capacity() / 8 +
+         bytes(parts_, part_of_, next_, seen_, active_, groups_, rests_, freed_);
+}
+
 Crumbs LivePieces::add_crumbs(const Tissue& tissue, TopologyEdit& edit, Index smallest) {
   tissue.check_follower(*this, kWho);
   std::vector<Index> kept;  // ascending

@@ -89,6 +89,7 @@ void FakeDevice::start_step(SolverData& data, float dt) {
   }
   followed_ = {};
   take_over(data);
+  static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
   for (Index i = 0; i < data.copy_count(); ++i) {
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;

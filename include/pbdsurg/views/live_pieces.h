@@ -4,6 +4,7 @@
 /// @file
 /// The connected pieces of living tissue, kept up to date through edits.
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -77,6 +78,9 @@ class PBDSURG_API LivePieces final : public Follower {
 
   /// Vertices that the searches of the last edit, or for its crumbs, have visited.
   [[nodiscard]] Index visited() const noexcept { return visited_count_; }
+
+  /// Bytes in use.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
   void undo(const Tissue& tissue, const TissueChange& change) noexcept override;

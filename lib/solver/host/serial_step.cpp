@@ -6,6 +6,7 @@
 
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -75,6 +76,11 @@ class SerialStep {
       case StepOperation::settle_holds:
         if (has_holds_to_settle(step_)) {
           settle_holds(step_, vertex_state(step_, lengths_, 1));
+        }
+        break;
+      case StepOperation::keep_momentum:
+        for (Index piece = 0; piece < step_.data.free_pieces.count(); ++piece) {
+          keep_momentum(step_, piece);
         }
         break;
       case StepOperation::collect_forces:

@@ -17,6 +17,7 @@
 #include "lib/solver/host/thread_choice.h"
 #include "lib/solver/host/thread_stages.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -327,6 +328,9 @@ class ThreadedBackend final : public Backend {
           meet(turn);
         }
         break;
+      case StepOperation::keep_momentum:
+        keep_momentum(turn);
+        break;
       case StepOperation::collect_forces:  // of thread 0, too
         if (thread == 0) {
           collect_tool_forces(step.copy, lengths.inverse_dt_squared / substeps);
@@ -349,6 +353,18 @@ class ThreadedBackend final : public Backend {
       kernels_.damp_rows(damped_rows(turn.step), turn.state.bases, turn.state.carries,
                          turn.state.substep.inverse_dt, part.first, part.last);
     }
+  }
+
+  // All have met since what moved vertices last.
+  void keep_momentum(Turn& turn) {
+    const Index count = turn.step.data.free_pieces.count();
+    if (count == 0) {
+      return;
+    }
+    for (Index piece = turn.thread; piece < count; piece += turn.threads) {
+      pbdsurg::keep_momentum(turn.step, piece);
+    }
+    meet(turn);
   }
 
   void begin_joints(const VertexState& vertex_state, Turn& turn) {

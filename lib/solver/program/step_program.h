@@ -27,6 +27,7 @@ enum class StepOperation : std::uint8_t {
   begin_joints,           ///< finds the forces of stiff links
   sweep,                  ///< all sweeps: the phases of the StepPlan, again and again
   settle_holds,           ///< what tools touch or hold answers what stiff links did last
+  keep_momentum,          ///< of pieces that nothing holds: see momentum.h
   collect_forces,         ///< adds what pushed back to the forces of tools
   update_velocities,      ///< from the way of the substep
   settle,                 ///< vertices go where displacements lead; velocities from these

@@ -70,7 +70,10 @@ struct SolverData::Followers {
 SolverData::SolverData() : followers_(std::make_unique<Followers>(*this)) {}
 SolverData::~SolverData() = default;
 
-void SolverData::follow_tissue() {
+void SolverData::follow_tissue(SolverData* before) {
+  if (options.method == SolverMethod::vertex_block) {
+    free_pieces.follow(*tissue, before != nullptr ? before->free_pieces.leave() : nullptr);
+  }
   followers_->for_each(
       [&](Follower& follower) { tissue->add_follower(follower, FollowerRank::solver); });
 }
@@ -87,6 +90,7 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 }
 
 void SolverData::start_step(float dt) {
+  free_pieces.refresh(*tissue, place_of_vertex);
   division = divide_step(dt, substep_rule, options);
   step_length = dt;
   if (!backend->keeps_state()) {
@@ -164,9 +168,10 @@ void SolverData::reserve_spare_room() {
 
 std::size_t SolverData::memory_bytes() const noexcept {
   return SolverState::memory_bytes() + sets.memory_bytes() + vertex_blocks.memory_bytes() +
-         step_scratch.memory_bytes() + plan.phases.capacity() * sizeof(Phase) +
-         followers_->state.memory_bytes() + followers_->vertices.memory_bytes() +
-         backend->memory_bytes() + (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
+         free_pieces.memory_bytes() + step_scratch.memory_bytes() +
+         plan.phases.capacity() * sizeof(Phase) + followers_->state.memory_bytes() +
+         followers_->vertices.memory_bytes() + backend->memory_bytes() +
+         (own_tissue != nullptr ? own_tissue->memory_bytes() : 0);
 }
 
 }  // namespace pbdsurg

@@ -10,6 +10,7 @@
 
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/sets/constraint_sets.h"
@@ -36,11 +37,13 @@ class SolverData : public SolverState {
   const Tissue* tissue = nullptr;
   ConstraintSets sets{*this};
   VertexBlocks vertex_blocks;  ///< of the vertex-block method, else empty
+  FreePieces free_pieces;      ///< likewise; as of the step that began last
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
 
   /// From here on edits of the tissue are followed.
-  void follow_tissue();
+  /// @param before  who followed them until now, if anybody did
+  void follow_tissue(SolverData* before = nullptr);
   void leave_tissue() noexcept;
 
   /// Takes who steps from now on, with the scratch that it needs on a host.

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The momentum of free pieces after the sweeps of a substep: a block a piece.
+
+#include "cuda/solver/kernel_support.cuh"
+#include "lib/solver/methods/momentum.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+/// A vertex as keep_momentum() reads it.
+struct FlownVertex {
+  Particle moved;
+  Vec3<float> base, flight;
+
+  __device__ FlownVertex(const DeviceState& state, Index place)
+      : moved(load_particle(state.displacements + place)),
+        base(position_of(load_particle(state.particles + place))),
+        flight(position_of(load_particle(state.flights + place))) {}
+
+  [[nodiscard]] __device__ bool counts() const {
+    return keeps_momentum(moved.w, base, position_of(moved), flight);
+  }
+};
+
+/// @param has_tools  whether any touch or hold something: then VertexArrays::holds are of now
+__global__ void __launch_bounds__(kMomentumSums)
+    keep_momenta(DeviceState state, VertexArrays vertices, FreePieceArrays pieces, bool has_tools) {
+  __shared__ alignas(16) unsigned char memory[kMomentumSums * sizeof(MomentumSums)];
+  MomentumSums* const sums = reinterpret_cast<MomentumSums*>(memory);
+  wait_for_previous();
+  state = of_copy(state);
+  const Index* const holds =
+      vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_count * kBlockLanes);
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Index first = __ldg(pieces.firsts + blockIdx.x);
+  const Index end = __ldg(pieces.firsts + blockIdx.x + 1);
+  MomentumSums sum;
+  bool is_held = false;
+  for (Index i = first + thread; i < end; i += kMomentumSums) {
+    const Index place = __ldg(pieces.places + i);
+    const FlownVertex vertex(state, place);
+    if (vertex.counts()) {
+      sum.add(1 / static_cast<double>(vertex.moved.w), to_double(vertex.base),
+              to_double(position_of(vertex.moved) - vertex.flight));
+    }
+    const Index lane = has_tools ? __ldg(vertices.lane_of_place + place) : kInvalidIndex;
+    is_held = is_held || (lane != kInvalidIndex && __ldcg(holds + lane) != kInvalidIndex);
+  }
+  if (__syncthreads_or(is_held) != 0) {
+    return;
+  }
+  sums[thread] = sum;
+  for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
+    __syncthreads();
+    if (thread < half) {
+      sums[thread].add(sums[thread + half]);
+    }
+  }
+  __syncthreads();
+  const RigidMove move = sums[0].rigid_move();
+  for (Index i = first + thread; i < end; i += kMomentumSums) {
+    const Index place = __ldg(pieces.places + i);
+    const FlownVertex vertex(state, place);
+    if (vertex.counts()) {
+      store_particle(state.displacements + place,
+                     position_of(vertex.moved) - part_of(move, to_double(vertex.base)),
+                     vertex.moved.w);
+    }
+  }
+}
+
+void keep_momentum(const DeviceState& state, const VertexArrays& vertices,
+                   const FreePieceArrays& pieces, bool has_tools, const Launch& how) {
+  launch(how, "launching what keeps momentum", pieces.count, kMomentumSums, keep_momenta, state,
+         vertices, pieces, has_tools);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

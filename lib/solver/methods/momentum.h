@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Keeps the momentum of a free piece through the sweeps of a substep.
+///
+/// The forces within a piece sum to zero and have no moment, so they change neither
+///
+///     P = sum m (u - y)      nor      L = sum m r x (u - y),
+///
+/// with u where sweeps have left the displacements, y where the vertices fly by themselves and r
+/// from where the substep starts: then sum (r + u) x m u is sum r x m u, and angular momentum stays
+/// as it is, whatever the length of the substep. Sweeps that end early leave some of both. The
+/// rigid motion t + omega x (r - c) with that much is taken off the displacements, which changes no
+/// shape to first order. In double precision, summed in one order by all who step.
+
+#include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/base/vec3.h"
+
+namespace pbdsurg {
+
+/// Vertex i of a piece goes to sum i modulo this; then, half by half, sum i takes sum i + half.
+inline constexpr Index kMomentumSums = 256;
+
+/// A rigid motion, to first order.
+struct RigidMove {
+  Vec3<double> shift;   ///< m, of the centre
+  Vec3<double> turn;    ///< rad
+  Vec3<double> centre;  ///< m, of mass
+};
+
+/// What some vertices have gained against their flights, and how their masses lie.
+struct MomentumSums {
+  double mass = 0;                                        ///< kg
+  Vec3<double> first;                                     ///< kg m, sum m r
+  Vec3<double> gain;                                      ///< kg m, sum m d
+  Vec3<double> moment;                                    ///< kg m^2, sum m r x d
+  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  ///< kg m^2, sum m r r^T
+
+  /// @param m  kg
+  /// @param r  m, where it was at the start of the substep
+  /// @param d  m, the displacement beyond the flight
+  PBDSURG_HOST_DEVICE void add(double m, const Vec3<double>& r, const Vec3<double>& d) {
+    mass = mass + m;
+    first = first + m * r;
+    gain = gain + m * d;
+    moment = moment + m * cross(r, d);
+    xx = xx + m * (r.x * r.x);
+    yy = yy + m * (r.y * r.y);
+    zz = zz + m * (r.z * r.z);
+    xy = xy + m * (r.x * r.y);
+    xz = xz + m * (r.x * r.z);
+    yz = yz + m * (r.y * r.z);
+  }
+
+  PBDSURG_HOST_DEVICE void add(const MomentumSums& other) {
+    mass = mass + other.mass;
+    first = first + other.first;
+    gain = gain + other.gain;
+    moment = moment + other.moment;
+    xx = xx + other.xx;
+    yy = yy + other.yy;
+    zz = zz + other.zz;
+    xy = xy + other.xy;
+    xz = xz + other.xz;
+    yz = yz + other.yz;
+  }
+
+  /// The rigid motion that has gain and moment. What lies on a line does not turn around it.
+  [[nodiscard]] PBDSURG_HOST_DEVICE RigidMove rigid_move() const {
+    RigidMove move{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    if (!(mass > 0)) {
+      return move;
+    }
+    move.centre = (1 / mass) * first;
+    move.shift = (1 / mass) * gain;
+    const Vec3<double>& c = move.centre;
+    const Vec3<double> b = moment - cross(c, gain);
+    // second moments about the centre, and of these the inertia
+    const double sxx = xx - c.x * first.x, syy = yy - c.y * first.y, szz = zz - c.z * first.z;
+    const double spread = sxx + syy + szz;
+    if (!(spread > kLeastSpread * (xx + yy + zz))) {
+      return move;  // a single vertex, or several at one place
+    }
+    const double floor = kLeastInertia * spread;
+    const double ixx = syy + szz + floor, iyy = sxx + szz + floor, izz = sxx + syy + floor;
+    const double ixy = -(xy - c.x * first.y), ixz = -(xz - c.x * first.z),
+                 iyz = -(yz - c.y * first.z);
+    // L D L^T
+    const double l10 = ixy / ixx;
+    const double l20 = ixz / ixx;
+    const double d1 = iyy - l10 * ixy;
+    const double rest = iyz - l10 * ixz;
+    const double l21 = rest / d1;
+    const double d2 = izz - l20 * ixz - l21 * rest;
+    const double y = b.y - l10 * b.x;
+    const double z = (b.z - l20 * b.x - l21 * y) / d2;
+    move.turn.z = z;
+    move.turn.y = y / d1 - l21 * z;
+    move.turn.x = b.x / ixx - l10 * move.turn.y - l20 * z;
+    return move;
+  }
+
+ private:
+  // of the sums that differences are of; far above what doubles round, far below any tissue
+  static constexpr double kLeastSpread = 1e-12;
+  static constexpr double kLeastInertia = 1e-9;  // of the spread: what a line has around itself
+};
+
+/// m, what a vertex has of a rigid motion.
+/// @param r  m, as above
+PBDSURG_HOST_DEVICE inline Vec3<float> part_of(const RigidMove& move, const Vec3<double>& r) {
+  const Vec3<double> d = move.shift + cross(move.turn, r - move.centre);
+  return {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)};
+}
+
+PBDSURG_HOST_DEVICE inline Vec3<double> to_double(const Vec3<float>& v) {
+  return {v.x, v.y, v.z};
+}
+
+/// Whether a vertex counts: it moves, and it is not lost. Beyond a kilometre, what floats round
+/// would be taken for momentum.
+/// @param u       m, its displacement
+/// @param flight  m
+PBDSURG_HOST_DEVICE inline bool keeps_momentum(float w, const Vec3<float>& base,
+                                               const Vec3<float>& u, const Vec3<float>& flight) {
+  constexpr float kFarthest = 1e3F * 1e3F;
+  return w > 0 && dot(base, base) < kFarthest && dot(u, u) < kFarthest &&
+         dot(flight, flight) < kFarthest;
+}
+
+}  // namespace pbdsurg
