@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 #include <vector>
 
@@ -90,11 +89,8 @@ class CooperativeSweeps final : public Sweeps {
   // Threads of a vertex: many make a colour short where the device has room for all at once, few
   // make less work where it has not. Serial bits take as many as there are parts.
   static Index parts_for(const SolverData& data, std::span<const Stage> stages) {
-    if (const char* parts = std::getenv("PBDSURG_PARTS")) {
-      return std::atoi(parts);
-    }
     constexpr Index kFew = 4;
-    constexpr std::int64_t kWarpsAtOnce = 16;  // of a multiprocessor
+    constexpr std::int64_t kWarpsAtOnce = 24;  // of a multiprocessor
     std::int64_t largest = 0;
     for (const Stage& stage : stages) {
       largest = std::max<std::int64_t>(largest, stage.count);

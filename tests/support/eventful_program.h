@@ -45,10 +45,13 @@ inline Scene make_eventful_scene(ProjectionMode mode, float damping,
   scene.add_body("tube", tube, walls);
   scene.add_body("solid", make_box({3, 3, 2}, kEventfulEdge, 0.1, 3),
                  mode == ProjectionMode::compliance ? solid : soft);
+  const float soft_link = vertices_only ? 2e-2F : 1e-3F;  // m/N; the latter is a stiff link to some
   for (Index v = 0; v < 12; ++v) {
-    scene.add_link(
-        {v, scene.body(1).first_vertex + v, 0, {0.5F, v % 3 == 0 && !vertices_only ? 0 : 1e-3F}});
-    scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, 1e-3F}});
+    scene.add_link({v,
+                    scene.body(1).first_vertex + v,
+                    0,
+                    {0.5F, v % 3 == 0 && !vertices_only ? 0 : soft_link}});
+    scene.add_link({v, scene.body(2).first_vertex + 3 * v, 0, {0.5F, soft_link}});
   }
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEventfulEdge; });
   return scene;
