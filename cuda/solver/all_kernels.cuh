@@ -33,6 +33,8 @@ constexpr StepKernels all_kernels() {
           &prepare_cluster,
           &sweep_cluster,
           &collect_forces,
+          &ease_contacts,
+          &take_later_lengths,
           &report};
 }
 
