@@ -26,6 +26,10 @@ Json number_of(int count) {
   return count == kAutomatic ? Json("automatic") : Json(count);
 }
 
+const char* name_of(TimeIntegration integration) {
+  return integration == TimeIntegration::bdf2 ? "BDF2" : "implicit Euler";
+}
+
 Json to_row(const Scenario& scenario, const Setting& setting, const std::string& executor,
             double step_ms, const Accuracy& measured) {
   return {{"scenario", scenario.name},
@@ -33,6 +37,7 @@ Json to_row(const Scenario& scenario, const Setting& setting, const std::string&
           {"away_m", scenario.away},
           {"step_ms", step_ms},
           {"method", setting.method},
+          {"integration", name_of(setting.options.integration)},
           {"backend", executor},
           {"substeps", number_of(setting.options.substeps)},
           {"sweeps", number_of(setting.options.iterations)},
@@ -52,6 +57,7 @@ std::string label_of(const Json& row) {
 void run(const Arguments& arguments) {
   const std::vector<Column> columns{{"step_ms", "step, ms", 1},
                                     {"method", "method", 0},
+                                    {"integration", "integration", 0},
                                     {"substeps", "substeps", 0},
                                     {"sweeps", "sweeps", 0},
                                     {"over_relaxation", "over-relaxation", 1},

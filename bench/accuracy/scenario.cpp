@@ -89,6 +89,10 @@ std::vector<Setting> make_settings() {
     options.iterations = sweeps;
     return options;
   };
+  const auto bdf2 = [](SolverOptions options) {
+    options.integration = TimeIntegration::bdf2;
+    return options;
+  };
   return {{"default", {}},
           {"projections", projections(5, 1)},
           {"projections", projections(10, 1)},
@@ -100,7 +104,12 @@ std::vector<Setting> make_settings() {
           {"vertex blocks", blocks(1, 10, 1.7F)},
           {"vertex blocks", blocks(2, 3, 1.7F)},
           {"vertex blocks", blocks(5, 2, 1.3F)},
-          {"vertex blocks", blocks(10, 2, 1.3F)}};
+          {"vertex blocks", blocks(10, 2, 1.3F)},
+          {"projections", bdf2(projections(10, 1))},
+          {"vertex blocks", bdf2(blocks(1, 5, 1))},
+          {"vertex blocks", bdf2(blocks(1, 10, 1))},
+          {"vertex blocks", bdf2(blocks(5, 2, 1.3F))},
+          {"vertex blocks", bdf2(blocks(10, 2, 1.3F))}};
 }
 
 Accuracy measure(const Scenario& scenario, SolverOptions options, double dt) {

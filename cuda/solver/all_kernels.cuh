@@ -34,6 +34,8 @@ constexpr StepKernels all_kernels() {
           &sweep_cluster,
           &keep_momentum,
           &collect_forces,
+          &ease_contacts,
+          &take_later_lengths,
           &report};
 }
 

@@ -88,8 +88,8 @@ class CudaBackend final : public Backend {
     const CurrentDevice current(device_);
     try {
       take_over(data);
-      tools_.upload(data, dt, stream_.get());
-      enqueue(data);
+      const bool changes_lengths = tools_.upload(data, dt, stream_.get());
+      enqueue(data, changes_lengths);
     } catch (...) {
       is_planned_ = is_recorded_ = false;  // what was taken over may be half there
       throw;
@@ -301,7 +301,7 @@ class CudaBackend final : public Backend {
     have_rows_changed_ = true;
   }
 
-  void enqueue(const SolverData& data) {
+  void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
     const DeviceStep step{&kernels_of(data.options),
                           {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
@@ -309,12 +309,13 @@ class CudaBackend final : public Backend {
                            tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
                            data.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays()},
                           {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                          step_program(data.options, data.division)};
+                          step_program(data.options, data.division),
+                          changes_lengths};
     if (have_rows_changed_) {
       sweeps_->follow_rows(vertices_.arrays(), {stream_.get(), false, data.copy_count()});
       have_rows_changed_ = false;
     }
-    if (strategy_ == DeviceStrategy::stream) {
+    if (strategy_ == DeviceStrategy::stream || changes_lengths) {  // the latter is rare
       enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
       return;
     }

@@ -7,7 +7,11 @@ namespace {
 class Enqueuer {
  public:
   Enqueuer(const DeviceStep& step, Sweeps& sweeps, const Launch& launch)
-      : step_(step), sweeps_(sweeps), launch_(launch) {}
+      : step_(step),
+        sweeps_(sweeps),
+        launch_(launch),
+        ends_apart_(step.arrays.state.ways != nullptr &&
+                    (step.arrays.has_pushers || step.changes_lengths)) {}
 
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices,
@@ -19,12 +23,27 @@ class Enqueuer {
       case StepOperation::predict_displacements: {
         Launch launch = launch_;
         launch.overlaps = launch_.overlaps && substep > 0;  // the first follows what is no kernel
-        advance(substep > 0, true, launch);
+        advance(substep > 0 && !ends_apart_, true, launch);
         break;
       }
+      case StepOperation::recall_past:
+        if (substep == 1 && step_.changes_lengths) {
+          kernels.take_later_lengths(input, launch_);
+        }
+        break;
       case StepOperation::update_velocities:
-      case StepOperation::settle:
+      case StepOperation::keep_past:
         break;  // see advance()
+      case StepOperation::settle:
+        if (ends_apart_) {
+          advance(true, false, launch_);
+        }
+        break;
+      case StepOperation::ease_contacts:
+        if (has_pushers) {
+          kernels.ease_contacts(state, tools, input, launch_);
+        }
+        break;
       case StepOperation::clear_multipliers:
         break;  // the first sweep reads none
       case StepOperation::find_contacts:
@@ -67,7 +86,9 @@ class Enqueuer {
   }
 
   void finish() {
-    advance(true, false, launch_);
+    if (!ends_apart_) {
+      advance(true, false, launch_);
+    }
     step_.kernels->report(step_.arrays.state, step_.arrays.constraints, step_.arrays.input,
                           step_.output, launch_);
   }
@@ -94,6 +115,7 @@ class Enqueuer {
   const DeviceStep& step_;
   Sweeps& sweeps_;
   const Launch& launch_;
+  bool ends_apart_;  // substeps: something comes between the end of one and the next
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ struct DeviceStep {
   SweepArrays arrays;
   StepOutput output{};
   StepProgram program{};
+  bool changes_lengths = false;  ///< after its first substep: then it overlaps nothing
 
   bool operator==(const DeviceStep&) const = default;
 };

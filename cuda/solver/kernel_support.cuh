@@ -63,6 +63,10 @@ __device__ inline DeviceState of_copy(DeviceState state) {
       state.flights += first;
       state.fixed_points += first;
     }
+    if (state.ways != nullptr) {
+      state.ways += first;
+      state.velocities_before += first;
+    }
   }
   return state;
 }

@@ -41,6 +41,7 @@ __device__ inline Surroundings of_copy(Surroundings around) {
     around.fixed_points += first;
     around.flights += first;
   }
+  around.input += copy_index();
   around.multipliers += copy_index() * around.multiplier_count;
   return around;
 }

@@ -21,6 +21,7 @@ DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t
   const std::size_t all = static_cast<std::size_t>(solver.copy_count()) * capacity;
   const bool displaces = has_displacements(solver.options);
   const bool has_flights = solver.options.method == SolverMethod::vertex_block;
+  const bool remembers = has_past(solver.options);
   return {particles.reserve(all),
           velocities.reserve(all),
           vertex_of_place.reserve(capacity),
@@ -29,6 +30,8 @@ DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t
           displaces ? carries.reserve(all) : nullptr,
           has_flights ? flights.reserve(all) : nullptr,
           has_flights ? fixed_points.reserve(all) : nullptr,
+          remembers ? ways.reserve(all) : nullptr,
+          remembers ? velocities_before.reserve(all) : nullptr,
           static_cast<Index>(capacity)};
 }
 
@@ -57,6 +60,8 @@ void StateBuffers::make_room(const SolverState& solver, cudaStream_t stream) {
   keep(now.particles, arrays_.particles, copy_count_);
   keep(now.velocities, arrays_.velocities, copy_count_);
   keep(now.carries, arrays_.carries, copy_count_);
+  keep(now.ways, arrays_.ways, copy_count_);
+  keep(now.velocities_before, arrays_.velocities_before, copy_count_);
   keep(now.vertex_of_place, arrays_.vertex_of_place, 1);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the smaller go
   buffers_ = std::move(larger);
@@ -86,14 +91,17 @@ void StateBuffers::upload(const CopyState& state, Index copy, cudaStream_t strea
   if (count == 0) {
     return;
   }
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.particles + start(copy), state.particles.data(),
-                                     count * sizeof(Particle), cudaMemcpyHostToDevice, stream));
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.velocities + start(copy), state.velocities.data(),
-                                     count * sizeof(Velocity), cudaMemcpyHostToDevice, stream));
-  if (arrays_.carries != nullptr) {
-    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(arrays_.carries + start(copy), state.carries.data(),
-                                       count * sizeof(Carry), cudaMemcpyHostToDevice, stream));
-  }
+  const auto bring = [&](auto* to, const auto& from) {
+    if (to != nullptr) {
+      PBDSURG_CUDA_CHECK(cudaMemcpyAsync(to + start(copy), from.data(), count * sizeof(*to),
+                                         cudaMemcpyHostToDevice, stream));
+    }
+  };
+  bring(arrays_.particles, state.particles);
+  bring(arrays_.velocities, state.velocities);
+  bring(arrays_.carries, state.carries);
+  bring(arrays_.ways, state.ways);
+  bring(arrays_.velocities_before, state.velocities_before);
 }
 
 // The device reads them from the host's memory.
@@ -108,8 +116,7 @@ void StateBuffers::upload_moved(const SolverState& solver, cudaStream_t stream) 
     const CopyState& state = solver.copy(copy);
     for (const Index v : vertices) {
       const Index place = solver.place_of_vertex[v];
-      *moved++ = {state.particles[place], state.velocities[place],
-                  state.carries.empty() ? Carry{} : state.carries[place], place, v};
+      *moved++ = {state.motion_of(place), state.particles[place].w, place, v};
     }
   }
   write_vertices(arrays_, copy_count_, moved_.get(), static_cast<Index>(vertices.size()), stream);
@@ -124,12 +131,16 @@ void StateBuffers::fetch(SolverState& solver, Index copy, cudaStream_t stream) {
   Particle* const fetched = fetched_particles_.reserve(count);
   PBDSURG_CUDA_CHECK(cudaMemcpyAsync(fetched, arrays_.particles + start(copy),
                                      count * sizeof(Particle), cudaMemcpyDeviceToHost, stream));
-  PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.velocities.data(), arrays_.velocities + start(copy),
-                                     count * sizeof(Velocity), cudaMemcpyDeviceToHost, stream));
-  if (arrays_.carries != nullptr) {
-    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(state.carries.data(), arrays_.carries + start(copy),
-                                       count * sizeof(Carry), cudaMemcpyDeviceToHost, stream));
-  }
+  const auto bring = [&](auto& to, const auto* from) {
+    if (from != nullptr) {
+      PBDSURG_CUDA_CHECK(cudaMemcpyAsync(to.data(), from + start(copy), count * sizeof(*from),
+                                         cudaMemcpyDeviceToHost, stream));
+    }
+  };
+  bring(state.velocities, arrays_.velocities);
+  bring(state.carries, arrays_.carries);
+  bring(state.ways, arrays_.ways);
+  bring(state.velocities_before, arrays_.velocities_before);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t place = 0; place < count; ++place) {
     const Particle& p = fetched[place];
@@ -173,7 +184,8 @@ std::size_t StateBuffers::memory_bytes() const noexcept {
   return buffers_.particles.memory_bytes() + buffers_.previous.memory_bytes() +
          buffers_.displacements.memory_bytes() + buffers_.flights.memory_bytes() +
          buffers_.fixed_points.memory_bytes() + buffers_.velocities.memory_bytes() +
-         buffers_.carries.memory_bytes() + buffers_.vertex_of_place.memory_bytes() +
+         buffers_.carries.memory_bytes() + buffers_.ways.memory_bytes() +
+         buffers_.velocities_before.memory_bytes() + buffers_.vertex_of_place.memory_bytes() +
          read_places_.memory_bytes() + asked_places_.memory_bytes();
 }
 

@@ -31,8 +31,8 @@ class StateBuffers {
   /// under way. Cost: of copies O(vertex_count) each, else proportional to those moved.
   void take_over(const SolverState& solver, cudaStream_t stream);
 
-  /// Copies positions, velocities and carries of a copy to the host, whose inverse masses stay:
-  /// of places taken over that are still there. Waits.
+  /// Copies positions, velocities, carries and BDF2's past of a copy to the host, whose inverse
+  /// masses stay: of places taken over that are still there. Waits.
   void fetch(SolverState& solver, Index copy, cudaStream_t stream);
 
   /// Reads positions of a copy at some places. Waits.
@@ -54,8 +54,9 @@ class StateBuffers {
   /// [copy][capacity]
   struct Arrays {
     DeviceBuffer<Particle> particles, previous, displacements, flights;
-    DeviceBuffer<Velocity> velocities;
+    DeviceBuffer<Velocity> velocities, velocities_before;
     DeviceBuffer<Carry> carries;
+    DeviceBuffer<Way> ways;
     DeviceBuffer<FixedPoint> fixed_points;
     DeviceBuffer<Index> vertex_of_place;  // [capacity]
 

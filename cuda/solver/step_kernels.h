@@ -62,7 +62,7 @@ struct StepKernels {
   /// What the code that the current device runs was compiled for, 90 of compute capability 9.0.
   int (*code_architecture)();
 
-  /// Ends a substep, begins one with a prediction, or both.
+  /// Ends a substep, begins one with a prediction, or both; with what BDF2 remembers of it.
   void (*advance)(const DeviceState&, const StepInput*, bool ends, bool begins, const Launch&);
 
   /// Finds the contacts of a substep, at most the contact capacity a tool.
@@ -117,6 +117,12 @@ struct StepKernels {
 
   /// Adds a substep's share to the forces on tools.
   void (*collect_forces)(const DeviceState&, const ToolArrays&, StepInput*, const Launch&);
+
+  /// Of BDF2, at the end of a substep: what tools push does not spring back. There are pushers.
+  void (*ease_contacts)(const DeviceState&, const ToolArrays&, const StepInput*, const Launch&);
+
+  /// Of BDF2, between the first substep and the second: their numbers are not the same.
+  void (*take_later_lengths)(StepInput*, const Launch&);
 
   void (*report)(const DeviceState&, const ConstraintArrays&, StepInput*, const StepOutput&,
                  const Launch&);

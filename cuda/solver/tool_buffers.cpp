@@ -148,14 +148,33 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int subst
   std::ranges::copy(tools.held_order, table<Index>(input, input->held_order));
 }
 
-void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
+namespace {
+
+// Of the first substep and of later ones.
+// @return  whether these differ
+bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepInput& input) {
+  const auto substeps = static_cast<float>(data.division.substeps);
+  const SubstepNumbers first = substep_numbers(data, copy, h, 0);
+  const SubstepNumbers later = substep_numbers(data, copy, h, 1);
+  input.motion = first.motion;
+  input.substep = first.lengths;
+  input.past_share = first.past_share;
+  input.force_per_multiplier = first.lengths.inverse_dt_squared / substeps;
+  input.later_motion = later.motion;
+  input.later_substep = later.lengths;
+  input.later_past_share = later.past_share;
+  input.later_force_per_multiplier = later.lengths.inverse_dt_squared / substeps;
+  return data.division.substeps > 1 && first.past_share != later.past_share;
+}
+
+}  // namespace
+
+bool ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   const int substeps = data.division.substeps;
   const float h = dt / static_cast<float>(substeps);
   StepInput header{};
-  header.motion = free_motion(data, h);
   header.unit = data.vertex_blocks.unit();
-  header.substep = {1 / h, 1 / (h * h)};
-  header.force_per_multiplier = header.substep.inverse_dt_squared / static_cast<float>(substeps);
+  header.inverse_h = 1 / h;
   header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());
@@ -174,13 +193,16 @@ void ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   const std::size_t room = std::bit_ceil(size / sizeof(Word));
   StepInput* const inputs = reinterpret_cast<StepInput*>(host_input_.reserve(room));
   size = copies_.size() * sizeof(StepInput);
+  bool changes_lengths = false;
   for (std::size_t copy = 0; copy < copies_.size(); ++copy) {
+    CopyState& state = data.copy(static_cast<Index>(copy));
     size = lay_out(data, copy, size, header);
-    write_tools(data.copy(static_cast<Index>(copy)), copies_[copy], substeps,
-                new (inputs + copy) StepInput(header));
+    changes_lengths = write_lengths(data, state, h, header) || changes_lengths;
+    write_tools(state, copies_[copy], substeps, new (inputs + copy) StepInput(header));
   }
   PBDSURG_CUDA_CHECK(
       cudaMemcpyAsync(device_input_.reserve(room), inputs, size, cudaMemcpyHostToDevice, stream));
+  return changes_lengths;
 }
 
 std::size_t ToolBuffers::memory_bytes() const noexcept {

@@ -281,5 +281,38 @@ void collect_forces(const DeviceState& state, const ToolArrays& tools, StepInput
          collect, tools, input, state.capacity);
 }
 
+/// One tool after another, as on the host, for one may push a vertex that another does: one block.
+__global__ void __launch_bounds__(kToolThreads)
+    ease(DeviceState state, ToolArrays tools, const StepInput* input) {
+  wait_for_previous();
+  state = of_copy(state);
+  tools = of_copy(tools, state.capacity);
+  input += copy_index();
+  for (Index pusher = 0; pusher < input->pusher_count; ++pusher) {
+    const Index* const places = tools.contact_places + of_pusher(pusher, tools.contact_room);
+    const Index count = tools.contact_counts[pusher];
+    for (Index i = static_cast<Index>(threadIdx.x); i < count; i += kToolThreads) {
+      const Index place = places[i];
+      const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
+      if (tools.contact_multipliers[slot] > 0) {
+        Velocity& velocity = state.velocities[place];
+        Velocity& before = state.velocities_before[place];
+        const Way& way = state.ways[place];
+        const Pushed<float> now =
+            eased<float>({{velocity.x, velocity.y, velocity.z}, {before.x, before.y, before.z}},
+                         tools.planes[slot].normal, {way.x, way.y, way.z}, input->inverse_h);
+        velocity = {now.velocity.x, now.velocity.y, now.velocity.z};
+        before = {now.velocity_before.x, now.velocity_before.y, now.velocity_before.z};
+      }
+    }
+    __syncthreads();
+  }
+}
+
+void ease_contacts(const DeviceState& state, const ToolArrays& tools, const StepInput* input,
+                   const Launch& how) {
+  launch(how, "launching the easing of contacts", 1, kToolThreads, ease, state, tools, input);
+}
+
 }  // namespace
 }  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -34,7 +34,7 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
   const Particle p = load_particle(state.particles + i);
   const Vec3<float> x = position_of(p);
-  const FreeMotion<float>& motion = input->motion;
+  const FreeMotion<float>& motion = input[copy_index()].motion;
   Vec3<float> velocity;
   if constexpr (kEnds) {
     velocity = motion.inverse_h * (x - position_of(load_particle(state.previous + i)));
@@ -52,8 +52,20 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
 }
 
+__device__ inline Vec3<float> load_way(const Way* way) {
+  const float4 v = __ldcg(reinterpret_cast<const float4*>(way));
+  return {v.x, v.y, v.z};
+}
+__device__ inline void store_way(Way* way, const Vec3<float>& v) {
+  *reinterpret_cast<float4*>(way) = make_float4(v.x, v.y, v.z, 0);
+}
+__device__ inline void store_carry(Carry* carry, const Vec3<float>& rounding, float falling) {
+  *reinterpret_cast<float4*>(carry) = make_float4(rounding.x, rounding.y, rounding.z, falling);
+}
+
 /// Likewise of displacements: see displacement.h.
-template <bool kEnds, bool kBegins>
+/// @tparam kHasPast  of BDF2: recall_past() and keep_past() are part of it
+template <bool kEnds, bool kBegins, bool kHasPast>
 __global__ void __launch_bounds__(kVertexThreads)
     advance_displacements(DeviceState state, const StepInput* input) {
   const Index count = vertex_count(input);
@@ -63,6 +75,7 @@ __global__ void __launch_bounds__(kVertexThreads)
   if (i >= count) {
     return;
   }
+  input += copy_index();
   const Particle p = load_particle(state.particles + i);
   const FreeMotion<float>& motion = input->motion;
   Vec3<float> velocity = load_velocity(state.velocities + i);
@@ -71,18 +84,31 @@ __global__ void __launch_bounds__(kVertexThreads)
   float falling = carry.falling;
   Vec3<float> x = position_of(p);
   if constexpr (kEnds) {
-    const Settled<float> end = settle(motion, x, p.w, velocity, rounding,
-                                      position_of(load_particle(state.displacements + i)));
+    const Vec3<float> u = position_of(load_particle(state.displacements + i));
+    const Settled<float> end = settle(motion, x, p.w, velocity, rounding, u);
     velocity = end.velocity;
     rounding = end.rounding;
     falling = end.falling;
     x = end.x;
     store_particle(state.particles + i, x, p.w);
     store_velocity(state.velocities + i, velocity);
-    *reinterpret_cast<float4*>(state.carries + i) =
-        make_float4(rounding.x, rounding.y, rounding.z, falling);
+    store_carry(state.carries + i, rounding, falling);
+    if constexpr (kHasPast) {
+      store_way(state.ways + i, u - load_way(state.ways + i));
+    }
   }
   if constexpr (kBegins) {
+    if constexpr (kHasPast) {
+      const Departure<float> next =
+          departure_after({velocity, rounding}, p.w, input->past_share, load_way(state.ways + i),
+                          load_velocity(state.velocities_before + i));
+      store_way(state.ways + i, rounding);
+      store_velocity(state.velocities_before + i, velocity);
+      velocity = next.velocity;
+      rounding = next.rounding;
+      store_velocity(state.velocities + i, velocity);
+      store_carry(state.carries + i, rounding, falling);
+    }
     Vec3<float> u = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
     if (state.flights != nullptr) {
       store_particle(state.flights + i, u, kFreely);
@@ -108,14 +134,36 @@ void advance(const DeviceState& state, const StepInput* input, bool ends, bool b
   const auto choose = [&](auto* both, auto* end, auto* begin) {
     return !begins ? end : ends ? both : begin;
   };
-  auto* const kernel =
-      state.displacements == nullptr
-          ? choose(advance_positions<true, true>, advance_positions<true, false>,
-                   advance_positions<false, true>)
-          : choose(advance_displacements<true, true>, advance_displacements<true, false>,
-                   advance_displacements<false, true>);
+  auto* kernel = choose(advance_positions<true, true>, advance_positions<true, false>,
+                        advance_positions<false, true>);
+  if (state.ways != nullptr) {
+    kernel =
+        choose(advance_displacements<true, true, true>, advance_displacements<true, false, true>,
+               advance_displacements<false, true, true>);
+  } else if (state.displacements != nullptr) {
+    kernel =
+        choose(advance_displacements<true, true, false>, advance_displacements<true, false, false>,
+               advance_displacements<false, true, false>);
+  }
   launch(how, "launching a prediction", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          kernel, state, input);
+}
+
+__global__ void take_later(StepInput* inputs, Index copies) {
+  const Index copy = thread_index();
+  wait_for_previous();
+  if (copy < copies) {
+    StepInput& input = inputs[copy];
+    input.motion = input.later_motion;
+    input.substep = input.later_substep;
+    input.past_share = input.later_past_share;
+    input.force_per_multiplier = input.later_force_per_multiplier;
+  }
+}
+
+void take_later_lengths(StepInput* inputs, const Launch& how) {
+  launch({how.stream, how.overlaps}, "launching a change of lengths",
+         blocks_for(how.copies, kVertexThreads), kVertexThreads, take_later, inputs, how.copies);
 }
 
 }  // namespace

@@ -46,8 +46,13 @@ __global__ void gather(DeviceState state, const Index* places, VertexMotion* out
   if (i < count) {
     const std::size_t place = in_copy(state.capacity, places[i]);
     const Particle p = state.particles[place];
-    out[in_copy(count, i)] = {p.x, p.y, p.z, state.velocities[place],
-                              state.carries == nullptr ? Carry{} : state.carries[place]};
+    out[in_copy(count, i)] = {p.x,
+                              p.y,
+                              p.z,
+                              state.velocities[place],
+                              state.carries == nullptr ? Carry{} : state.carries[place],
+                              state.ways == nullptr ? Way{} : state.ways[place],
+                              state.ways == nullptr ? Velocity{} : state.velocities_before[place]};
   }
 }
 
@@ -56,10 +61,15 @@ __global__ void place_vertices(DeviceState state, const MovedVertex* moved, Inde
   if (i < count) {
     const MovedVertex vertex = moved[in_copy(count, i)];
     const std::size_t place = in_copy(state.capacity, vertex.place);
-    state.particles[place] = vertex.particle;
-    state.velocities[place] = vertex.velocity;
+    const VertexMotion& motion = vertex.motion;
+    state.particles[place] = {motion.x, motion.y, motion.z, vertex.w};
+    state.velocities[place] = motion.velocity;
     if (state.carries != nullptr) {
-      state.carries[place] = vertex.carry;
+      state.carries[place] = motion.carry;
+    }
+    if (state.ways != nullptr) {
+      state.ways[place] = motion.way;
+      state.velocities_before[place] = motion.velocity_before;
     }
     if (blockIdx.y == 0) {
       state.vertex_of_place[vertex.place] = vertex.vertex;

@@ -44,9 +44,8 @@ void gather_motion(const DeviceState& state, Index copy_count, const Index* plac
 
 /// A vertex that an edit brought, or set in motion again.
 struct MovedVertex {
-  Particle particle;
-  Velocity velocity;
-  Carry carry;
+  VertexMotion motion;
+  float w;  ///< 1/kg
   Index place;
   Index vertex;  ///< of the scene
 };

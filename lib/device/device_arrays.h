@@ -35,6 +35,9 @@ struct DeviceState {
   // of the vertex-block method, else null
   Particle* flights;         ///< [copy][capacity] as in StepScratch
   FixedPoint* fixed_points;  ///< [copy][capacity] likewise
+  // of BDF2, else null
+  Way* ways;                    ///< [copy][capacity] as in CopyState
+  Velocity* velocities_before;  ///< [copy][capacity] likewise
   Index capacity;
 
   bool operator==(const DeviceState&) const = default;
@@ -254,8 +257,10 @@ struct alignas(16) HeldInput {
 struct alignas(16) StepInput {
   FreeMotion<float> motion;
   Substep<float> substep;      ///< lengths
+  float past_share;            ///< of BDF2, see displacement.h
   float unit;                  ///< m, of fixed points
   float force_per_multiplier;  ///< 1/s^2
+  float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;
@@ -267,6 +272,11 @@ struct alignas(16) StepInput {
   std::uint32_t held;         ///< HeldInput[held]
   std::uint32_t held_order;   ///< Index[attachment]
   StepSums sums;
+  // Of BDF2: those from the second substep on, which take the place of the above.
+  FreeMotion<float> later_motion;
+  Substep<float> later_substep;
+  float later_past_share;
+  float later_force_per_multiplier;
 };
 
 /// A table of a step's input.

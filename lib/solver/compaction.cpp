@@ -40,7 +40,12 @@ void move_state(const SolverData& from, SolverData& to, const Renumbering& ids) 
       if (!now.carries.empty()) {
         now.carries[place] = before.carries[old_place];
       }
+      if (!now.ways.empty()) {
+        now.ways[place] = before.ways[old_place];
+        now.velocities_before[place] = before.velocities_before[old_place];
+      }
     }
+    now.past_substep = before.past_substep;
     now.tools = before.tools;
     for (ToolState& tool : now.tools) {
       for (Attachment& held : tool.attachments) {

@@ -236,11 +236,20 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   }
 
   const std::size_t count = now.particles.size();
-  Ending ending{std::vector<Vector>(count), std::vector<Vector>(count), h,
+  const SubstepNumbers numbers = substep_numbers(data, now, h, 0);
+  const auto departure_of = [&](Index place) {
+    const Departure<float> departure{load(now.velocities[place]), load(now.carries[place])};
+    return now.ways.empty()
+               ? departure
+               : departure_after(departure, now.particles[place].w, numbers.past_share,
+                                 load(now.ways[place]), load(now.velocities_before[place]));
+  };
+  const double reach = numbers.motion.h;
+  Ending ending{std::vector<Vector>(count), std::vector<Vector>(count), reach,
                 std::vector<Vector>(count), std::vector<bool>(count)};
   for (std::size_t place = 0; place < count; ++place) {
     const Vector base = to_double(load(now.particles[place]));
-    ending.start[place] = base + to_double(load(now.carries[place]));
+    ending.start[place] = base + to_double(departure_of(static_cast<Index>(place)).rounding);
     ending.end[place] = base + to_double(load(scratch.displacements[place]));
     ending.counts[place] = now.particles[place].w > 0;
   }
@@ -256,7 +265,8 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
     });
   }
 
-  const FreeMotion<float> motion = free_motion(data, h);
+  // what drag adds to BDF2's inertia
+  const double drag = has_past(data.options) ? 1 + double{data.options.damping} * reach : 1;
   std::vector<Convergence> bodies(data.tissue->bodies().size());
   for (std::size_t v = 0; v < count; ++v) {
     const Index place = data.place_of_vertex[v];
@@ -264,11 +274,13 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
       continue;
     }
     const float w = now.particles[place].w;
-    const Vector flight = to_double(flight_of(
-        motion, load(now.carries[place]), flying_velocity(motion, load(now.velocities[place]), w)));
+    const Departure<float> departure = departure_of(place);
+    const Vector flight =
+        to_double(flight_of(numbers.motion, departure.rounding,
+                            flying_velocity(numbers.motion, departure.velocity, w)));
     const Vector way = to_double(load(scratch.displacements[place]));
     const Vector& force = ending.forces[place];
-    const Vector residual = (1 / (double{w} * ending.h * ending.h)) * (flight - way) + force;
+    const Vector residual = (drag / (double{w} * ending.h * ending.h)) * (flight - way) + force;
     Convergence& body = bodies[data.tissue->body_of_vertex(static_cast<Index>(v))];
     body.residual += dot(residual, residual);
     body.elastic += dot(force, force);

@@ -2,6 +2,7 @@
 // Positions and velocities of a solver: read, watched, written, kept and restored.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -127,6 +128,7 @@ void Solver::write_positions(std::span<const Eigen::Vector3f> positions, Index c
     state.velocities[place] = {};
   }
   std::ranges::fill(state.carries, Carry{});
+  state.forget_past();
   state.is_state_current = true;  // whatever the backend has
   data_->changes.state[copy] = true;
 }
@@ -152,6 +154,7 @@ void Solver::write_velocities(std::span<const Eigen::Vector3f> velocities, Index
   for (std::size_t v = 0; v < velocities.size(); ++v) {
     state.velocities[places[v]] = {velocities[v].x(), velocities[v].y(), velocities[v].z()};
   }
+  state.forget_past();
   data_->changes.state[copy] = true;
 }
 
@@ -167,6 +170,14 @@ Snapshot Solver::snapshot(Index copy) const {
     snapshot.roundings.emplace_back(carry.x, carry.y, carry.z);
     snapshot.falling.push_back(carry.falling);
   }
+  snapshot.past_substep = state.past_substep;
+  for (std::size_t v = 0; v < state.ways.size(); ++v) {
+    const Index place = data_->place_of_vertex[v];
+    const Way& way = state.ways[place];
+    const Velocity& before = state.velocities_before[place];
+    snapshot.ways.emplace_back(way.x, way.y, way.z);
+    snapshot.velocities_before.emplace_back(before.x, before.y, before.z);
+  }
   return snapshot;
 }
 
@@ -178,6 +189,9 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_size_if_any("the snapshot's roundings", snapshot.roundings.size(), state.carries.size());
   check_size_if_any("the snapshot's shares of gravity", snapshot.falling.size(),
                     state.carries.size());
+  check_size_if_any("the snapshot's ways", snapshot.ways.size(), state.ways.size());
+  check_size("the snapshot's velocities before", snapshot.velocities_before.size(),
+             snapshot.ways.size());
   const TissueVersion now = tissue().identified_version();
   if (snapshot.tissue.tissue != now.tissue) {
     throw InvalidArgument("the snapshot is of another tissue");
@@ -190,6 +204,12 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
   check_finite("position", snapshot.positions);
   check_finite("velocity", snapshot.velocities);
   check_roundings(snapshot);
+  check_finite("way", snapshot.ways);
+  check_finite("velocity before", snapshot.velocities_before);
+  if (!(snapshot.past_substep >= 0) || !std::isfinite(snapshot.past_substep)) {
+    throw InvalidArgument("the past substep of the snapshot is " +
+                          std::to_string(snapshot.past_substep) + " s; it must be >= 0 and finite");
+  }
   for (const ToolPose& pose : snapshot.tool_poses) {
     check_pose(pose);
   }
@@ -209,6 +229,14 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     state.carries[data_->place_of_vertex[v]].falling = snapshot.falling[v];
   }
   write_velocities(snapshot.velocities, copy);
+  for (std::size_t v = 0; v < snapshot.ways.size(); ++v) {
+    const Index place = data_->place_of_vertex[v];
+    const Eigen::Vector3f& way = snapshot.ways[v];
+    const Eigen::Vector3f& before = snapshot.velocities_before[v];
+    state.ways[place] = {way.x(), way.y(), way.z()};
+    state.velocities_before[place] = {before.x(), before.y(), before.z()};
+  }
+  state.past_substep = snapshot.ways.empty() ? 0 : snapshot.past_substep;
   for (std::size_t t = 0; t < state.tools.size(); ++t) {
     ToolState& tool = state.tools[t];
     tool.pose = tool.target = snapshot.tool_poses[t];
@@ -241,6 +269,16 @@ std::uint64_t Solver::state_hash(Index copy) const {
         mix(value);
       }
     }
+    if (!state.ways.empty()) {
+      const Way& way = state.ways[place];
+      const Velocity& before = state.velocities_before[place];
+      for (const float value : {way.x, way.y, way.z, before.x, before.y, before.z}) {
+        mix(value);
+      }
+    }
+  }
+  if (!state.ways.empty()) {
+    mix(state.past_substep);
   }
   return hash;
 }

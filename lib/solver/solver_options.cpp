@@ -71,6 +71,7 @@ void check_option_ranges(const SolverOptions& options) {
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cooperative);
   check_choice("method", options.method, SolverMethod::vertex_block);
   check_choice("mode", options.mode, ProjectionMode::compliance);
+  check_choice("time integration", options.integration, TimeIntegration::bdf2);
   check_coloring_options(options.coloring);
   check_choice("composition", options.composition, PlanComposition::nested);
 }
@@ -98,6 +99,11 @@ void check_option_readers(const SolverOptions& options) {
   if (options.convergence_interval > 0 && options.mode == ProjectionMode::fraction) {
     refuse_unread("convergence_interval is " + std::to_string(options.convergence_interval),
                   "it needs compliance mode");
+  }
+  if (options.integration == TimeIntegration::bdf2 && options.mode == ProjectionMode::fraction) {
+    throw InvalidArgument(
+        "integration is bdf2; fraction mode moves positions and has no inertia that it could "
+        "change: it needs compliance mode");
   }
   const SolverOptions usual;
   const bool is_automatic = options.substeps == kAutomatic || options.iterations == kAutomatic;

@@ -51,7 +51,13 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
                        .iterations = 3,
                        .over_relaxation = 1.5F,
                        .contact_capacity = 3},
-               Variant{.method = SolverMethod::vertex_block, .contact_capacity = 0});
+               Variant{.method = SolverMethod::vertex_block, .contact_capacity = 0},
+               Variant{.damping = 0.01F, .integration = TimeIntegration::bdf2},
+               Variant{.method = SolverMethod::vertex_block, .integration = TimeIntegration::bdf2},
+               Variant{.method = SolverMethod::vertex_block,
+                       .damping = 0.01F,
+                       .over_relaxation = 1.5F,
+                       .integration = TimeIntegration::bdf2});
   const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
                                  DeviceStrategy::cluster, DeviceStrategy::cooperative);
   if (!testing::suits(strategy, variant.method) ||

@@ -57,7 +57,9 @@ TEST_CASE("backend: one that keeps the state has the serial bits through all tha
                Variant{.mode = ProjectionMode::fraction, .max_colors = 9},
                Variant{.composition = PlanComposition::nested, .max_colors = 5},
                Variant{.method = SolverMethod::vertex_block},
-               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F});
+               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
+               Variant{.damping = 0.01F, .integration = TimeIntegration::bdf2},
+               Variant{.method = SolverMethod::vertex_block, .integration = TimeIntegration::bdf2});
   const std::uint64_t seed = GENERATE(1, 2);
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);

@@ -69,6 +69,22 @@ TEST_CASE("step program: vertex blocks have their own operations where these bel
   CHECK(at(StepOperation::damp_rows) < at(StepOperation::sweep));
 }
 
+// Would catch a past that is recalled too late for the prediction, or kept before the end is known.
+TEST_CASE("step program: BDF2 recalls its past before all else and keeps it last", "[unit]") {
+  for (const SolverMethod method : {SolverMethod::projection, SolverMethod::vertex_block}) {
+    SolverOptions options{.method = method};
+    const StepProgram usual = step_program(options, {1, 1});
+    options.integration = TimeIntegration::bdf2;
+    const StepProgram program = step_program(options, {1, 1});
+    const std::size_t count = usual.operations.size();
+    REQUIRE(program.operations.size() == count + 3);
+    CHECK(program.operations.front() == StepOperation::recall_past);
+    CHECK(std::ranges::equal(program.operations.subspan(1, count), usual.operations));
+    CHECK(program.operations[count + 1] == StepOperation::keep_past);
+    CHECK(program.operations.back() == StepOperation::ease_contacts);
+  }
+}
+
 // Would catch a program that costs a method what only another needs.
 TEST_CASE("step program: methods leave out what they have no use for", "[unit]") {
   const auto has = [](const SolverOptions& options, StepOperation operation) {

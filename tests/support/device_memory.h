@@ -93,12 +93,15 @@ class DeviceRecords {
 class DeviceState {
  public:
   DeviceState() = default;
-  DeviceState(Index copy_count, std::size_t capacity, bool has_carries)
+  DeviceState(Index copy_count, std::size_t capacity, bool has_carries, bool has_past)
       : capacity_(capacity),
         has_carries_(has_carries),
+        has_past_(has_past),
         particles_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
         velocities_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
-        carries_(copy_count * capacity, {kNan, kNan, kNan, kNan}) {}
+        carries_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
+        ways_(copy_count * capacity, {kNan, kNan, kNan, kNan}),
+        velocities_before_(copy_count * capacity, {kNan, kNan, kNan, kNan}) {}
 
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
 
@@ -112,11 +115,15 @@ class DeviceState {
     particles_[at(copy, place)] = from.particles[place];
     velocities_[at(copy, place)] = from.velocities[place];
     carries_[at(copy, place)] = has_carries_ ? from.carries[place] : Carry{};
+    ways_[at(copy, place)] = has_past_ ? from.ways[place] : Way{};
+    velocities_before_[at(copy, place)] = has_past_ ? from.velocities_before[place] : Velocity{};
   }
   void give(Index copy, CopyState& to, std::size_t count) const {
     to.particles.resize(count);
     to.velocities.resize(count);
     to.carries.resize(has_carries_ ? count : 0);
+    to.ways.resize(has_past_ ? count : 0);
+    to.velocities_before.resize(has_past_ ? count : 0);
     for (Index place = 0; place < static_cast<Index>(count); ++place) {
       to.particles[place].w = particles_[at(copy, place)].w;
       to.set_motion(place, motion(copy, place));
@@ -132,7 +139,13 @@ class DeviceState {
 
   [[nodiscard]] VertexMotion motion(Index copy, Index place) const {
     const Particle& p = particles_[at(copy, place)];
-    return {p.x, p.y, p.z, velocities_[at(copy, place)], carries_[at(copy, place)]};
+    return {p.x,
+            p.y,
+            p.z,
+            velocities_[at(copy, place)],
+            carries_[at(copy, place)],
+            ways_[at(copy, place)],
+            velocities_before_[at(copy, place)]};
   }
 
  private:
@@ -147,9 +160,12 @@ class DeviceState {
 
   std::size_t capacity_ = 0;
   bool has_carries_ = false;
+  bool has_past_ = false;
   std::vector<Particle> particles_;
   std::vector<Velocity> velocities_;
   std::vector<Carry> carries_;
+  std::vector<Way> ways_;
+  std::vector<Velocity> velocities_before_;
 };
 
 }  // namespace pbdsurg::testing

@@ -222,6 +222,9 @@ std::string run_edit_trial(std::span<const std::uint8_t> bytes, const Executor& 
   SolverOptions options = all_options[option];
   options.executor = executor;
   options.math = MathMode::strict;
+  if (options.mode == ProjectionMode::compliance && choices.below(2) == 0) {
+    options.integration = TimeIntegration::bdf2;
+  }
   if (executor.kind() == ExecutorKind::device) {
     options.device_strategy = choices.one_of(
         std::array{DeviceStrategy::stream, DeviceStrategy::graph, DeviceStrategy::cluster});

@@ -337,6 +337,7 @@ struct Variant {
   int iterations = 2;
   float over_relaxation = 1;
   Index contact_capacity = 4096;
+  TimeIntegration integration = TimeIntegration::implicit_euler;
 };
 
 inline SolverOptions options_of(const Variant& variant) {
@@ -346,6 +347,7 @@ inline SolverOptions options_of(const Variant& variant) {
                         .iterations = variant.iterations,
                         .damping = 2,
                         .over_relaxation = variant.over_relaxation,
+                        .integration = variant.integration,
                         .contact_capacity = variant.contact_capacity,
                         .math = MathMode::strict,
                         .composition = variant.composition};

@@ -56,6 +56,8 @@ void spoil(SolverData& data) {
     spoil_particles(copy.particles);
     std::ranges::fill(copy.velocities, Velocity{kNan, kNan, kNan, kNan});
     std::ranges::fill(copy.carries, Carry{kNan, kNan, kNan, kNan});
+    std::ranges::fill(copy.ways, Way{kNan, kNan, kNan, kNan});
+    std::ranges::fill(copy.velocities_before, Velocity{kNan, kNan, kNan, kNan});
     std::ranges::fill(copy.watched_positions, Eigen::Vector3f::Constant(kNan));
     for (ToolState& tool : copy.tools) {
       tool.force.setConstant(kNan);
@@ -69,7 +71,7 @@ FakeDevice::FakeDevice(const SolverData& data, int device)
     : number(device),
       state_(data.copy_count(),
              data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
-             has_displacements(data.options)) {
+             has_displacements(data.options), has_past(data.options)) {
   take_all(data);
 }
 
@@ -91,6 +93,7 @@ void FakeDevice::start_step(SolverData& data, float dt) {
   take_over(data);
   static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
   for (Index i = 0; i < data.copy_count(); ++i) {
+    own_.copy(i).past_substep = data.copy(i).past_substep;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {
       own_.copy(i).tools[t].pose = data.copy(i).tools[t].pose;
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
@@ -314,7 +317,8 @@ void FakeDevice::take_over_state(const SolverData& data) {
   const Changes& changes = data.changes;
   const std::size_t count = data.particles.size();
   if (count > state_.capacity()) {
-    DeviceState larger(data.copy_count(), room_to_grow(count), has_displacements(data.options));
+    DeviceState larger(data.copy_count(), room_to_grow(count), has_displacements(data.options),
+                       has_past(data.options));
     for (Index i = 0; i < data.copy_count(); ++i) {
       state_.give(i, own_.copy(i), vertex_count_);
       larger.take(i, own_.copy(i), vertex_count_);

@@ -40,6 +40,10 @@ struct Snapshot {
   /// [vertex_count] m, in compliance mode, else empty: what positions lack by rounding, at most
   /// 2^-22 of the largest coordinate. Left out, positions are exact.
   std::vector<Eigen::Vector3f> roundings{};
+  /// What BDF2 remembers of the substep before. Left out, the next substep is implicit Euler's.
+  float past_substep = 0;                            ///< s, its length; 0 where there was none
+  std::vector<Eigen::Vector3f> ways{};               ///< [vertex_count] m, gone in it
+  std::vector<Eigen::Vector3f> velocities_before{};  ///< [vertex_count] m/s, where it began
 };
 
 class SolverData;

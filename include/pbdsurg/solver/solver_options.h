@@ -27,6 +27,23 @@ enum class SolverMethod : std::uint8_t {
   vertex_block,
 };
 
+/// How accelerations become motion.
+enum class TimeIntegration : std::uint8_t {
+  /// Of first order: robust, and damps what swings, the more the longer a substep is.
+  implicit_euler,
+  /// Backward differences over two substeps (Curtiss and Hirschfelder 1952; Hairer, Norsett,
+  /// Wanner,
+  /// "Solving Ordinary Differential Equations I", III.5, for substeps that differ): of second
+  /// order,
+  /// with little damping of what a substep resolves. In compliance mode; costs 32 bytes a vertex
+  /// and two passes over vertices a substep, and has implicit Euler's first substep: at the start,
+  /// and after Solver::write_positions() and write_velocities(). A vertex that an edit brings
+  /// remembers what those that it is between do; one of a new body, that it fell. What a tool
+  /// pushes does not spring back from it. Where a limit of stretch stops a motion at once, that
+  /// motion overshoots: implicit Euler is better there.
+  bdf2,
+};
+
 /// How numbers are rounded.
 enum class MathMode : std::uint8_t {
   /// Fused multiply-adds and refined estimates of reciprocals where the backend has them: the same
@@ -95,6 +112,7 @@ struct PBDSURG_API SolverOptions {
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
   /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without.
   float over_relaxation = 1;
+  TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
   /// Of the scene, >= 1, stepped together: see Solver.
   Index copies = 1;

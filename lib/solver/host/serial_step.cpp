@@ -23,8 +23,8 @@ class SerialStep {
  public:
   SerialStep(const StepContext& step, float dt)
       : step_(step),
-        motion_(free_motion(step.data, dt / static_cast<float>(step.data.division.substeps))),
-        lengths_{motion_.inverse_h, 1 / (motion_.h * motion_.h)} {}
+        h_(dt / static_cast<float>(step.data.division.substeps)),
+        numbers_(substep_numbers(step.data, step.copy, h_, 0)) {}
 
   StepReport run() {
     begin_tools(step_.copy);
@@ -41,12 +41,17 @@ class SerialStep {
  private:
   void run(StepOperation operation, int substep) {
     const auto substeps = static_cast<float>(step_.data.division.substeps);
+    const auto vertex_count = static_cast<Index>(step_.copy.particles.size());
     switch (operation) {
+      case StepOperation::recall_past:
+        numbers_ = substep_numbers(step_.data, step_.copy, h_, substep);
+        recall_past(step_, numbers_.past_share, 0, vertex_count);
+        break;
       case StepOperation::predict_positions:
-        predict_positions(step_, motion_);
+        predict_positions(step_, numbers_.motion);
         break;
       case StepOperation::predict_displacements:
-        predict_displacements(step_, motion_);
+        predict_displacements(step_, numbers_.motion);
         break;
       case StepOperation::clear_multipliers:
         step_.scratch.multipliers.for_each([](auto& groups) {
@@ -63,7 +68,7 @@ class SerialStep {
         gather_holds(step_);
         break;
       case StepOperation::damp_rows:
-        damp_rows(step_, lengths_.inverse_dt);
+        damp_rows(step_, numbers_.lengths.inverse_dt);
         break;
       case StepOperation::begin_joints:
         begin_joints();
@@ -75,7 +80,7 @@ class SerialStep {
         break;
       case StepOperation::settle_holds:
         if (has_holds_to_settle(step_)) {
-          settle_holds(step_, vertex_state(step_, lengths_, 1));
+          settle_holds(step_, vertex_state(step_, numbers_.lengths, 1));
         }
         break;
       case StepOperation::keep_momentum:
@@ -84,19 +89,25 @@ class SerialStep {
         }
         break;
       case StepOperation::collect_forces:
-        collect_tool_forces(step_.copy, lengths_.inverse_dt_squared / substeps);
+        collect_tool_forces(step_.copy, numbers_.lengths.inverse_dt_squared / substeps);
         break;
       case StepOperation::update_velocities:
-        update_velocities(step_, motion_);
+        update_velocities(step_, numbers_.motion);
         break;
       case StepOperation::settle:
-        settle_vertices(step_, motion_);
+        settle_vertices(step_, numbers_.motion);
+        break;
+      case StepOperation::keep_past:
+        keep_past(step_, 0, vertex_count);
+        break;
+      case StepOperation::ease_contacts:
+        ease_contacts(step_.copy, h_);
         break;
     }
   }
 
   void begin_joints() {
-    const VertexState state = vertex_state(step_, lengths_, 1);
+    const VertexState state = vertex_state(step_, numbers_.lengths, 1);
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::stiff_link) {
         pbdsurg::begin_joints(step_, state, phase.color, 0,
@@ -107,20 +118,20 @@ class SerialStep {
 
   void sweep(int iteration) {
     const VertexState state = vertex_state(
-        step_, lengths_,
+        step_, numbers_.lengths,
         relaxation_of(step_.data.options.over_relaxation, iteration, step_.data.division.sweeps));
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
         solve_vertices(step_, state, phase.color);
       } else {
-        project_serially(step_, phase, lengths_);
+        project_serially(step_, phase, numbers_.lengths);
       }
     }
   }
 
   StepContext step_;
-  FreeMotion<float> motion_;
-  Substep<float> lengths_;
+  float h_;  // s, of a substep
+  SubstepNumbers numbers_;
   StepReport report_;
 };
 

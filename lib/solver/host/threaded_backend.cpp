@@ -99,6 +99,7 @@ class ThreadedBackend final : public Backend {
     StepTeam* team;  // with whom it shares the step; null: nobody
     ProjectionState state;
     FreeMotion<float> motion;
+    float h;  // s, of a substep
     VertexRange vertices;
     int thread;
     int threads;  // that share the work; 0 once another has taken over this one's part
@@ -212,16 +213,14 @@ class ThreadedBackend final : public Backend {
     const SolverData& data = step.data;
     const float h = dt / static_cast<float>(data.division.substeps);
     const MovingVertices moving = moving_vertices(step);
+    const SubstepNumbers numbers = substep_numbers(data, step.copy, h, 0);
     return {step,
             team,
-            {moving.moving,
-             moving.bases,
-             step.copy.carries.data(),
-             {1 / h, 1 / (h * h)},
-             moving.points,
+            {moving.moving, moving.bases, step.copy.carries.data(), numbers.lengths, moving.points,
              moving.points == nullptr ? nullptr : step.scratch.flights.data(),
              data.vertex_blocks.unit()},
-            free_motion(data, h),
+            numbers.motion,
+            h,
             vertices_of(step, thread, threads_),
             thread,
             threads_,
@@ -278,6 +277,9 @@ class ThreadedBackend final : public Backend {
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
     switch (operation) {
+      case StepOperation::recall_past:
+        recall(substep, turn);
+        break;
       case StepOperation::predict_positions:
         kernels_.predict_positions(turn.vertices, turn.motion);
         break;
@@ -342,6 +344,34 @@ class ThreadedBackend final : public Backend {
       case StepOperation::settle:
         kernels_.settle(turn.vertices, turn.motion);
         break;
+      case StepOperation::keep_past:
+        keep_past(step, turn.vertices.first, turn.vertices.last);
+        break;
+      case StepOperation::ease_contacts:
+        ease(turn);
+        break;
+    }
+  }
+
+  static void recall(int substep, Turn& turn) {
+    const SubstepNumbers numbers = substep_numbers(turn.step.data, turn.step.copy, turn.h, substep);
+    turn.motion = numbers.motion;
+    turn.state.substep = numbers.lengths;
+    recall_past(turn.step, numbers.past_share, turn.vertices.first, turn.vertices.last);
+  }
+
+  // Few: the first thread does it, while the others wait.
+  void ease(Turn& turn) {
+    if (std::ranges::all_of(turn.step.copy.tools,
+                            [](const ToolState& tool) { return tool.contacts.empty(); })) {
+      return;
+    }
+    meet(turn);
+    if (turn.thread == 0) {
+      ease_contacts(turn.step.copy, turn.h);
+    }
+    if (!turn.is_idle()) {
+      meet(turn);
     }
   }
 

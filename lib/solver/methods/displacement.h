@@ -14,6 +14,15 @@
 /// So no velocity is the difference of positions that were rounded, where no tool holds a vertex: a
 /// substep of microseconds far from the origin moves vertices by less than the spacing of numbers
 /// there. In fraction mode positions move themselves, as in the paper, and round.
+///
+/// BDF2 asks, with the velocity v- and the displacement u- of the substep before, r the ratio of
+/// this substep's length to that one's, a = r^2 / (1 + 2 r) and b = (1 + r) / (1 + 2 r), for
+///
+///     v'' = v + a (v - v-) + b h forces / m,    u = a u- + b h v''
+///
+/// which is the implicit Euler substep above of length b h, once v + a (v - v-) takes the place of
+/// v and c + a u- that of c. So all between start and end is the same for both, and takes b h for
+/// its h. A ratio of zero makes it implicit Euler, which needs nothing from before.
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/select.h"
@@ -31,6 +40,48 @@ struct FreeMotion {
   Vec3<Scalar> fall;                ///< m, what gravity adds to the way
   Vec3<Scalar> gravity_per_square;  ///< s^2/m, gravity over its square; zero without gravity
 };
+
+/// Velocity and rounding of a vertex before a substep, in m/s and m.
+template <class Scalar>
+struct Departure {
+  Vec3<Scalar> velocity, rounding;
+};
+
+/// What BDF2 begins with in place of both.
+/// @param share            a of BDF2, see above
+/// @param way              m, in the substep before
+/// @param velocity_before  m/s, where that began
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Departure<Scalar> departure_after(const Departure<Scalar>& now, Scalar w,
+                                                             Scalar share, const Vec3<Scalar>& way,
+                                                             const Vec3<Scalar>& velocity_before) {
+  return {
+      select(w > Scalar(0), now.velocity + share * (now.velocity - velocity_before), now.velocity),
+      select(w > Scalar(0), now.rounding + share * way, now.rounding)};
+}
+
+/// What BDF2 remembers of a substep, changed for a vertex that a tool pushed in it.
+template <class Scalar>
+struct Pushed {
+  Vec3<Scalar> velocity, velocity_before;  ///< m/s
+};
+
+/// Backward differences of second order take the stop of a motion for the beginning of its return:
+/// what fell onto a tool would spring back faster than it fell. So along the normal a pushed vertex
+/// is no faster away from the tool than on its way, and has not become so.
+/// @param normal  out of the tool
+/// @param way     m, of the vertex in the substep
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline Pushed<Scalar> eased(const Pushed<Scalar>& now,
+                                                const Vec3<Scalar>& normal, const Vec3<Scalar>& way,
+                                                Scalar inverse_h) {
+  const Scalar speed = dot(normal, now.velocity);
+  const Scalar mean = inverse_h * dot(normal, way);
+  const Scalar less = select(mean < speed, mean - speed, Scalar(0));
+  const Scalar gain = speed + less - dot(normal, now.velocity_before);
+  return {now.velocity + less * normal,
+          now.velocity_before + select(gain > Scalar(0), gain, Scalar(0)) * normal};
+}
 
 /// m/s, with which a vertex begins a substep; zero where it cannot move.
 template <class Scalar>

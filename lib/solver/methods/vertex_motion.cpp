@@ -20,6 +20,27 @@ FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
           (square > 0 ? 1 / square : 0.0F) * gravity};
 }
 
+bool has_past(const SolverOptions& options) noexcept {
+  return options.integration == TimeIntegration::bdf2;
+}
+
+SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, float h,
+                               int substep) noexcept {
+  if (!has_past(data.options)) {
+    return {free_motion(data, h), {1 / h, 1 / (h * h)}};
+  }
+  const float past = substep > 0 ? h : copy.past_substep;
+  const float ratio = past > 0 ? h / past : 0;
+  const float part = (1 + ratio) / (1 + 2 * ratio) * h;
+  const float drag = 1 + data.options.damping * part;
+  SubstepNumbers numbers{free_motion(data, part), {1 / part, drag / (part * part)}};
+  // drag of second order acts on all that moves a vertex: like more inertia
+  numbers.motion.kick = numbers.motion.keep * numbers.motion.kick;
+  numbers.motion.fall = numbers.motion.keep * numbers.motion.fall;
+  numbers.past_share = ratio * ratio / (1 + 2 * ratio);
+  return numbers;
+}
+
 MovingVertices moving_vertices(const StepContext& step) noexcept {
   if (has_displacements(step.data.options)) {
     const bool has_points = step.data.options.method == SolverMethod::vertex_block;
@@ -75,6 +96,46 @@ void settle_vertices(const StepContext& step, const FreeMotion<float>& motion) {
     store(p, end.x);
     velocity = {end.velocity.x, end.velocity.y, end.velocity.z};
     carry = {end.rounding.x, end.rounding.y, end.rounding.z, end.falling};
+  }
+}
+
+void recall_past(const StepContext& step, float past_share, Index first, Index last) {
+  CopyState& copy = step.copy;
+  for (Index v = first; v < last; ++v) {
+    Way& way = copy.ways[v];
+    Velocity& velocity = copy.velocities[v];
+    Carry& carry = copy.carries[v];
+    const Departure<float> now{load(velocity), load(carry)};
+    const Departure<float> next = departure_after(now, copy.particles[v].w, past_share, load(way),
+                                                  load(copy.velocities_before[v]));
+    way = {carry.x, carry.y, carry.z};  // what the way begins with: see keep_past()
+    copy.velocities_before[v] = velocity;
+    velocity = {next.velocity.x, next.velocity.y, next.velocity.z};
+    carry = {next.rounding.x, next.rounding.y, next.rounding.z, carry.falling};
+  }
+}
+
+void keep_past(const StepContext& step, Index first, Index last) {
+  for (Index v = first; v < last; ++v) {
+    Way& way = step.copy.ways[v];
+    const Vec3<float> gone = load(step.scratch.displacements[v]) - load(way);
+    way = {gone.x, gone.y, gone.z};
+  }
+}
+
+void ease_contacts(CopyState& copy, float h) {
+  for (const ToolState& tool : copy.tools) {
+    for (const Contact& contact : tool.contacts) {
+      if (!(contact.multiplier > 0)) {
+        continue;
+      }
+      Velocity& velocity = copy.velocities[contact.place];
+      Velocity& before = copy.velocities_before[contact.place];
+      const Pushed<float> now = eased({load(velocity), load(before)}, load(contact.normal),
+                                      load(copy.ways[contact.place]), 1 / h);
+      velocity = {now.velocity.x, now.velocity.y, now.velocity.z};
+      before = {now.velocity_before.x, now.velocity_before.y, now.velocity_before.z};
+    }
   }
 }
 

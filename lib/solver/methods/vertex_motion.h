@@ -5,6 +5,7 @@
 /// What each vertex does for itself in a substep (step_program.h), one after another.
 
 #include "pbdsurg/base/export.h"
+#include "pbdsurg/constraints/projection.h"
 #include "pbdsurg/solver/solver_options.h"
 
 #include "lib/solver/methods/displacement.h"
@@ -16,6 +17,16 @@ namespace pbdsurg {
 
 /// Whether displacements are what moves in a substep; else positions do.
 [[nodiscard]] PBDSURG_API bool has_displacements(const SolverOptions& options) noexcept;
+
+/// Whether BDF2 takes the substep before into account.
+[[nodiscard]] PBDSURG_API bool has_past(const SolverOptions& options) noexcept;
+
+/// What a substep's length comes to.
+struct SubstepNumbers {
+  FreeMotion<float> motion;
+  Substep<float> lengths;
+  float past_share = 0;  ///< a of BDF2, see displacement.h
+};
 
 /// The vertices of a copy within a substep.
 struct MovingVertices {
@@ -34,6 +45,12 @@ struct MovingVertices {
 /// @param h  s, of a substep
 [[nodiscard]] PBDSURG_API FreeMotion<float> free_motion(const SolverData& data, float h) noexcept;
 
+/// @param h        s, of each substep
+/// @param substep  of the step, >= 0
+[[nodiscard]] PBDSURG_API SubstepNumbers substep_numbers(const SolverData& data,
+                                                         const CopyState& copy, float h,
+                                                         int substep) noexcept;
+
 [[nodiscard]] MovingVertices moving_vertices(const StepContext& step) noexcept;
 
 void predict_positions(const StepContext& step, const FreeMotion<float>& motion);
@@ -41,5 +58,14 @@ void update_velocities(const StepContext& step, const FreeMotion<float>& motion)
 
 void predict_displacements(const StepContext& step, const FreeMotion<float>& motion);
 void settle_vertices(const StepContext& step, const FreeMotion<float>& motion);
+
+// Of BDF2, each of vertices at [first, last): velocities, carries and what is kept are the next
+// substep's between the former and the latter.
+void recall_past(const StepContext& step, float past_share, Index first, Index last);
+void keep_past(const StepContext& step, Index first, Index last);
+
+/// What tools push does not spring back.
+/// @param h  s, of the substep
+void ease_contacts(CopyState& copy, float h);
 
 }  // namespace pbdsurg

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/program/step_program.h"
 
+#include <algorithm>
 #include <array>
 
 namespace pbdsurg {
@@ -21,11 +22,31 @@ constexpr std::array kVertexBlocks{
     predict_displacements, find_contacts, gather_holds,   damp_rows, begin_joints, sweep,
     settle_holds,          keep_momentum, collect_forces, settle};
 
+// The same by BDF2: an implicit Euler substep of what velocities and positions are once the substep
+// before is taken into account.
+template <std::size_t kCount>
+constexpr std::array<StepOperation, kCount + 3> with_past(
+    const std::array<StepOperation, kCount>& operations) {
+  std::array<StepOperation, kCount + 3> all{recall_past};
+  std::ranges::copy(operations, all.begin() + 1);
+  all[kCount + 1] = keep_past;
+  all[kCount + 2] = ease_contacts;
+  return all;
+}
+
+constexpr auto kComplianceProjectionsWithPast = with_past(kComplianceProjections);
+constexpr auto kVertexBlocksWithPast = with_past(kVertexBlocks);
+
 }  // namespace
 
 StepProgram step_program(const SolverOptions& options, const StepDivision& division) noexcept {
+  const bool has_past = options.integration == TimeIntegration::bdf2;
   if (options.method == SolverMethod::vertex_block) {
-    return {kVertexBlocks, division};
+    return has_past ? StepProgram{kVertexBlocksWithPast, division}
+                    : StepProgram{kVertexBlocks, division};
+  }
+  if (has_past) {
+    return {kComplianceProjectionsWithPast, division};
   }
   return options.mode == ProjectionMode::fraction ? StepProgram{kFractionProjections, division}
                                                   : StepProgram{kComplianceProjections, division};

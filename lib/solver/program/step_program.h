@@ -18,6 +18,7 @@ namespace pbdsurg {
 /// A part of a substep. The serial backend defines what each does; an executor may join neighbours,
 /// and leave out what changes nothing.
 enum class StepOperation : std::uint8_t {
+  recall_past,            ///< of BDF2: takes the substep before into account, see displacement.h
   predict_positions,      ///< keeps where vertices are; they go on under gravity and drag
   predict_displacements,  ///< the same without moving them: see displacement.h
   clear_multipliers,      ///< of constraints with compliances
@@ -31,6 +32,8 @@ enum class StepOperation : std::uint8_t {
   collect_forces,         ///< adds what pushed back to the forces of tools
   update_velocities,      ///< from the way of the substep
   settle,                 ///< vertices go where displacements lead; velocities from these
+  keep_past,              ///< of BDF2: for the next recall_past
+  ease_contacts,          ///< of BDF2: what tools push does not spring back from them
 };
 
 struct StepProgram {

@@ -55,11 +55,19 @@ struct alignas(16) Carry {
   float falling = 1;          ///< in [0, 1], the share of gravity with which it last sped up
 };
 
+/// What BDF2 remembers of the substep before, as wide as a particle each; see displacement.h.
+struct alignas(16) Way {
+  float x = 0, y = 0, z = 0;  ///< m, that a vertex went in it
+  float unused = 0;
+};
+
 /// What a vertex does, without its mass.
 struct VertexMotion {
   float x, y, z;  ///< m
   Velocity velocity;
-  Carry carry;  ///< as new in fraction mode, which has none
+  Carry carry;               ///< as new in fraction mode, which has none
+  Way way;                   ///< of BDF2, else as new
+  Velocity velocity_before;  ///< likewise
 };
 
 }  // namespace pbdsurg

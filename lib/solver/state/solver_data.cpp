@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
 #include "lib/solver/substep_rule.h"
@@ -115,6 +116,9 @@ void SolverData::start_step(float dt) {
     for (Index i = 0; i < copy_count(); ++i) {
       copy(i).is_state_current = false;
     }
+  }
+  for (Index i = 0; i < copy_count() && has_past(options); ++i) {
+    copy(i).past_substep = dt / static_cast<float>(division.substeps);
   }
   step_in_flight = Step::running;
   changes.clear();

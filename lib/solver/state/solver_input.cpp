@@ -30,6 +30,10 @@ void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> posit
   if (has_displacements(data.options)) {
     data.carries.assign(positions.size(), {});
   }
+  if (has_past(data.options)) {
+    data.ways.assign(positions.size(), {});
+    data.velocities_before.assign(positions.size(), {});
+  }
 }
 
 std::string phases_name(const SolverOptions& options) {

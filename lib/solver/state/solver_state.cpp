@@ -41,7 +41,7 @@ void SolverState::fetch_state(Index index) {
   backend->fetch_state(*this, index);
   for (const Index place : changes.vertices) {
     if (state.particles[place].w == 0) {
-      state.velocities[place] = {};
+      state.stop(place);
     }
   }
   for (std::size_t i = 0; i < moved.size(); ++i) {
@@ -106,7 +106,7 @@ void SolverState::set_inverse_mass(Index vertex, float w) {
     CopyState& state = copy(i);
     state.particles[place].w = w;
     if (w == 0) {
-      state.velocities[place] = {};
+      state.stop(place);
     }
   }
   log_vertex(vertex);
@@ -170,7 +170,8 @@ std::size_t SolverState::memory_bytes() const noexcept {
                                changes.moved, changes.vertices, changes.constraints, changes.tets);
   for (Index i = 0; i < copy_count(); ++i) {
     const CopyState& each = copy(i);
-    bytes += bytes_of(each.particles, each.velocities, each.carries, each.watched_positions);
+    bytes += bytes_of(each.particles, each.velocities, each.carries, each.ways,
+                      each.velocities_before, each.watched_positions);
     for (const ToolState& tool : each.tools) {
       bytes += bytes_of(tool.capsules, tool.attachments, tool.placed_capsules, tool.contacts);
     }

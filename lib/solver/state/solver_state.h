@@ -26,19 +26,28 @@ namespace pbdsurg {
 struct CopyState {
   // State lies in the order of places, in which near vertices are near, so that threads that work
   // on different parts of a body share few cache lines. Constraints name places.
-  std::vector<Particle> particles;   // [place] inverse masses are alike in all copies
-  std::vector<Velocity> velocities;  // [place]
-  std::vector<Carry> carries;        // [place] in compliance mode, else empty
+  std::vector<Particle> particles;          // [place] inverse masses are alike in all copies
+  std::vector<Velocity> velocities;         // [place]
+  std::vector<Carry> carries;               // [place] in compliance mode, else empty
+  std::vector<Way> ways;                    // [place] of BDF2, else empty: of the last substep, and
+  std::vector<Velocity> velocities_before;  // [place] where that began
+  float past_substep = 0;                   // s, of BDF2: its length; zero where none counts
   std::vector<ToolState> tools;
   Index attachment_colors = 0;
-  bool is_state_current = true;                    // else the three above are the backend's
+  bool is_state_current = true;                    // else the arrays above are the backend's
   std::vector<Eigen::Vector3f> watched_positions;  // [watched_places.size()] m
   StepReport last_report;
 
   /// As it is here, see `is_state_current`.
   [[nodiscard]] VertexMotion motion_of(Index place) const noexcept {
     const Particle& p = particles[place];
-    return {p.x, p.y, p.z, velocities[place], carries.empty() ? Carry{} : carries[place]};
+    return {p.x,
+            p.y,
+            p.z,
+            velocities[place],
+            carries.empty() ? Carry{} : carries[place],
+            ways.empty() ? Way{} : ways[place],
+            ways.empty() ? Velocity{} : velocities_before[place]};
   }
   void set_motion(Index place, const VertexMotion& motion) noexcept {
     particles[place] = {motion.x, motion.y, motion.z, particles[place].w};
@@ -46,6 +55,26 @@ struct CopyState {
     if (!carries.empty()) {
       carries[place] = motion.carry;
     }
+    if (!ways.empty()) {
+      ways[place] = motion.way;
+      velocities_before[place] = motion.velocity_before;
+    }
+  }
+
+  /// The vertex cannot move: it has no motion, before either.
+  void stop(Index place) noexcept {
+    velocities[place] = {};
+    if (!ways.empty()) {
+      ways[place] = {};
+      velocities_before[place] = {};
+    }
+  }
+
+  /// Makes the next substep of BDF2 one of implicit Euler.
+  void forget_past() noexcept {
+    past_substep = 0;
+    std::ranges::fill(ways, Way{});
+    std::ranges::fill(velocities_before, Velocity{});
   }
 
   /// Follows what tools hold: an attachment's colour is the number of tools before it that hold the

@@ -23,6 +23,9 @@ void StateFollower::reserve(std::size_t vertices) {
     if (!copy.carries.empty()) {
       reserve_more(copy.carries);
     }
+    if (!copy.ways.empty()) {
+      reserve_more(copy.ways, copy.velocities_before);
+    }
   }
   reserve_more(state_.place_of_vertex);
   const std::size_t stopping = std::min(vertices, kEntriesOfEdit);
@@ -146,6 +149,12 @@ void StateFollower::add_vertex(const Tissue& tissue, const NewVertex& vertex) {
       copy.carries.push_back(
           {between(c.x, d.x), between(c.y, d.y), between(c.z, d.z), between(c.falling, d.falling)});
     }
+    if (!copy.ways.empty()) {
+      const Way e = copy.ways[a], f = copy.ways[b];
+      copy.ways.push_back({between(e.x, f.x), between(e.y, f.y), between(e.z, f.z)});
+      const Velocity s = copy.velocities_before[a], t = copy.velocities_before[b];
+      copy.velocities_before.push_back({between(s.x, t.x), between(s.y, t.y), between(s.z, t.z)});
+    }
   }
   state_.place_of_vertex.push_back(place);  // new vertices have the places of their ids
   state_.log_moved(place);
@@ -165,6 +174,13 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
     for (std::size_t v = 0; v < places.size(); ++v) {
       const Eigen::Vector3f x = scene.positions()[v].cast<float>();
       copy.particles[first_vertex + places[v]] = {x.x(), x.y(), x.z(), 0};
+    }
+    if (has_past(state_.options)) {  // as if they had risen, and were now at the top
+      const float h = copy.past_substep;
+      const Eigen::Vector3f speed = h * state_.gravity;
+      const Eigen::Vector3f way = (-h / 2) * speed;
+      copy.ways.resize(count, {way.x(), way.y(), way.z()});
+      copy.velocities_before.resize(count, {-speed.x(), -speed.y(), -speed.z()});
     }
   }
   for (const Index place : places) {
@@ -245,6 +261,8 @@ void StateFollower::undo(const Tissue& tissue, const TissueChange& change) noexc
       copy.particles.resize(static_cast<std::size_t>(end));
       copy.velocities.resize(static_cast<std::size_t>(end));
       copy.carries.resize(copy.carries.empty() ? 0 : static_cast<std::size_t>(end));
+      copy.ways.resize(copy.ways.empty() ? 0 : static_cast<std::size_t>(end));
+      copy.velocities_before.resize(copy.ways.size());
     }
     state_.place_of_vertex.resize(static_cast<std::size_t>(end));
     const auto is_gone = [&](Index place) { return place >= end; };
