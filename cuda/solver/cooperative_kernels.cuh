@@ -156,8 +156,8 @@ __global__ void __launch_bounds__(kPackThreads)
   };
   const auto position_of = [&](Index lane, ParticleOffset corner) -> std::uint32_t {
     for (Index i = 0; i < neighbor_count; ++i) {
-      const std::size_t at =
-          first_record(to->neighbors, (1 + i / parts) * kBlockLanes * parts + lane * parts + i % parts);
+      const std::size_t at = first_record(
+          to->neighbors, (1 + i / parts) * kBlockLanes * parts + lane * parts + i % parts);
       if ((__ldg(tiles.neighbors + at) & ~kNeighborFlags) == corner) {
         return static_cast<std::uint32_t>(1 + i);
       }
@@ -169,9 +169,9 @@ __global__ void __launch_bounds__(kPackThreads)
       for_each(counts.pulls, to->pulls, [&](Index lane, Index i, std::size_t record) {
         const bool is_there = lane < block.lane_count && i < block.pulls.count;
         const PullRow& row = vertices.pulls[block.pulls.first + i];
-        tiles.pulls[record] = is_there
-                                  ? PullRecord{row.weights[lane], position_of(lane, row.neighbors[lane])}
-                                  : PullRecord{};
+        tiles.pulls[record] =
+            is_there ? PullRecord{row.weights[lane], position_of(lane, row.neighbors[lane])}
+                     : PullRecord{};
       });
     }
   }
@@ -537,14 +537,13 @@ __global__ void __launch_bounds__(kBlockThreads)
     const auto solve = [&](const VertexEnergy<float>& whole) {
       if constexpr (kTools) {
         if (hold != kInvalidIndex) {
-          const HeldVertex held{
-              tools,
-              input,
-              sweeps.substep,
-              place_at(corner),
-              state.capacity,
-              hold,
-              {position_of(load_particle(&at(state.particles, corner))), u}};
+          const HeldVertex held{tools,
+                                input,
+                                sweeps.substep,
+                                place_at(corner),
+                                state.capacity,
+                                hold,
+                                {position_of(load_particle(&at(state.particles, corner))), u}};
           return move_held(held, whole, 1 / inverse_dt_squared);
         }
       }

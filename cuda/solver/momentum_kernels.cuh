@@ -14,11 +14,13 @@ namespace {
 struct FlownVertex {
   Particle moved;
   Vec3<float> base, flight;
+  Vec3<double> arm;
 
   __device__ FlownVertex(const DeviceState& state, Index place)
       : moved(load_particle(state.displacements + place)),
         base(position_of(load_particle(state.particles + place))),
-        flight(position_of(load_particle(state.flights + place))) {}
+        flight(position_of(load_particle(state.flights + place))),
+        arm(arm_of(base, position_of(moved), state.ways != nullptr)) {}
 
   [[nodiscard]] __device__ bool counts() const {
     return keeps_momentum(moved.w, base, position_of(moved), flight);
@@ -43,7 +45,7 @@ __global__ void __launch_bounds__(kMomentumSums)
     const Index place = __ldg(pieces.places + i);
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
-      sum.add(1 / static_cast<double>(vertex.moved.w), to_double(vertex.base),
+      sum.add(1 / static_cast<double>(vertex.moved.w), vertex.arm,
               to_double(position_of(vertex.moved) - vertex.flight));
     }
     const Index lane = has_tools ? __ldg(vertices.lane_of_place + place) : kInvalidIndex;
@@ -66,8 +68,7 @@ __global__ void __launch_bounds__(kMomentumSums)
     const FlownVertex vertex(state, place);
     if (vertex.counts()) {
       store_particle(state.displacements + place,
-                     position_of(vertex.moved) - part_of(move, to_double(vertex.base)),
-                     vertex.moved.w);
+                     position_of(vertex.moved) - part_of(move, vertex.arm), vertex.moved.w);
     }
   }
 }

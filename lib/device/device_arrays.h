@@ -129,9 +129,9 @@ PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Inde
                     of_thread(block.volumes.count, usual.volumes),
                     block.hinges.count,
                     0};
-  counts.more = static_cast<Index>(counts.neighbors > usual.neighbors ||
-                                   counts.pulls > usual.pulls || counts.springs > 0 ||
-                                   counts.volumes > usual.volumes || counts.hinges > 0);
+  counts.more =
+      static_cast<Index>(counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
+                         counts.springs > 0 || counts.volumes > usual.volumes || counts.hinges > 0);
   return counts;
 }
 

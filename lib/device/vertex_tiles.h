@@ -2,9 +2,9 @@
 #pragma once
 
 /// @file
-/// How one kernel for all sweeps shares vertices out to threads: some neighbouring threads of a warp
-/// have a vertex, and a warp has a tile of such vertices. What a tile reads lies thread by thread,
-/// so that a warp loads a row of it at once, and every thread of it has as many rows.
+/// How one kernel for all sweeps shares vertices out to threads: some neighbouring threads of a
+/// warp have a vertex, and a warp has a tile of such vertices. What a tile reads lies thread by
+/// thread, so that a warp loads a row of it at once, and every thread of it has as many rows.
 
 #include <vector>
 
@@ -27,11 +27,11 @@ constexpr Index tiles_of_block(Index parts) noexcept {
 /// Where what a thread reads lies, before rows are packed. Row k of tile t of a block is row
 /// first + k * tiles_of_block() + t of an array, a record for each thread.
 struct VertexTiles {
-  Index parts = 1;                   ///< threads of a vertex
-  std::vector<TileBlock> blocks;     ///< [block]
-  std::vector<Neighbor> neighbors;   ///< [row][thread] first the vertex itself, then neighbours
+  Index parts = 1;                  ///< threads of a vertex
+  std::vector<TileBlock> blocks;    ///< [block]
+  std::vector<Neighbor> neighbors;  ///< [row][thread] first the vertex itself, then neighbours
   Index pull_rows = 0, spring_rows = 0, volume_rows = 0;
-  Index most_neighbors = 0;          ///< of a thread
+  Index most_neighbors = 0;  ///< of a thread
 
   VertexTiles() = default;
 

@@ -26,8 +26,8 @@ VertexBlocks make_blocks() {
 
 }  // namespace
 
-// Would catch a thread that reads another's vertex, a neighbour that no thread waits for or that two
-// do, and a vertex that idle threads move.
+// Would catch a thread that reads another's vertex, a neighbour that no thread waits for or that
+// two do, and a vertex that idle threads move.
 TEST_CASE("vertex tiles: threads of a vertex share its neighbours") {
   const auto parts = static_cast<Index>(GENERATE(4, 8, 16));
   const VertexBlocks blocks = make_blocks();
@@ -95,9 +95,9 @@ TEST_CASE("vertex tiles: blocks with rows beyond the usual say so") {
     CHECK(counts.volumes * parts >= block.volumes.count);
     CHECK(counts.hinges == block.hinges.count);
     CHECK(counts.volumes >= usual.volumes);
-    CHECK((counts.more != 0) ==
-          (counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
-           counts.volumes > usual.volumes || block.springs.count > 0 || block.hinges.count > 0));
+    CHECK((counts.more != 0) == (counts.neighbors > usual.neighbors || counts.pulls > usual.pulls ||
+                                 counts.volumes > usual.volumes || block.springs.count > 0 ||
+                                 block.hinges.count > 0));
   }
 }
 

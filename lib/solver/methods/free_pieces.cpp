@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "lib/solver/methods/momentum.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -173,18 +174,24 @@ std::size_t FreePieces::memory_bytes() const noexcept {
 void keep_momentum(const StepContext& step, Index piece) {
   const std::span<const Index> places = step.data.free_pieces.places(piece);
   const auto count = static_cast<Index>(places.size());
+  const bool is_from_end = has_past(step.data.options);
   const auto base = [&](Index place) { return load(step.copy.particles[place]); };
+  const auto moved = [&](Index place) { return load(step.scratch.displacements[place]); };
   const auto flight = [&](Index place) { return load(step.scratch.flights[place]); };
+  const auto arm = [&](Index place) { return arm_of(base(place), moved(place), is_from_end); };
+  const auto counts = [&](Index place) {
+    return keeps_momentum(step.scratch.displacements[place].w, base(place), moved(place),
+                          flight(place));
+  };
   std::array<MomentumSums, kMomentumSums> sums;
   for (Index i = 0; i < count; ++i) {
     const Index place = places[i];
-    const Particle& p = step.scratch.displacements[place];
     if (step.scratch.first_holds[place] != kInvalidIndex) {
       return;
     }
-    if (keeps_momentum(p.w, base(place), load(p), flight(place))) {
-      sums[i % kMomentumSums].add(1 / static_cast<double>(p.w), to_double(base(place)),
-                                  to_double(load(p) - flight(place)));
+    if (counts(place)) {
+      sums[i % kMomentumSums].add(1 / static_cast<double>(step.scratch.displacements[place].w),
+                                  arm(place), to_double(moved(place) - flight(place)));
     }
   }
   for (Index half = kMomentumSums / 2; half > 0; half /= 2) {
@@ -194,9 +201,8 @@ void keep_momentum(const StepContext& step, Index piece) {
   }
   const RigidMove move = sums[0].rigid_move();
   for (const Index place : places) {
-    Particle& p = step.scratch.displacements[place];
-    if (keeps_momentum(p.w, base(place), load(p), flight(place))) {
-      store(p, load(p) - part_of(move, to_double(base(place))));
+    if (counts(place)) {
+      store(step.scratch.displacements[place], moved(place) - part_of(move, arm(place)));
     }
   }
 }

@@ -10,9 +10,10 @@
 ///
 /// with u where sweeps have left the displacements, y where the vertices fly by themselves and r
 /// from where the substep starts: then sum (r + u) x m u is sum r x m u, and angular momentum stays
-/// as it is, whatever the length of the substep. Sweeps that end early leave some of both. The
-/// rigid motion t + omega x (r - c) with that much is taken off the displacements, which changes no
-/// shape to first order. In double precision, summed in one order by all who step.
+/// as it is, whatever the length of the substep. BDF2 keeps it by itself where r is taken to where
+/// the substep ends: from its start it would gain spin. Sweeps that end early leave some of both.
+/// The rigid motion t + omega x (r - c) with that much is taken off the displacements, which
+/// changes no shape to first order. In double precision, summed in one order by all who step.
 
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/types.h"
@@ -39,7 +40,7 @@ struct MomentumSums {
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  ///< kg m^2, sum m r r^T
 
   /// @param m  kg
-  /// @param r  m, where it was at the start of the substep
+  /// @param r  m, see arm_of()
   /// @param d  m, the displacement beyond the flight
   PBDSURG_HOST_DEVICE void add(double m, const Vec3<double>& r, const Vec3<double>& d) {
     mass = mass + m;
@@ -117,6 +118,14 @@ PBDSURG_HOST_DEVICE inline Vec3<float> part_of(const RigidMove& move, const Vec3
 
 PBDSURG_HOST_DEVICE inline Vec3<double> to_double(const Vec3<float>& v) {
   return {v.x, v.y, v.z};
+}
+
+/// m, r of a vertex.
+/// @param u            m, its displacement
+/// @param is_from_end  of the substep, as BDF2 wants it
+PBDSURG_HOST_DEVICE inline Vec3<double> arm_of(const Vec3<float>& base, const Vec3<float>& u,
+                                               bool is_from_end) {
+  return is_from_end ? to_double(base) + to_double(u) : to_double(base);
 }
 
 /// Whether a vertex counts: it moves, and it is not lost. Beyond a kilometre, what floats round

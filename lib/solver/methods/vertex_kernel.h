@@ -82,8 +82,8 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
 /// that of its parts, in a tree that lanes of a device can follow, too.
 inline constexpr Index kRowParts = 16;
 
-/// As add_rows(), as the sum of parts: those whose numbers differ by half of kRowParts first, then by
-/// a quarter. That of a part starts from what the energy has, or from zero.
+/// As add_rows(), as the sum of parts: those whose numbers differ by half of kRowParts first, then
+/// by a quarter. That of a part starts from what the energy has, or from zero.
 /// @param part  the first of those to add, kStride apart
 template <Index kStride = 1, class Access, class Scalar>
 PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& block,
