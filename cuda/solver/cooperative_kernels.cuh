@@ -16,90 +16,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "cuda/solver/counted_points.cuh"
 #include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/tile_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "lib/device/vertex_tiles.h"
 
-/// Accesses of 16 bytes that order nothing but themselves: since PTX 8.3.
-#define PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS (CUDART_VERSION >= 12030)
-
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
-
-constexpr int kPackThreads = 128;
-/// The sweeps of a point are in the low bits of its unit, a power of two or not a number: bits that
-/// are zero in both.
-constexpr auto kSweepBits = static_cast<std::uint32_t>(TileArrays::kMostSweeps);
-
-__device__ inline FixedPoint load_counted(const FixedPoint* point) {
-#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  std::uint64_t low, high;
-  asm volatile(
-      "{\n\t.reg .b128 point;\n\t"
-      "ld.relaxed.gpu.global.b128 point, [%2];\n\t"
-      "mov.b128 {%0, %1}, point;\n\t}"
-      : "=l"(low), "=l"(high)
-      : "l"(point)
-      : "memory");
-  return {static_cast<std::uint32_t>(low), static_cast<std::uint32_t>(low >> 32),
-          static_cast<std::uint32_t>(high),
-          __uint_as_float(static_cast<std::uint32_t>(high >> 32))};
-#else
-  return load_point(point);
-#endif
-}
-
-/// The same where it is wanted, without a branch.
-__device__ inline void reload_counted(FixedPoint& point, const FixedPoint* at, bool is_wanted) {
-#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  std::uint64_t low = std::uint64_t{point.y} << 32 | point.x;
-  std::uint64_t high = std::uint64_t{__float_as_uint(point.unit)} << 32 | point.z;
-  asm volatile(
-      "{\n\t.reg .b128 point;\n\t.reg .pred wanted;\n\t"
-      "setp.ne.u32 wanted, %3, 0;\n\t"
-      "mov.b128 point, {%0, %1};\n\t"
-      "@wanted ld.relaxed.gpu.global.b128 point, [%2];\n\t"
-      "mov.b128 {%0, %1}, point;\n\t}"
-      : "+l"(low), "+l"(high)
-      : "l"(at), "r"(static_cast<std::uint32_t>(is_wanted))
-      : "memory");
-  point = {static_cast<std::uint32_t>(low), static_cast<std::uint32_t>(low >> 32),
-           static_cast<std::uint32_t>(high),
-           __uint_as_float(static_cast<std::uint32_t>(high >> 32))};
-#else
-  point = is_wanted ? load_point(at) : point;
-#endif
-}
-
-__device__ inline void store_counted(FixedPoint* to, const FixedPoint& point, Index sweeps) {
-#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  const std::uint32_t unit = __float_as_uint(point.unit) | static_cast<std::uint32_t>(sweeps);
-  const std::uint64_t low = std::uint64_t{point.y} << 32 | point.x;
-  const std::uint64_t high = std::uint64_t{unit} << 32 | point.z;
-  asm volatile(
-      "{\n\t.reg .b128 point;\n\t"
-      "mov.b128 point, {%1, %2};\n\t"
-      "st.relaxed.gpu.global.b128 [%0], point;\n\t}"
-      :
-      : "l"(to), "l"(low), "l"(high)
-      : "memory");
-#else
-  static_cast<void>(sweeps);
-  store_point(to, point);
-#endif
-}
-
-__device__ inline Index sweeps_of(const FixedPoint& point) {
-  return static_cast<Index>(__float_as_uint(point.unit) & kSweepBits);
-}
-__device__ inline FixedPoint without_sweeps(const FixedPoint& point) {
-  return {point.x, point.y, point.z, __uint_as_float(__float_as_uint(point.unit) & ~kSweepBits)};
-}
-
-__device__ inline Vec3<float> way_between(const FixedPoint& from, const FixedPoint& to) {
-  return fixed_difference<float, std::uint32_t>({to.x, to.y, to.z}, {from.x, from.y, from.z},
-                                                to.unit);
-}
 
 /// As DeviceLane, while the neighbours stand still.
 struct WaitingLane {
@@ -113,102 +37,6 @@ struct WaitingLane {
     return way_between(own, without_sweeps(point));
   }
 };
-
-__device__ inline TileArrays of_copy(TileArrays tiles, const VertexArrays& vertices) {
-  if (vertices.is_damped) {
-    const std::size_t threads = copy_index() * kTileThreads;
-    tiles.springs += threads * static_cast<std::size_t>(tiles.spring_rows);
-    tiles.volumes += threads * static_cast<std::size_t>(tiles.volume_rows);
-  }
-  return tiles;
-}
-
-/// Where the first record of a thread of a block is.
-__device__ inline std::size_t first_record(Index first_row, Index thread) {
-  return static_cast<std::size_t>(first_row) * kTileThreads + static_cast<std::size_t>(thread);
-}
-
-/// The records of a block, a block of threads each.
-template <bool kNumbersOnly>
-__global__ void __launch_bounds__(kPackThreads)
-    pack_block(VertexArrays vertices, TileArrays tiles) {
-  wait_for_previous();
-  tiles = of_copy(tiles, vertices);
-  vertices = of_copy(vertices);
-  if (!vertices.is_damped && copy_index() > 0) {
-    return;
-  }
-  const Index parts = tiles.parts;
-  const VertexBlock block = load_ranges(vertices.blocks + blockIdx.x);
-  TileBlock* const to = tiles.blocks + blockIdx.x;
-  const Index neighbor_count = to->counts.neighbors * parts;
-  const TileCounts counts = tile_counts(block, neighbor_count, parts);
-  // of rows that are there, and of those that threads have beyond
-  const auto for_each = [&](Index rows_of_thread, Index first_row, const auto& visit) {
-    for (auto i = static_cast<Index>(threadIdx.x); i < kBlockLanes * rows_of_thread * parts;
-         i += kPackThreads) {
-      const Index lane = i % kBlockLanes;
-      const Index row = i / kBlockLanes;
-      const std::size_t record =
-          first_record(first_row, (row / parts) * kBlockLanes * parts + lane * parts + row % parts);
-      visit(lane, row, record);
-    }
-  };
-  const auto position_of = [&](Index lane, ParticleOffset corner) -> std::uint32_t {
-    for (Index i = 0; i < neighbor_count; ++i) {
-      const std::size_t at = first_record(
-          to->neighbors, (1 + i / parts) * kBlockLanes * parts + lane * parts + i % parts);
-      if ((__ldg(tiles.neighbors + at) & ~kNeighborFlags) == corner) {
-        return static_cast<std::uint32_t>(1 + i);
-      }
-    }
-    return 0;
-  };
-  if constexpr (!kNumbersOnly) {
-    if (copy_index() == 0) {
-      for_each(counts.pulls, to->pulls, [&](Index lane, Index i, std::size_t record) {
-        const bool is_there = lane < block.lane_count && i < block.pulls.count;
-        const PullRow& row = vertices.pulls[block.pulls.first + i];
-        tiles.pulls[record] =
-            is_there ? PullRecord{row.weights[lane], position_of(lane, row.neighbors[lane])}
-                     : PullRecord{};
-      });
-    }
-  }
-  for_each(counts.springs, to->springs, [&](Index lane, Index i, std::size_t record) {
-    const bool is_there = lane < block.lane_count && i < block.springs.count;
-    const SpringRow& row = vertices.springs[block.springs.first + i];
-    SpringRecord& spring = tiles.springs[record];
-    spring.stiffness = is_there ? __ldcg(row.stiffness + lane) : 0.0F;
-    spring.rest = is_there ? __ldcg(row.rest + lane) : 0.0F;
-    if constexpr (!kNumbersOnly) {
-      spring.neighbor = is_there ? position_of(lane, row.neighbors[lane]) : 0U;
-    }
-  });
-  for_each(counts.volumes, to->volumes, [&](Index lane, Index i, std::size_t record) {
-    const bool is_there = lane < block.lane_count && i < block.volumes.count;
-    const VolumeRow& row = vertices.volumes[block.volumes.first + i];
-    VolumeRecord& volume = tiles.volumes[record];
-    volume.stiffness = is_there ? __ldcg(row.stiffness + lane) : 0.0F;
-    volume.target = is_there ? __ldcg(row.target + lane) : 0.0F;
-    if constexpr (!kNumbersOnly) {
-      volume.face = is_there ? position_of(lane, row.face[0][lane]) |
-                                   position_of(lane, row.face[1][lane]) << 8 |
-                                   position_of(lane, row.face[2][lane]) << 16
-                             : 0U;
-    }
-  });
-  __syncthreads();
-  if (!kNumbersOnly && threadIdx.x == 0 && copy_index() == 0) {
-    to->counts = counts;
-  }
-}
-
-void pack_rows(const VertexArrays& vertices, const TileArrays& tiles, bool numbers_only,
-               const Launch& how) {
-  launch(how, "launching the packing of rows", vertices.block_count, kPackThreads,
-         numbers_only ? pack_block<true> : pack_block<false>, vertices, tiles);
-}
 
 /// What a thread holds in registers while neighbours are on their way.
 template <int kParts>
