@@ -10,6 +10,7 @@
 #include "pbdsurg/constraints/contact.h"
 
 #include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
@@ -295,14 +296,12 @@ __global__ void __launch_bounds__(kToolThreads)
       const Index place = places[i];
       const std::size_t slot = of_pusher(pusher, state.capacity) + static_cast<std::size_t>(place);
       if (tools.contact_multipliers[slot] > 0) {
-        Velocity& velocity = state.velocities[place];
-        Velocity& before = state.velocities_before[place];
-        const Way& way = state.ways[place];
         const Pushed<float> now =
-            eased<float>({{velocity.x, velocity.y, velocity.z}, {before.x, before.y, before.z}},
-                         tools.planes[slot].normal, {way.x, way.y, way.z}, input->inverse_h);
-        velocity = {now.velocity.x, now.velocity.y, now.velocity.z};
-        before = {now.velocity_before.x, now.velocity_before.y, now.velocity_before.z};
+            eased<float>({load_velocity(state.velocities + place),
+                          load_velocity(state.velocities_before + place)},
+                         tools.planes[slot].normal, load_way(state.ways + place), input->inverse_h);
+        store_velocity(state.velocities + place, now.velocity);
+        store_velocity(state.velocities_before + place, now.velocity_before);
       }
     }
     __syncthreads();

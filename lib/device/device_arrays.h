@@ -252,8 +252,8 @@ struct alignas(16) HeldInput {
 
 /// What the host tells about a step, in one piece of memory: one of these for each copy, then the
 /// tables that they point to, each in bytes from its own start. Everything in it may differ from
-/// step to step without a kernel being launched another way. What has nothing to do with tools is
-/// alike in all copies.
+/// step to step without a kernel being launched another way. What has nothing to do with tools, or
+/// with the past of BDF2, is alike in all copies.
 struct alignas(16) StepInput {
   FreeMotion<float> motion;
   Substep<float> substep;      ///< lengths

@@ -103,7 +103,7 @@ struct PBDSURG_API SolverOptions {
   /// s, > 0: with automatic substeps or sweeps, the longest step that is to be taken. A scene that
   /// needs more than kMostAutomatic of them in it is refused. Longer steps are subdivided, too.
   float longest_step = 1.0F / 60;
-  /// 1/s, >= 0: a rate of drag against the world; each substep divides speeds by 1 + damping h.
+  /// 1/s, >= 0: a rate of drag against the world; implicit Euler divides speeds by 1 + damping h.
   float damping = 0;
   /// In [1, 2), of the vertex-block method: in all sweeps of a substep but the last, vertices go
   /// this much further than to their least energy, so that motion crosses a body in fewer sweeps.
