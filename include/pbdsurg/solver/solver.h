@@ -58,7 +58,8 @@ class SolverData;
 /// are. Each has its own state: positions, velocities, poses and forces of tools, and what they
 /// hold. Vertices, edges, tetrahedra and tools have the same ids in all. Each copy moves as the one
 /// of a solver without others would, given the same calls; in strict mode, with the same bits, and
-/// on one backend in fast mode, too.
+/// on one backend in fast mode, too, but for DeviceStrategy::cooperative: how many threads share a
+/// vertex there depends on the number of copies.
 ///
 /// Functions on the state take a copy, the first by default.
 /// @throws InvalidArgument  from all of them, naming the copy that there is not, and how many there

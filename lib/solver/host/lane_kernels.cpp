@@ -421,8 +421,9 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
       add_tree(rows, block, access, energy);
     }
     const Vec3<Lanes> move = relaxation * VertexFactor<Lanes>(energy).solve(energy.force);
-    const LaneMask is_finite =
-        (dot(move, move) < Lanes(std::numeric_limits<float>::infinity())) & (point.w > Lanes(0));
+    const Lanes infinity(std::numeric_limits<float>::infinity());
+    const LaneMask is_finite = (dot(move, move) < infinity) &
+                               (dot(energy.force, energy.force) < infinity) & (point.w > Lanes(0));
     const LaneBits finite = bits_of(is_finite) << lane;
     const LaneBits asked = ~state.left_out[block_index];
     const Vec3<Lanes> before = own.x;
