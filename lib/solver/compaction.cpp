@@ -2,6 +2,7 @@
 #include "pbdsurg/solver/compaction.h"
 
 #include <algorithm>
+#include <new>
 #include <span>
 #include <string>
 #include <utility>
@@ -199,6 +200,10 @@ Renumbering Compaction::finish(Solver& solver) {
   parts_->built = solver.data_.exchange(std::move(parts_->built));
   live.followers->for_each(
       [&](const FollowerList::Entry& entry) { entry.follower->renumber(tissue, parts_->ids); });
+  try {
+    built.free_pieces.refresh(tissue, built.place_of_vertex);
+  } catch (const std::bad_alloc&) {  // the next step asks again
+  }
   return parts_->ids;
 }
 

@@ -57,6 +57,7 @@ Solver::Solver(Tissue& tissue, const SolverOptions& asked) : tissue_(&tissue) {
   data->options.coloring.executor = {};
   reserve_spare_room(tissue, options.spare);
   data->follow_tissue();
+  data->free_pieces.refresh(tissue, data->place_of_vertex);  // the first step finds no memory
   data_ = std::move(data);
 }
 
