@@ -83,25 +83,29 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
 inline constexpr Index kRowParts = 16;
 
 /// As add_rows(), as the sum of parts: those whose numbers differ by half of kRowParts first, then
-/// by a quarter. That of a part starts from what the energy has, or from zero.
-/// @param part  the first of those to add, kStride apart
-template <Index kStride = 1, class Access, class Scalar>
+/// by a quarter. The first part starts from what the energy has, others from zero.
+template <class Access, class Scalar>
 PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& block,
-                                    const Access& access, VertexEnergy<Scalar>& energy,
-                                    Index part = 0) {
-  if constexpr (kStride == kRowParts) {
-    add_rows(rows, block, access, energy, {part, kRowParts});
-  } else {
-    add_tree<2 * kStride>(rows, block, access, energy, part);
-    const Index other = part + kStride;
-    // without rows its sum is zero
-    if (other < block.pulls.count || other < block.springs.count || other < block.volumes.count ||
-        other < block.hinges.count) {
-      VertexEnergy<Scalar> sum;
-      add_tree<2 * kStride>(rows, block, access, sum, other);
-      energy.add(sum);
+                                    const Access& access, VertexEnergy<Scalar>& energy) {
+  // a loop, since compilers would lay out rows once for each part of a recursion
+  VertexEnergy<Scalar> sums[5];  // of subtrees that wait for their other halves
+  static_assert(kRowParts == 1 << 4);
+  Index count = 0;
+  for (Index i = 0; i < kRowParts; ++i) {
+    const Index part = (i & 1) << 3 | (i & 2) << 1 | (i & 4) >> 1 | i >> 3;
+    VertexEnergy<Scalar> sum;
+    if (i == 0) {
+      sum = energy;
     }
+    add_rows(rows, block, access, sum, {part, kRowParts});
+    for (Index bit = 1; (i & bit) != 0; bit *= 2) {
+      VertexEnergy<Scalar> both = sums[--count];
+      both.add(sum);
+      sum = both;
+    }
+    sums[count++] = sum;
   }
+  energy = sums[0];
 }
 
 /// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
