@@ -49,7 +49,7 @@ int main() try {
 
   // physics never throws: a vertex that flies off is reported
   std::vector<Eigen::Vector3f> velocities = solver.velocities();
-  velocities[7].x() = 1000;  // m/s
+  velocities[body.first_vertex + 7].x() = 1000;  // m/s
   solver.write_velocities(velocities);
   const pbdsurg::StepReport report = solver.step(5e-3F);  // s
   std::printf("reported: %d vertices not finite, %d tets inverted, volumes off by %.0f %%\n",
