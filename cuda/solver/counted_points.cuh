@@ -88,5 +88,6 @@ __device__ inline Vec3<float> way_between(const FixedPoint& from, const FixedPoi
   return fixed_difference<float, std::uint32_t>({to.x, to.y, to.z}, {from.x, from.y, from.z},
                                                 to.unit);
 }
+
 }  // namespace
 }  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -31,16 +31,14 @@ enum class SolverMethod : std::uint8_t {
 enum class TimeIntegration : std::uint8_t {
   /// Of first order: robust, and damps what swings, the more the longer a substep is.
   implicit_euler,
-  /// Backward differences over two substeps (Curtiss and Hirschfelder 1952; Hairer, Norsett,
-  /// Wanner,
-  /// "Solving Ordinary Differential Equations I", III.5, for substeps that differ): of second
-  /// order,
+  /// Backward differences over two substeps (Curtiss and Hirschfelder 1952; Hairer, Norsett, Wanner,
+  /// "Solving Ordinary Differential Equations I", III.5, for substeps that differ): of second order,
   /// with little damping of what a substep resolves. In compliance mode; costs 32 bytes a vertex
-  /// and two passes over vertices a substep, and has implicit Euler's first substep: at the start,
+  /// and two passes over vertices a substep. Its first substep is implicit Euler's: at the start,
   /// and after Solver::write_positions() and write_velocities(). A vertex that an edit brings
-  /// remembers what those that it is between do; one of a new body, that it fell. What a tool
-  /// pushes does not spring back from it. Where a limit of stretch stops a motion at once, that
-  /// motion overshoots: implicit Euler is better there.
+  /// shares the past of those that it lies between; one of a new body has that of a fall. What a
+  /// tool pushes does not spring back from it. A motion that a limit of stretch stops at once
+  /// overshoots: implicit Euler is better there.
   bdf2,
 };
 
