@@ -31,8 +31,9 @@ enum class SolverMethod : std::uint8_t {
 enum class TimeIntegration : std::uint8_t {
   /// Of first order: robust, and damps what swings, the more the longer a substep is.
   implicit_euler,
-  /// Backward differences over two substeps (Curtiss and Hirschfelder 1952; Hairer, Norsett, Wanner,
-  /// "Solving Ordinary Differential Equations I", III.5, for substeps that differ): of second order,
+  /// Backward differences over two substeps (Curtiss and Hirschfelder 1952; for substeps that
+  /// differ Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", III.5): of
+  /// second order, and
   /// with little damping of what a substep resolves. In compliance mode; costs 32 bytes a vertex
   /// and two passes over vertices a substep. Its first substep is implicit Euler's: at the start,
   /// and after Solver::write_positions() and write_velocities(). A vertex that an edit brings
