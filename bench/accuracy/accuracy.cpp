@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // How exact a motion is for its time.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <string>
 #include <vector>
 
 #include "pbdsurg/anatomy/table2_family.h"
+#include "pbdsurg/base/error.h"
 
 #include "apps/support/executors.h"
 #include "bench/accuracy/scenario.h"
@@ -15,9 +18,24 @@
 namespace pbdsurg::bench {
 namespace {
 
+std::vector<std::string> all_methods() {
+  std::vector<std::string> methods;
+  for (const Setting& setting : make_settings()) {
+    if (std::ranges::find(methods, setting.method) == methods.end()) {
+      methods.emplace_back(setting.method);
+    }
+  }
+  return methods;
+}
+
 struct Arguments {
   std::filesystem::path out = "out/tables";
   std::vector<std::string> executors{"threads:1", "threads:2"};
+  std::vector<int> rows{2, 5};  // of table 2
+  std::vector<int> kilopascals{10, 250};
+  std::vector<int> away{0, 1};  // m
+  std::vector<double> steps_ms{0.2, 1, 5};
+  std::vector<std::string> methods = all_methods();
   bool quick = false;
 };
 
@@ -54,7 +72,70 @@ std::string label_of(const Json& row) {
          " m away";
 }
 
-void run(const Arguments& arguments) {
+// Those of all meshes, materials and places. References take a core each.
+std::vector<Scenario> make_scenarios(const Arguments& arguments) {
+  std::vector<std::future<Scenario>> at_origin;
+  for (const int row : arguments.rows) {
+    for (const int kilopascals : arguments.kilopascals) {
+      at_origin.push_back(std::async(std::launch::async, [=, quick = arguments.quick] {
+        const double substep = quick ? 2e-5 : kilopascals > 10 ? 2e-6 : 5e-6;
+        return Scenario(table2_mesh(row, Table2Kind::hollow), "table2:" + std::to_string(row),
+                        1e3 * kilopascals, substep, quick);
+      }));
+    }
+  }
+  std::vector<Scenario> scenarios;
+  for (std::future<Scenario>& each : at_origin) {
+    const Scenario scenario = each.get();
+    std::fprintf(stderr, "reference of %s, %s: done\n", scenario.name.c_str(),
+                 scenario.mesh.c_str());
+    for (const int away : arguments.away) {
+      scenarios.push_back(scenario.moved(away));
+    }
+  }
+  return scenarios;
+}
+
+std::vector<Setting> chosen_settings(const Arguments& arguments) {
+  std::vector<Setting> settings = make_settings();
+  std::erase_if(settings, [&](const Setting& setting) {
+    return std::ranges::find(arguments.methods, setting.method) == arguments.methods.end();
+  });
+  return settings;
+}
+
+Json measure_all(const Arguments& arguments) {
+  const std::vector<Setting> settings = chosen_settings(arguments);
+  Json rows = Json::array();
+  for (const Scenario& scenario : make_scenarios(arguments)) {
+    for (const double step_ms : arguments.steps_ms) {
+      if (step_ms > 1e3 * scenario.seconds) {
+        continue;
+      }
+      for (const Setting& setting : settings) {
+        for (const std::string& name : arguments.executors) {
+          SolverOptions options = setting.options;
+          options.executor = programs::executor_named(name);
+          rows.push_back(
+              to_row(scenario, setting, name, step_ms, measure(scenario, options, 1e-3 * step_ms)));
+        }
+      }
+    }
+    std::fprintf(stderr, "%s, %s, %.0f m away: done\n", scenario.name.c_str(),
+                 scenario.mesh.c_str(), scenario.away);
+  }
+  if (rows.empty()) {
+    throw InvalidArgument("all steps are longer than the motion");
+  }
+  return rows;
+}
+
+void run(Arguments arguments) {
+  if (arguments.quick) {
+    arguments.rows = {1};
+    arguments.kilopascals = {10};
+    arguments.away = {0};
+  }
   const std::vector<Column> columns{{"step_ms", "step, ms", 1},
                                     {"method", "method", 0},
                                     {"integration", "integration", 0},
@@ -66,6 +147,7 @@ void run(const Arguments& arguments) {
                                     {"error_mm", "RMS error, mm", 3},
                                     {"tip_mm", "tip, mm", 3},
                                     {"energy", "energy over the start's", 2}};
+  const Json rows = measure_all(arguments);
   std::string text =
       "# Accuracy\n\n- a hollow gallbladder of table 2, stretched by 10 %, is let go and swings "
       "under its weight for 40 ms, without drag; Poisson's ratio 0.45\n- error: RMS distance of "
@@ -73,38 +155,8 @@ void run(const Arguments& arguments) {
       "mm\n- tip: distance of the mean of the twentieth that is furthest from the hold\n- do not "
       "tune by the error of one row: two errors may cancel\n\n" +
       markdown_header("scenario", columns);
-  std::vector<Scenario> scenarios;
-  const auto add = [&](int row, double youngs_modulus, double away, double substep) {
-    scenarios.emplace_back(table2_mesh(row, Table2Kind::hollow), "table2:" + std::to_string(row),
-                           youngs_modulus, away, substep, arguments.quick);
-    std::fprintf(stderr, "reference of %s, table2:%d, %.0f m away: done\n",
-                 scenarios.back().name.c_str(), row, away);
-  };
-  if (arguments.quick) {
-    add(1, 10e3, 0, 2e-5);
-  } else {
-    add(2, 10e3, 0, 5e-6);
-    add(2, 10e3, 1, 5e-6);
-    add(2, 250e3, 0, 2e-6);
-    add(5, 10e3, 0, 5e-6);
-    add(5, 250e3, 0, 2e-6);
-  }
-  Json rows = Json::array();
-  for (const Scenario& scenario : scenarios) {
-    for (const double step_ms : {0.2, 1.0, 5.0}) {
-      if (step_ms > 1e3 * scenario.seconds) {
-        continue;
-      }
-      for (const Setting& setting : make_settings()) {
-        for (const std::string& name : arguments.executors) {
-          SolverOptions options = setting.options;
-          options.executor = programs::executor_named(name);
-          rows.push_back(
-              to_row(scenario, setting, name, step_ms, measure(scenario, options, 1e-3 * step_ms)));
-          text += markdown_line(label_of(rows.back()), rows.back(), columns);
-        }
-      }
-    }
+  for (const Json& row : rows) {
+    text += markdown_line(label_of(row), row, columns);
   }
   std::fputs(text.c_str(), stdout);
   write_table(arguments.out, "accuracy", rows, text);
@@ -116,8 +168,15 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   CLI::App app("How exact a motion is for its time.", "accuracy");
   pbdsurg::bench::Arguments arguments;
-  app.add_option("--executor", arguments.executors, "such as threads:1 or cuda; may be repeated");
-  app.add_flag("--quick", arguments.quick, "one mesh, 4 ms: to see it work");
+  app.add_option("--executor", arguments.executors, "such as threads:1 or cuda; may be several");
+  app.add_option("--row", arguments.rows, "meshes of table 2")->check(CLI::Range(1, 5));
+  app.add_option("--kpa", arguments.kilopascals, "Young's moduli")->check(CLI::IsMember({10, 250}));
+  app.add_option("--away", arguments.away, "distances from the origin along each axis, m")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--step-ms", arguments.steps_ms, "lengths of a step")->check(CLI::PositiveNumber);
+  app.add_option("--method", arguments.methods, "those of all settings")
+      ->check(CLI::IsMember(arguments.methods));
+  app.add_flag("--quick", arguments.quick, "row 1, 10 kPa, at the origin, 4 ms: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <span>
 #include <utility>
 
 #include "pbdsurg/base/error.h"
@@ -18,18 +19,18 @@ namespace {
 constexpr double kSeconds = 0.04;
 constexpr double kTipShare = 0.05;  // of the vertices
 
-Scene make_scene(const TetMesh& organ, double youngs_modulus) {
-  Scene scene = make_organ_scene(organ, neo_hookean(youngs_modulus, 0.45));
+Scene make_scene(const TetMesh& organ, const Material& material) {
+  Scene scene = make_organ_scene(organ, material);
   scene.set_gravity({0, 0, -9.81F});
   return scene;
 }
 
-TetMesh moved(const TetMesh& mesh, double by) {
-  std::vector<Eigen::Vector3d> positions(mesh.positions().begin(), mesh.positions().end());
-  for (Eigen::Vector3d& x : positions) {
+Positions shifted(std::span<const Eigen::Vector3d> positions, double by) {
+  Positions result(positions.begin(), positions.end());
+  for (Eigen::Vector3d& x : result) {
     x += Eigen::Vector3d::Constant(by);
   }
-  return {std::move(positions), {mesh.tets().begin(), mesh.tets().end()}};
+  return result;
 }
 
 Motion at_rest(const Positions& x) {
@@ -55,14 +56,13 @@ Eigen::Vector3d mean_tip(const Scene& scene, const Positions& x) {
 }  // namespace
 
 Scenario::Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus,
-                   double away_by, double reference_substep, bool quick)
+                   double reference_substep, bool quick)
     : name("organ of " + std::to_string(std::lround(youngs_modulus / 1000)) + " kPa"),
       mesh(std::move(mesh_name)),
-      away(away_by),
-      scene(make_scene(moved(organ, away_by), youngs_modulus)),
+      scene(make_scene(organ, neo_hookean(youngs_modulus, 0.45))),
       seconds(quick ? kSeconds / 10 : kSeconds) {
   for (const Eigen::Vector3d& x : organ.positions()) {
-    start.push_back({1.1 * x.x() + away, x.y() + away, x.z() + away});
+    start.push_back({1.1 * x.x(), x.y(), x.z()});
   }
   reference = integrate(scene, start, seconds, reference_substep);
   const double energy = total_energy(scene, reference) / total_energy(scene, at_rest(start));
@@ -71,6 +71,17 @@ Scenario::Scenario(const TetMesh& organ, std::string mesh_name, double youngs_mo
                 " of its energy: substeps of " + std::to_string(reference_substep) +
                 " s are too long");
   }
+}
+
+Scenario Scenario::moved(double by) const {
+  Scenario result = *this;
+  result.away += by;
+  result.scene = make_scene(
+      TetMesh(shifted(scene.positions(), by), {scene.tets().begin(), scene.tets().end()}),
+      scene.bodies()[0].material);
+  result.start = shifted(start, by);
+  result.reference.x = shifted(reference.x, by);
+  return result;
 }
 
 std::vector<Setting> make_settings() {

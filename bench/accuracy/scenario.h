@@ -17,18 +17,23 @@ namespace pbdsurg::bench {
 struct Scenario {
   std::string name;
   std::string mesh;
-  double away;  ///< m, from the origin along each axis
+  double away = 0;  ///< m, from the origin along each axis
   Scene scene;
   Positions start;   ///< m
   Motion reference;  ///< in the end
   double seconds;
 
+  /// At the origin.
   /// @param youngs_modulus     Pa
   /// @param reference_substep  s
   /// @param quick              a tenth of the time
   /// @throws Error  unless the reference keeps its energy within 1 %
-  Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus, double away_by,
+  Scenario(const TetMesh& organ, std::string mesh_name, double youngs_modulus,
            double reference_substep, bool quick);
+
+  /// The same motion elsewhere, which takes no new reference.
+  /// @param by  m, along each axis
+  [[nodiscard]] Scenario moved(double by) const;
 };
 
 /// How a solver steps.
