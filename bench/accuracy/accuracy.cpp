@@ -11,6 +11,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "apps/support/executors.h"
+#include "bench/accuracy/peers.h"
 #include "bench/accuracy/scenario.h"
 #include "bench/support/program.h"
 #include "bench/support/table_files.h"
@@ -147,14 +148,16 @@ void run(Arguments arguments) {
                                     {"error_mm", "RMS error, mm", 3},
                                     {"tip_mm", "tip, mm", 3},
                                     {"energy", "energy over the start's", 2}};
-  const Json rows = measure_all(arguments);
+  Json rows = measure_all(arguments);
+  const Peers peers = peers_beside(rows);
+  rows.insert(rows.end(), peers.rows.begin(), peers.rows.end());
   std::string text =
       "# Accuracy\n\n- a hollow gallbladder of table 2, stretched by 10 %, is let go and swings "
       "under its weight for 40 ms, without drag; Poisson's ratio 0.45\n- error: RMS distance of "
       "all vertices from velocity Verlet in double precision on the same mesh; it moves by some 10 "
       "mm\n- tip: distance of the mean of the twentieth that is furthest from the hold\n- do not "
-      "tune by the error of one row: two errors may cancel\n\n" +
-      markdown_header("scenario", columns);
+      "tune by the error of one row: two errors may cancel\n" +
+      peers.notes + "\n" + markdown_header("scenario", columns);
   for (const Json& row : rows) {
     text += markdown_line(label_of(row), row, columns);
   }

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs accuracy on one organ for 4 ms. Would catch a reference of another energy or time, and a solver
-# that moves otherwise than it: the organ moves by a millimetre.
+# that moves otherwise than it: the organ moves by a millimetre. Then by default options where others
+# were measured, and a metre away: would catch rows of others that are missing or taken for ours, and
+# a motion that is another far from the origin.
 include("${CMAKE_CURRENT_LIST_DIR}/table_test.cmake")
 run_table(accuracy 0 --quick --executor threads:1)
 
@@ -17,3 +19,32 @@ string(JSON error GET "${json}" accuracy 0 error_mm)
 if(error GREATER 0.2)
   message(SEND_ERROR "the default is ${error} mm off after 4 ms of steps of 0.2 ms")
 endif()
+
+run_table(accuracy 0 --row 2 --kpa 10 --step-ms 0.2 --method default --executor threads:1)
+string(JSON count LENGTH "${json}" accuracy)
+expect("rows with those of others" "${count}" 8)
+foreach(row RANGE 7)
+  expect_positive(accuracy ${row} ms error_mm)
+  string(JSON mesh GET "${json}" accuracy ${row} mesh)
+  expect("mesh of row ${row}" "${mesh}" "table2:2")
+  string(JSON ours GET "${json}" accuracy ${row} ours)
+  if(row LESS 2)
+    expect("whether row ${row} is ours" "${ours}" ON)
+    string(JSON error_${row} GET "${json}" accuracy ${row} error_mm)
+  else()
+    expect("whether row ${row} is ours" "${ours}" OFF)
+    string(JSON type TYPE "${json}" accuracy ${row} tip_mm)
+    expect("tip of row ${row}" "${type}" "NULL")
+  endif()
+endforeach()
+if(error_0 GREATER 2.5 OR error_1 GREATER 2.5)
+  message(SEND_ERROR "the default is ${error_0} mm off after 40 ms, ${error_1} a metre away")
+endif()
+if(NOT out MATCHES "rows of others: Newton")
+  message(SEND_ERROR "no word on where rows of others are from")
+endif()
+
+# Would catch options that are not read.
+run_table(accuracy 2 --kpa 20)
+run_table(accuracy 2 --method jacobi)
+run_table(accuracy 2 --quick --step-ms 5)
