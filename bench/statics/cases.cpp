@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -48,8 +49,14 @@ double critical_drag(double youngs_modulus, double length) {
   return std::numbers::pi * std::sqrt(youngs_modulus / 1000) / length;
 }
 
+// Likewise of a square bar that bends (Euler and Bernoulli).
+double critical_drag_of_bending(double youngs_modulus, double length, double height) {
+  constexpr double kFirstMode = 1.8751 * 1.8751;
+  return 2 * kFirstMode * std::sqrt(youngs_modulus / (12 * 1000)) * height / (length * length);
+}
+
 // Of 10 x 60 x 10 mm, held at the top, under its weight.
-Case hanging_bar(const std::string& name, const Material& material, std::vector<double> steps_ms) {
+Case hanging_bar(const std::string& name, const Material& material) {
   constexpr double kEdge = 10e-3 / 3;
   Case each =
       make_case("hanging bar, " + name, testing::make_box({3, 18, 3}, kEdge), material, kGravity);
@@ -57,7 +64,6 @@ Case hanging_bar(const std::string& name, const Material& material, std::vector<
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.y() > top - 0.5 * kEdge; });
   each.tip = vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
   each.drag = critical_drag(material.youngs_modulus, top);
-  each.steps_ms = std::move(steps_ms);
   return each;
 }
 
@@ -65,15 +71,14 @@ Case hanging_bar(const std::string& name, const Material& material, std::vector<
 std::vector<Case> hanging_bars() {
   std::vector<Case> cases;
   for (const double pascals : {5e3, 20e3, 80e3, 320e3}) {
-    cases.push_back(
-        hanging_bar(in_kilopascals(pascals), neo_hookean(pascals, 0.45), {1, 2, 5, 10, 33}));
+    cases.push_back(hanging_bar(in_kilopascals(pascals), neo_hookean(pascals, 0.45)));
+    cases.back().steps_ms.push_back(33);
   }
-  const std::vector<double> some{1, 5, 16};
-  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.3", neo_hookean(20e3, 0.3), some));
-  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.49", neo_hookean(20e3, 0.49), some));
+  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.3", neo_hookean(20e3, 0.3)));
+  cases.push_back(hanging_bar("20 kPa, Poisson's ratio 0.49", neo_hookean(20e3, 0.49)));
   Material rubs = neo_hookean(20e3, 0.45);
   rubs.damping = 5e-3F;
-  cases.push_back(hanging_bar("20 kPa, friction of 5 ms", rubs, some));
+  cases.push_back(hanging_bar("20 kPa, friction of 5 ms", rubs));
   return cases;
 }
 
@@ -90,7 +95,6 @@ Case pulled_ellipsoid() {
       Pull{vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.x() > 43e-3; }),
            {0, 20e-3, 0}};
   each.drag = critical_drag(250e3, 0.1);
-  each.steps_ms = {1, 5, 16};
   return each;
 }
 
@@ -104,7 +108,6 @@ Case stretched_block(double youngs_modulus) {
       vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.x() > 6 * kEdge - 1e-6; }),
       {15e-3, 0, 0}};
   each.drag = critical_drag(youngs_modulus, 30e-3);
-  each.steps_ms = {1, 5, 10};
   return each;
 }
 
@@ -123,7 +126,97 @@ Case lifted_liver() {
       Pull{vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.norm() < 6e-3; }),
            {0, 8e-3, 0}};
   each.drag = critical_drag(liver.youngs_modulus, 30e-3);
-  each.steps_ms = {1, 5, 16};
+  return each;
+}
+
+// A slab whose faces stay plane: a simple shear but for its free sides.
+Case sheared_slab() {
+  constexpr double kEdge = 2.5e-3;
+  constexpr double kShear = 0.2;
+  const double height = 4 * kEdge, side = 16 * kEdge;
+  Case each = make_case("slab of 40 x 40 x 10 mm and 10 kPa, sheared by 20 %",
+                        testing::make_box({16, 4, 16}, kEdge), neo_hookean(10e3, 0.45), 0);
+  each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
+  each.pull = Pull{
+      vertices_where(each.scene, [&](const Eigen::Vector3d& x) { return x.y() > height - 1e-6; }),
+      {kShear * height, 0, 0}};
+  each.drag = critical_drag(10e3, height);
+  each.closed_form = NeoHookeanModuli(each.scene.bodies()[0].material).mu * kShear * side * side;
+  return each;
+}
+
+// Of 10 x 10 x 60 mm, both ends held.
+Case twisted_bar(Index cells) {
+  constexpr double kSide = 10e-3;
+  constexpr double kAngle = 0.3;  // rad
+  const double length = 6 * kSide;
+  Case each = make_case(
+      "square bar of 1:6 and 20 kPa, twisted, " + std::to_string(cells) + " cells across",
+      testing::make_box({6 * cells, cells, cells}, kSide / cells), neo_hookean(20e3, 0.45), 0);
+  each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-6; });
+  each.twist = Twist{
+      vertices_where(each.scene, [&](const Eigen::Vector3d& x) { return x.x() > length - 1e-6; }),
+      kAngle,
+      {length, kSide / 2, kSide / 2}};
+  each.drag = critical_drag(20e3, length);
+  // Saint-Venant's torsion of a square (Timoshenko and Goodier, "Theory of Elasticity", 109)
+  const double stiffness =
+      0.1406 * NeoHookeanModuli(each.scene.bodies()[0].material).mu * std::pow(kSide, 4);
+  each.closed_form = 1e6 * stiffness * kAngle / length;
+  return each;
+}
+
+// Square, 10 mm high, held at one end, under a gravity that bends it by some percent of its length.
+Case cantilever(Index slenderness, Index cells, double poissons_ratio) {
+  constexpr double kHeight = 10e-3;
+  constexpr double kYoungsModulus = 250e3;
+  const double length = slenderness * kHeight;
+  const double gravity = slenderness > 4 ? 0.3 : 5;
+  std::string name = "cantilever of 1:" + std::to_string(slenderness) + ", " +
+                     std::to_string(cells) + " cells across";
+  name += poissons_ratio > 0 ? "" : ", Poisson's ratio 0";
+  Case each =
+      make_case(name, testing::make_box({slenderness * cells, cells, cells}, kHeight / cells),
+                neo_hookean(kYoungsModulus, poissons_ratio), static_cast<float>(gravity));
+  each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-6; });
+  each.tip =
+      vertices_where(each.scene, [&](const Eigen::Vector3d& x) { return x.x() > length - 1e-6; });
+  each.drag = critical_drag_of_bending(kYoungsModulus, length, kHeight);
+  // Timoshenko's beam under its weight, with Cowper's coefficient of shear (1966)
+  const double section = kHeight * kHeight, second_moment = section * section / 12;
+  const double weight = 1000 * gravity * section;  // N/m
+  const double shear = 10 * (1 + poissons_ratio) / (12 + 11 * poissons_ratio) * kYoungsModulus /
+                       (2 * (1 + poissons_ratio)) * section;
+  each.closed_form = 1e3 * (weight * std::pow(length, 4) / (8 * kYoungsModulus * second_moment) +
+                            weight * length * length / (2 * shear));
+  return each;
+}
+
+std::vector<Case> cantilevers() {
+  std::vector<Case> cases;
+  for (const Index cells : {2, 4, 8}) {
+    cases.push_back(cantilever(4, cells, 0));
+  }
+  cases.push_back(cantilever(4, 4, 0.45));
+  for (const Index cells : {2, 4}) {
+    cases.push_back(cantilever(10, cells, 0));
+  }
+  return cases;
+}
+
+// Without transverse strain it is a line of springs. Of 20 x 40 x 20 mm, which does not buckle.
+Case standing_column() {
+  constexpr double kEdge = 5e-3;
+  constexpr double kYoungsModulus = 20e3;
+  Case each =
+      make_case("standing column of 20 kPa, Poisson's ratio 0", testing::make_box({4, 8, 4}, kEdge),
+                neo_hookean(kYoungsModulus, 0), kGravity);
+  const double height = 8 * kEdge;
+  each.scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.y() < 1e-6; });
+  each.tip =
+      vertices_where(each.scene, [&](const Eigen::Vector3d& x) { return x.y() > height - 1e-6; });
+  each.drag = critical_drag(kYoungsModulus, height);
+  each.closed_form = 1e3 * 1000 * double{kGravity} * height * height / (2 * kYoungsModulus);
   return each;
 }
 
@@ -135,15 +228,15 @@ Case ball_on_block() {
   const double top = 8 * kEdge;
   each.ball = Ball{15e-3, {16e-3, top + 15e-3 + 0.1e-3, 16e-3}, {0, -1.1e-3, 0}};
   each.drag = critical_drag(10e3, top);
-  each.steps_ms = {1, 2, 5};
   return each;
 }
 
 // Filled to the brim with what hardly changes its volume; walls and floor hold it.
-Case bath() {
+Case bath(double poissons_ratio) {
   constexpr double kEdge = 5e-3;
-  Case each = make_case("bath of 5 kPa, Poisson's ratio 0.49", testing::make_box({8, 8, 8}, kEdge),
-                        neo_hookean(5e3, 0.49), kGravity);
+  Case each = make_case(
+      "bath of 5 kPa, Poisson's ratio 0." + std::to_string(std::lround(100 * poissons_ratio)),
+      testing::make_box({8, 8, 8}, kEdge), neo_hookean(5e3, poissons_ratio), kGravity);
   const double side = 8 * kEdge;
   each.scene.fix_where(0, [&](const Eigen::Vector3d& x) {
     return x.y() < 1e-6 || std::min(x.x(), x.z()) < 1e-6 || std::max(x.x(), x.z()) > side - 1e-6;
@@ -153,7 +246,6 @@ Case bath() {
            std::abs(x.z() - side / 2) < 11e-3;
   });
   each.drag = critical_drag(5e3, side);
-  each.steps_ms = {1, 5, 16};
   return each;
 }
 
@@ -185,103 +277,40 @@ Case linked_blocks() {
   each.tip =
       vertices_where(each.scene, [](const Eigen::Vector3d& x) { return x.y() < -20e-3 + 1e-6; });
   each.drag = critical_drag(5e3, 40e-3);
-  each.steps_ms = {1, 5, 16};
   return each;
-}
-
-Positions rest_of(const Scene& scene) {
-  return {scene.positions().begin(), scene.positions().end()};
-}
-
-ToolPose pose_at(const Eigen::Vector3d& place) {
-  ToolPose pose = ToolPose::Identity();
-  pose.translation() = place.cast<float>();
-  return pose;
-}
-
-double mean_sag(const Case& each, const std::function<Eigen::Vector3d(Index)>& position) {
-  double sum = 0;
-  for (const Index v : each.tip) {
-    sum += each.scene.positions()[v].y() - position(v).y();
-  }
-  return 1e3 * sum / static_cast<double>(each.tip.size());
 }
 
 }  // namespace
 
 std::vector<Case> make_cases(bool quick) {
   if (quick) {
-    return {hanging_bar("20 kPa", neo_hookean(20e3, 0.45), {5})};
+    std::vector<Case> few{hanging_bar("20 kPa", neo_hookean(20e3, 0.45)), twisted_bar(2),
+                          standing_column()};
+    for (Case& each : few) {
+      each.steps_ms = {0.2, 5};
+    }
+    return few;
   }
   std::vector<Case> cases = hanging_bars();
   cases.push_back(pulled_ellipsoid());
   for (const double kilopascals : {5, 50, 500}) {
     cases.push_back(stretched_block(1000 * kilopascals));
   }
+  cases.push_back(sheared_slab());
+  for (const Index cells : {4, 8}) {
+    cases.push_back(twisted_bar(cells));
+  }
+  for (Case& each : cantilevers()) {
+    cases.push_back(std::move(each));
+  }
+  cases.push_back(standing_column());
   cases.push_back(lifted_liver());
   cases.push_back(ball_on_block());
-  cases.push_back(bath());
+  for (const double ratio : {0.45, 0.49}) {
+    cases.push_back(bath(ratio));
+  }
   cases.push_back(linked_blocks());
   return cases;
-}
-
-double expected_value(const Case& each) {
-  StaticEnergy energy(each.scene);
-  constexpr int kLoadSteps = 10;
-  if (each.pull) {
-    energy.hold(each.pull->vertices);
-    Positions places = rest_of(each.scene);
-    for (const Index v : each.pull->vertices) {
-      places[v] += each.pull->way;
-    }
-    const Positions x = find_equilibrium_by_steps(energy, places, kLoadSteps);
-    return energy.holding_force(each.pull->vertices, x).dot(each.pull->way.normalized());
-  }
-  if (each.ball) {
-    energy.press(each.ball->start + each.ball->way, each.ball->radius);
-    const Positions x = find_equilibrium(energy, rest_of(each.scene));
-    return energy.pressing_force(x).dot(each.ball->way.normalized());
-  }
-  const Positions x = find_equilibrium(energy, rest_of(each.scene));
-  return mean_sag(each, [&](Index v) { return x[v]; });
-}
-
-Outcome measure(const Case& each, SolverOptions options, double dt, double seconds) {
-  options.damping = static_cast<float>(each.drag);
-  Solver solver(each.scene, options);
-  std::optional<ToolId> tool;
-  Eigen::Vector3d start = Eigen::Vector3d::Zero(), way = start;
-  if (each.pull) {
-    way = each.pull->way;
-    tool = solver.add_tool({}, pose_at(start));
-    solver.grasp(*tool, each.pull->vertices);
-  } else if (each.ball) {
-    start = each.ball->start;
-    way = each.ball->way;
-    const Capsule ball{{0, 0, 0}, {0, 0, 0}, static_cast<float>(each.ball->radius)};
-    tool = solver.add_tool({&ball, 1}, pose_at(start));
-  }
-  const int steps = std::max(20, static_cast<int>(std::lround(seconds / dt)));
-  double last_tenth = 0, before = 0;
-  for (int step = 0; step < steps; ++step) {
-    if (tool) {  // there after a tenth of the time
-      const double share = std::min(1.0, (step + 1) / (0.1 * steps));
-      solver.move_tool(*tool, pose_at(start + share * way));
-    }
-    solver.step(static_cast<float>(dt));
-    double value = 0;
-    if (tool) {
-      value = -solver.tool_force(*tool).cast<double>().dot(way.normalized());
-    } else {
-      const std::vector<Eigen::Vector3f> x = solver.positions();
-      value = mean_sag(each, [&](Index v) { return x[v].cast<double>().eval(); });
-    }
-    last_tenth += step >= 9 * steps / 10 ? value : 0;
-    before += step >= 8 * steps / 10 && step < 9 * steps / 10 ? value : 0;
-  }
-  last_tenth /= steps - 9 * steps / 10;
-  before /= 9 * steps / 10 - 8 * steps / 10;
-  return {last_tenth, (last_tenth - before) / last_tenth};
 }
 
 }  // namespace pbdsurg::bench

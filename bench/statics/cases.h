@@ -5,15 +5,11 @@
 /// Scenes that come to rest, each with one number that says how stiff the tissue was.
 
 #include <Eigen/Core>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/scene.h"
-
-#include "bench/support/static_energy.h"
 
 namespace pbdsurg::bench {
 
@@ -21,6 +17,13 @@ namespace pbdsurg::bench {
 struct Pull {
   std::vector<Index> vertices;
   Eigen::Vector3d way;  ///< m
+};
+
+/// Vertices that turn about the x axis, by a tool each, as a tool's force tells of no moment.
+struct Twist {
+  std::vector<Index> vertices;
+  double angle;            ///< rad
+  Eigen::Vector3d center;  ///< m
 };
 
 /// A ball that a tool presses into tissue.
@@ -33,28 +36,20 @@ struct Ball {
 struct Case {
   std::string name;
   Scene scene;
-  std::vector<double> steps_ms;
-  double drag;             ///< 1/s, near critical: what rests does not feel it
+  double drag = 0;  ///< 1/s, near critical: what rests does not feel it
+  std::vector<double> steps_ms{0.2, 1, 5, 16};
   std::vector<Index> tip;  ///< whose mean sag is measured where there is no tool
   std::optional<Pull> pull;
+  std::optional<Twist> twist;
   std::optional<Ball> ball;
+  std::optional<double> closed_form;  ///< of the body that the mesh stands for, in unit()
 
-  [[nodiscard]] bool is_force() const noexcept { return pull || ball; }
-  [[nodiscard]] const char* unit() const noexcept { return is_force() ? "N" : "mm"; }
+  [[nodiscard]] const char* unit() const noexcept {
+    return twist ? "mN mm" : pull || ball ? "N" : "mm";
+  }
 };
 
-/// @param quick  the first alone, small
+/// @param quick  three small ones
 [[nodiscard]] std::vector<Case> make_cases(bool quick);
-
-/// What the number is in the static solution: a sag in mm, or the force on a tool along its way in
-/// N.
-[[nodiscard]] double expected_value(const Case& each);
-
-/// What a solver comes to.
-struct Outcome {
-  double value;
-  double change;  ///< of it from the ninth tenth of the time to the last, as a share
-};
-[[nodiscard]] Outcome measure(const Case& each, SolverOptions options, double dt, double seconds);
 
 }  // namespace pbdsurg::bench

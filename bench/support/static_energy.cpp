@@ -233,14 +233,14 @@ double StaticEnergy::load(const Positions& x) const {
   return sum;
 }
 
-Eigen::Vector3d StaticEnergy::holding_force(std::span<const Index> vertices,
-                                            const Positions& x) const {
+std::vector<Eigen::Vector3d> StaticEnergy::holding_forces(std::span<const Index> vertices,
+                                                          const Positions& x) const {
   const Positions all = all_forces(x);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> result;
   for (const Index v : vertices) {
-    sum -= all[v];
+    result.emplace_back(-all[v]);
   }
-  return sum;
+  return result;
 }
 
 Eigen::Vector3d StaticEnergy::pressing_force(const Positions& x) const {

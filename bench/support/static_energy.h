@@ -45,9 +45,10 @@ class StaticEnergy {
   /// Sum of the magnitudes of what acts from outside: weight, holds and spheres, N.
   [[nodiscard]] double load(const Positions& positions) const;
 
-  /// What holds these vertices, together, N.
-  [[nodiscard]] Eigen::Vector3d holding_force(std::span<const Index> vertices,
-                                              const Positions& positions) const;
+  /// What holds these vertices, N.
+  /// @return  [n]
+  [[nodiscard]] std::vector<Eigen::Vector3d> holding_forces(std::span<const Index> vertices,
+                                                            const Positions& positions) const;
 
   /// What keeps the spheres where they are, together, N.
   [[nodiscard]] Eigen::Vector3d pressing_force(const Positions& positions) const;
