@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/mesh/topology.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -66,18 +67,42 @@ double pressure_of(const Element& element, double volume_ratio) {
   return element.moduli.lambda * (volume_ratio - 1) - element.moduli.mu;
 }
 
-// Sums over links, each with its direction from second to first, length and stiffness.
+// Visits what pulls or pushes, each with its direction from second to first and its length.
 template <class Visit>
-void for_each_link(const Scene& scene, const Positions& x, Visit visit) {
-  for (const Link& link : scene.links()) {
-    const Eigen::Vector3d d = x[link.first] - x[link.second];
-    visit(link, d, d.norm(), 1.0 / link.stiffness.compliance);
+void for_each_bar(std::span<const Bar> bars, const Positions& x, Visit visit) {
+  for (const Bar& bar : bars) {
+    const Eigen::Vector3d d = x[bar.first] - x[bar.second];
+    const double length = d.norm();
+    if (!bar.is_limit || length > bar.rest_length) {
+      visit(bar, d, length);
+    }
   }
+}
+
+std::vector<Bar> make_bars(const Scene& scene) {
+  std::vector<Bar> bars;
+  for (const Link& link : scene.links()) {
+    bars.push_back(
+        {link.first, link.second, 1.0 / link.stiffness.compliance, link.rest_length, false});
+  }
+  for (const Body& body : scene.bodies()) {
+    const Material& material = body.material;
+    if (!std::isfinite(material.max_stretch)) {
+      continue;
+    }
+    for (const Edge& edge : find_edges(scene.tets().subspan(body.first_tet, body.tet_count))) {
+      const double length = (scene.positions()[edge[0]] - scene.positions()[edge[1]]).norm();
+      bars.push_back({edge[0], edge[1], material.youngs_modulus * length,
+                      material.max_stretch * length, true});
+    }
+  }
+  return bars;
 }
 
 }  // namespace
 
-StaticEnergy::StaticEnergy(const Scene& scene) : scene_(scene), elements_(make_elements(scene)) {
+StaticEnergy::StaticEnergy(const Scene& scene)
+    : scene_(scene), elements_(make_elements(scene)), bars_(make_bars(scene)) {
   for (Index v = 0; v < scene.vertex_count(); ++v) {
     stays_.push_back(scene.is_fixed(v));
   }
@@ -105,8 +130,8 @@ double StaticEnergy::value(const Positions& x) const {
     const double excess = f.determinant() - 1 - mu / lambda;
     energy += element.volume * (0.5 * mu * (f.squaredNorm() - 3) + 0.5 * lambda * excess * excess);
   }
-  for_each_link(scene_, x, [&](const Link& link, const Eigen::Vector3d&, double length, double k) {
-    energy += 0.5 * k * (length - link.rest_length) * (length - link.rest_length);
+  for_each_bar(bars_, x, [&](const Bar& bar, const Eigen::Vector3d&, double length) {
+    energy += 0.5 * bar.stiffness * (length - bar.rest_length) * (length - bar.rest_length);
   });
   const Eigen::Vector3d gravity = scene_.gravity().cast<double>();
   for (std::size_t v = 0; v < x.size(); ++v) {
@@ -138,14 +163,13 @@ Positions StaticEnergy::all_forces(const Positions& x) const {
                                                        pressure * ratio.gradient[i]);
     }
   }
-  for_each_link(scene_, x,
-                [&](const Link& link, const Eigen::Vector3d& d, double length, double k) {
-                  // a link of no length at rest has no direction to lose
-                  const Eigen::Vector3d pull =
-                      link.rest_length > 0 ? k * (1 - link.rest_length / length) * d : k * d;
-                  result[link.first] -= pull;
-                  result[link.second] += pull;
-                });
+  for_each_bar(bars_, x, [&](const Bar& bar, const Eigen::Vector3d& d, double length) {
+    // a link of no length at rest has no direction to lose
+    const double stretch = bar.rest_length > 0 ? 1 - bar.rest_length / length : 1;
+    const Eigen::Vector3d pull = bar.stiffness * stretch * d;
+    result[bar.first] -= pull;
+    result[bar.second] += pull;
+  });
   return result;
 }
 
@@ -185,20 +209,19 @@ Eigen::SparseMatrix<double> StaticEnergy::hessian(const Positions& x) const {
       }
     }
   }
-  for_each_link(scene_, x,
-                [&](const Link& link, const Eigen::Vector3d& d, double length, double k) {
-                  Eigen::Matrix3d block = k * one;
-                  if (link.rest_length > 0) {
-                    const Eigen::Vector3d n = d / length;
-                    // what turns is held by tension alone
-                    const double across = std::max(0.0, 1 - link.rest_length / length);
-                    block = k * (n * n.transpose() + across * (one - n * n.transpose()));
-                  }
-                  add(link.first, link.first, block);
-                  add(link.second, link.second, block);
-                  add(link.first, link.second, -block);
-                  add(link.second, link.first, -block);
-                });
+  for_each_bar(bars_, x, [&](const Bar& bar, const Eigen::Vector3d& d, double length) {
+    Eigen::Matrix3d block = bar.stiffness * one;
+    if (bar.rest_length > 0) {
+      const Eigen::Vector3d n = d / length;
+      // what turns is held by tension alone
+      const double across = std::max(0.0, 1 - bar.rest_length / length);
+      block = bar.stiffness * (n * n.transpose() + across * (one - n * n.transpose()));
+    }
+    add(bar.first, bar.first, block);
+    add(bar.second, bar.second, block);
+    add(bar.first, bar.second, -block);
+    add(bar.second, bar.first, -block);
+  });
   for (Index v = 0; v < scene_.vertex_count(); ++v) {
     for (const Sphere& sphere : spheres_) {
       const Eigen::Vector3d out = x[v] - sphere.center;

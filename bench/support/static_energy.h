@@ -17,6 +17,14 @@ namespace pbdsurg::bench {
 
 using Positions = std::vector<Eigen::Vector3d>;  // [vertex_count] m
 
+/// A link, or an edge beyond the limit of its stretch.
+struct Bar {
+  Index first, second;
+  double stiffness;    ///< N/m
+  double rest_length;  ///< m
+  bool is_limit;       ///< pulls only where it is longer
+};
+
 /// Elastic energy and weight of a scene, with what tools do to it.
 class StaticEnergy {
  public:
@@ -66,6 +74,7 @@ class StaticEnergy {
 
   const Scene& scene_;
   std::vector<Element> elements_;
+  std::vector<Bar> bars_;
   std::vector<bool> stays_;
   std::vector<Sphere> spheres_;
   double contact_stiffness_ = 0;  // N/m, of a vertex

@@ -217,7 +217,7 @@ class CudaBackend final : public Backend {
           data.options.device_strategy == DeviceStrategy::cooperative) {
         throw BackendUnavailable(
             "no cooperative kernel can take this solver: it needs vertex blocks without stiff "
-            "links and limits of stretch, 32 colours and 254 neighbours of a vertex at most, code "
+            "links, 32 colours and 254 neighbours of a vertex at most, code "
             "for compute capability 7.0 by toolkit 12.3, and a device with room for a block of "
             "threads of each copy");
       }

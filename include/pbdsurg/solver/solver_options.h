@@ -38,8 +38,8 @@ enum class TimeIntegration : std::uint8_t {
   /// and two passes over vertices a substep. Its first substep is implicit Euler's: at the start,
   /// and after Solver::write_positions() and write_velocities(). A vertex that an edit brings
   /// shares the past of those that it lies between; one of a new body has that of a fall. What a
-  /// tool pushes does not spring back from it. A motion that a limit of stretch stops at once
-  /// overshoots: implicit Euler is better there.
+  /// tool pushes does not spring back from it. A motion that a rigid limit of stretch, of
+  /// projections, stops at once overshoots: implicit Euler is better there.
   bdf2,
 };
 
@@ -60,8 +60,8 @@ enum class DeviceStrategy : std::uint8_t {
   graph,      ///< the whole step recorded once, launched as one
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
-  /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without limits of
-  /// stretch and stiff links. An edit that brings one goes on as graph.
+  /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without stiff
+  /// links. An edit that brings one goes on as graph.
   cooperative,
 };
 
@@ -124,7 +124,7 @@ struct PBDSURG_API SolverOptions {
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
-  /// With the vertex-block method of strain limits and stiff links alone, and never joint.
+  /// With the vertex-block method of stiff links alone, and never joint.
   PlanComposition composition = PlanComposition::automatic;
   SpareRoom spare{};  ///< each >= 0
   /// Every so many steps the report has StepReport::convergence, see Solver::convergence() for what

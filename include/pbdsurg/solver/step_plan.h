@@ -38,11 +38,11 @@ enum class PhaseKind : std::uint8_t {
   /// all edges at one place of kTetEdges come before those at the next, and volumes last.
   joint,
   neo_hookean,   ///< tetrahedra of Neo-Hookean bodies
-  strain_limit,  ///< edges of bodies whose stretch is limited
+  strain_limit,  ///< edges of bodies whose stretch is limited, of the projection method
   bending,       ///< hinges
   stiff_link,    ///< links that the vertex-block method solves after vertices, both ends at once
   /// Vertices, each moved to the least energy that its neighbours leave it, contacts and grasps
-  /// among them: what the vertex-block method has beside strain limits and stiff links.
+  /// among them: what the vertex-block method has beside stiff links.
   vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool

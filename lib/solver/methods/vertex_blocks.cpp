@@ -202,9 +202,12 @@ void VertexBlocks::find_neighborhood(Index vertex) {
 
   for (const Index s : springs_at_[vertex]) {
     const VertexSpring& spring = given_[s];
+    const Index other = spring.vertices[spring.vertices[0] == vertex ? 1 : 0];
     if (spring.stiffness > 0 || spring.damping > 0) {
-      const Index other = spring.vertices[spring.vertices[0] == vertex ? 1 : 0];
       springs.push_back({other, spring.stiffness, spring.rest, spring.damping});
+    }
+    if (spring.limit_stiffness > 0) {
+      springs.push_back({other, spring.limit_stiffness, -spring.limit, 0});
     }
   }
   if (std::any_of(pulls.begin(), pulls.end(), is_damped)) {
@@ -326,6 +329,13 @@ void VertexBlocks::remove_tet(Index tet) {
 void VertexBlocks::set_spring_rest(Index spring, float rest) {
   VertexSpring changed = given_[spring];
   changed.rest = rest;
+  set(given_, spring, changed);
+}
+
+void VertexBlocks::set_limit(Index spring, float stiffness, float limit) {
+  VertexSpring changed = given_[spring];
+  changed.limit_stiffness = stiffness;
+  changed.limit = limit;
   set(given_, spring, changed);
 }
 

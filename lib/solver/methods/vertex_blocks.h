@@ -33,9 +33,11 @@ struct VertexTet {
 /// What an edge or a link adds.
 struct VertexSpring {
   Edge vertices{};
-  float stiffness = 0;  ///< N/m, >= 0
-  float rest = 0;       ///< m
-  float damping = 0;    ///< N s/m, >= 0
+  float stiffness = 0;        ///< N/m, >= 0
+  float rest = 0;             ///< m
+  float damping = 0;          ///< N s/m, >= 0
+  float limit_stiffness = 0;  ///< N/m, >= 0, of what pulls it where it is longer than
+  float limit = 0;            ///< m, > 0 with a stiffness
 };
 
 /// What a hinge adds.
@@ -121,6 +123,7 @@ class VertexBlocks {
   void set_tet(Index tet, const VertexTet& terms);
   void remove_tet(Index tet);
   void set_spring_rest(Index spring, float rest);
+  void set_limit(Index spring, float stiffness, float limit);
   void remove_spring(Index spring);
   void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }

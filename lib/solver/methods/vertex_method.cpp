@@ -119,6 +119,26 @@ VertexTet make_neo_hookean(const ConstraintRecord<NeoHookeanConstraint>& record,
   return make_neo_hookean(rest, material);
 }
 
+struct StretchLimit {
+  float stiffness = 0;  // N/m; zero for none
+  float length = 0;     // m
+};
+
+// Beyond its limit, an edge is as stiff as a bar of its tissue that is as wide as the edge is long.
+StretchLimit limit_of(const Tissue& tissue, const ConstraintData& sets, Index edge) {
+  const auto& limits = sets.of<StrainLimitConstraint>();
+  if (!limits.is_alive(edge)) {
+    return {};
+  }
+  const float length = limits.record(edge).parameters[StrainLimitConstraint::kLimit];
+  const Material& material =
+      tissue.bodies()[tissue.body_of_vertex(tissue.edges()[edge][0])].material;
+  return {material.model == ElasticModel::neo_hookean
+              ? material.youngs_modulus * (length / material.max_stretch)
+              : 1 / material.stretch.compliance,
+          length};
+}
+
 // m, about that of a tetrahedron of such a volume.
 double edge_of(double volume) {
   return 2 * std::cbrt(volume);
@@ -238,8 +258,12 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
     }
   };
   const std::span<const Edge> edges = data.tissue->edges();
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    set_spring(data.sets.distance_ids.of_edge(static_cast<Index>(e)), edges[e]);
+  for (Index e = 0; e < static_cast<Index>(edges.size()); ++e) {
+    const Index distance = data.sets.distance_ids.of_edge(e);
+    set_spring(distance, edges[e]);
+    const StretchLimit limit = limit_of(*data.tissue, data.sets, e);
+    springs[distance].limit_stiffness = limit.stiffness;
+    springs[distance].limit = limit.length;
   }
   for (std::size_t l = 0; l < data.tissue->links().size(); ++l) {
     const Link& link = data.tissue->links()[l];
@@ -399,10 +423,14 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   bool grows = change.adds();
   for (const RestLengthChange& rest : change.edit.rest_lengths) {
     blocks.set_spring_rest(data_.sets.distance_ids.of_edge(rest.edge), rest.rest_length);
+    set_limit(tissue, rest.edge);
     grows = grows || outgrows(rest.rest_length, blocks.unit());
   }
   for (const RestVolumeChange& rest : change.edit.rest_volumes) {
     set_rest_volume(tissue, rest);
+    for (const Index edge : tissue.tet_edges()[rest.tet]) {
+      set_limit(tissue, edge);
+    }
     grows = grows || outgrows(edge_of(rest.rest_volume), blocks.unit());
   }
   remove(change);
@@ -428,6 +456,15 @@ void VertexFollower::remove(const TissueChange& change) {
   }
   for (const Index hinge : change.removed_hinges) {
     blocks.remove_hinge(hinge);
+  }
+}
+
+void VertexFollower::set_limit(const Tissue& tissue, Index edge) {
+  const StretchLimit limit = limit_of(tissue, data_.sets, edge);
+  const Index distance = data_.sets.distance_ids.of_edge(edge);
+  const auto known = static_cast<Index>(data_.vertex_blocks.springs().size());
+  if (limit.stiffness > 0 && distance < known) {  // else it is new, and comes with others
+    data_.vertex_blocks.set_limit(distance, limit.stiffness, limit.length);
   }
 }
 

@@ -92,6 +92,7 @@ class VertexFollower final : public Follower {
 
  private:
   void set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest);
+  void set_limit(const Tissue& tissue, Index edge);
   void remove(const TissueChange& change);
   void regrow(const Tissue& tissue, const TissueChange& change);
   void refresh();

@@ -23,11 +23,11 @@ struct alignas(64) PullRow {
   float weights[kBlockLanes];  ///< N/m
 };
 
-/// An edge of a body of springs, a link, or the damping of an edge.
+/// An edge of a body of springs, a link, a limit of stretch, or the damping of an edge.
 struct alignas(64) SpringRow {
   ParticleOffset neighbors[kBlockLanes];
   float stiffness[kBlockLanes];  ///< N/m
-  float rest[kBlockLanes];       ///< m
+  float rest[kBlockLanes];       ///< m; negative: a limit, see VertexEnergy::add_spring()
 };
 
 /// A tetrahedron's volume.

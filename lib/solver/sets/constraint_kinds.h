@@ -70,7 +70,7 @@ struct KindOf<StrainLimitConstraint> {
   static constexpr bool kHasFraction = true;
   static constexpr bool kHasCompliance = false;
   static constexpr bool kIsMeasured = false;
-  static constexpr bool kIsOfVertexBlocks = true;
+  static constexpr bool kIsOfVertexBlocks = false;
 };
 template <>
 struct KindOf<BendingConstraint> {
