@@ -65,7 +65,7 @@ endfunction()
 # pbdsurg_add_test(name [PARTS tags... SOURCES] sources...): the executable <name>_tests. The tests of a module
 # link it and what it uses, and nothing else; others link the whole library. A part is what has a tag
 # and may be skipped on some machines: ctest has an entry of its own for it. Sanitized, those tagged
-# [long] are left out: minutes of arithmetic whose code shorter tests run, too.
+# [long] and [validation] are left out: minutes of arithmetic whose code shorter tests run, too.
 function(pbdsurg_add_test name)
   cmake_parse_arguments(TEST "" "" "PARTS;SOURCES" ${ARGN})
   add_executable(${name}_tests ${TEST_SOURCES} ${TEST_UNPARSED_ARGUMENTS})
@@ -74,7 +74,7 @@ function(pbdsurg_add_test name)
     pbdsurg_build_flags)
   set(long "")
   if(PBDSURG_SANITIZE)
-    set(long "~[long]")
+    set(long "~[long]~[validation]")
   endif()
   set(others "~[.]${long}")  # exclusions alone would select hidden tests
   foreach(part IN LISTS TEST_PARTS)

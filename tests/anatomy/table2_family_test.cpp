@@ -60,7 +60,7 @@ TEST_CASE("table 2 family: the rows obey Euler's bound nearly", "[unit]") {
   }
 }
 
-TEST_CASE("table 2 family: hollow meshes have the paper's sizes", "[property]") {
+TEST_CASE("table 2 family: hollow meshes have the paper's sizes", "[property][long]") {
   const int row = GENERATE(1, 2, 3, 4, 5);
   CAPTURE(row);
   const TetMesh mesh = table2_mesh(row);

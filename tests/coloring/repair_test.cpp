@@ -50,7 +50,8 @@ TEST_CASE("repair: valid, without gaps and never with more colours, on any threa
 
 // Where the limit has to rise, a constraint can be done at one step and be lifted again at the
 // next: listed twice, it would be moved twice, by two threads at once.
-TEST_CASE("repair: above the bound, too, the result does not depend on the threads", "[property]") {
+TEST_CASE("repair: above the bound, too, the result does not depend on the threads",
+          "[property][long]") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     INFO("seed " << seed);
     const testing::SampleConstraints sample = testing::crowded_sample(seed);

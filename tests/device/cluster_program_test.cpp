@@ -155,7 +155,7 @@ TEST_CASE("cluster program: serial and joint stages have none") {
 // Would catch a vertex that is sent to the wrong place or phase, a wait for more or less than what
 // comes, blocks that wait for each other for ever, and words that do not reach the device, after
 // any sequence of edits; also that a program is made anew where it could follow.
-TEST_CASE("cluster program: after edits, blocks in any order do what the plan says") {
+TEST_CASE("cluster program: after edits, blocks in any order do what the plan says", "[long]") {
   const Case how = GENERATE(Case{120, 12, 12, 4, false}, Case{400, 40, 20, 16, true},
                             Case{400, 40, 0, 16, false}, Case{90, 10, 40, 2, true},
                             Case{3000, 470, 30, 1, false}, Case{1500, 180, 60, 3, true});

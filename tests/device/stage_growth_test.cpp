@@ -268,7 +268,7 @@ TopologyEdit small_cut(const Solver& solver, std::uint64_t round) {
 }  // namespace
 
 // Would catch growth that makes all anew each time, and room that grows by steps of one size.
-TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equivalence]") {
+TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equivalence][long]") {
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);
   const Index spare = GENERATE(0, 1000);
   INFO("composition " << static_cast<int>(composition) << ", spare room " << spare);
@@ -308,7 +308,7 @@ TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
 
 // Would catch words and multipliers of rounds that go for good when an undo empties them.
 TEST_CASE("cuda growth: a cluster's program follows a cut and its undo again and again",
-          "[equivalence]") {
+          "[equivalence][long]") {
   const auto room = GENERATE(GrowthRoom::some, GrowthRoom::ample);
   const float height = GENERATE(0.005F, 0.021F);
   Solver solver = make_plate(PlanComposition::separate, {2000, 4000, 8000, 0});

@@ -82,7 +82,8 @@ Scene make_bent_bodies(float damping) {
 }  // namespace
 
 // Would catch a stiffness that is not that of a plate: two faces of rigidity D each, and the solid.
-TEST_CASE("bending: a hinged strip sags as its faces' rigidity says, by either method", "[unit]") {
+TEST_CASE("bending: a hinged strip sags as its faces' rigidity says, by either method",
+          "[unit][long]") {
   // the hinges at the clamp turn for half a cell on either side
   const double length = (kCells - 0.5) * kEdge;
   const double load = 1000 * kGravity * kEdge;  // Pa

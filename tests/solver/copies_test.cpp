@@ -34,7 +34,7 @@ Scene make_block() {
 
 // Would catch anything that one copy leaves behind for the next, and what copies share that they
 // should not.
-TEST_CASE("copies: each moves as it would alone", "[unit]") {
+TEST_CASE("copies: each moves as it would alone", "[unit][long]") {
   const Variant variant =
       GENERATE(Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},

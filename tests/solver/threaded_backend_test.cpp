@@ -141,7 +141,7 @@ TEST_CASE("threaded backend: SSSE3 gives the serial bits", "[equivalence][ssse3]
 
 TEST_CASE(
     "threaded backend: domains of a nested plan give the serial bits on any number of threads",
-    "[equivalence]") {
+    "[equivalence][long]") {
   const bool springs = GENERATE(true, false);
   const TetMesh mesh = testing::make_box({28, 21, 19}, kEdge, 0.1);  // 12,760 vertices: 4 domains
   Scene scene;
@@ -173,7 +173,7 @@ TEST_CASE(
 // Would catch work that is done twice or not at all where one thread takes a step over from others,
 // which happens beside programs that keep these from their processors.
 TEST_CASE("threaded backend: as many threads as pay give the bits of one, beside busy neighbours",
-          "[equivalence]") {
+          "[equivalence][long]") {
   const auto [method, composition] =
       GENERATE(std::pair(SolverMethod::projection, PlanComposition::separate),
                std::pair(SolverMethod::projection, PlanComposition::nested),

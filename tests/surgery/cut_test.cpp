@@ -291,7 +291,7 @@ TEST_CASE("cut: a surface that ends within tissue leaves a slit") {
 }
 
 // Would catch bridges that are left between the motions of a blade.
-TEST_CASE("cut: a blade that goes through step by step parts what it passed") {
+TEST_CASE("cut: a blade that goes through step by step parts what it passed", "[long]") {
   const CutStyle style = GENERATE(CutStyle::along_faces, CutStyle::through_tets);
   const double step = GENERATE(0.23, 0.61, 1.7);   // edges
   const double bend = GENERATE(-0.04, 0.0, 0.05);  // rad an edge

@@ -125,7 +125,8 @@ TEST_CASE("library: what is unphysical is told with the tissue's name", "[unit]"
   CHECK_THAT(only([](TissueRecord& t) { t.look.gloss = -1; }), ContainsSubstring("gloss"));
 }
 
-TEST_CASE("library: every tissue makes a body that steps, as a solid and as springs", "[unit]") {
+TEST_CASE("library: every tissue makes a body that steps, as a solid and as springs",
+          "[unit][long]") {
   const TetMesh mesh = testing::make_box({4, 2, 2}, 2e-3);
   for (const TissueRecord& tissue : tissues::all()) {
     INFO(tissue.name);
