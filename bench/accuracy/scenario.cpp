@@ -104,7 +104,16 @@ std::vector<Setting> make_settings() {
     options.integration = TimeIntegration::bdf2;
     return options;
   };
+  const auto explicit_steps = [](int substeps) {
+    SolverOptions options;
+    options.method = SolverMethod::explicit_steps;
+    options.substeps = substeps;
+    options.longest_step = substeps == kAutomatic ? 5e-3F : options.longest_step;
+    return options;
+  };
   return {{"default", {}},
+          {"explicit", explicit_steps(kAutomatic)},
+          {"explicit", explicit_steps(10)},
           {"projections", projections(5, 1)},
           {"projections", projections(10, 1)},
           {"projections", projections(20, 1)},

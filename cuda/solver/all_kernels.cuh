@@ -6,6 +6,7 @@
 
 #include "cuda/solver/cluster_launch.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/explicit_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
 #include "cuda/solver/project_kernels.cuh"
 #include "cuda/solver/report_kernels.cuh"
@@ -27,9 +28,13 @@ constexpr StepKernels all_kernels() {
           &prepare_vertices,
           &begin_joints,
           &solve_vertices,
+          &push_vertices,
+          &measure_stiffness,
           &prepare_sweep_of_vertices,
           &pack_rows,
           &sweep_vertices,
+          &prepare_explicit_step,
+          &step_explicitly,
           &prepare_cluster,
           &sweep_cluster,
           &keep_momentum,

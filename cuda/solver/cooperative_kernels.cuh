@@ -204,7 +204,8 @@ struct UsualRows {
     }
   }
 
-  __device__ void add_pulls(const Ways& ways, VertexEnergy<float>& energy) const {
+  template <class Energy>
+  __device__ void add_pulls(const Ways& ways, Energy& energy) const {
     Vec3<float> to[Shape::kPulls];
 #pragma unroll
     for (int k = 0; k < Shape::kPulls; ++k) {
@@ -216,7 +217,8 @@ struct UsualRows {
     }
   }
 
-  __device__ void add_volumes(const Ways& ways, VertexEnergy<float>& energy) const {
+  template <class Energy>
+  __device__ void add_volumes(const Ways& ways, Energy& energy) const {
     Vec3<float> face[Shape::kVolumes][3];
 #pragma unroll
     for (int k = 0; k < Shape::kVolumes; ++k) {
@@ -231,6 +233,69 @@ struct UsualRows {
     }
   }
 };
+
+/// What a thread adds of its vertex, once the ways to all neighbours are known.
+/// @param index   of the block of vertices
+/// @param thread  of that
+template <int kParts, class Energy>
+__device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const TileArrays& tiles,
+                                         const NextTile<kParts>& tile, const VertexRows& rows,
+                                         Index index, Index thread, const Ways& ways,
+                                         const WaitingLane& access, Energy& energy) {
+  using Shape = TileShape<kParts>;
+  usual.add_pulls(ways, energy);
+  if (__builtin_expect(tile.more, 0) != 0) {
+    const TileCounts counts = tiles.blocks[index].counts;
+    const PullRecord* const first_pull = tiles.pulls + first_record(tile.firsts.y, thread);
+#pragma unroll 1
+    for (Index k = Shape::kPulls; k < counts.pulls; ++k) {
+      const PullRecord record = first_pull[k * Shape::kStride];
+      energy.add_pull(record.weight, ways[record.neighbor]);
+    }
+    const SpringRecord* const first_spring = tiles.springs + first_record(tile.firsts.z, thread);
+#pragma unroll 1
+    for (Index k = 0; k < counts.springs; ++k) {
+      const SpringRecord record = load_constant(first_spring + k * Shape::kStride);
+      energy.add_spring(record.stiffness, record.rest, ways[record.neighbor]);
+    }
+  }
+  usual.add_volumes(ways, energy);
+  if (__builtin_expect(tile.more, 0) != 0) {
+    const TileCounts counts = tiles.blocks[index].counts;
+    const VolumeRecord* const first_volume = tiles.volumes + first_record(tile.firsts.w, thread);
+#pragma unroll 1
+    for (Index k = Shape::kVolumes; k < counts.volumes; ++k) {
+      const VolumeRecord record = load_constant(first_volume + k * Shape::kStride);
+      energy.add_volume(record.stiffness, record.target, ways[record.face & 255],
+                        ways[record.face >> 8 & 255], ways[record.face >> 16]);
+    }
+    if (counts.hinges > 0) {
+      VertexBlock hinges{};
+      hinges.hinges = load_ranges(rows.blocks + index).hinges;
+      add_rows(rows, hinges, access, energy, {thread % kParts, kParts});
+    }
+  }
+}
+
+/// Waits for the neighbours that are more than usual, one after another.
+template <int kParts>
+__device__ __forceinline__ void wait_for_more(const FixedPoint* points, const TileArrays& tiles,
+                                              const NextTile<kParts>& tile, Index sweep,
+                                              Index index, Index thread, const FixedPoint& own,
+                                              const Ways& ways) {
+  using Shape = TileShape<kParts>;
+  if (__builtin_expect(tile.more, 0) == 0) {
+    return;
+  }
+  const Index count = tiles.blocks[index].counts.neighbors;
+#pragma unroll 1
+  for (Index k = Shape::kNeighbors; k < count; ++k) {
+    const Neighbor name[1] = {
+        __ldg(tiles.neighbors + first_record(tile.firsts.x, thread) + (1 + k) * Shape::kStride)};
+    FixedPoint one[1] = {load_neighbor(points, name[0])};
+    wait_for<kParts>(points, name, sweep, one, own, 1 + thread % kParts + k * kParts, ways);
+  }
+}
 
 /// float4 of shared memory for a vertex, a zero first: odd, so that vertices of a warp use other
 /// banks.
@@ -284,10 +349,9 @@ __global__ void __launch_bounds__(kBlockThreads)
     const Index sweep = walk.sweep();
     const Index index = walk.block();
     const Index thread = walk.tile() * kTileThreads + of_warp;
-    const PullRecord* const first_pull = tiles.pulls + first_record(tile.firsts.y, thread);
-    const VolumeRecord* const first_volume = tiles.volumes + first_record(tile.firsts.w, thread);
     UsualRows<kParts> usual;
-    usual.load(first_pull, first_volume);
+    usual.load(tiles.pulls + first_record(tile.firsts.y, thread),
+               tiles.volumes + first_record(tile.firsts.w, thread));
     [[maybe_unused]] Index hold = kInvalidIndex;
     if constexpr (kTools) {
       hold = __ldcg(vertices.holds + index * kBlockLanes + thread / kParts);
@@ -311,49 +375,11 @@ __global__ void __launch_bounds__(kBlockThreads)
     const FixedPoint base = without_move(own, u, inverse_unit);
 
     wait_for<kParts>(state.fixed_points, tile.names, sweep, met, own, 1 + part, ways);
-    if (__builtin_expect(tile.more, 0) != 0) {
-      const Index count = tiles.blocks[index].counts.neighbors;
-#pragma unroll 1
-      for (Index k = Shape::kNeighbors; k < count; ++k) {
-        const Neighbor name[1] = {__ldg(tiles.neighbors + first_record(tile.firsts.x, thread) +
-                                        (1 + k) * Shape::kStride)};
-        FixedPoint one[1] = {load_neighbor(state.fixed_points, name[0])};
-        wait_for<kParts>(state.fixed_points, name, sweep, one, own, 1 + part + k * kParts, ways);
-      }
-    }
+    wait_for_more<kParts>(state.fixed_points, tiles, tile, sweep, index, thread, own, ways);
     __syncwarp();
     const Index lane = thread / kParts;
     const WaitingLane access{state.fixed_points, own, lane};
-    usual.add_pulls(ways, energy);
-    if (__builtin_expect(tile.more, 0) != 0) {
-      const TileCounts counts = tiles.blocks[index].counts;
-#pragma unroll 1
-      for (Index k = Shape::kPulls; k < counts.pulls; ++k) {
-        const PullRecord record = first_pull[k * Shape::kStride];
-        energy.add_pull(record.weight, ways[record.neighbor]);
-      }
-      const SpringRecord* const first_spring = tiles.springs + first_record(tile.firsts.z, thread);
-#pragma unroll 1
-      for (Index k = 0; k < counts.springs; ++k) {
-        const SpringRecord record = load_constant(first_spring + k * Shape::kStride);
-        energy.add_spring(record.stiffness, record.rest, ways[record.neighbor]);
-      }
-    }
-    usual.add_volumes(ways, energy);
-    if (__builtin_expect(tile.more, 0) != 0) {
-      const TileCounts counts = tiles.blocks[index].counts;
-#pragma unroll 1
-      for (Index k = Shape::kVolumes; k < counts.volumes; ++k) {
-        const VolumeRecord record = load_constant(first_volume + k * Shape::kStride);
-        energy.add_volume(record.stiffness, record.target, ways[record.face & 255],
-                          ways[record.face >> 8 & 255], ways[record.face >> 16]);
-      }
-      if (counts.hinges > 0) {
-        VertexBlock hinges{};
-        hinges.hinges = load_ranges(vertices.blocks + index).hinges;
-        add_rows(rows, hinges, access, energy, {part, kParts});
-      }
-    }
+    add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, access, energy);
     if (!is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
     }

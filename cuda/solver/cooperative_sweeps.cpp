@@ -9,6 +9,7 @@
 #include "lib/device/neighbor_lists.h"
 #include "lib/device/vertex_tiles.h"
 #include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -24,7 +25,9 @@ int multiprocessor_count() {
 class CooperativeSweeps final : public Sweeps {
  public:
   explicit CooperativeSweeps(const SolverData& data)
-      : kernels_(kernels_of(data.options)), over_relaxation_(data.options.over_relaxation) {}
+      : kernels_(kernels_of(data.options)),
+        over_relaxation_(data.options.over_relaxation),
+        is_explicit_(is_explicit(data.options)) {}
 
   bool take_over(const SolverData& data, std::span<const Stage> stages,
                  const StageRecords& /*records*/, cudaStream_t stream) override {
@@ -36,12 +39,17 @@ class CooperativeSweeps final : public Sweeps {
     }
     const NeighborLists lists(data.vertex_blocks);
     const auto copies = data.copy_count();
-    tiles_.parts = parts_for(data, stages);
-    const VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
-    tiles_.most_neighbors = tiles.most_neighbors;
-    block_count_ = lists.longest <= TileArrays::kMostNeighbors
-                       ? kernels_.prepare_sweep_of_vertices(tiles_) / copies
-                       : 0;
+    if (lists.longest > TileArrays::kMostNeighbors) {
+      return false;
+    }
+    tiles_.parts = is_explicit_ ? kRowParts : parts_for(data, stages);
+    VertexTiles tiles = make_tiles(data, lists);
+    // a vertex whose warp keeps it is faster than one that shares a warp with others by turns
+    while (is_explicit_ && !stays() && tiles_.parts > kFewParts &&
+           data.options.math == MathMode::fast) {
+      tiles_.parts /= 2;
+      tiles = make_tiles(data, lists);
+    }
     if (block_count_ == 0) {
       return false;
     }
@@ -56,6 +64,7 @@ class CooperativeSweeps final : public Sweeps {
     tiles_.volumes = volumes_.reserve(records(tiles.volume_rows, row_copies));
     tiles_.spring_rows = tiles.spring_rows;
     tiles_.volume_rows = tiles.volume_rows;
+    copy_count_ = static_cast<std::size_t>(copies);
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the tiles end here
     return true;
   }
@@ -80,16 +89,49 @@ class CooperativeSweeps final : public Sweeps {
                             arrays.input, launch);
   }
 
+  // Tools need contacts found in each substep: then there is a launch for each part of it.
+  [[nodiscard]] bool takes_whole_step(const SweepArrays& arrays) const override {
+    return is_explicit_ && !arrays.has_tools();
+  }
+
+  void enqueue_step(const SweepArrays& arrays, const Launch& launch) override {
+    const Mailboxes boxes{{arrays.state.fixed_points, odd_points_.get()}};
+    kernels_.step_explicitly({thread_blocks_for(vertex_blocks_), stays()}, arrays.state,
+                             arrays.vertices, tiles_, boxes, arrays.input, launch);
+  }
+
+  void make_room(std::size_t vertices) override {
+    if (is_explicit_) {
+      odd_points_.reserve(copy_count_ * vertices);
+    }
+  }
+
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
-    return blocks_.memory_bytes() + neighbors_.memory_bytes() + pulls_.memory_bytes() +
-           springs_.memory_bytes() + volumes_.memory_bytes();
+    return odd_points_.memory_bytes() + blocks_.memory_bytes() + neighbors_.memory_bytes() +
+           pulls_.memory_bytes() + springs_.memory_bytes() + volumes_.memory_bytes();
   }
 
  private:
+  // With the room that a device has for them.
+  VertexTiles make_tiles(const SolverData& data, const NeighborLists& lists) {
+    VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
+    tiles_.most_neighbors = tiles.most_neighbors;
+    vertex_blocks_ = data.vertex_blocks.block_count();
+    const auto prepare =
+        is_explicit_ ? kernels_.prepare_explicit_step : kernels_.prepare_sweep_of_vertices;
+    block_count_ = prepare(tiles_) / data.copy_count();
+    return tiles;
+  }
+
+  // Whether each tile of explicit steps has a warp of its own.
+  [[nodiscard]] bool stays() const {
+    return vertex_blocks_ * tiles_of_block(tiles_.parts) <=
+           block_count_ * (kBlockThreads / kTileThreads);
+  }
+
   // Threads of a vertex: many make a colour short where the device has room for all at once, few
   // make less work where it has not. Serial bits take as many as there are parts.
   static Index parts_for(const SolverData& data, std::span<const Stage> stages) {
-    constexpr Index kFew = 4;
     constexpr std::int64_t kWarpsAtOnce = 24;  // of a multiprocessor
     std::int64_t largest = 0;
     for (const Stage& stage : stages) {
@@ -99,7 +141,7 @@ class CooperativeSweeps final : public Sweeps {
     const std::int64_t room = kWarpsAtOnce * multiprocessor_count();
     return data.options.math == MathMode::strict || warps <= room ? kRowParts
            : warps <= 4 * room                                    ? kRowParts / 2
-                                                                  : kFew;
+                                                                  : kFewParts;
   }
 
   // Blocks of threads of a copy that move so many blocks of vertices side by side: no more than the
@@ -111,8 +153,13 @@ class CooperativeSweeps final : public Sweeps {
     return kRoundUp(wanted, kRoundUp(wanted, block_count_));
   }
 
+  static constexpr Index kFewParts = 4;
+
   const StepKernels& kernels_;
   float over_relaxation_;
+  bool is_explicit_;
+  std::size_t copy_count_ = 1;
+  Index vertex_blocks_ = 0;
   Index block_count_ = 0;  // of threads, at once, for each copy
   TileArrays tiles_{};
   DeviceBuffer<TileBlock> blocks_;
@@ -120,6 +167,7 @@ class CooperativeSweeps final : public Sweeps {
   DeviceBuffer<PullRecord> pulls_;
   DeviceBuffer<SpringRecord> springs_;
   DeviceBuffer<VolumeRecord> volumes_;
+  DeviceBuffer<FixedPoint> odd_points_;  // [copy][capacity] of explicit steps: see Mailboxes
 };
 
 }  // namespace

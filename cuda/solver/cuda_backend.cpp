@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -89,9 +90,11 @@ class CudaBackend final : public Backend {
     try {
       take_over(data);
       const bool changes_lengths = tools_.upload(data, dt, stream_.get());
+      stiffest_revision_ = data.stable_substep.revision();
       enqueue(data, changes_lengths);
     } catch (...) {
       is_planned_ = is_recorded_ = false;  // what was taken over may be half there
+      stiffest_.reset();
       throw;
     }
   }
@@ -114,8 +117,22 @@ class CudaBackend final : public Backend {
         ++watched;
       }
       report_copy(i, to_report(sums_.get()[i]), copy, report);
+      const auto stiffest = std::bit_cast<float>(sums_.get()[i].stiffest);
+      stiffest_ = i == 0 ? stiffest : std::max(*stiffest_, stiffest);
     }
     return report;
+  }
+
+  // As the last step has left it, or the host where it has changed anything since.
+  float stiffest(SolverData& data) override {
+    if (stiffest_ && stiffest_revision_ == data.stable_substep.revision() &&
+        !std::ranges::count(data.changes.state, true)) {
+      return *stiffest_;
+    }
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      data.fetch_state(i);
+    }
+    return Backend::stiffest(data);
   }
 
   void fetch_state(SolverState& state, Index copy) override {
@@ -217,7 +234,7 @@ class CudaBackend final : public Backend {
           data.options.device_strategy == DeviceStrategy::cooperative) {
         throw BackendUnavailable(
             "no cooperative kernel can take this solver: it needs vertex blocks without stiff "
-            "links, 32 colours and 254 neighbours of a vertex at most, code "
+            "links or explicit steps, 32 colours and 254 neighbours of a vertex at most, code "
             "for compute capability 7.0 by toolkit 12.3, and a device with room for a block of "
             "threads of each copy");
       }
@@ -237,10 +254,12 @@ class CudaBackend final : public Backend {
       words_.clear();
       make_plan(data);
     }
+    sweeps_->make_room(static_cast<std::size_t>(state_.arrays().capacity));
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
     state_.take_over(data, stream_.get());
     free_pieces_.take_over(data.free_pieces, stream_.get());
+    vertices_.take_over(data.stable_substep, stream_.get());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
       tools_.take_over(data, state_.arrays().capacity);
     }
@@ -303,14 +322,17 @@ class CudaBackend final : public Backend {
 
   void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
-    const DeviceStep step{&kernels_of(data.options),
-                          {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
-                           has_cluster ? std::span<const Stage>() : plan_.open_stages(),
-                           tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
-                           data.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays()},
-                          {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                          step_program(data.options, data.division),
-                          changes_lengths};
+    DeviceStep step{&kernels_of(data.options),
+                    {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+                     has_cluster ? std::span<const Stage>() : plan_.open_stages(),
+                     tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
+                     data.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays()},
+                    {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+                    step_program(data.options, data.division),
+                    changes_lengths};
+    if (sweeps_->takes_whole_step(step.arrays)) {
+      step.program.division = {};  // which its input has, so that a graph serves any
+    }
     if (have_rows_changed_) {
       sweeps_->follow_rows(vertices_.arrays(), {stream_.get(), false, data.copy_count()});
       have_rows_changed_ = false;
@@ -359,7 +381,9 @@ class CudaBackend final : public Backend {
   WordBatches words_;
   PinnedBuffer<WordChange> shared_words_;  // those that a step writes first
   DeviceBuffer<Index> watched_places_;
-  PinnedBuffer<StepSums> sums_;        // [copy]
+  PinnedBuffer<StepSums> sums_;    // [copy]
+  std::optional<float> stiffest_;  // after the last step
+  std::uint64_t stiffest_revision_ = 0;
   PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]
   PinnedBuffer<Vec3<float>> watched_;  // [copy][watched]
   StepGraph graph_;

@@ -52,7 +52,7 @@ class Enqueuer {
         }
         break;
       case StepOperation::gather_holds:
-        break;  // see damp_rows
+        break;  // see damp_rows and push
       case StepOperation::damp_rows:
         if (has_tools || vertices.is_damped) {
           kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
@@ -68,6 +68,12 @@ class Enqueuer {
         break;
       case StepOperation::sweep:
         sweeps_.enqueue(step_.arrays, substep, launch_);
+        break;
+      case StepOperation::push:
+        if (has_tools) {
+          kernels.prepare_vertices(state, vertices, tools, input, has_tools, launch_);
+        }
+        kernels.push_vertices(state, vertices, tools, input, substep, has_tools, launch_);
         break;
       case StepOperation::settle_holds:
         settle_holds(substep);
@@ -88,6 +94,15 @@ class Enqueuer {
   void finish() {
     if (!ends_apart_) {
       advance(true, false, launch_);
+    }
+    report();
+  }
+
+  void report() {
+    if (step_.arrays.state.starts) {
+      // strict, so that steps are divided as on a host
+      strict_kernels.measure_stiffness(step_.arrays.state, step_.arrays.vertices,
+                                       step_.arrays.input, launch_);
     }
     step_.kernels->report(step_.arrays.state, step_.arrays.constraints, step_.arrays.input,
                           step_.output, launch_);
@@ -122,6 +137,11 @@ class Enqueuer {
 
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
   Enqueuer enqueuer(step, sweeps, launch);
+  if (sweeps.takes_whole_step(step.arrays)) {
+    sweeps.enqueue_step(step.arrays, launch);
+    enqueuer.report();
+    return;
+  }
   run_step(step.program,
            [&](StepOperation operation, int substep) { enqueuer.run(operation, substep); });
   enqueuer.finish();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/sweeps.h"
 #include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -34,7 +35,7 @@ class LaunchedSweeps final : public Sweeps {
                            launch);
         }
       }
-      if (options_.method == SolverMethod::vertex_block) {
+      if (moves_vertices(options_)) {
         continue;  // tools act on vertices as these move
       }
       if (arrays.has_attachments) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/room_to_grow.h"
 
 namespace pbdsurg::cuda {
@@ -20,7 +21,7 @@ constexpr std::size_t kLeastMotionRoom = 1024;
 DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t capacity) {
   const std::size_t all = static_cast<std::size_t>(solver.copy_count()) * capacity;
   const bool displaces = has_displacements(solver.options);
-  const bool has_flights = solver.options.method == SolverMethod::vertex_block;
+  const bool has_flights = moves_vertices(solver.options);
   const bool remembers = has_past(solver.options);
   return {particles.reserve(all),
           velocities.reserve(all),
@@ -32,7 +33,8 @@ DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t
           has_flights ? fixed_points.reserve(all) : nullptr,
           remembers ? ways.reserve(all) : nullptr,
           remembers ? velocities_before.reserve(all) : nullptr,
-          static_cast<Index>(capacity)};
+          static_cast<Index>(capacity),
+          is_explicit(solver.options)};
 }
 
 StateBuffers::StateBuffers(const SolverState& solver) : copy_count_(solver.copy_count()) {

@@ -50,6 +50,12 @@ struct VertexSweeps {
   Index block_count;      ///< of threads, for each copy: all copies' are on the device at once
 };
 
+/// How to launch all substeps of an explicit step, StepInput::substep_count of them.
+struct ExplicitSubsteps {
+  Index block_count;  ///< as in VertexSweeps
+  bool stays;         ///< whether these have a warp for each tile
+};
+
 /// Which of the kernels that sweep by a cluster.
 struct ClusterKind {
   ProjectionMode mode;
@@ -90,6 +96,13 @@ struct StepKernels {
   void (*solve_vertices)(const Stage&, const VertexSweep&, const DeviceState&, const VertexArrays&,
                          const ToolArrays&, StepInput*, const Launch&);
 
+  /// Of explicit steps: moves all vertices, with what tools do to them.
+  void (*push_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
+                        Index substep, bool has_tools, const Launch&);
+
+  /// Likewise: finds the stiffest vertex after a step.
+  void (*measure_stiffness)(const DeviceState&, const VertexArrays&, StepInput*, const Launch&);
+
   /// Makes ready for sweep_vertices(). Enqueues nothing.
   /// @return  how many blocks of threads the current device runs at a time; 0 if it cannot
   Index (*prepare_sweep_of_vertices)(const TileArrays&);
@@ -102,6 +115,15 @@ struct StepKernels {
   void (*sweep_vertices)(const VertexSweeps&, const VertexColors&, const DeviceState&,
                          const VertexArrays&, const TileArrays&, const ToolArrays&, StepInput*,
                          const Launch&);
+
+  /// Makes ready for step_explicitly(). Enqueues nothing.
+  /// @return  as prepare_sweep_of_vertices()
+  Index (*prepare_explicit_step)(const TileArrays&);
+
+  /// All substeps of an explicit step in which no tool touches or holds anything, from the state at
+  /// its start to that at its end.
+  void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
+                          const TileArrays&, const Mailboxes&, const StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

@@ -69,6 +69,10 @@ class Sweeps {
     return true;
   }
 
+  /// Makes room for so many vertices of a copy, if it keeps any; their number may have grown. While
+  /// no step runs.
+  virtual void make_room(std::size_t /*vertices*/) {}
+
   /// Enqueues what follows rows of vertices that were written, before the next step.
   virtual void follow_rows(const VertexArrays& /*vertices*/, const Launch& /*launch*/) {}
 
@@ -79,6 +83,13 @@ class Sweeps {
   /// the stream, so it neither waits nor allocates.
   /// @param substep  0 to substeps - 1
   virtual void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) = 0;
+
+  /// Whether it does all substeps of a step at once, with all that belongs to them, and as many as
+  /// StepInput says.
+  [[nodiscard]] virtual bool takes_whole_step(const SweepArrays& /*arrays*/) const { return false; }
+
+  /// Enqueues them then.
+  virtual void enqueue_step(const SweepArrays& /*arrays*/, const Launch& /*launch*/) {}
 
   /// Bytes on the device.
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept { return 0; }

@@ -176,6 +176,7 @@ bool ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
   StepInput header{};
   header.unit = data.vertex_blocks.unit();
   header.inverse_h = 1 / h;
+  header.substep_count = data.division.substeps;
   header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());

@@ -243,6 +243,19 @@ __device__ void add_up(VertexEnergy<float>& energy, unsigned mask) {
   }
 }
 
+/// Likewise of forces alone.
+template <int kThreads>
+__device__ void add_up(VertexForce<float>& sum, unsigned mask) {
+  float* const numbers[] = {&sum.force.x, &sum.force.y, &sum.force.z};
+#pragma unroll
+  for (int distance = kThreads / 2; distance > 0; distance /= 2) {
+#pragma unroll
+    for (float* const number : numbers) {
+      *number += __shfl_xor_sync(mask, *number, distance);
+    }
+  }
+}
+
 /// Those with which a thread shares a vertex.
 template <int kThreads>
 __device__ unsigned mask_of_parts() {
@@ -443,6 +456,77 @@ void solve_vertices(const Stage& stage, const VertexSweep& sweep, const DeviceSt
          blocks_for(stage.count * kBlockLanes * kVertexParts, kBlockThreads), kBlockThreads,
          sweep.has_tools ? with_tools : alone, state, vertices, tools, input, stage.first,
          stage.count, sweep);
+}
+
+/// All vertices, by the forces where the substep starts.
+/// @tparam kParts  as in move_blocks()
+template <int kParts, bool kTools>
+__global__ void __launch_bounds__(kBlockThreads)
+    push_blocks(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
+                Index substep) {
+  const Index vertex = thread_index() / kParts;
+  const Index part = thread_index() % kParts;
+  const Index index = vertex / kBlockLanes;
+  const Index lane = vertex % kBlockLanes;
+  VertexBlock block{};
+  ParticleOffset corner = 0;
+  if (index < vertices.block_count) {  // no kernel of this step writes them
+    block = load_ranges(vertices.blocks + index);
+    corner = __ldg(vertices.blocks[index].corners + lane);
+  }
+  vertices = of_copy(vertices);
+  wait_for_previous();
+  if (lane >= block.lane_count) {
+    return;
+  }
+  state = of_copy(state);
+  input += copy_index();
+  Particle* const particle = &at(state.displacements, corner);
+  const Particle p = load_particle(particle);
+  if (!(p.w > 0)) {
+    return;  // without tissue
+  }
+  const FixedPoint point = load_point(&at(state.fixed_points, corner));
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
+  if (is_lost(point)) {
+    block = {};
+  }
+  const DeviceLane<false> access{state.fixed_points, point, lane};
+  VertexForce<float> sum;
+  add_rows(rows, block, access, sum, {part, kParts});
+  add_up<kParts>(sum, mask_of_parts<kParts>());
+  if (part > 0) {
+    return;
+  }
+  const Vec3<float> force = finite_force(rows, block, access, sum);
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const Vec3<float> u = position_of(p);
+  const Vec3<float> flight = position_of(load_particle(&at(state.flights, corner)));
+  Vec3<float> moved = flight + pushed_flight(force, p.w, inverse_dt_squared);
+  if constexpr (kTools) {
+    tools = of_copy(tools, state.capacity);
+    const Index hold = __ldcg(vertices.holds + index * kBlockLanes + lane);
+    if (hold != kInvalidIndex) {
+      const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
+      const HeldVertex held{tools,          input, substep,  place_at(corner),
+                            state.capacity, hold,  {base, u}};
+      moved = u + move_held(held, pushed_energy(flight - u, force, inverse_dt_squared / p.w),
+                            1 / inverse_dt_squared);
+    }
+  }
+  if (is_finite_way(moved)) {
+    store_particle(particle, moved, p.w);
+  }
+}
+
+void push_vertices(const DeviceState& state, const VertexArrays& vertices, const ToolArrays& tools,
+                   StepInput* input, Index substep, bool has_tools, const Launch& how) {
+  launch(how, "launching explicit vertices",
+         blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
+         kBlockThreads,
+         has_tools ? push_blocks<kVertexParts, true> : push_blocks<kVertexParts, false>, state,
+         vertices, tools, input, substep);
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ Row* upload_copies(DeviceBuffer<Row>& buffer, std::span<const Row> rows, Index c
 }  // namespace
 
 void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
+  shares_revision_ = 0;  // these are laid out as blocks are
   const VertexBlocks& blocks = data.vertex_blocks;
   const VertexBlocks::Arrays host = blocks.arrays();
   const Index row_copies = blocks.has_damping() ? data.copy_count() : 1;
@@ -42,12 +43,22 @@ void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
              damped_hinges_.upload(host.damped_hinges, stream),
              holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
              lane_of_place_.upload(lane_of_place, stream),
+             nullptr,
              static_cast<Index>(host.blocks.size()),
              static_cast<Index>(host.springs.size()),
              static_cast<Index>(host.volumes.size()),
              static_cast<Index>(host.hinges.size()),
              blocks.has_damping()};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the rows may change
+}
+
+void VertexBuffers::take_over(const StableSubstep& stable, cudaStream_t stream) {
+  if (shares_revision_ == stable.revision()) {
+    return;
+  }
+  arrays_.stiffness_shares = shares_.upload(stable.shares(), stream);
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // they may change
+  shares_revision_ = stable.revision();
 }
 
 void FreePieceBuffers::take_over(const PieceLists& pieces, cudaStream_t stream) {
@@ -112,7 +123,7 @@ std::size_t VertexBuffers::memory_bytes() const noexcept {
   return blocks_.memory_bytes() + pulls_.memory_bytes() + springs_.memory_bytes() +
          volumes_.memory_bytes() + damped_springs_.memory_bytes() + damped_volumes_.memory_bytes() +
          hinges_.memory_bytes() + damped_hinges_.memory_bytes() + holds_.memory_bytes() +
-         lane_of_place_.memory_bytes();
+         lane_of_place_.memory_bytes() + shares_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -19,6 +19,9 @@ class VertexBuffers {
   /// Copies all to the device. Waits.
   void upload(const SolverData& data, cudaStream_t stream);
 
+  /// Copies what explicit steps need of their stiffness, if it is other than before. Waits then.
+  void take_over(const StableSubstep& stable, cudaStream_t stream);
+
   [[nodiscard]] const VertexArrays& arrays() const noexcept { return arrays_; }
 
   /// Where an array that edits change starts; null for others.
@@ -38,6 +41,8 @@ class VertexBuffers {
   DeviceBuffer<DampedRow> damped_springs_, damped_volumes_, damped_hinges_;
   DeviceBuffer<Index> holds_;
   DeviceBuffer<Index> lane_of_place_;
+  DeviceBuffer<float> shares_;
+  std::uint64_t shares_revision_ = 0;  // none
   VertexArrays arrays_{};
 };
 

@@ -113,7 +113,7 @@ __global__ void __launch_bounds__(kVertexThreads)
     if (state.flights != nullptr) {
       store_particle(state.flights + i, u, kFreely);
       u = start_of(motion, u, p.w, falling);
-      store_point(state.fixed_points + i, fixed_point(x, u, input->unit));
+      store_point(state.fixed_points + i, fixed_point(x, state.starts ? rounding : u, input->unit));
     }
     store_particle(state.displacements + i, u, p.w);
   }

@@ -39,6 +39,7 @@ struct DeviceState {
   Way* ways;                    ///< [copy][capacity] as in CopyState
   Velocity* velocities_before;  ///< [copy][capacity] likewise
   Index capacity;
+  bool starts;  ///< whether fixed points are where vertices start: of explicit steps
 
   bool operator==(const DeviceState&) const = default;
 };
@@ -59,6 +60,7 @@ struct VertexArrays {
   Index* holds;
   /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
   const Index* lane_of_place;
+  const float* stiffness_shares;  ///< [block][lane] of explicit steps: StableSubstep::shares()
   Index block_count, spring_count, volume_count, hinge_count;
   bool is_damped;
 
@@ -150,6 +152,12 @@ struct TileArrays {
   Index most_neighbors;  ///< of a thread
 };
 
+/// Where vertices are at the start of a substep of an explicit step, of even ones and of odd ones:
+/// who writes where it has come to cannot overwrite what a neighbour has yet to read.
+struct Mailboxes {
+  FixedPoint* points[2];  ///< [copy][capacity]
+};
+
 /// The blocks of each colour.
 struct VertexColors {
   static constexpr Index kMost = 32;
@@ -218,6 +226,7 @@ struct StepSums {
   Index dropped_contacts;
   std::uint32_t distance_residual;  ///< bits of a float >= 0, which are ordered as it is
   std::uint32_t volume_residual;    ///< likewise
+  std::uint32_t stiffest;           ///< likewise, of explicit steps: see stiffest_vertex()
   std::uint32_t blocks_done;        ///< of the kernel at work, whose last block sets it to zero
 };
 
@@ -261,6 +270,7 @@ struct alignas(16) StepInput {
   float unit;                  ///< m, of fixed points
   float force_per_multiplier;  ///< 1/s^2
   float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
+  Index substep_count;         ///< of kernels that take all of a step
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "lib/device/stage_plan.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/room_to_grow.h"
 
 namespace pbdsurg::cuda {
@@ -156,7 +157,7 @@ class StagePlan::Builder {
   // vertices, so some stages get several times their share.
   [[nodiscard]] Index spare_count(Holder holder) const {
     const auto [stages, constraints] = joinable_[static_cast<std::size_t>(holder)];
-    if (data_.options.method == SolverMethod::vertex_block ||  // whose rows do not grow
+    if (moves_vertices(data_.options) ||  // whose rows do not grow
         (stages == 0 && holder != Holder::distance)) {
       return 0;
     }
@@ -321,7 +322,7 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
   Builder builder(data, has_grown, *this, records);
   builder.add_stages();
   builder.add_tubes();
-  if (data.options.method == SolverMethod::vertex_block) {
+  if (moves_vertices(data.options)) {
     std::erase_if(stages_, [&](const Stage& stage) { return !is_after_vertices(stage.kind); });
     std::vector<Stage> colors;
     const VertexBlocks& blocks = data.vertex_blocks;

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "lib/device/vertex_changes.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg::cuda {
 namespace {
@@ -170,7 +171,7 @@ void StagePlan::write_edges(const SolverData& data, std::vector<WordChange>& wor
 
 bool StagePlan::follow(const SolverData& data, const Changes& changes,
                        std::vector<WordChange>& words) {
-  const bool by_vertices = data.options.method == SolverMethod::vertex_block;
+  const bool by_vertices = moves_vertices(data.options);
   if (data.sets.has_damping != is_damped_ || (by_vertices && changes.grown)) {
     return false;
   }

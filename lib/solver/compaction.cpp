@@ -9,6 +9,7 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
@@ -87,7 +88,7 @@ SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumb
   const std::size_t tet_count = compacted.tets().size();
   input.numbers.tets = moved<TetNumbers>(
       ids.tets, tet_count, [&](Index t) { return origin.constraints.numbers_of_tet(t); });
-  if (origin.options.method == SolverMethod::vertex_block) {
+  if (moves_vertices(origin.options)) {
     input.vertex_tets =
         moved<VertexTet>(ids.tets, tet_count, [&](Index t) { return origin.rows.tet(t); });
   }

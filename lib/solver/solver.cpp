@@ -90,6 +90,9 @@ void Solver::check_step(float dt) const {
          << " substeps; it must be positive and finite, and so must 1e12 / substep^2";
     throw InvalidArgument(text.str());
   }
+  if (is_explicit(data_->options)) {
+    check_explicit_step(dt, data_->substep_rule, data_->options);
+  }
 }
 
 void Solver::start_step(float dt) {
@@ -103,6 +106,10 @@ StepReport Solver::finish_step() {
   }
   data_->finish_running_step();
   data_->step_in_flight = SolverData::Step::none;
+  data_->report.substeps = data_->division.substeps;
+  for (Index i = 0; i < data_->copy_count(); ++i) {
+    data_->copy(i).last_report.substeps = data_->division.substeps;
+  }
   const Index interval = data_->options.convergence_interval;
   if (interval > 0 && ++data_->steps_since_convergence == interval) {
     data_->steps_since_convergence = 0;

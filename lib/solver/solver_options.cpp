@@ -69,7 +69,7 @@ void check_option_ranges(const SolverOptions& options) {
   }
   check_choice("math mode", options.math, MathMode::strict);
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cooperative);
-  check_choice("method", options.method, SolverMethod::vertex_block);
+  check_choice("method", options.method, SolverMethod::explicit_steps);
   check_choice("mode", options.mode, ProjectionMode::compliance);
   check_choice("time integration", options.integration, TimeIntegration::bdf2);
   check_coloring_options(options.coloring);
@@ -84,6 +84,24 @@ namespace {
 
 constexpr const char* kNeedsAutomatic = "it needs automatic substeps or iterations";
 
+void check_explicit_readers(const SolverOptions& options) {
+  if (options.iterations != kAutomatic && options.iterations != 1) {
+    refuse_unread("iterations is " + std::to_string(options.iterations),
+                  "explicit steps have no sweeps");
+  }
+  if (options.accuracy != SolverOptions{}.accuracy) {
+    refuse_unread("accuracy is " + std::to_string(options.accuracy),
+                  "explicit steps take as many substeps as they need to be stable");
+  }
+  if (options.integration != TimeIntegration::implicit_euler) {
+    throw InvalidArgument("integration is bdf2; explicit steps have an integration of their own");
+  }
+  if (options.convergence_interval > 0) {
+    refuse_unread("convergence_interval is " + std::to_string(options.convergence_interval),
+                  "explicit steps solve no system that could leave a residual");
+  }
+}
+
 }  // namespace
 
 // An option that others leave without a reader would do nothing, in silence.
@@ -92,9 +110,11 @@ void check_option_readers(const SolverOptions& options) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
-  if (options.device_strategy == DeviceStrategy::cooperative &&
-      options.method != SolverMethod::vertex_block) {
+  if (options.device_strategy == DeviceStrategy::cooperative && !moves_vertices(options)) {
     refuse_unread("device_strategy is cooperative", "it needs the vertex-block method");
+  }
+  if (is_explicit(options)) {
+    check_explicit_readers(options);
   }
   if (options.convergence_interval > 0 && options.mode == ProjectionMode::fraction) {
     refuse_unread("convergence_interval is " + std::to_string(options.convergence_interval),

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// What a solver refuses of its options, whatever the scene is.
+/// What a solver refuses of its options, whatever the scene is, and what they say in short.
 
 #include "pbdsurg/solver/solver_options.h"
 
@@ -15,5 +15,16 @@ void check_option_ranges(const SolverOptions& options);
 /// @throws InvalidArgument  naming the option that the method and the executor asked for would not
 ///                          read
 void check_option_readers(const SolverOptions& options);
+
+/// Whether rows of vertices move these, as they do vertex by vertex or all at once.
+[[nodiscard]] inline bool moves_vertices(const SolverOptions& options) noexcept {
+  return options.method == SolverMethod::vertex_block ||
+         options.method == SolverMethod::explicit_steps;
+}
+
+/// Whether it does so all at once.
+[[nodiscard]] inline bool is_explicit(const SolverOptions& options) noexcept {
+  return options.method == SolverMethod::explicit_steps;
+}
 
 }  // namespace pbdsurg

@@ -12,6 +12,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/base/describe.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
 namespace {
@@ -74,7 +75,7 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
                     const VolumeOf& volume_of) {
   const bool has_substeps = options.substeps != kAutomatic;
   const bool has_sweeps = options.iterations != kAutomatic;
-  if (has_substeps && has_sweeps) {
+  if ((has_substeps && has_sweeps) || is_explicit(options)) {  // see StableSubstep for the latter
     return {};
   }
   const bool by_vertices = options.method == SolverMethod::vertex_block;
@@ -141,6 +142,19 @@ SubstepRule both(const SubstepRule& a, const SubstepRule& b) noexcept {
   return {std::min(a.longest, b.longest), std::max(a.friction, b.friction)};
 }
 
+void check_explicit_step(float dt, const SubstepRule& rule, const SolverOptions& options) {
+  constexpr float kRounding = 1e-4F;
+  const int substeps = divide_step(dt, rule, options).substeps;
+  if (dt / static_cast<float>(substeps) > (1 + kRounding) * rule.longest) {
+    std::ostringstream text;
+    text << "dt is " << dt << " s in " << substeps << " substeps; explicit steps are stable up to "
+         << rule.longest
+         << " s a substep as tissue is stretched now, and take as many as they need "
+         << "where substeps are automatic";
+    throw InvalidArgument(text.str());
+  }
+}
+
 StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions& options) noexcept {
   constexpr double kRounding = 1e-4;  // a step of so many substeps exactly needs no more of them
   constexpr double kMost = 1e6;
@@ -151,7 +165,9 @@ StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions&
   if (options.substeps == kAutomatic) {
     division.substeps = whole(double{dt} / double{rule.longest});
   }
-  if (options.iterations == kAutomatic) {
+  if (is_explicit(options)) {
+    division.sweeps = 1;
+  } else if (options.iterations == kAutomatic) {
     const double h = double{dt} / division.substeps, share = h / double{rule.longest};
     division.sweeps = whole(share * share + h * double{rule.friction});
   }

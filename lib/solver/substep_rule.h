@@ -39,4 +39,8 @@ struct StepDivision {
 [[nodiscard]] PBDSURG_API StepDivision divide_step(float dt, const SubstepRule& rule,
                                                    const SolverOptions& options) noexcept;
 
+/// @param rule  of explicit steps, as tissue is now
+/// @throws InvalidArgument  if options give substeps that are too few
+void check_explicit_step(float dt, const SubstepRule& rule, const SolverOptions& options);
+
 }  // namespace pbdsurg

@@ -71,9 +71,71 @@ struct NeoHookeanTerms {
   }
 };
 
+/// A spring as one of its ends sees it.
+template <class Scalar>
+struct SpringPull {
+  Vec3<Scalar> n;    ///< along it; zero where both ends are at one point
+  Scalar inverse;    ///< 1/m, of its length
+  Scalar stretch;    ///< m, beyond the rest length
+  Scalar rest;       ///< m
+  Scalar stiffness;  ///< N/m; zero of a limit that it does not reach
+
+  /// @param given  N/m, >= 0
+  /// @param ends   m, its rest length; negative: a limit, which pulls only what is longer than that
+  /// @param d      m, from the vertex to the other end; at one point it has no direction
+  PBDSURG_HOST_DEVICE SpringPull(Scalar given, Scalar ends, const Vec3<Scalar>& d) {
+    using std::sqrt;
+    const Scalar length = sqrt(dot(d, d));
+    const auto has_direction = is_usable(length);
+    inverse = select(has_direction, Scalar(1) / length, Scalar(0));
+    n = inverse * d;
+    const auto is_limit = ends < Scalar(0);
+    rest = select(is_limit, -ends, ends);
+    stiffness = select(is_limit, select(length > rest, given, Scalar(0)), given);
+    stretch = select(has_direction, length - rest, Scalar(0));
+  }
+};
+
+/// The force on one vertex: what explicit steps need of the energy below.
+template <class Scalar>
+struct VertexForce {
+  using Number = Scalar;  ///< what it is made of
+
+  Vec3<Scalar> force;  ///< N
+
+  /// What others have found.
+  PBDSURG_HOST_DEVICE void add(const VertexForce& other) { force = force + other.force; }
+
+  // Each as in VertexEnergy.
+  PBDSURG_HOST_DEVICE void add_pull(Scalar stiffness, const Vec3<Scalar>& d) {
+    force = force + stiffness * d;
+  }
+  PBDSURG_HOST_DEVICE void add_spring(Scalar given, Scalar ends, const Vec3<Scalar>& d) {
+    const SpringPull<Scalar> pull(given, ends, d);
+    force = force + (pull.stiffness * pull.stretch) * pull.n;
+  }
+  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& a,
+                                      const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
+    const Vec3<Scalar> face = cross(b - a, c - a);
+    force = force + (stiffness * (dot(a, face) - target)) * face;
+  }
+  template <class Condition>
+  PBDSURG_HOST_DEVICE void add_hinge(Scalar stiffness, Scalar rest, const Vec3<Scalar> (&x)[4],
+                                     const Condition& is_opposite) {
+    const auto turn = BendingConstraint::turn(x, rest);
+    const Vec3<Scalar>&opposite = turn.gradient[2], &on_edge = turn.gradient[0];
+    const Vec3<Scalar> gradient{select(is_opposite, opposite.x, on_edge.x),
+                                select(is_opposite, opposite.y, on_edge.y),
+                                select(is_opposite, opposite.z, on_edge.z)};
+    force = force - (stiffness * turn.value) * gradient;
+  }
+};
+
 /// The energy around one vertex to second order, at the place where it is.
 template <class Scalar>
 struct VertexEnergy {
+  using Number = Scalar;  ///< what it is made of
+
   Vec3<Scalar> force;  ///< N, minus the gradient
   Scalar isotropic{};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone
                        ///< are positive semidefinite
@@ -109,20 +171,12 @@ struct VertexEnergy {
   /// @param ends   m, its rest length; negative: a limit, which pulls only what is longer than that
   /// @param d      m, from the vertex to the other end; at one point it has no direction
   PBDSURG_HOST_DEVICE void add_spring(Scalar given, Scalar ends, const Vec3<Scalar>& d) {
-    using std::sqrt;
-    const Scalar length = sqrt(dot(d, d));
-    const auto has_direction = is_usable(length);
-    const auto is_limit = ends < Scalar(0);
-    const Scalar rest = select(is_limit, -ends, ends);
-    const Scalar stiffness = select(is_limit, select(length > rest, given, Scalar(0)), given);
-    const Scalar inverse = select(has_direction, Scalar(1) / length, Scalar(0));
-    const Vec3<Scalar> n = inverse * d;
-    const Scalar slack = Scalar(1) - rest * inverse;
-    const Scalar across = stiffness * select(slack > Scalar(0), slack, Scalar(0));
-    const Scalar stretch = select(has_direction, length - rest, Scalar(0));
-    force = force + (stiffness * stretch) * n;
+    const SpringPull<Scalar> pull(given, ends, d);
+    const Scalar slack = Scalar(1) - pull.rest * pull.inverse;
+    const Scalar across = pull.stiffness * select(slack > Scalar(0), slack, Scalar(0));
+    force = force + (pull.stiffness * pull.stretch) * pull.n;
     isotropic = isotropic + across;
-    add_square(stiffness - across, n);
+    add_square(pull.stiffness - across, pull.n);
   }
 
   /// The volume of a tetrahedron.

@@ -25,6 +25,16 @@ enum class SolverMethod : std::uint8_t {
   /// 2024, "Vertex Block Descent". Compliance mode only, and no compliance of a material may be
   /// zero.
   vertex_block,
+  /// Symplectic Euler: forces where a substep starts, all vertices at once, no sweeps. Nothing
+  /// damps
+  /// but drag, so soft tissue in short steps moves more exactly than by any other method for its
+  /// time; stiff tissue and fine meshes take too many substeps. Each is at most the longest that is
+  /// stable: 0.91 times 2 / frequency of a bound of the highest mode, by Gershgorin's circles of
+  /// each vertex at rest (StepPlan::longest_substep); shorter, in stages, as volumes have stiffened
+  /// since, which is found before each step. Longer ones are refused. Tools hold and push as with
+  /// vertex_block.
+  /// Compliance mode only, without inner friction, sweeps and BDF2; no compliance may be zero.
+  explicit_steps,
 };
 
 /// How accelerations become motion.
@@ -61,7 +71,8 @@ enum class DeviceStrategy : std::uint8_t {
   /// All sweeps of a substep in one kernel, on one cluster of thread blocks; not of vertex blocks.
   cluster,
   /// All sweeps of a substep in one kernel, on the whole device; of vertex blocks without stiff
-  /// links. An edit that brings one goes on as graph.
+  /// links. An edit that brings one goes on as graph. Of explicit steps all substeps of a step,
+  /// while no tool pushes or holds anything.
   cooperative,
 };
 
@@ -72,7 +83,8 @@ enum class DeviceStrategy : std::uint8_t {
 /// M = E (1 - nu) / ((1 + nu) (1 - 2 nu)). Inner friction tau takes 1 + tau / substep sweeps in
 /// place of one. `statics` measures what comes of it. Where the other of the two numbers is given,
 /// this one makes up for it: n sweeps stand for substeps sqrt(n) times as long, and the reverse.
-/// Bodies count as they are when the solver is made; links and hinges do not.
+/// Bodies count as they are when the solver is made; links and hinges do not. Explicit steps have
+/// substeps alone, as many as they need to be stable, with links, hinges and edits.
 inline constexpr int kAutomatic = 0;
 inline constexpr int kMostAutomatic = 1000;  ///< substeps of the longest step, sweeps of a substep
 
@@ -124,7 +136,7 @@ struct PBDSURG_API SolverOptions {
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
   /// vertex-block method, which takes saturation for the natural order and no max_colors.
   ColoringOptions coloring{.repair = true};
-  /// With the vertex-block method of stiff links alone, and never joint.
+  /// With the vertex-block method of stiff links alone, and never joint; explicit steps have none.
   PlanComposition composition = PlanComposition::automatic;
   SpareRoom spare{};  ///< each >= 0
   /// Every so many steps the report has StepReport::convergence, see Solver::convergence() for what

@@ -42,7 +42,8 @@ enum class PhaseKind : std::uint8_t {
   bending,       ///< hinges
   stiff_link,    ///< links that the vertex-block method solves after vertices, both ends at once
   /// Vertices, each moved to the least energy that its neighbours leave it, contacts and grasps
-  /// among them: what the vertex-block method has beside stiff links.
+  /// among them: what the vertex-block method has beside stiff links, and explicit steps have
+  /// alone.
   vertex,
   attachment,  ///< grasped vertices, one attachment a vertex
   contact,     ///< vertices against one tool
@@ -64,7 +65,7 @@ struct Phase {
 struct StepPlan {
   std::string name;           ///< quoted in reports: colouring, composition, what is automatic
   std::vector<Phase> phases;  ///< in the order of execution
-  float longest_substep = 0;  ///< s, where substeps are automatic; else zero: any
+  float longest_substep = 0;  ///< s, where substeps are automatic or explicit; else zero: any
 };
 
 }  // namespace pbdsurg

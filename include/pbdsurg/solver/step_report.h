@@ -22,6 +22,7 @@ struct StepReport {
   /// The largest Convergence::ratio() of a body of the first copy, if this step is one of those
   /// that SolverOptions::convergence_interval names; else 0.
   float convergence = 0;
+  int substeps = 0;  ///< that the step took
 };
 
 }  // namespace pbdsurg

@@ -51,9 +51,9 @@ struct PBDSURG_API Material {
   /// deformation and never rigid motion; compliance mode only.
   float damping = 0;
   /// > 1: of its rest length, beyond which an edge resists more; infinite for no limit. Projections
-  /// let no edge get longer. With vertex blocks it is pulled back as by a bar of the material as
-  /// wide as the edge is long (stiffness E L), which makes tissue some four times as stiff there,
-  /// whatever the step.
+  /// let no edge get longer. With vertex blocks and explicit steps it is pulled back as by a bar
+  /// of the material as wide as the edge is long (stiffness E L), which makes tissue some four
+  /// times as stiff there, whatever the step.
   float max_stretch = std::numeric_limits<float>::infinity();
 };
 

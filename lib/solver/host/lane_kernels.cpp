@@ -342,7 +342,8 @@ HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotio
     if (range.flights != nullptr) {
       QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
       u = start_of(motion, u, w, carry.w);
-      QuadLanes(range.fixed_points, first, count).store(fixed_point(p.x, u, unit, inverse_unit));
+      QuadLanes(range.fixed_points, first, count)
+          .store(fixed_point(p.x, range.starts ? carry.x : u, unit, inverse_unit));
     }
     QuadLanes(range.displacements, first, count).store({u, w});
   });
@@ -436,6 +437,52 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
   return left;
 }
 
+HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& state,
+                                   Index block_index) {
+  const VertexBlock& block = rows.blocks[block_index];
+  const Lanes infinity(std::numeric_limits<float>::infinity());
+  LaneBits left = 0;
+  for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
+    ParticleLanes own = gather(state.displacements, block.corners + lane);
+    const ParticleLanes point = gather(state.fixed_points, block.corners + lane);
+    const ParticleLanes flight = gather(state.flights, block.corners + lane);
+    const LaneMask moves = own.w > Lanes(0);
+    const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
+    VertexForce<Lanes> sum;
+    if constexpr (kFast) {
+      add_rows(rows, block, access, sum);
+    } else {
+      add_tree(rows, block, access, sum);
+    }
+    const Vec3<Lanes> moved =
+        flight.x + pushed_flight(sum.force, own.w, Lanes(state.inverse_dt_squared));
+    const LaneMask is_finite = (dot(moved, moved) < infinity) &
+                               (dot(sum.force, sum.force) < infinity) & (point.w > Lanes(0));
+    const LaneBits asked = ~state.left_out[block_index];
+    own.x = select(moves & is_finite & mask_of(asked >> lane), moved, own.x);
+    scatter(own, state.displacements, block.corners + lane);
+    left |= ~((bits_of(is_finite) << lane) & asked) & (bits_of(moves) << lane);
+  }
+  return left;
+}
+
+HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases, const Carry* carries,
+                           const float* shares, Index first, Index last) {
+  Lanes largest(0);
+  for (Index b = first; b < last; ++b) {
+    const VertexBlock& block = rows.blocks[b];
+    for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
+      VolumeStiffness<Lanes> stiffness;
+      add_tree(rows, block,
+               RegisterStart{bases, carries, gather(bases, block.corners + lane).x, lane},
+               stiffness);
+      const Lanes square = load_lanes(shares + b * kBlockLanes + lane) * stiffness.trace;
+      largest = select(square > largest, square, largest);
+    }
+  }
+  return hn::GetLane(hn::MaxOfLanes(Tag(), largest.value));
+}
+
 HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const Carry* carries,
                            float inverse_dt, Index first, Index last) {
   for (Index b = first; b < last; ++b) {
@@ -479,6 +526,8 @@ constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintK
                                     &predict_displacements,
                                     &settle,
                                     &solve_vertices,
+                                    &push_vertices,
+                                    &stiffest,
                                     &damp_rows};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

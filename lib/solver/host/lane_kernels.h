@@ -63,6 +63,7 @@ struct VertexRange {
   Particle* displacements;   ///< in compliance mode
   Particle* flights;         ///< of the vertex-block method, else null
   FixedPoint* fixed_points;  ///< likewise
+  bool starts;               ///< whether these are where vertices start, else where they fly
   float unit;                ///< m, of these
   Velocity* velocities;
   Carry* carries;  ///< in compliance mode
@@ -87,6 +88,14 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   /// Moves the vertices of a block. Returns the lanes that it has left alone: those that it was
   /// told to, and those at which something is not finite.
   LaneBits (*solve_vertices)(const VertexRows&, const VertexState&, Index block);
+
+  /// Likewise of explicit steps, by the forces where the substep starts.
+  LaneBits (*push_vertices)(const VertexRows&, const VertexState&, Index block);
+
+  /// As stiffest_vertex(), of blocks [first, last). How a step is divided is to be the same for all
+  /// executors, so the strict one of these serves both modes.
+  float (*stiffest)(const VertexRows&, const Particle* bases, const Carry*, const float* shares,
+                    Index first, Index last);
 
   /// As damp_rows(), of blocks [first, last).
   void (*damp_rows)(const DampedRows&, const Particle* bases, const Carry*, float inverse_dt,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <memory>
 
 #include "lib/solver/host/host_backends.h"
@@ -32,6 +33,14 @@ class SerialBackend final : public Backend {
 };
 
 }  // namespace
+
+float Backend::stiffest(SolverData& data) {
+  float largest = 0;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    largest = std::max(largest, stiffest_vertex(data, data.copy(i)));
+  }
+  return largest;
+}
 
 std::unique_ptr<Backend> make_serial_backend() {
   return std::make_unique<SerialBackend>();

@@ -78,6 +78,9 @@ class SerialStep {
           sweep(iteration);
         }
         break;
+      case StepOperation::push:
+        push_vertices(step_, vertex_state(step_, numbers_.lengths, 1));
+        break;
       case StepOperation::settle_holds:
         if (has_holds_to_settle(step_)) {
           settle_holds(step_, vertex_state(step_, numbers_.lengths, 1));

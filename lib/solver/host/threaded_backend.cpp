@@ -22,6 +22,7 @@
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/program/step_program.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/state_report.h"
@@ -43,8 +44,10 @@ Part part_of(std::size_t count, int thread, int threads) {
 
 class ThreadedBackend final : public Backend {
  public:
-  ThreadedBackend(const LaneKernels& kernels, const SolverOptions& options)
+  ThreadedBackend(const LaneKernels& kernels, const LaneKernels& strict_kernels,
+                  const SolverOptions& options)
       : kernels_(kernels),
+        strict_kernels_(strict_kernels),
         executor_(options.executor),
         residuals_(static_cast<std::size_t>(executor_.state()->most_threads())),
         name_("threaded, " + executor_.name() + ", " + kernels_.name) {
@@ -67,6 +70,18 @@ class ThreadedBackend final : public Backend {
     }
   }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
+
+  [[nodiscard]] float stiffest(SolverData& data) override {
+    float largest = 0;
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      const CopyState& copy = data.copy(i);
+      largest = std::max(
+          largest, strict_kernels_.stiffest(
+                       data.vertex_blocks.rows(), copy.particles.data(), copy.carries.data(),
+                       data.stable_substep.shares().data(), 0, data.vertex_blocks.block_count()));
+    }
+    return largest;
+  }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     std::size_t bytes = 0;
@@ -322,6 +337,10 @@ class ThreadedBackend final : public Backend {
           meet(turn);
         }
         break;
+      case StepOperation::push:
+        meet(turn);
+        push_vertices(vertex_state(step, lengths, 1), turn);
+        break;
       case StepOperation::settle_holds:  // few: all have met since the sweeps
         if (has_holds_to_settle(step)) {
           if (thread == 0) {
@@ -462,6 +481,23 @@ class ThreadedBackend final : public Backend {
     }
   }
 
+  // The last blocks are the longest, as of a colour.
+  void push_vertices(const VertexState& state, Turn& turn) {
+    if (turn.is_idle()) {
+      return;
+    }
+    const StepContext& step = turn.step;
+    const VertexRows rows = vertex_rows(step);
+    const Index count = step.data.vertex_blocks.block_count();
+    for (Index block = turn.thread; block < count; block += turn.threads) {
+      const LaneBits left = kernels_.push_vertices(rows, state, block);
+      if (left != 0) {
+        push_lanes(step, state, block, left);
+      }
+    }
+    meet(turn);
+  }
+
   // Blocks of a colour get longer towards its end, so the threads take turns.
   void solve_vertices(const StepContext& step, const VertexState& state, const ThreadStage& stage,
                       int thread, int threads) {
@@ -533,12 +569,13 @@ class ThreadedBackend final : public Backend {
     const Part part =
         part_of((copy.particles.size() + kBlockLanes - 1) / kBlockLanes, thread, threads);
     StepScratch& scratch = step.scratch;
-    const bool has_flights = step.data.options.method == SolverMethod::vertex_block;
+    const bool has_flights = moves_vertices(step.data.options);
     return {copy.particles.data(),
             scratch.previous.data(),
             scratch.displacements.data(),
             has_flights ? scratch.flights.data() : nullptr,
             has_flights ? scratch.fixed_points.data() : nullptr,
+            is_explicit(step.data.options),
             step.data.vertex_blocks.unit(),
             copy.velocities.data(),
             copy.carries.data(),
@@ -547,6 +584,7 @@ class ThreadedBackend final : public Backend {
   }
 
   const LaneKernels& kernels_;
+  const LaneKernels& strict_kernels_;
   Executor executor_;
   std::optional<ThreadChoice> choice_;              // where nobody said how many
   int threads_ = 1;                                 // that begin a step
@@ -564,7 +602,9 @@ class ThreadedBackend final : public Backend {
 
 std::unique_ptr<Backend> make_threaded_backend(const SolverOptions& options) {
   const LaneKernels* kernels = choose_lane_kernels(options.math == MathMode::fast);
-  return kernels == nullptr ? nullptr : std::make_unique<ThreadedBackend>(*kernels, options);
+  return kernels == nullptr
+             ? nullptr
+             : std::make_unique<ThreadedBackend>(*kernels, *choose_lane_kernels(false), options);
 }
 
 }  // namespace pbdsurg

@@ -33,7 +33,7 @@ auto vertices_of(std::span<const Element> elements) {
 
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                            std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-                           const ColoringOptions& coloring, float unit)
+                           const ColoringOptions& coloring, float unit, bool at_once)
     : tets_(std::move(tets)),
       given_(std::move(springs)),
       given_hinges_(std::move(hinges)),
@@ -59,7 +59,10 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
                  std::ranges::any_of(given_hinges_.values(), is_damped);
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
-  const Coloring colors = color_vertices(moves, coloring);
+  std::vector<Index> color_of(moves.size(), 0);
+  if (!at_once) {
+    color_of = color_vertices(moves, coloring).color_of;
+  }
   std::vector<Index> order;
   for (Index v = 0; v < vertex_count; ++v) {
     if (!moves[v]) {
@@ -70,15 +73,14 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   }
   const auto key = [&](Index v) {
     const Rows& needs = needs_[v];
-    return std::tuple(colors.color_of[v], needs.volumes, needs.springs, needs.pulls, needs.hinges,
-                      v);
+    return std::tuple(color_of[v], needs.volumes, needs.springs, needs.pulls, needs.hinges, v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
   for (std::size_t first = 0; first < all.size();) {
-    const Index color = colors.color_of[all[first]];
+    const Index color = color_of[all[first]];
     std::size_t last = first;
-    while (last < all.size() && last - first < kBlockLanes && colors.color_of[all[last]] == color) {
+    while (last < all.size() && last - first < kBlockLanes && color_of[all[last]] == color) {
       ++last;
     }
     // a colour may have lost all its vertices to those that are fixed
@@ -215,7 +217,7 @@ void VertexBlocks::find_neighborhood(Index vertex) {
       springs.push_back({pull.neighbor, 0.0F, 0.0F, pull.damping});
     }
   }
-  for (const Index h : given_hinges_.size() == 0 ? std::span<const Index>() : hinges_at_[vertex]) {
+  for (const Index h : hinges_at(vertex)) {
     const VertexHinge& hinge = given_hinges_[h];
     if (!(hinge.stiffness > 0)) {
       continue;

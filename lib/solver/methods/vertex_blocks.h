@@ -48,7 +48,8 @@ struct VertexHinge {
   float damping = 0;    ///< N m s, >= 0
 };
 
-/// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour.
+/// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour, unless
+/// all move at once.
 ///
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
@@ -64,9 +65,10 @@ class VertexBlocks {
   /// @param hinges    [hinge_count] likewise
   /// @param coloring  of the vertices, without max_colors
   /// @param unit      m, of fixed points
+  /// @param at_once   whether all move at once, in one colour
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
-               const ColoringOptions& coloring, float unit = kUsualUnit);
+               const ColoringOptions& coloring, float unit = kUsualUnit, bool at_once = false);
 
   /// m, of fixed points.
   [[nodiscard]] float unit() const noexcept { return unit_; }
@@ -127,6 +129,15 @@ class VertexBlocks {
   void remove_spring(Index spring);
   void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
+
+  // Those that a vertex has or had.
+  [[nodiscard]] std::span<const Index> tets_at(Index vertex) const { return tets_at_[vertex]; }
+  [[nodiscard]] std::span<const Index> springs_at(Index vertex) const {
+    return springs_at_[vertex];
+  }
+  [[nodiscard]] std::span<const Index> hinges_at(Index vertex) const {
+    return given_hinges_.size() == 0 ? std::span<const Index>() : hinges_at_[vertex];
+  }
 
   /// What is removed has no terms.
   [[nodiscard]] std::span<const VertexTet> tets() const noexcept { return tets_.values(); }

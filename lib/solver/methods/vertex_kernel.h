@@ -44,14 +44,14 @@ struct RowPart {
   Index stride = 1;
 };
 
-/// Adds what the rows of a block tell to the energies of its vertices. Not a number, or infinite,
-/// where a neighbour is.
+/// Adds what the rows of a block tell to the energies of its vertices, or to the forces on them.
+/// Not a number, or infinite, where a neighbour is.
 /// @param access  load(const float*): a Scalar of stored lanes; position(const ParticleOffset*):
 ///                likewise, m, from the vertex of a lane
-template <class Access, class Scalar>
+template <class Access, class Energy>
 PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
-                                    const Access& access, VertexEnergy<Scalar>& energy,
-                                    RowPart part = {}) {
+                                    const Access& access, Energy& energy, RowPart part = {}) {
+  using Scalar = typename Energy::Number;
   const PullRow* const pulls = rows.pulls + block.pulls.first;
   for (Index i = part.first; i < block.pulls.count; i += part.stride) {
     energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors));
@@ -84,22 +84,22 @@ inline constexpr Index kRowParts = 16;
 
 /// As add_rows(), as the sum of parts: those whose numbers differ by half of kRowParts first, then
 /// by a quarter. The first part starts from what the energy has, others from zero.
-template <class Access, class Scalar>
+template <class Access, class Energy>
 PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& block,
-                                    const Access& access, VertexEnergy<Scalar>& energy) {
+                                    const Access& access, Energy& energy) {
   // a loop, since compilers would lay out rows once for each part of a recursion
-  VertexEnergy<Scalar> sums[5];  // of subtrees that wait for their other halves
+  Energy sums[5];  // of subtrees that wait for their other halves
   static_assert(kRowParts == 1 << 4);
   Index count = 0;
   for (Index i = 0; i < kRowParts; ++i) {
     const Index part = (i & 1) << 3 | (i & 2) << 1 | (i & 4) >> 1 | i >> 3;
-    VertexEnergy<Scalar> sum;
+    Energy sum;
     if (i == 0) {
       sum = energy;
     }
     add_rows(rows, block, access, sum, {part, kRowParts});
     for (Index bit = 1; (i & bit) != 0; bit *= 2) {
-      VertexEnergy<Scalar> both = sums[--count];
+      Energy both = sums[--count];
       both.add(sum);
       sum = both;
     }
@@ -107,6 +107,26 @@ PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& b
   }
   energy = sums[0];
 }
+
+/// How stiffly volumes hold a vertex, taken up as its energy is: the trace of what they add to its
+/// Hessian. See StableSubstep.
+template <class Scalar>
+struct VolumeStiffness {
+  using Number = Scalar;
+
+  Scalar trace{};  ///< N/m
+
+  PBDSURG_HOST_DEVICE void add(const VolumeStiffness& other) { trace = trace + other.trace; }
+  PBDSURG_HOST_DEVICE void add_pull(Scalar, const Vec3<Scalar>&) {}
+  PBDSURG_HOST_DEVICE void add_spring(Scalar, Scalar, const Vec3<Scalar>&) {}
+  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar, const Vec3<Scalar>& a,
+                                      const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
+    const Vec3<Scalar> face = cross(b - a, c - a);
+    trace = trace + stiffness * dot(face, face);
+  }
+  template <class Condition>
+  PBDSURG_HOST_DEVICE void add_hinge(Scalar, Scalar, const Vec3<Scalar> (&)[4], const Condition&) {}
+};
 
 /// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
 /// do not add up, and beyond half a turn the shorter way is the other.

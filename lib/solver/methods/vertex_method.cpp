@@ -9,12 +9,14 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/constraints/vertex_block.h"
 
+#include "lib/base/describe.h"
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/held_vertex.h"
 #include "lib/solver/methods/vertex_kernel.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/methods/vertex_moves.h"
 #include "lib/solver/sets/neo_hookean_record.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/solver_data.h"
 
@@ -39,7 +41,7 @@ Moduli moduli_of(const Material& material) {
 }
 
 bool is_used(const SolverData& data) {
-  return data.options.method == SolverMethod::vertex_block;
+  return moves_vertices(data.options);
 }
 
 VertexTet make_neo_hookean(const std::array<Vec3<double>, 4>& rest, const Material& material) {
@@ -73,7 +75,9 @@ std::string compliance_problem(const Body& body, const char* which, float compli
 // Why the method cannot step bodies as options ask.
 std::optional<std::string> problem_of(std::span<const Body> bodies, const SolverOptions& options) {
   if (options.mode == ProjectionMode::fraction) {
-    return "the vertex-block method minimises an energy; fraction mode has none";
+    return is_explicit(options)
+               ? "explicit steps follow forces; fraction mode has none"
+               : "the vertex-block method minimises an energy; fraction mode has none";
   }
   if (options.coloring.max_colors != 0) {
     return "max_colors is " + std::to_string(options.coloring.max_colors) +
@@ -88,6 +92,10 @@ std::optional<std::string> problem_of(std::span<const Body> bodies, const Solver
   }
   for (const Body& body : bodies) {
     const Material& material = body.material;
+    if (is_explicit(options) && material.damping > 0) {
+      return "body '" + body.name + "': damping is " + describe(material.damping) +
+             " s; explicit steps have no inner friction: 0";
+    }
     if (body.tet_count == 0 || material.model != ElasticModel::springs) {
       continue;
     }
@@ -199,7 +207,7 @@ SolverMethod method_for(std::span<const Body> bodies, const SolverOptions& optio
 }
 
 void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options) {
-  if (options.method != SolverMethod::vertex_block) {
+  if (!moves_vertices(options)) {
     return;
   }
   if (const std::optional<std::string> problem = problem_of(bodies, options)) {
@@ -291,7 +299,7 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
     moves.push_back(p.w > 0);
   }
   return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
-                      vertex_coloring(data.options), unit);
+                      vertex_coloring(data.options), unit, is_explicit(data.options));
 }
 
 VertexRows vertex_rows(const StepContext& step) noexcept {
@@ -389,6 +397,43 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block_
   }
 }
 
+void push_lanes(const StepContext& step, const VertexState& state, Index block_index,
+                LaneBits lanes) {
+  const VertexRows rows = vertex_rows(step);
+  const VertexBlock& block = rows.blocks[block_index];
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    const ParticleOffset corner = block.corners[lane];
+    Particle& p = at(state.displacements, corner);
+    if ((lanes >> lane & 1) == 0 || !(p.w > 0)) {
+      continue;  // not asked for, or without tissue
+    }
+    const FixedPoint& point = at(state.fixed_points, corner);
+    const LaneAccess access{state.fixed_points, point, lane};
+    const VertexBlock seen = is_lost(point) ? VertexBlock{} : block;
+    VertexForce<float> sum;
+    add_tree(rows, seen, access, sum);
+    const Vec3<float> force = finite_force(rows, seen, access, sum);
+    const Vec3<float> u = load(p);
+    const Vec3<float> flight = load(at(state.flights, corner));
+    const Index first_hold = step.scratch.first_holds[place_at(corner)];
+    const Vec3<float> moved =
+        first_hold == kInvalidIndex
+            ? flight + pushed_flight(force, p.w, state.inverse_dt_squared)
+            : u + move_held(HeldVertex(step, {load(at(state.bases, corner)), u}, first_hold),
+                            pushed_energy(flight - u, force, state.inverse_dt_squared / p.w),
+                            1 / state.inverse_dt_squared);
+    if (is_finite_way(moved)) {
+      store(p, moved);
+    }
+  }
+}
+
+void push_vertices(const StepContext& step, const VertexState& state) {
+  for (Index block = 0; block < step.data.vertex_blocks.block_count(); ++block) {
+    push_lanes(step, state, block, ~LaneBits{0});
+  }
+}
+
 bool has_holds_to_settle(const StepContext& step) noexcept {
   return !step.scratch.holds.empty() && has_stiff_links(step.data.plan);
 }
@@ -436,6 +481,9 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   remove(change);
   if (grows) {
     regrow(tissue, change);
+    if (is_explicit(data_.options)) {
+      data_.stable_substep.measure(data_);
+    }
   } else {
     refresh();
   }
@@ -515,18 +563,25 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
   if (!is_used(data_)) {
     return;
   }
-  if (before_growth_) {
+  const bool has_grown = before_growth_.has_value();
+  if (has_grown) {
     data_.vertex_blocks = std::move(*before_growth_);
     before_growth_.reset();
   }
   data_.vertex_blocks.undo();
   refresh();
+  if (has_grown && is_explicit(data_.options)) {
+    data_.stable_substep.measure(data_);
+  }
 }
 
 void VertexFollower::refresh() {
   VertexBlocks& blocks = data_.vertex_blocks;
   for (const Index place : blocks.touched()) {
     data_.log_constraint(PhaseKind::vertex, place);
+  }
+  if (is_explicit(data_.options)) {
+    data_.stable_substep.measure(data_, blocks.touched());
   }
   blocks.refresh();
 }

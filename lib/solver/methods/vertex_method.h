@@ -65,6 +65,10 @@ void damp_rows(const StepContext& step, float inverse_dt);
 /// Moves some vertices of a block, one after another.
 void solve_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
 
+/// Of explicit steps: moves some vertices of a block, or all of all blocks, by forces of the start.
+void push_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
+void push_vertices(const StepContext& step, const VertexState& state);
+
 /// Whether what tools touch or hold has to move once more after the sweeps: a stiff link at such a
 /// vertex pulls it last, and tools have not felt that yet.
 [[nodiscard]] bool has_holds_to_settle(const StepContext& step) noexcept;

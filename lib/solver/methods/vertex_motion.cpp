@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/vertex_motion.h"
 
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -43,7 +44,7 @@ SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, fl
 
 MovingVertices moving_vertices(const StepContext& step) noexcept {
   if (has_displacements(step.data.options)) {
-    const bool has_points = step.data.options.method == SolverMethod::vertex_block;
+    const bool has_points = moves_vertices(step.data.options);
     return {step.scratch.displacements.data(), step.copy.particles.data(),
             has_points ? step.scratch.fixed_points.data() : nullptr};
   }
@@ -69,18 +70,19 @@ void update_velocities(const StepContext& step, const FreeMotion<float>& motion)
 }
 
 void predict_displacements(const StepContext& step, const FreeMotion<float>& motion) {
-  const bool extrapolates = step.data.options.method == SolverMethod::vertex_block;
+  const bool has_points = moves_vertices(step.data.options);
+  const bool starts = is_explicit(step.data.options);
   for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
     const float w = step.copy.particles[v].w;
     const Carry& carry = step.copy.carries[v];
     const Vec3<float> flight =
         flight_of(motion, load(carry), flying_velocity(motion, load(step.copy.velocities[v]), w));
     Vec3<float> u = flight;
-    if (extrapolates) {
+    if (has_points) {
       step.scratch.flights[v] = {flight.x, flight.y, flight.z, kFreely};
       u = start_of(motion, flight, w, carry.falling);
-      step.scratch.fixed_points[v] =
-          fixed_point(load(step.copy.particles[v]), u, step.data.vertex_blocks.unit());
+      step.scratch.fixed_points[v] = fixed_point(
+          load(step.copy.particles[v]), starts ? load(carry) : u, step.data.vertex_blocks.unit());
     }
     step.scratch.displacements[v] = {u.x, u.y, u.z, w};
   }

@@ -24,9 +24,9 @@ PBDSURG_HOST_DEVICE inline bool is_finite_way(const Vec3<float>& d) {
 
 /// As add_rows(), of one vertex, without the rows that lead to what is not finite. A neighbour may
 /// be lost, but not the definiteness of the Hessian: negative pulls stay out, too.
-template <class Access>
+template <class Access, class Energy>
 PBDSURG_DEVICE inline void add_finite_rows(const VertexRows& rows, const VertexBlock& block,
-                                           const Access& access, VertexEnergy<float>& energy) {
+                                           const Access& access, Energy& energy) {
   const PullRow* const pulls = rows.pulls + block.pulls.first;
   for (Index i = 0; i < block.pulls.count; ++i) {
     const Vec3<float> d = access.position(pulls[i].neighbors);
@@ -196,6 +196,31 @@ PBDSURG_DEVICE inline Vec3<float> move_vertex(const VertexRows& rows, const Vert
   VertexEnergy<float> energy = start;
   add_tree(rows, block, access, energy);
   return move_vertex(rows, block, access, start, energy, solve);
+}
+
+/// N, on a vertex where a substep starts; of what is finite, if not all is.
+/// @param force  the sum of its rows
+template <class Access>
+PBDSURG_DEVICE inline Vec3<float> finite_force(const VertexRows& rows, const VertexBlock& block,
+                                               const Access& access, VertexForce<float> force) {
+  if (!is_finite_way(force.force)) {
+    force = {};
+    add_finite_rows(rows, block, access, force);
+  }
+  return force.force;
+}
+
+/// The energy of a vertex that tools touch or hold, in an explicit step: its neighbours pull it
+/// with the force of the start, wherever it goes.
+/// @param way     m, from where the vertex is to where it flies by itself
+/// @param force   N
+/// @param weight  N/m, mass over the square of the substep
+PBDSURG_DEVICE inline VertexEnergy<float> pushed_energy(const Vec3<float>& way,
+                                                        const Vec3<float>& force, float weight) {
+  VertexEnergy<float> energy;
+  energy.add_pull(weight, way);
+  energy.force = energy.force + force;
+  return energy;
 }
 
 }  // namespace pbdsurg

@@ -48,6 +48,9 @@ class PBDSURG_API Backend {
   /// @param dt  s, positive and finite
   virtual void start_step(SolverData& data, float dt) = 0;
 
+  /// Of explicit steps, before a step: the largest stiffest_vertex() of the copies.
+  [[nodiscard]] virtual float stiffest(SolverData& data);
+
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once
   /// after each start_step(). Writes `last_report` of all copies; one that keeps the state also
   /// writes `watched_positions`.

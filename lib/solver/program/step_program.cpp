@@ -22,8 +22,12 @@ constexpr std::array kVertexBlocks{
     predict_displacements, find_contacts, gather_holds,   damp_rows, begin_joints, sweep,
     settle_holds,          keep_momentum, collect_forces, settle};
 
-// The same by BDF2: an implicit Euler substep of what velocities and positions are once the substep
-// before is taken into account.
+// Symplectic Euler.
+constexpr std::array kExplicit{predict_displacements, find_contacts, gather_holds, push,
+                               collect_forces,        settle};
+
+// Vertex blocks or projections by BDF2: an implicit Euler substep of what velocities and positions
+// are once the substep before is taken into account.
 template <std::size_t kCount>
 constexpr std::array<StepOperation, kCount + 3> with_past(
     const std::array<StepOperation, kCount>& operations) {
@@ -41,6 +45,9 @@ constexpr auto kVertexBlocksWithPast = with_past(kVertexBlocks);
 
 StepProgram step_program(const SolverOptions& options, const StepDivision& division) noexcept {
   const bool has_past = options.integration == TimeIntegration::bdf2;
+  if (options.method == SolverMethod::explicit_steps) {
+    return {kExplicit, division};
+  }
   if (options.method == SolverMethod::vertex_block) {
     return has_past ? StepProgram{kVertexBlocksWithPast, division}
                     : StepProgram{kVertexBlocks, division};

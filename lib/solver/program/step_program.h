@@ -27,13 +27,14 @@ enum class StepOperation : std::uint8_t {
   damp_rows,              ///< gives the rows of vertices this substep's damping
   begin_joints,           ///< finds the forces of stiff links
   sweep,                  ///< all sweeps: the phases of the StepPlan, again and again
-  settle_holds,           ///< what tools touch or hold answers what stiff links did last
-  keep_momentum,          ///< of pieces that nothing holds: see momentum.h
-  collect_forces,         ///< adds what pushed back to the forces of tools
-  update_velocities,      ///< from the way of the substep
-  settle,                 ///< vertices go where displacements lead; velocities from these
-  keep_past,              ///< of BDF2: for the next recall_past
-  ease_contacts,          ///< of BDF2: what tools push does not spring back from them
+  push,               ///< of explicit steps: vertices follow the forces of the start, all at once
+  settle_holds,       ///< what tools touch or hold answers what stiff links did last
+  keep_momentum,      ///< of pieces that nothing holds: see momentum.h
+  collect_forces,     ///< adds what pushed back to the forces of tools
+  update_velocities,  ///< from the way of the substep
+  settle,             ///< vertices go where displacements lead; velocities from these
+  keep_past,          ///< of BDF2: for the next recall_past
+  ease_contacts,      ///< of BDF2: what tools push does not spring back from them
 };
 
 struct StepProgram {

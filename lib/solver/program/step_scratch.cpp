@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -34,7 +35,7 @@ void StepScratch::fit(const SolverData& data) {
       fit_list(groups[group], slots.blocks(group).size(), slots.block_capacity(group));
     }
   });
-  if (data.options.method != SolverMethod::vertex_block) {
+  if (!moves_vertices(data.options)) {
     return;
   }
   fit_list(flights, places, room);

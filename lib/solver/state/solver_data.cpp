@@ -5,6 +5,7 @@
 
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
 #include "lib/solver/substep_rule.h"
@@ -22,7 +23,12 @@ class ProgramFollower final : public Follower {
   }
   void follow(const Tissue&, const TissueChange& change) noexcept override {
     rule_before_ = data_.substep_rule;
-    if (!change.edit.new_bodies.bodies().empty()) {
+    if (is_explicit(data_.options)) {
+      const SubstepRule rule = explicit_rule(data_);
+      if (rule != data_.substep_rule) {
+        set_substep_rule(rule, data_);
+      }
+    } else if (!change.edit.new_bodies.bodies().empty()) {
       set_substep_rule(both(rule_before_, substep_rule(change.edit.new_bodies, data_.options)),
                        data_);
     }
@@ -92,7 +98,12 @@ void SolverData::set_backend(std::unique_ptr<Backend> made) {
 
 void SolverData::start_step(float dt) {
   free_pieces.refresh(*tissue, place_of_vertex);
-  division = divide_step(dt, substep_rule, options);
+  SubstepRule rule = substep_rule;
+  if (is_explicit(options)) {
+    rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));
+    check_explicit_step(dt, rule, options);
+  }
+  division = divide_step(dt, rule, options);
   step_length = dt;
   if (!backend->keeps_state()) {
     backend->start_step(*this, dt);
@@ -126,7 +137,7 @@ void SolverData::start_step(float dt) {
 
 void SolverData::rebuild_plan() {
   plan.phases.clear();
-  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  const bool by_vertices = moves_vertices(options);
   if (by_vertices) {
     step_scratch.reserve_holds(*this);
     for (Index color = 0; color < vertex_blocks.color_count(); ++color) {

@@ -11,6 +11,7 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/methods/free_pieces.h"
+#include "lib/solver/methods/stable_substep.h"
 #include "lib/solver/methods/vertex_blocks.h"
 #include "lib/solver/program/step_scratch.h"
 #include "lib/solver/sets/constraint_sets.h"
@@ -36,8 +37,9 @@ class SolverData : public SolverState {
   std::unique_ptr<Tissue> own_tissue;  ///< of a solver that was made of a scene
   const Tissue* tissue = nullptr;
   ConstraintSets sets{*this};
-  VertexBlocks vertex_blocks;  ///< of the vertex-block method, else empty
-  FreePieces free_pieces;      ///< likewise; as of the step that began last
+  VertexBlocks vertex_blocks;  ///< of methods that move vertices, else empty
+  FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
+  StableSubstep stable_substep;  ///< of explicit steps, else empty
   StepPlan plan;
   StepScratch step_scratch;  ///< of the first worker on a host
 

@@ -10,6 +10,7 @@
 #include "lib/solver/sets/build_constraints.h"
 #include "lib/solver/sets/nested_domains.h"
 #include "lib/solver/sets/stiff_links.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/substep_rule.h"
 
@@ -37,8 +38,11 @@ void place_vertices(const Tissue& tissue, std::span<const Eigen::Vector3d> posit
 }
 
 std::string phases_name(const SolverOptions& options) {
-  const bool moves_vertices = options.method == SolverMethod::vertex_block;
-  const ColoringOptions coloring = moves_vertices ? vertex_coloring(options) : options.coloring;
+  if (is_explicit(options)) {
+    return "explicit, vertices";
+  }
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  const ColoringOptions coloring = by_vertices ? vertex_coloring(options) : options.coloring;
   std::string name = name_of(coloring.algorithm);
   if (coloring.algorithm == ColoringAlgorithm::greedy && coloring.order != GreedyOrder::natural) {
     name += std::string(" by ") + name_of(coloring.order);
@@ -50,7 +54,7 @@ std::string phases_name(const SolverOptions& options) {
   name += coloring.repair ? "+repair" : "";
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
   name += coloring.balance ? "+balance" : "";
-  if (moves_vertices) {
+  if (by_vertices) {
     return name + ", vertices";
   }
   switch (options.composition) {
@@ -66,12 +70,40 @@ std::string phases_name(const SolverOptions& options) {
   return name;
 }
 
+// Whether the longest step can be taken.
+void check_stable(const SolverData& data) {
+  const double longest = data.stable_substep.longest();
+  const SolverOptions& options = data.options;
+  if (longest > 0 && (options.substeps != kAutomatic ||
+                      double{options.longest_step} <= kMostAutomatic * longest)) {
+    return;
+  }
+  const auto place = std::ranges::find(data.place_of_vertex, data.stable_substep.stiffest());
+  const auto vertex = static_cast<Index>(place - data.place_of_vertex.begin());
+  std::ostringstream text;
+  text << "vertex " << vertex << " of body '"
+       << data.tissue->bodies()[data.tissue->body_of_vertex(vertex)].name
+       << "' needs explicit substeps of " << longest << " s or less";
+  if (longest > 0) {
+    text << ": more than " << kMostAutomatic << " in the longest step, " << options.longest_step
+         << " s; a coarser mesh, softer material or shorter step needs fewer";
+  } else {
+    text << "; a compliance of 0 has none that is short enough: vertex blocks take it";
+  }
+  throw InvalidArgument(text.str());
+}
+
 }  // namespace
+
+SubstepRule explicit_rule(const SolverData& data) noexcept {
+  return {static_cast<float>(data.stable_substep.longest()), 0};
+}
 
 void set_substep_rule(const SubstepRule& rule, SolverData& data) {
   const SolverOptions& options = data.options;
   data.substep_rule = rule;
-  data.plan.longest_substep = options.substeps == kAutomatic ? rule.longest : 0;
+  data.plan.longest_substep =
+      options.substeps == kAutomatic || is_explicit(options) ? rule.longest : 0;
   data.plan.name = phases_name(options);
   if (options.substeps == kAutomatic || options.iterations == kAutomatic) {
     const auto [substeps, sweeps] = divide_step(options.longest_step, rule, options);
@@ -79,8 +111,11 @@ void set_substep_rule(const SubstepRule& rule, SolverData& data) {
     if (options.substeps == kAutomatic) {
       name << ", substeps of " << 1e3 * double{rule.longest} << " ms at most";
     }
-    name << ": " << substeps << " of " << sweeps << (sweeps == 1 ? " sweep" : " sweeps")
-         << " in a step of " << 1e3 * double{options.longest_step} << " ms";
+    name << ": " << substeps;
+    if (!is_explicit(options)) {
+      name << " of " << sweeps << (sweeps == 1 ? " sweep" : " sweeps");
+    }
+    name << " in a step of " << 1e3 * double{options.longest_step} << " ms";
     data.plan.name += name.str();
   }
 }
@@ -95,7 +130,7 @@ SolverInput input_at_rest(const Tissue& tissue, const SolverOptions& options) {
         tissue.is_link_alive(l) ? stiff_link_numbers(tissue, l, options) : std::nullopt);
   }
   input.substep_rule = substep_rule(tissue, options);
-  if (options.method == SolverMethod::vertex_block) {
+  if (moves_vertices(options)) {
     input.vertex_tets = vertex_tets_at_rest(tissue);
   }
   return input;
@@ -114,6 +149,11 @@ std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue, SolverInput 
   data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);
   data.reserve_spare_room();
   data.changes.state.assign(static_cast<std::size_t>(data.options.copies), true);
+  if (is_explicit(data.options)) {
+    data.stable_substep.measure(data);
+    check_stable(data);
+    input.substep_rule = explicit_rule(data);
+  }
   set_substep_rule(input.substep_rule, data);
   data.rebuild_plan();
   return made;

@@ -37,6 +37,9 @@ struct SolverInput {
 /// Sets what steps need, also in the plan and its name.
 void set_substep_rule(const SubstepRule& rule, SolverData& data);
 
+/// What explicit steps need of what was measured last.
+[[nodiscard]] SubstepRule explicit_rule(const SolverData& data) noexcept;
+
 /// Makes room in the tissue for what edits are to add; the solver's own is made by the above.
 void reserve_spare_room(Tissue& tissue, const SpareRoom& spare);
 

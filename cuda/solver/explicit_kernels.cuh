@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// All substeps of an explicit step in one kernel, while no tool touches or holds anything. As in
+/// cooperative_kernels.cuh, a vertex waits for its neighbours and for nothing else. It reads them
+/// where they are at the start of its substep, and writes where it is at the end into the other
+/// mailbox: what it overwrites there is of the substep before, which all its neighbours have read,
+/// or they could not have come to where it has just found them.
+
+#include <cstddef>
+
+#include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/counted_points.cuh"
+#include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/report_kernels.cuh"
+#include "cuda/solver/tile_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
+#include "lib/solver/methods/displacement.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+__device__ inline Mailboxes of_copy(Mailboxes boxes, Index capacity) {
+  const std::size_t first = copy_index() * static_cast<std::size_t>(capacity);
+  return {{boxes.points[0] + first, boxes.points[1] + first}};
+}
+
+/// Where vertices are before the first substep; nobody has written into the other mailbox yet. And
+/// what all substeps do to vertices that no block has: these stop.
+__global__ void __launch_bounds__(kVertexThreads)
+    fill_mailboxes(DeviceState state, VertexArrays vertices, Mailboxes boxes,
+                   const StepInput* input) {
+  const Index count = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  boxes = of_copy(boxes, state.capacity);
+  const Index i = thread_index();
+  if (i >= count) {
+    return;
+  }
+  const Carry carry = load_carry(state.carries + i);
+  const Vec3<float> rounding{carry.x, carry.y, carry.z};
+  const Vec3<float> p = position_of(load_particle(state.particles + i));
+  const FixedPoint point = fixed_point(p, rounding, input[copy_index()].unit);
+  store_point(boxes.points[0] + i, point);
+  store_point(boxes.points[1] + i, point);
+  if (__ldg(vertices.lane_of_place + i) == kInvalidIndex) {
+    const FreeMotion<float>& motion = input[copy_index()].motion;
+    Settled<float> end{p, load_velocity(state.velocities + i), rounding, carry.falling};
+    for (Index substep = 0; substep < input->substep_count && substep < 2;
+         ++substep) {  // then it stays so
+      end = settle(motion, end.x, 0.0F, end.velocity, end.rounding, end.rounding);
+    }
+    store_velocity(state.velocities + i, end.velocity);
+    store_carry(state.carries + i, end.rounding, end.falling);
+  }
+}
+
+/// A vertex as all threads that share it have it.
+struct PushedVertex {
+  Particle p;  ///< at the start of the substep
+  Vec3<float> velocity, rounding;
+  float falling;
+  FixedPoint own;
+
+  __device__ void load(const DeviceState& state, const FixedPoint* points, ParticleOffset corner) {
+    const Index place = place_at(corner);
+    p = load_particle(state.particles + place);
+    velocity = load_velocity(state.velocities + place);
+    const Carry carry = load_carry(state.carries + place);
+    rounding = {carry.x, carry.y, carry.z};
+    falling = carry.falling;
+    own = without_sweeps(load_counted(&at(points, corner)));
+  }
+  __device__ void store(const DeviceState& state, ParticleOffset corner) const {
+    const Index place = place_at(corner);
+    store_particle(state.particles + place, position_of(p), p.w);
+    store_velocity(state.velocities + place, velocity);
+    store_carry(state.carries + place, rounding, falling);
+  }
+
+  /// Goes to the end of the substep.
+  /// @param force  N
+  __device__ void move(const FreeMotion<float>& motion, const Vec3<float>& force,
+                       float inverse_dt_squared, float unit) {
+    const Vec3<float> flight = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
+    const Vec3<float> pushed = flight + pushed_flight(force, p.w, inverse_dt_squared);
+    // what no force moves stays where it begins, as in push_blocks()
+    const Vec3<float> moved =
+        p.w > 0 && is_finite_way(pushed) ? pushed : start_of(motion, flight, p.w, falling);
+    const Settled<float> end = settle(motion, position_of(p), p.w, velocity, rounding, moved);
+    p = {end.x.x, end.x.y, end.x.z, p.w};
+    velocity = end.velocity;
+    rounding = end.rounding;
+    falling = end.falling;
+    own = fixed_point(end.x, rounding, unit);
+  }
+};
+
+/// Of threads, on a multiprocessor at once: as many as hold an organ of some 6000 vertices on a
+/// large device, with 85 registers a thread.
+constexpr int kStayingBlocks = 12;
+
+/// All substeps. Threads of a warp stay together.
+/// @tparam kParts  as in sweep_tiles()
+/// @tparam kStays  whether there is a warp for each tile, which then keeps it in its registers
+template <int kParts, bool kStays>
+__global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
+    push_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles, Mailboxes boxes,
+               const StepInput* input) {
+  using Shape = TileShape<kParts>;
+  extern __shared__ float4 all_ways[];
+  state = of_copy(state);
+  boxes = of_copy(boxes, state.capacity);
+  input += copy_index();
+  const Index of_warp = static_cast<Index>(threadIdx.x) % kTileThreads;
+  const Ways ways(all_ways + static_cast<Index>(threadIdx.x) / kParts *
+                                 ways_room(kParts, tiles.most_neighbors));
+  const FreeMotion<float> motion = input->motion;
+  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  const float unit = input->unit;
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
+  VertexColors all{};
+  all.count = 1;
+  all.blocks[0] = {0, vertices.block_count};
+  TileWalk<Shape::kTiles> walk(all, input->substep_count, thread_index() / kTileThreads,
+                               thread_count() / kTileThreads);
+  if (walk.is_done()) {
+    return;
+  }
+  NextTile<kParts> next;
+  next.load_block(tiles, walk.block());
+  next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
+  UsualRows<kParts> usual;
+  PushedVertex vertex;
+  do {
+    const NextTile<kParts> tile = next;
+    const ParticleOffset corner = tile.own & ~kNeighborFlags;
+    const Index substep = walk.sweep();
+    const bool is_even = (substep & 1) == 0;
+    const FixedPoint* const points = boxes.points[is_even ? 0 : 1];
+    FixedPoint* const next_points = boxes.points[is_even ? 1 : 0];
+    FixedPoint met[Shape::kNeighbors];
+#pragma unroll
+    for (int k = 0; k < Shape::kNeighbors; ++k) {
+      met[k] = load_neighbor(points, tile.names[k]);
+    }
+    const Index index = walk.block();
+    const Index thread = walk.tile() * kTileThreads + of_warp;
+    if (!kStays || substep == 0) {
+      vertex.load(state, points, corner);
+      usual.load(tiles.pulls + first_record(tile.firsts.y, thread),
+                 tiles.volumes + first_record(tile.firsts.w, thread));
+    }
+    walk.advance();
+    const bool is_last = walk.is_done();
+    if (!kStays && !is_last) {
+      next.load_block(tiles, walk.block());
+    }
+
+    wait_for<kParts>(points, tile.names, substep, met, vertex.own, 1 + of_warp % kParts, ways);
+    wait_for_more<kParts>(points, tiles, tile, substep, index, thread, vertex.own, ways);
+    __syncwarp();
+    const WaitingLane access{points, vertex.own, thread / kParts};
+    VertexForce<float> sum;
+    add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, access, sum);
+    if (!kStays && !is_last) {
+      next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
+    }
+    add_up<kParts>(sum, ~0U);
+    if (is_lost(vertex.own)) {
+      sum = {};
+    } else if (__builtin_expect(!is_finite_way(sum.force), 0)) {
+      sum.force = finite_force(rows, load_ranges(vertices.blocks + index), access, sum);
+    }
+    vertex.move(motion, sum.force, inverse_dt_squared, unit);
+    if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
+      store_counted(&at(next_points, corner), vertex.own, substep + 1);
+      if (!kStays || is_last) {
+        vertex.store(state, corner);
+      }
+    }
+    __syncwarp();
+  } while (!walk.is_done());
+}
+
+template <class Visit>
+void visit_push_kernel(Index parts, bool stays, const Visit& visit) {
+  if (parts == 16) {
+    visit(stays ? push_tiles<16, true> : push_tiles<16, false>);
+  } else if (parts == 8) {
+    visit(stays ? push_tiles<8, true> : push_tiles<8, false>);
+  } else {
+    visit(stays ? push_tiles<4, true> : push_tiles<4, false>);
+  }
+}
+
+Index prepare_explicit_step(const TileArrays& tiles) {
+#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
+  const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  if (device_attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
+      shared_bytes(tiles) > static_cast<std::size_t>(room)) {
+    return 0;
+  }
+  int fewest = 0;
+  for (const bool stays : {false, true}) {
+    visit_push_kernel(tiles.parts, stays, [&](auto* kernel) {
+      check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
+            "asking for all shared memory of a block");
+      int blocks = 0;
+      check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlockThreads,
+                                                          shared_bytes(tiles)),
+            "asking how many blocks a multiprocessor runs at a time");
+      fewest = fewest == 0 || blocks < fewest ? blocks : fewest;
+    });
+  }
+  return fewest * device_attribute(cudaDevAttrMultiProcessorCount);
+#else
+  static_cast<void>(tiles);
+  return 0;
+#endif
+}
+
+void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
+                     const VertexArrays& vertices, const TileArrays& tiles, const Mailboxes& boxes,
+                     const StepInput* input, const Launch& how) {
+  Launch first = how;
+  first.overlaps = false;  // follows what is no kernel
+  launch(first, "launching where vertices start", blocks_for(state.capacity, kVertexThreads),
+         kVertexThreads, fill_mailboxes, state, vertices, boxes, input);
+  cudaLaunchAttribute cooperative{};
+  cooperative.id = cudaLaunchAttributeCooperative;
+  cooperative.val.cooperative = 1;
+  cudaLaunchConfig_t config{};
+  config.gridDim =
+      dim3(static_cast<unsigned>(substeps.block_count), static_cast<unsigned>(how.copies));
+  config.blockDim = dim3(kBlockThreads);
+  config.dynamicSmemBytes = shared_bytes(tiles);
+  config.stream = how.stream;
+  config.attrs = &cooperative;
+  config.numAttrs = 1;
+  visit_push_kernel(tiles.parts, substeps.stays, [&](auto* kernel) {
+    check(cudaLaunchKernelEx(&config, kernel, state, vertices, tiles, boxes, input),
+          "launching explicit substeps");
+  });
+}
+
+/// As stiffest_vertex().
+template <int kParts>
+__global__ void __launch_bounds__(kBlockThreads)
+    find_stiffest(DeviceState state, VertexArrays vertices, StepInput* input) {
+  const Index vertex = thread_index() / kParts;
+  const Index index = vertex / kBlockLanes;
+  const Index lane = vertex % kBlockLanes;
+  float square = 0;
+  wait_for_previous();
+  if (index < vertices.block_count) {
+    state = of_copy(state);
+    const VertexBlock block = load_ranges(vertices.blocks + index);
+    const ParticleOffset corner = __ldg(vertices.blocks[index].corners + lane);
+    const DeviceStart access{state.particles, state.carries,
+                             position_of(load_particle(&at(state.particles, corner))), lane};
+    const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                          vertices.hinges};
+    VolumeStiffness<float> stiffness;
+    add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
+#pragma unroll
+    for (int distance = kParts / 2; distance > 0; distance /= 2) {
+      stiffness.trace += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.trace, distance);
+    }
+    const float here =
+        __ldg(vertices.stiffness_shares + index * kBlockLanes + lane) * stiffness.trace;
+    square = here > 0 ? here : 0.0F;  // nor what is no number
+  }
+  const Index most = over_warp([](Index a, Index b) { return a < b ? b : a; },
+                               __float_as_int(square));  // ordered as the floats are
+  if (threadIdx.x % kWarp == 0 && most > 0) {
+    atomicMax(&input[copy_index()].sums.stiffest, static_cast<std::uint32_t>(most));
+  }
+}
+
+void measure_stiffness(const DeviceState& state, const VertexArrays& vertices, StepInput* input,
+                       const Launch& how) {
+  launch(how, "launching a measure of stiffness",
+         blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
+         kBlockThreads, find_stiffest<kVertexParts>, state, vertices, input);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/methods/stable_substep.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "pbdsurg/constraints/bending.h"
+
+#include "lib/solver/host/lane_access.h"
+#include "lib/solver/methods/vertex_blocks.h"
+#include "lib/solver/methods/vertex_kernel.h"
+#include "lib/solver/state/load_store.h"
+#include "lib/solver/state/solver_data.h"
+
+namespace pbdsurg {
+namespace {
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// Infinite where the block is not finite: of what is as rigid as if it had no compliance.
+double spectral_norm(const Eigen::Matrix3d& block) {
+  if (!block.allFinite()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squares;
+  squares.computeDirect(block.transpose() * block, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, squares.eigenvalues()[2]));
+}
+
+// How a spring resists: along it, and across under the tension that it has at rest.
+Eigen::Matrix3d spring_block(const Eigen::Vector3d& d, double stiffness, double rest) {
+  const double length = d.norm();
+  if (!(length > 0) || !std::isfinite(stiffness)) {
+    return stiffness * Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Vector3d n = d / length;
+  const double across = std::max(0.0, 1 - rest / length);
+  return stiffness * ((1 - across) * (n * n.transpose()) + across * Eigen::Matrix3d::Identity());
+}
+
+}  // namespace
+
+void StableSubstep::measure(const SolverData& data) {
+  const std::size_t count = data.particles.size();
+  const std::span<const Eigen::Vector3d> rest = data.tissue->rest_positions();
+  rest_.resize(count);
+  squares_.assign(count, 0);
+  shares_.assign(static_cast<std::size_t>(data.vertex_blocks.block_count() * kBlockLanes), 0);
+  ++revision_;
+  for (std::size_t v = 0; v < count; ++v) {
+    rest_[data.place_of_vertex[v]] = rest[v];
+  }
+  for (Index place = 0; place < static_cast<Index>(count); ++place) {
+    measure_vertex(data, place);
+  }
+}
+
+void StableSubstep::measure(const SolverData& data, std::span<const Index> places) {
+  ++revision_;
+  std::vector<Index> all(places.begin(), places.end());
+  for (const Index place : places) {
+    measure_vertex(data, place);
+    all.insert(all.end(), neighbors_.begin(), neighbors_.end());
+  }
+  std::ranges::sort(all);
+  const auto repeated = std::ranges::unique(all);
+  all.erase(repeated.begin(), repeated.end());
+  for (const Index place : all) {
+    measure_vertex(data, place);
+  }
+}
+
+double StableSubstep::longest() const {
+  return longest(0);
+}
+
+double StableSubstep::longest(float stiffest) const {
+  const double at_rest = squares_.empty() ? 0 : *std::ranges::max_element(squares_);
+  if (!(at_rest > 0)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  double growth = kFirstGrowth;
+  while (growth < kMostGrowth && growth * at_rest < double{stiffest}) {
+    growth *= kNextGrowth;
+  }
+  return 2 / std::sqrt(growth * at_rest);
+}
+
+Index StableSubstep::stiffest() const {
+  return static_cast<Index>(std::ranges::max_element(squares_) - squares_.begin());
+}
+
+void StableSubstep::measure_vertex(const SolverData& data, Index place) {
+  const VertexBlocks& vertices = data.vertex_blocks;
+  neighbors_.clear();
+  blocks_.clear();
+  squares_[place] = 0;
+  const auto [block, lane] = vertices.place_of(place);
+  if (block == kInvalidIndex) {
+    return;
+  }
+  float& share = shares_[static_cast<std::size_t>(block * kBlockLanes + lane)];
+  share = 0;
+  const float w = data.particles[place].w;
+  if (!(w > 0)) {
+    return;
+  }
+  double trace = 0;
+  Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
+  const auto block_with = [&](Index other) -> Eigen::Matrix3d& {
+    const auto found = std::ranges::find(neighbors_, other);
+    const auto index = static_cast<std::size_t>(found - neighbors_.begin());
+    if (found == neighbors_.end()) {
+      neighbors_.push_back(other);
+      blocks_.emplace_back(Eigen::Matrix3d::Zero());
+    }
+    return blocks_[index];
+  };
+  for (const Index t : vertices.tets_at(place)) {
+    const VertexTet& tet = vertices.tet(t);
+    std::array<Eigen::Vector3d, 4> x, gradients;
+    for (std::size_t k = 0; k < 4; ++k) {
+      x[k] = rest_[tet.vertices[k]];
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto& [a, b, c] = kTetTriangles[k];
+      gradients[k] = (x[b] - x[a]).cross(x[c] - x[a]) / -6;
+    }
+    const double volume = (x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]) / 6;
+    const double pressure = double{tet.stiffness} * (volume - double{tet.target});
+    const auto corner =
+        static_cast<std::size_t>(std::ranges::find(tet.vertices, place) - tet.vertices.begin());
+    own += double{tet.stiffness} * gradients[corner] * gradients[corner].transpose();
+    trace += double{tet.stiffness} * gradients[corner].squaredNorm();
+    const auto& face = kTetTriangles[corner];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Vector3d across = x[face[(i + 2) % 3]] - x[face[(i + 1) % 3]];
+      block_with(tet.vertices[face[i]]) +=
+          double{tet.stiffness} * gradients[corner] * gradients[face[i]].transpose() +
+          pressure / -6 * skew(across);
+    }
+    for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+      const std::size_t a = kTetEdges[e][0], b = kTetEdges[e][1];
+      if (a == corner || b == corner) {
+        const Eigen::Matrix3d pull = double{tet.weights[e]} * Eigen::Matrix3d::Identity();
+        own += pull;
+        block_with(tet.vertices[a + b - corner]) -= pull;
+      }
+    }
+  }
+  for (const Index s : vertices.springs_at(place)) {
+    const VertexSpring& spring = vertices.springs()[s];
+    const Index other = spring.vertices[spring.vertices[0] == place ? 1 : 0];
+    const Eigen::Vector3d d = rest_[other] - rest_[place];
+    const Eigen::Matrix3d resistance =
+        spring_block(d, spring.stiffness, spring.rest) +
+        spring_block(d, spring.limit_stiffness, std::max(d.norm(), double{spring.limit}));
+    own += resistance;
+    block_with(other) -= resistance;
+  }
+  for (const Index h : vertices.hinges_at(place)) {
+    const VertexHinge& hinge = vertices.hinges()[h];
+    if (!(hinge.stiffness > 0)) {
+      continue;
+    }
+    Vec3<double> corners[4];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector3d& x = rest_[hinge.vertices[k]];
+      corners[k] = {x.x(), x.y(), x.z()};
+    }
+    const auto turn = BendingConstraint::turn(corners, double{hinge.rest});
+    const auto gradient = [&](std::size_t k) {
+      const Vec3<double>& g = turn.gradient[k];
+      return Eigen::Vector3d(g.x, g.y, g.z);
+    };
+    const auto corner =
+        static_cast<std::size_t>(std::ranges::find(hinge.vertices, place) - hinge.vertices.begin());
+    const Eigen::Vector3d force = double{hinge.stiffness} * gradient(corner);
+    own += force * gradient(corner).transpose();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (k != corner) {
+        block_with(hinge.vertices[k]) += force * gradient(k).transpose();
+      }
+    }
+  }
+  double sum = spectral_norm(own) * double{w};
+  for (std::size_t i = 0; i < neighbors_.size(); ++i) {
+    const float other = data.particles[neighbors_[i]].w;
+    sum += other > 0 ? spectral_norm(blocks_[i]) * std::sqrt(double{w} * double{other}) : 0;
+  }
+  squares_[place] = sum;
+  share = trace > 0 && std::isfinite(sum) ? static_cast<float>(sum / trace) : 0.0F;
+}
+
+float stiffest_vertex(const SolverData& data, const CopyState& copy) {
+  const VertexRows rows = data.vertex_blocks.rows();
+  const std::span<const float> shares = data.stable_substep.shares();
+  float largest = 0;
+  for (Index b = 0; b < data.vertex_blocks.block_count(); ++b) {
+    const VertexBlock& block = rows.blocks[b];
+    for (Index lane = 0; lane < block.lane_count; ++lane) {
+      const StartAccess access{copy.particles.data(), copy.carries.data(),
+                               load(at(copy.particles.data(), block.corners[lane])), lane};
+      VolumeStiffness<float> stiffness;
+      add_tree(rows, block, access, stiffness);
+      const float square =
+          shares[static_cast<std::size_t>(b * kBlockLanes + lane)] * stiffness.trace;
+      largest = square > largest ? square : largest;
+    }
+  }
+  return largest;
+}
+
+}  // namespace pbdsurg

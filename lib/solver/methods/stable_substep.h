@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The longest substep in which explicit steps are stable.
+///
+/// Symplectic Euler is stable while the substep is shorter than 2 / w, w the highest frequency of
+/// the mass matrix M and the stiffness matrix K. By Gershgorin's circle theorem for blocks, w^2 is
+/// at most the largest, over vertices i, of
+///
+///     sum over j of |K_ij| / sqrt(m_i m_j)      |.|: spectral norm of a block of three by three
+///
+/// with K at rest, which edits change at few vertices. In organs of table 2 it is a fifth to a half
+/// more than w^2: that, and kFirstGrowth, are left to what follows.
+///
+/// Tissue gets stiffer as it is stretched: what a volume adds grows with the square of its faces.
+/// So before each step the sum of every vertex is taken to grow as the trace of its volumes' part
+/// has (VolumeStiffness): one pass over rows, of the same bits for all executors.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+
+namespace pbdsurg {
+
+class SolverData;
+struct CopyState;
+
+class StableSubstep {
+ public:
+  /// How much a square of frequency may grow before substeps get shorter, and then again and again.
+  /// In steps, for substeps whose length changes all the time feed energy into what swings as fast.
+  static constexpr double kFirstGrowth = 1.2;
+  static constexpr double kNextGrowth = 1.5;
+  /// Beyond, no tissue is left to be saved, and nobody is to wait for its substeps.
+  static constexpr double kMostGrowth = 16;
+
+  /// Of all vertices. Cost: O(tetrahedra).
+  void measure(const SolverData& data);
+
+  /// Of these and their neighbours, whose rows or masses have changed.
+  /// @param places  of vertices that measure() knew
+  void measure(const SolverData& data, std::span<const Index> places);
+
+  /// s, at rest; infinite where nothing swings, zero where no substep is stable.
+  [[nodiscard]] double longest() const;
+
+  /// s, with a stiffest_vertex().
+  [[nodiscard]] double longest(float stiffest) const;
+
+  /// [block][lane] 1/(kg) the sum of a vertex over the trace of its volumes, at rest: zero where it
+  /// has none. Idle lanes have zero.
+  [[nodiscard]] std::span<const float> shares() const noexcept { return shares_; }
+
+  /// Changes with the shares.
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
+
+  /// Place of the vertex that asks for it.
+  [[nodiscard]] Index stiffest() const;
+
+ private:
+  void measure_vertex(const SolverData& data, Index place);
+
+  std::vector<Eigen::Vector3d> rest_;  // [place] m
+  std::vector<double> squares_;        // [place] 1/s^2, the sum above
+  std::vector<float> shares_;
+  std::uint64_t revision_ = 0;
+
+  // of the vertex at hand
+  std::vector<Index> neighbors_;
+  std::vector<Eigen::Matrix3d> blocks_;  // N/m, with each
+};
+
+/// 1/s^2, the largest share of a vertex times its trace now; of vertices that are finite.
+[[nodiscard]] float stiffest_vertex(const SolverData& data, const CopyState& copy);
+
+}  // namespace pbdsurg
