@@ -69,6 +69,8 @@ const char* name_of(SolverMethod method) {
       return "projections";
     case SolverMethod::vertex_block:
       return "vertex blocks";
+    case SolverMethod::explicit_steps:
+      return "explicit steps";
   }
   return "automatic";
 }

@@ -99,7 +99,8 @@ struct SpringPull {
 /// The force on one vertex: what explicit steps need of the energy below.
 template <class Scalar>
 struct VertexForce {
-  using Number = Scalar;  ///< what it is made of
+  using Number = Scalar;                  ///< what it is made of
+  static constexpr bool kHasMore = true;  ///< whether more than volumes adds to it
 
   Vec3<Scalar> force;  ///< N
 
@@ -134,7 +135,8 @@ struct VertexForce {
 /// The energy around one vertex to second order, at the place where it is.
 template <class Scalar>
 struct VertexEnergy {
-  using Number = Scalar;  ///< what it is made of
+  using Number = Scalar;                  ///< what it is made of
+  static constexpr bool kHasMore = true;  ///< whether more than volumes adds to it
 
   Vec3<Scalar> force;  ///< N, minus the gradient
   Scalar isotropic{};  ///< N/m; the Hessian is isotropic * I + the six numbers below, which alone

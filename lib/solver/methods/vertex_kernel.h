@@ -52,14 +52,16 @@ template <class Access, class Energy>
 PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& block,
                                     const Access& access, Energy& energy, RowPart part = {}) {
   using Scalar = typename Energy::Number;
-  const PullRow* const pulls = rows.pulls + block.pulls.first;
-  for (Index i = part.first; i < block.pulls.count; i += part.stride) {
-    energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors));
-  }
-  const SpringRow* const springs = rows.springs + block.springs.first;
-  for (Index i = part.first; i < block.springs.count; i += part.stride) {
-    energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest),
-                      access.position(springs[i].neighbors));
+  if constexpr (Energy::kHasMore) {
+    const PullRow* const pulls = rows.pulls + block.pulls.first;
+    for (Index i = part.first; i < block.pulls.count; i += part.stride) {
+      energy.add_pull(access.load(pulls[i].weights), access.position(pulls[i].neighbors));
+    }
+    const SpringRow* const springs = rows.springs + block.springs.first;
+    for (Index i = part.first; i < block.springs.count; i += part.stride) {
+      energy.add_spring(access.load(springs[i].stiffness), access.load(springs[i].rest),
+                        access.position(springs[i].neighbors));
+    }
   }
   const VolumeRow* const volumes = rows.volumes + block.volumes.first;
   for (Index i = part.first; i < block.volumes.count; i += part.stride) {
@@ -67,14 +69,16 @@ PBDSURG_DEVICE inline void add_rows(const VertexRows& rows, const VertexBlock& b
                       access.position(volumes[i].face[0]), access.position(volumes[i].face[1]),
                       access.position(volumes[i].face[2]));
   }
-  const HingeRow* const hinges = rows.hinges + block.hinges.first;
-  for (Index i = part.first; i < block.hinges.count; i += part.stride) {
-    const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
-    const RowHinge<Scalar> hinge({}, access.position(hinges[i].neighbors[0]),
-                                 access.position(hinges[i].neighbors[1]),
-                                 access.position(hinges[i].neighbors[2]), is_opposite);
-    energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
-                     is_opposite);
+  if constexpr (Energy::kHasMore) {
+    const HingeRow* const hinges = rows.hinges + block.hinges.first;
+    for (Index i = part.first; i < block.hinges.count; i += part.stride) {
+      const auto is_opposite = access.load(hinges[i].is_opposite) > Scalar(0);
+      const RowHinge<Scalar> hinge({}, access.position(hinges[i].neighbors[0]),
+                                   access.position(hinges[i].neighbors[1]),
+                                   access.position(hinges[i].neighbors[2]), is_opposite);
+      energy.add_hinge(access.load(hinges[i].stiffness), access.load(hinges[i].rest), hinge.x,
+                       is_opposite);
+    }
   }
 }
 
@@ -113,19 +117,16 @@ PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& b
 template <class Scalar>
 struct VolumeStiffness {
   using Number = Scalar;
+  static constexpr bool kHasMore = false;
 
   Scalar trace{};  ///< N/m
 
   PBDSURG_HOST_DEVICE void add(const VolumeStiffness& other) { trace = trace + other.trace; }
-  PBDSURG_HOST_DEVICE void add_pull(Scalar, const Vec3<Scalar>&) {}
-  PBDSURG_HOST_DEVICE void add_spring(Scalar, Scalar, const Vec3<Scalar>&) {}
   PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar, const Vec3<Scalar>& a,
                                       const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
     const Vec3<Scalar> face = cross(b - a, c - a);
     trace = trace + stiffness * dot(face, face);
   }
-  template <class Condition>
-  PBDSURG_HOST_DEVICE void add_hinge(Scalar, Scalar, const Vec3<Scalar> (&)[4], const Condition&) {}
 };
 
 /// Where a damped hinge is drawn to, between rest and where it starts: tangents of quarter angles
