@@ -26,6 +26,7 @@ constexpr StepKernels all_kernels() {
           &project_attachments,
           &project_contacts,
           &prepare_vertices,
+          &find_loose_ends,
           &begin_joints,
           &solve_vertices,
           &push_vertices,

@@ -59,10 +59,13 @@ class Enqueuer {
         }
         break;
       case StepOperation::begin_joints:
+        if (step_.arrays.has_stiff_links) {
+          kernels.find_loose_ends(substep, has_tools, state, constraints, vertices, tools, input,
+                                  launch_);
+        }
         for (const Stage& stage : stages) {
           if (stage.kind == PhaseKind::stiff_link) {
-            kernels.begin_joints(stage, substep, has_tools, state, constraints, vertices, tools,
-                                 input, launch_);
+            kernels.begin_joints(stage, state, constraints, input, launch_);
           }
         }
         break;

@@ -62,6 +62,9 @@ __device__ inline DeviceState of_copy(DeviceState state) {
     if (state.flights != nullptr) {
       state.flights += first;
       state.fixed_points += first;
+      state.ends.ways += first;
+      state.ends.gives += first;
+      state.ends.shears += first;
     }
     if (state.ways != nullptr) {
       state.ways += first;

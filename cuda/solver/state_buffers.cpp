@@ -31,6 +31,9 @@ DeviceState StateBuffers::Arrays::reserve(const SolverState& solver, std::size_t
           displaces ? carries.reserve(all) : nullptr,
           has_flights ? flights.reserve(all) : nullptr,
           has_flights ? fixed_points.reserve(all) : nullptr,
+          has_flights
+              ? LinkEnds{end_ways.reserve(all), end_gives.reserve(all), end_shears.reserve(all)}
+              : LinkEnds{},
           remembers ? ways.reserve(all) : nullptr,
           remembers ? velocities_before.reserve(all) : nullptr,
           static_cast<Index>(capacity),
@@ -185,10 +188,12 @@ void StateBuffers::collect_motion(Index copy, std::span<VertexMotion> out, cudaS
 std::size_t StateBuffers::memory_bytes() const noexcept {
   return buffers_.particles.memory_bytes() + buffers_.previous.memory_bytes() +
          buffers_.displacements.memory_bytes() + buffers_.flights.memory_bytes() +
-         buffers_.fixed_points.memory_bytes() + buffers_.velocities.memory_bytes() +
-         buffers_.carries.memory_bytes() + buffers_.ways.memory_bytes() +
-         buffers_.velocities_before.memory_bytes() + buffers_.vertex_of_place.memory_bytes() +
-         read_places_.memory_bytes() + asked_places_.memory_bytes();
+         buffers_.fixed_points.memory_bytes() + buffers_.end_ways.memory_bytes() +
+         buffers_.end_gives.memory_bytes() + buffers_.end_shears.memory_bytes() +
+         buffers_.velocities.memory_bytes() + buffers_.carries.memory_bytes() +
+         buffers_.ways.memory_bytes() + buffers_.velocities_before.memory_bytes() +
+         buffers_.vertex_of_place.memory_bytes() + read_places_.memory_bytes() +
+         asked_places_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

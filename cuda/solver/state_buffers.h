@@ -54,6 +54,7 @@ class StateBuffers {
   /// [copy][capacity]
   struct Arrays {
     DeviceBuffer<Particle> particles, previous, displacements, flights;
+    DeviceBuffer<Particle> end_ways, end_gives, end_shears;
     DeviceBuffer<Velocity> velocities, velocities_before;
     DeviceBuffer<Carry> carries;
     DeviceBuffer<Way> ways;

@@ -87,9 +87,13 @@ struct StepKernels {
   void (*prepare_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
                            bool has_tools, const Launch&);
 
-  /// After these, before the sweeps: finds the forces of one stage of stiff links.
-  void (*begin_joints)(const Stage&, Index substep, bool has_tools, const DeviceState&,
-                       const ConstraintArrays&, const VertexArrays&, const ToolArrays&, StepInput*,
+  /// After these, before the sweeps: finds how vertices give way to their stiff links.
+  void (*find_loose_ends)(Index substep, bool has_tools, const DeviceState&,
+                          const ConstraintArrays&, const VertexArrays&, const ToolArrays&,
+                          StepInput*, const Launch&);
+
+  /// From these, finds the forces of one stage of stiff links.
+  void (*begin_joints)(const Stage&, const DeviceState&, const ConstraintArrays&, const StepInput*,
                        const Launch&);
 
   /// Moves the vertices of one stage, with what tools do to them.

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// What stiff links need before the sweeps of a substep: a thread a link.
+/// What stiff links need before the sweeps of a substep: a thread an end, then a thread a link.
 
 #include "cuda/solver/vertex_block_kernels.cuh"
 #include "lib/solver/methods/loose_end.h"
@@ -10,16 +10,23 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
+__device__ inline LooseEnd<float> load_end(const LinkEnds& ends, Index place) {
+  const Particle way = load_particle(ends.ways + place);
+  const Particle give = load_particle(ends.gives + place);
+  const Particle shear = load_particle(ends.shears + place);
+  return {{give.x, give.y, give.z, shear.x, shear.y, shear.z}, position_of(way), way.w};
+}
+
 /// @tparam kRowsChange  see DeviceLane
 template <bool kRowsChange>
-__device__ LooseEnd loose_end(const DeviceState& state, const VertexArrays& vertices,
-                              const ToolArrays& tools, StepInput* input, Index substep,
-                              bool has_tools, Index place) {
+__device__ LooseEnd<float> find_loose_end(const DeviceState& state, const VertexArrays& vertices,
+                                          const ToolArrays& tools, StepInput* input, Index substep,
+                                          bool has_tools, Index place) {
   const Index block_lane = __ldg(vertices.lane_of_place + place);
   const Particle p = load_particle(state.displacements + place);
   const FixedPoint point = load_point(state.fixed_points + place);
   if (is_lost(point)) {
-    return {{}, {}, true};
+    return {{}, {}, 0};
   }
   if (block_lane == kInvalidIndex || !(p.w > 0)) {
     return {};
@@ -37,17 +44,44 @@ __device__ LooseEnd loose_end(const DeviceState& state, const VertexArrays& vert
                         {position_of(load_particle(state.particles + place)), u}};
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
-  return pbdsurg::loose_end(
+  return pbdsurg::find_loose_end(
       rows, load_ranges(vertices.blocks + block_lane / kBlockLanes),
       DeviceLane<kRowsChange>{state.fixed_points, point, block_lane % kBlockLanes}, start, held);
 }
 
-/// Records [first, first + count).
+/// Both ends of all records; threads with the same end write the same bits.
 template <bool kRowsChange>
 __global__ void __launch_bounds__(kBlockThreads)
-    begin_joints(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
-                 KindArrays<StiffLinkConstraint> links, std::size_t multiplier_count, Index substep,
-                 bool has_tools, Index first, Index count) {
+    find_loose_ends(DeviceState state, VertexArrays vertices, ToolArrays tools, StepInput* input,
+                    KindArrays<StiffLinkConstraint> links, Index substep, bool has_tools) {
+  wait_for_previous();
+  const Index i = thread_index() / 2;
+  if (i >= links.count) {
+    return;
+  }
+  const auto record = load_constant(links.records + i);
+  if (record.places[0] < 0) {
+    return;
+  }
+  const Index place = record.places[thread_index() % 2];
+  state = of_copy(state);
+  vertices = of_copy(vertices);
+  input += copy_index();
+  if (has_tools) {
+    tools = of_copy(tools, state.capacity);
+  }
+  const LooseEnd<float> end =
+      find_loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place);
+  const VertexGive<float>& give = end.give;
+  store_particle(state.ends.ways + place, end.way, end.is_known);
+  store_particle(state.ends.gives + place, {give.xx, give.yy, give.zz}, 0);
+  store_particle(state.ends.shears + place, {give.xy, give.xz, give.yz}, 0);
+}
+
+/// Records [first, first + count).
+__global__ void __launch_bounds__(kBlockThreads)
+    begin_links(DeviceState state, const StepInput* input, KindArrays<StiffLinkConstraint> links,
+                std::size_t multiplier_count, Index first, Index count) {
   using Constraint = StiffLinkConstraint;
   wait_for_previous();
   const Index i = first + thread_index();
@@ -59,18 +93,14 @@ __global__ void __launch_bounds__(kBlockThreads)
     return;
   }
   state = of_copy(state);
-  vertices = of_copy(vertices);
   input += copy_index();
-  if (has_tools) {
-    tools = of_copy(tools, state.capacity);
-  }
   float* const stored = links.multipliers + copy_index() * multiplier_count;
-  LooseEnd ends[2];
+  LooseEnd<float> ends[2];
   Vec3<float> bases[2], moved[2];
   float w[2];
   for (int k = 0; k < 2; ++k) {
     const Index place = record.places[k];
-    ends[k] = loose_end<kRowsChange>(state, vertices, tools, input, substep, has_tools, place);
+    ends[k] = load_end(state.ends, place);
     bases[k] = position_of(load_particle(state.particles + place));
     const Particle p = load_particle(state.displacements + place);
     moved[k] = position_of(p);
@@ -86,18 +116,29 @@ __global__ void __launch_bounds__(kBlockThreads)
   }
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
   for (int k = 0; k < 2; ++k) {
-    push_flight(state.flights + record.places[k], (k == 0 ? 1.0F : -1.0F) * joint.force, w[k],
-                inverse_dt_squared);
+    const Index place = record.places[k];
+    const Vec3<float> force = (k == 0 ? 1.0F : -1.0F) * joint.force;
+    ends[k].push(force);
+    store_particle(state.ends.ways + place, ends[k].way, ends[k].is_known);
+    push_flight(state.flights + place, force, w[k], inverse_dt_squared);
   }
 }
 
-void begin_joints(const Stage& stage, Index substep, bool has_tools, const DeviceState& state,
-                  const ConstraintArrays& constraints, const VertexArrays& vertices,
-                  const ToolArrays& tools, StepInput* input, const Launch& how) {
+void find_loose_ends(Index substep, bool has_tools, const DeviceState& state,
+                     const ConstraintArrays& constraints, const VertexArrays& vertices,
+                     const ToolArrays& tools, StepInput* input, const Launch& how) {
+  const KindArrays<StiffLinkConstraint>& links = constraints.of<StiffLinkConstraint>();
+  launch(how, "launching the search for ends of stiff links",
+         blocks_for(2 * links.count, kBlockThreads), kBlockThreads,
+         vertices.is_damped ? find_loose_ends<true> : find_loose_ends<false>, state, vertices,
+         tools, input, links, substep, has_tools);
+}
+
+void begin_joints(const Stage& stage, const DeviceState& state, const ConstraintArrays& constraints,
+                  const StepInput* input, const Launch& how) {
   launch(how, "launching the start of stiff links", blocks_for(stage.count, kBlockThreads),
-         kBlockThreads, vertices.is_damped ? begin_joints<true> : begin_joints<false>, state,
-         vertices, tools, input, constraints.of<StiffLinkConstraint>(),
-         constraints.multiplier_count, substep, has_tools, stage.first, stage.count);
+         kBlockThreads, begin_links, state, input, constraints.of<StiffLinkConstraint>(),
+         constraints.multiplier_count, stage.first, stage.count);
 }
 
 }  // namespace

@@ -35,6 +35,7 @@ struct DeviceState {
   // of the vertex-block method, else null
   Particle* flights;         ///< [copy][capacity] as in StepScratch
   FixedPoint* fixed_points;  ///< [copy][capacity] likewise
+  LinkEnds ends;             ///< [copy][capacity] likewise
   // of BDF2, else null
   Way* ways;                    ///< [copy][capacity] as in CopyState
   Velocity* velocities_before;  ///< [copy][capacity] likewise

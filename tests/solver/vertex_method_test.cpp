@@ -132,7 +132,8 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
   for (Index v = 0; v < 5; ++v) {
     scene.add_link({v + 60, scene.body(1).first_vertex + v, 1e-3F, {1, 0.05F}});
   }
-  // stiff ones: several at some vertices, some where a tool holds, some of no length
+  // stiff ones: several at some vertices, one of them fixed, some where a tool holds, some of no
+  // length
   std::vector<Eigen::Vector3d> clips;
   for (Index v = 0; v < 20; ++v) {
     const Index a = 402 - v % 17, b = scene.body(1).first_vertex + 20 + v % 12;
@@ -140,10 +141,13 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
     scene.add_link({a, b, length, {1, v % 4 == 0 ? 0 : 1e-6F}});
     clips.push_back(scene.positions()[a]);
   }
+  clips.push_back(scene.positions()[0]);
   const BodyId clip = scene.add_particles("clips", clips, 1e-5);
   for (Index v = 0; v < 20; ++v) {
     scene.add_link({402 - v % 17, scene.body(clip).first_vertex + v, 0, {1, 0}});
   }
+  REQUIRE(scene.is_fixed(0));
+  scene.add_link({0, scene.body(clip).first_vertex + 20, 0, {1, 0}});
   const auto after = [&](const Executor& executor, MathMode math) {
     SolverOptions options = vertex_options(3, 2);
     options.executor = executor;

@@ -9,6 +9,7 @@
 #include "pbdsurg/base/vec3.h"
 
 #include "lib/solver/host/lanes.h"
+#include "lib/solver/methods/loose_end.h"
 #include "lib/solver/methods/vertex_kernel.h"
 
 #define PBDSURG_INLINE_LAMBDA __attribute__((always_inline))
@@ -483,6 +484,76 @@ HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases, const 
   return hn::GetLane(hn::MaxOfLanes(Tag(), largest.value));
 }
 
+HWY_FLATTEN LaneBits find_loose_ends(const VertexRows& rows, const VertexState& state,
+                                     const LinkEnds& ends, Index block_index, LaneBits lanes) {
+  const VertexBlock& block = rows.blocks[block_index];
+  const Lanes infinity(std::numeric_limits<float>::infinity());
+  LaneBits found = 0;
+  for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
+    constexpr LaneBits kAll = ~LaneBits{0} >> (32 - kLanes);
+    if ((lanes >> lane & kAll) == 0) {
+      continue;
+    }
+    const ParticleLanes own = gather(state.displacements, block.corners + lane);
+    const ParticleLanes point = gather(state.fixed_points, block.corners + lane);
+    const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
+    const LaneMask moves = own.w > Lanes(0);
+    VertexEnergy<Lanes> energy;
+    energy.add_pull(select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1)),
+                    flight - own.x);
+    add_rows(rows, block, RegisterAccess{state.fixed_points, bits_as_int(point.x), lane}, energy);
+    const LooseEnd<Lanes> end = LooseEnd<Lanes>::of(energy);
+    const LaneMask is_finite = (dot(end.way, end.way) < infinity) &
+                               (dot(energy.force, energy.force) < infinity) & (point.w > Lanes(0));
+    found |= bits_of(moves & is_finite) << lane;
+    const VertexGive<Lanes>& give = end.give;
+    scatter({end.way, end.is_known}, ends.ways, block.corners + lane);
+    scatter({{give.xx, give.yy, give.zz}, Lanes(0)}, ends.gives, block.corners + lane);
+    scatter({{give.xy, give.xz, give.yz}, Lanes(0)}, ends.shears, block.corners + lane);
+  }
+  return lanes & ~(found & ~state.left_out[block_index]);
+}
+
+HWY_INLINE LooseEnd<Lanes> load_ends(const LinkEnds& ends, const ParticleOffset* corners) {
+  const ParticleLanes way = gather(ends.ways, corners);
+  const Vec3<Lanes> give = gather(ends.gives, corners).x;
+  const Vec3<Lanes> shear = gather(ends.shears, corners).x;
+  return {{give.x, give.y, give.z, shear.x, shear.y, shear.z}, way.x, way.w};
+}
+
+HWY_FLATTEN void begin_joints(const BlockRange<StiffLinkConstraint>& range,
+                              const ProjectionState& state, const LinkEnds& ends) {
+  using Constraint = StiffLinkConstraint;
+  const Index end = range.last * kBlockLanes < range.size ? range.last * kBlockLanes : range.size;
+  for (Index slot = range.first * kBlockLanes; slot < end; slot += kLanes) {
+    const Index lane = slot % kBlockLanes;
+    const ConstraintBlock<Constraint>& block = range.blocks[slot / kBlockLanes];
+    const ParticleOffset* const corners[2] = {block.corners[0] + lane, block.corners[1] + lane};
+    LooseEnd<Lanes> pair[2] = {load_ends(ends, corners[0]), load_ends(ends, corners[1])};
+    const ParticleLanes moved[2] = {gather(state.moving, corners[0]),
+                                    gather(state.moving, corners[1])};
+    const Vec3<Lanes> d = (gather(state.bases, corners[1]).x - gather(state.bases, corners[0]).x) +
+                          (moved[1].x - moved[0].x);
+    const auto joint =
+        begin_joint(pair[0], pair[1], d, load_lanes(block.parameters[Constraint::kRest] + lane),
+                    load_lanes(block.parameters[Constraint::kStiffness] + lane));
+    Lanes multipliers[Constraint::kMultiplierCount];
+    joint.store(multipliers);
+    unroll<Constraint::kMultiplierCount>([&](auto m) PBDSURG_INLINE_LAMBDA {
+      store_lanes(multipliers[m], range.multipliers[slot / kBlockLanes].values[m] + lane);
+    });
+    unroll<2>([&](auto k) PBDSURG_INLINE_LAMBDA {
+      const Vec3<Lanes> force = Lanes(k == 0 ? 1 : -1) * joint.force;
+      pair[k].push(force);
+      scatter({pair[k].way, pair[k].is_known}, ends.ways, corners[k]);
+      const Vec3<Lanes> flight = gather(state.flights, corners[k]).x;
+      scatter({flight + pushed_flight(force, moved[k].w, Lanes(state.substep.inverse_dt_squared)),
+               Lanes(kToLeastEnergy)},
+              state.flights, corners[k]);
+    });
+  }
+}
+
 HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const Carry* carries,
                            float inverse_dt, Index first, Index last) {
   for (Index b = first; b < last; ++b) {
@@ -528,6 +599,8 @@ constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintK
                                     &solve_vertices,
                                     &push_vertices,
                                     &stiffest,
+                                    &find_loose_ends,
+                                    &begin_joints,
                                     &damp_rows};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

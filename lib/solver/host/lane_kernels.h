@@ -97,6 +97,15 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   float (*stiffest)(const VertexRows&, const Particle* bases, const Carry*, const float* shares,
                     Index first, Index last);
 
+  /// Finds how vertices of a block give way to their stiff links. Returns those of the lanes that
+  /// it has left alone, as solve_vertices() does. It writes those that have no links, too.
+  LaneBits (*find_loose_ends)(const VertexRows&, const VertexState&, const LinkEnds&, Index block,
+                              LaneBits lanes);
+
+  /// From these, finds the forces of stiff links, and makes them loads of their ends.
+  void (*begin_joints)(const BlockRange<StiffLinkConstraint>&, const ProjectionState&,
+                       const LinkEnds&);
+
   /// As damp_rows(), of blocks [first, last).
   void (*damp_rows)(const DampedRows&, const Particle* bases, const Carry*, float inverse_dt,
                     Index first, Index last);

@@ -110,11 +110,17 @@ class SerialStep {
   }
 
   void begin_joints() {
+    if (!has_stiff_links(step_.data.plan)) {
+      return;
+    }
     const VertexState state = vertex_state(step_, numbers_.lengths, 1);
+    for (Index block = 0; block < step_.data.vertex_blocks.block_count(); ++block) {
+      find_loose_ends(step_, state, block, step_.scratch.linked[block]);
+    }
+    find_lone_ends(step_, state);
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::stiff_link) {
-        pbdsurg::begin_joints(step_, state, phase.color, 0,
-                              step_.data.sets.of<StiffLinkConstraint>().size(phase.color));
+        pbdsurg::begin_joints(step_, state, phase.color);
       }
     }
   }

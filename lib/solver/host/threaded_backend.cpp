@@ -417,6 +417,14 @@ class ThreadedBackend final : public Backend {
   }
 
   void begin_joints(const VertexState& vertex_state, Turn& turn) {
+    if (!has_stiff_links(turn.step.data.plan)) {
+      return;
+    }
+    meet(turn);
+    if (turn.is_idle()) {
+      return;
+    }
+    find_loose_ends(vertex_state, turn);
     bool is_met = false;  // since what comes before; stages that are left out would have met
     for (const ThreadStage& stage : stages_) {
       if (stage.phase.kind != PhaseKind::stiff_link) {
@@ -431,10 +439,32 @@ class ThreadedBackend final : public Backend {
         return;
       }
       do_share(stage, turn, [&](int thread, int threads) {
-        const Index size = turn.step.data.sets.of<StiffLinkConstraint>().size(stage.group);
-        const Part part = part_of(static_cast<std::size_t>(size), thread, threads);
-        pbdsurg::begin_joints(turn.step, vertex_state, stage.group, part.first, part.last);
+        if (stage.phase.serial) {
+          pbdsurg::begin_joints(turn.step, vertex_state, stage.group);
+        } else {
+          const auto& slots = turn.step.data.sets.of<StiffLinkConstraint>();
+          kernels_.begin_joints(blocks_of(slots, turn.step.scratch, stage.group, thread, threads),
+                                turn.state, turn.step.scratch.link_ends());
+        }
       });
+    }
+  }
+
+  // In turns, as solve_vertices().
+  void find_loose_ends(const VertexState& vertex_state, const Turn& turn) {
+    const StepContext& step = turn.step;
+    const VertexRows rows = vertex_rows(step);
+    const std::vector<LaneBits>& linked = step.scratch.linked;
+    for (Index block = turn.thread; block < step.data.vertex_blocks.block_count();
+         block += turn.threads) {
+      if (linked[block] != 0) {
+        const LaneBits left = kernels_.find_loose_ends(rows, vertex_state, step.scratch.link_ends(),
+                                                       block, linked[block]);
+        pbdsurg::find_loose_ends(step, vertex_state, block, left);
+      }
+    }
+    if (turn.thread == 0) {
+      find_lone_ends(step, vertex_state);
     }
   }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 /// @file
-/// Where a stiff link starts in a substep of the vertex-block method: see constraints/stiff_link.h.
-/// On a CPU or a device.
+/// Where stiff links start in a substep of the vertex-block method: see constraints/stiff_link.h.
+/// First it is found how their ends give way, once for each, then the force of one link after
+/// another. Of one vertex or a register of them, on a CPU or a device.
 
 #include "pbdsurg/base/host_device.h"
+#include "pbdsurg/base/select.h"
 #include "pbdsurg/base/vec3.h"
 #include "pbdsurg/constraints/stiff_link.h"
 #include "pbdsurg/constraints/vertex_block.h"
@@ -16,19 +18,30 @@
 
 namespace pbdsurg {
 
-/// An end of a stiff link that may go where it likes.
+/// An end of stiff links that may go where it likes.
+template <class Scalar>
 struct LooseEnd {
-  VertexGive<float> give;  ///< nothing, where the end cannot move
-  Vec3<float> way;         ///< m, to the least energy of the vertex
-  bool is_lost = false;    ///< whether nobody knows where it is
+  VertexGive<Scalar> give;  ///< nothing, where the end cannot move
+  Vec3<Scalar> way;         ///< m, to the least energy of the vertex under the forces of its links
+  Scalar is_known{1};       ///< 1; 0 where nobody knows where it is
+
+  /// Of a vertex with this energy, whose rows are added.
+  PBDSURG_HOST_DEVICE static LooseEnd of(const VertexEnergy<Scalar>& energy) {
+    const VertexFactor<Scalar> factor(energy);
+    return {VertexGive<Scalar>::of(factor), factor.solve(energy.force)};
+  }
+
+  /// Gives way to the force of a link, N.
+  PBDSURG_HOST_DEVICE void push(const Vec3<Scalar>& force) { way = way + give * force; }
 };
 
 /// @param start  the energy of the vertex without rows
 /// @param holds  of the vertex, see move_held()
 template <class Access, class Holds>
-PBDSURG_DEVICE inline LooseEnd loose_end(const VertexRows& rows, const VertexBlock& block,
-                                         const Access& access, const VertexEnergy<float>& start,
-                                         const Holds& holds) {
+PBDSURG_DEVICE inline LooseEnd<float> find_loose_end(const VertexRows& rows,
+                                                     const VertexBlock& block, const Access& access,
+                                                     const VertexEnergy<float>& start,
+                                                     const Holds& holds) {
   VertexEnergy<float> energy = start;
   add_rows(rows, block, access, energy);
   if (!is_finite_way(energy.force)) {
@@ -39,24 +52,27 @@ PBDSURG_DEVICE inline LooseEnd loose_end(const VertexRows& rows, const VertexBlo
   if (rigid.count > 0) {
     return {{}, (1 / static_cast<float>(rigid.count)) * rigid.targets};
   }
-  const VertexFactor<float> factor(energy);
-  const LooseEnd end{VertexGive<float>::of(factor), factor.solve(energy.force)};
-  return is_finite_way(end.way) ? end : LooseEnd{};
+  const LooseEnd<float> end = LooseEnd<float>::of(energy);
+  return is_finite_way(end.way) ? end : LooseEnd<float>{};
 }
 
 /// A link at the start of the sweeps: its force is what holds both ends where they are, as long as
 /// all else stays. Nothing holds an end that is lost.
 /// @param d  m, from the first end to the other
-PBDSURG_HOST_DEVICE inline StiffLinkConstraint::Joint<float> begin_joint(const LooseEnd& first,
-                                                                         const LooseEnd& other,
-                                                                         const Vec3<float>& d,
-                                                                         float rest,
-                                                                         float compliance) {
-  if (first.is_lost || other.is_lost) {
-    return {};
+template <class Scalar>
+PBDSURG_HOST_DEVICE inline StiffLinkConstraint::Joint<Scalar> begin_joint(
+    const LooseEnd<Scalar>& first, const LooseEnd<Scalar>& other, const Vec3<Scalar>& d,
+    Scalar rest, Scalar compliance) {
+  const auto is_known = (first.is_known > Scalar(0)) & (other.is_known > Scalar(0));
+  StiffLinkConstraint::Joint<Scalar> joint{{}, {first.give, other.give}};
+  const Vec3<Scalar> force =
+      StiffLinkConstraint::force(joint, d + (other.way - first.way), rest, compliance);
+  joint.force = select(is_known, force, Vec3<Scalar>{});
+  for (VertexGive<Scalar>& give : joint.give) {
+    for (Scalar* const number : {&give.xx, &give.yy, &give.zz, &give.xy, &give.xz, &give.yz}) {
+      *number = select(is_known, *number, Scalar(0));
+    }
   }
-  StiffLinkConstraint::Joint<float> joint{{}, {first.give, other.give}};
-  joint.force = StiffLinkConstraint::force(joint, d + (other.way - first.way), rest, compliance);
   return joint;
 }
 

@@ -23,8 +23,12 @@ inline void push_flight(Particle& flight, const Vec3<float>& force, float w,
   store(flight, load(flight) + pushed_flight(force, w, inverse_dt_squared));
 }
 
-/// Finds the force of each stiff link [first, end) of a group, and makes it a load of its ends.
-void begin_joints(const StepContext& step, const VertexState& state, Index group, Index first,
-                  Index end);
+/// Finds how vertices give way to their stiff links: some of a block, or those in no block.
+void find_loose_ends(const StepContext& step, const VertexState& state, Index block,
+                     LaneBits lanes);
+void find_lone_ends(const StepContext& step, const VertexState& state);
+
+/// From these, finds the force of each stiff link of a group, and makes it a load of its ends.
+void begin_joints(const StepContext& step, const VertexState& state, Index group);
 
 }  // namespace pbdsurg

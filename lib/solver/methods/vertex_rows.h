@@ -95,6 +95,15 @@ using LaneBits = std::uint32_t;
 inline constexpr float kFreely = 2;
 inline constexpr float kToLeastEnergy = 1;
 
+/// Ends of stiff links in a substep, [place] each; see LooseEnd.
+struct LinkEnds {
+  Particle* ways;    ///< m, and whether it is known
+  Particle* gives;   ///< m/N: xx, yy, zz
+  Particle* shears;  ///< m/N: xy, xz, yz
+
+  bool operator==(const LinkEnds&) const = default;
+};
+
 /// What moving vertices reads and writes beside their rows.
 struct VertexState {
   const Particle* bases;     ///< m, where vertices were at the start of the substep

@@ -43,6 +43,33 @@ void StepScratch::fit(const SolverData& data) {
   fit_list(first_holds, places, room, kInvalidIndex);
   held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
   reserve_holds(data);
+  fit_links(data);
+}
+
+void StepScratch::fit_links(const SolverData& data) {
+  const auto& links = data.sets.of<StiffLinkConstraint>();
+  if (links.group_count() == 0) {
+    return;
+  }
+  const std::size_t places = data.particles.size(), room = data.particles.capacity();
+  for (std::vector<Particle>* const list : {&end_ways, &end_gives, &end_shears}) {
+    fit_list(*list, places, room);
+  }
+  linked.assign(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
+  lone_ends.clear();
+  for (Index group = 0; group < links.group_count(); ++group) {
+    for (Index slot = 0; slot < links.size(group); ++slot) {
+      for (const auto& corners : links.blocks(group)[slot / kBlockLanes].corners) {
+        const ParticleOffset corner = corners[slot % kBlockLanes];
+        const auto [block, lane] = data.vertex_blocks.place_of(place_at(corner));
+        if (block == kInvalidIndex) {
+          lone_ends.push_back(corner);
+        } else {
+          linked[block] |= LaneBits{1} << lane;
+        }
+      }
+    }
+  }
 }
 
 void StepScratch::reserve_holds(const SolverData& data) {
@@ -73,7 +100,9 @@ void StepScratch::fit_beside(const SolverData& data) {
 std::size_t StepScratch::memory_bytes() const noexcept {
   std::size_t bytes = bytes_of(previous) + bytes_of(displacements) + bytes_of(flights) +
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
-                      bytes_of(held) + bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges);
+                      bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
+                      bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
+                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

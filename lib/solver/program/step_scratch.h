@@ -70,6 +70,10 @@ struct PBDSURG_API StepScratch {
   std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
   std::vector<VertexHold> holds;         ///< of the current substep
   std::vector<LaneBits> held;            ///< [block] lanes of vertices with holds
+  // of its stiff links, if there are any
+  std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
+  std::vector<LaneBits> linked;                           ///< [block] lanes of their ends
+  std::vector<ParticleOffset> lone_ends;                  ///< ends in no block
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
@@ -78,18 +82,25 @@ struct PBDSURG_API StepScratch {
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
 
-  /// Makes room for a step of any copy, before it begins. Cost: O(groups) where no edit came
-  /// between.
+  /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links. Cost:
+  /// O(groups), and O(blocks) of vertices with stiff links, where no edit came between.
   void fit(const SolverData& data);
 
   /// As fit(), for a worker beside the one that changes the rows of VertexBlocks. Cost: O(rows), if
   /// these have damping and an edit came between.
   void fit_beside(const SolverData& data);
 
+  [[nodiscard]] LinkEnds link_ends() noexcept {
+    return {end_ways.data(), end_gives.data(), end_shears.data()};
+  }
+
   /// Makes room for all that tools can touch and hold, part of fit().
   void reserve_holds(const SolverData& data);
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  void fit_links(const SolverData& data);
 };
 
 /// A step of one copy, as one worker takes it.
