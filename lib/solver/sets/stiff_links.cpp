@@ -8,8 +8,8 @@
 namespace pbdsurg {
 namespace {
 
-constexpr double kStiffLink = 10;       // times the stiffness of an end
-constexpr double kUsualSubstep = 1e-3;  // s
+constexpr double kBeyondSofter = 10, kBeyondStiffer = 4;  // times the stiffness of an end
+constexpr double kUsualSubstep = 1e-3;                    // s
 
 // N/m, about: how a free vertex resists to be moved alone, its neighbours held.
 double vertex_stiffness(const Tissue& tissue, Index vertex) {
@@ -44,9 +44,11 @@ StiffLinkNumbers stiff_link_numbers(const Tissue& tissue, Index link,
     return {};
   }
   const auto& [first, second, rest_length, stiffness] = tissue.links()[link];
-  const double softer = std::min(vertex_stiffness(tissue, first), vertex_stiffness(tissue, second));
+  const double ends[2] = {vertex_stiffness(tissue, first), vertex_stiffness(tissue, second)};
+  const double soft_enough = std::max(kBeyondSofter * std::min(ends[0], ends[1]),
+                                      kBeyondStiffer * std::max(ends[0], ends[1]));
   const float compliance = stiffness.compliance;
-  if (compliance > 0 && compliance * kStiffLink * softer >= 1) {
+  if (compliance > 0 && compliance * soft_enough >= 1) {
     return {};
   }
   const bool is_in_tissue = has_tissue(tissue, first) && has_tissue(tissue, second);

@@ -13,9 +13,10 @@
 
 namespace pbdsurg {
 
-/// The numbers of a link, if it is a StiffLinkConstraint: with vertex blocks, where it is more than
-/// ten times as stiff as the softer of its ends, as these are now, in a substep of 1 ms. As a
-/// spring it would take that many more sweeps.
+/// The numbers of a link, if it is a StiffLinkConstraint: with vertex blocks, where it is rigid, or
+/// more than ten times as stiff as the softer of its ends and more than four times as the stiffer,
+/// as these are now, in a substep of 1 ms. As a spring it would take that many more sweeps: both
+/// ends would hold each other where they are. A softer end alone follows the other within a sweep.
 [[nodiscard]] StiffLinkNumbers stiff_link_numbers(const Tissue& tissue, Index link,
                                                   const SolverOptions& options);
 
