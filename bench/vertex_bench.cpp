@@ -3,11 +3,12 @@
 // tetrahedron by tetrahedron on one thread (row 2, 10 substeps of one sweep), and ten sweeps of
 // vertices, or thirty, or as many explicit substeps as a step of 1 ms takes, on a device, from
 // start_step() to the report with 200 watched vertices. On a device, the end is compared with one
-// thread's. And what it costs to ask whether sweeps have
-// converged.
+// thread's. Ten sweeps of two sheets that thousands of links join, so soft that these are springs of
+// their vertices or stiff. And what it costs to ask whether sweeps have converged.
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -18,6 +19,7 @@
 
 #include "apps/support/executors.h"
 #include "bench/support/timing.h"
+#include "tests/support/meshes.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -51,6 +53,48 @@ void BM_step(benchmark::State& state, SolverMethod method, bool is_serial, float
   state.counters["time_per_vertex_and_sweep"] = benchmark::Counter(
       static_cast<double>(state.iterations()) * options.substeps * solver.vertex_count(),
       benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+// Two sheets of a vertex of 2 mm in 5 kPa, face to face; each vertex of one hangs on two of the
+// other. 19,208 vertices, 4,753 links.
+Scene make_linked_sheets(float compliance) {
+  constexpr Index kCells = 48;
+  constexpr double kEdge = 2e-3, kGap = 0.5e-3, kHeight = 3 * kEdge;
+  const TetMesh upper = testing::make_box({kCells, kCells, 3}, kEdge);
+  std::vector<Eigen::Vector3d> lower(upper.positions().begin(), upper.positions().end());
+  for (Eigen::Vector3d& x : lower) {
+    x.z() -= kHeight + kGap;
+  }
+  const auto count = static_cast<Index>(lower.size());
+  Material material;
+  material.model = ElasticModel::neo_hookean;
+  Scene scene;
+  scene.add_body("upper", upper, material);
+  scene.add_body("lower", TetMesh(std::move(lower), {upper.tets().begin(), upper.tets().end()}),
+                 material);
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.z() > kHeight - 0.5 * kEdge; });
+  scene.set_gravity({0, 0, -9.81F});
+  constexpr Index kRow = kCells + 1, kLayer = kRow * kRow;
+  for (Index v = 0; v < kLayer; ++v) {
+    for (Index w = v; w < std::min(v - v % kRow + kRow, v + 2); ++w) {
+      const Index other = count + 3 * kLayer + w;
+      const double length = (scene.positions()[v] - scene.positions()[other]).norm();
+      scene.add_link({v, other, static_cast<float>(length), {1, compliance}});
+    }
+  }
+  return scene;
+}
+
+void BM_links(benchmark::State& state, float compliance, int threads) {
+  Solver solver(make_linked_sheets(compliance), {.method = SolverMethod::vertex_block,
+                                                 .substeps = 1,
+                                                 .iterations = 10,
+                                                 .executor = executor::threads(threads)});
+  state.SetLabel(solver.plan().name + ", " + solver.backend_name());
+  state.counters["phases"] = static_cast<double>(solver.plan().phases.size());
+  for (auto _ : state) {
+    solver.step(5e-3F);
+  }
 }
 
 void BM_convergence(benchmark::State& state, SolverMethod method) {
@@ -136,6 +180,11 @@ BENCHMARK_CAPTURE(BM_step, vertices_damped, kVertices, false, 1e-3F)->Unit(bench
 BENCHMARK_CAPTURE(BM_step, vertices_serial, kVertices, true, 0.0F)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_step, tets, kTets, false, 0.0F)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_step, tets_damped, kTets, false, 1e-3F)->Unit(benchmark::kMillisecond);
+constexpr float kSoft = 2e-2F, kStiff = 1e-4F;  // m/N
+BENCHMARK_CAPTURE(BM_links, springs, kSoft, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_links, stiff, kStiff, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_links, springs_2_threads, kSoft, 2)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_links, stiff_2_threads, kStiff, 2)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_convergence, vertices, kVertices)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_convergence, tets, kTets)->Unit(benchmark::kMillisecond);
 
