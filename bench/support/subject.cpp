@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/support/subject.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/surgery/membrane.h"
 #include "pbdsurg/tissue/library.h"
@@ -39,24 +42,38 @@ Scene make_sagging_liver(Index vertices) {
   return scene;
 }
 
-Scene make_liver_and_gallbladder(const SceneSize& size) {
+Scene make_liver_and_gallbladder(const SceneSize& size, ElasticModel model) {
   constexpr double kMembraneReach = 4.5e-3;  // m
   constexpr double kFixedShare = 0.4;        // of the liver's height
+  constexpr double kMembraneArea = 2e-6;     // m^2, of a link
+  constexpr double kLeastLength = 0.2e-3;    // m, with which a link stretches
   const TetMesh gallbladder = make_organ(Organ::gallbladder, size.gallbladder_vertices);
   const TetMesh liver = make_liver(size.liver_vertices);
-  const Material springs{.model = ElasticModel::springs};  // the paper's
+  const auto material = [&](const TissueRecord& tissue) {
+    Material real = tissue.mechanics;
+    real.damping = 0;
+    real.max_stretch = std::numeric_limits<float>::infinity();
+    return model == ElasticModel::springs ? Material{.model = model} : real;
+  };
   Scene scene;
   scene.set_gravity({0, 0, -9.81F});
-  const Index first = scene.add_body("gallbladder", gallbladder, springs);
-  const Index second = scene.add_body("liver", liver, springs);
+  const Index first =
+      scene.add_body("gallbladder", gallbladder, material(tissues::gallbladder_wall()));
+  const Index second = scene.add_body("liver", liver, material(tissues::liver()));
   const Eigen::AlignedBox3d box = bounding_box(liver);
   scene.fix_where(second, [&](const Eigen::Vector3d& x) {
     return x.z() > box.max().z() - kFixedShare * box.sizes().z();
   });
   for (const MembraneLink& link : membrane_links(gallbladder, liver, kMembraneReach)) {
+    Stiffness stretch = scene.body(first).material.stretch;
+    if (model != ElasticModel::springs) {
+      const double stiffness = tissues::membrane().mechanics.youngs_modulus * kMembraneArea /
+                               std::max(link.rest_length, kLeastLength);
+      stretch.compliance = static_cast<float>(1 / stiffness);
+    }
     scene.add_link({scene.body(first).first_vertex + link.first,
                     scene.body(second).first_vertex + link.second,
-                    static_cast<float>(link.rest_length), springs.stretch});
+                    static_cast<float>(link.rest_length), stretch});
   }
   return scene;
 }

@@ -42,7 +42,9 @@ inline constexpr SceneSize kLargestScene{4320, 6600};
 
 /// Liver and gallbladder as in the demo: the liver's upper part is fixed, a membrane of links joins
 /// them.
-[[nodiscard]] Scene make_liver_and_gallbladder(const SceneSize& size);
+/// @param model  springs as the paper's, or the moduli of the tissue library
+[[nodiscard]] Scene make_liver_and_gallbladder(const SceneSize& size,
+                                               ElasticModel model = ElasticModel::springs);
 
 /// A liver of the library's tissue that hangs from its upper tenth.
 [[nodiscard]] Scene make_sagging_liver(Index vertices);

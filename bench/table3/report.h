@@ -42,6 +42,7 @@ struct Row {
   Index gallbladder_tets;
   Index membrane_links;
   CpuTimes cpu;
+  CpuTimes vertex_blocks;  ///< of the same scene of real moduli
   std::optional<GpuTimes> gpu;
 };
 

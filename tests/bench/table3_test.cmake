@@ -15,7 +15,7 @@ expect("the printed gallbladder" "${paper_gallbladder_tets}" 108)
 expect("the liver" "${liver_tets}" 519)
 expect("threads" "${threads}" 3)
 foreach(key gallbladder_tets membrane_links colors steps serial_ms serial_p99_ms cpu_1thread_ms cpu_ms
-    cpu_p99_ms serial_steps_per_second cpu_steps_per_second)
+    cpu_p99_ms vertex_1thread_ms vertex_ms serial_steps_per_second cpu_steps_per_second)
   string(JSON value GET "${json}" table3 0 ${key})
   if(NOT value GREATER 0)
     message(SEND_ERROR "${key} is '${value}'")
