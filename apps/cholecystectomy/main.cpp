@@ -26,19 +26,6 @@
 namespace cholecystectomy {
 namespace {
 
-// Small steps, too few for the wall of a gallbladder, which is softer than its modulus says: an
-// accuracy of 2 % takes ten times as many. With the damping of living tissue; or the paper's
-// solver.
-pbdsurg::SolverOptions solver_options(const std::string& executor, bool paper) {
-  pbdsurg::SolverOptions options =
-      paper ? pbdsurg::SolverOptions::paper()
-            : pbdsurg::SolverOptions{
-                  .method = pbdsurg::SolverMethod::projection, .substeps = 10, .iterations = 1};
-  options.damping = 60;
-  options.executor = pbdsurg::programs::executor_named(executor);
-  return options;
-}
-
 void print(const std::vector<Warning>& warnings) {
   for (const Warning& warning : warnings) {
     std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
@@ -84,7 +71,8 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
 }
 
 int run(const Arguments& arguments) {
-  const pbdsurg::SolverOptions options = solver_options(arguments.executor, arguments.paper);
+  const pbdsurg::SolverOptions options =
+      solver_options(pbdsurg::programs::executor_named(arguments.executor), arguments.paper);
   OutputFolder folder(arguments.out);
   StageTimes times;
   const auto timed = [&](const char* stage, auto&& make) {
@@ -95,7 +83,10 @@ int run(const Arguments& arguments) {
   for (const std::string& note : loaded.notes) {
     std::fprintf(stderr, "%s\n", note.c_str());
   }
-  const SurgicalScene scene = timed("scene", [&] { return make_scene(loaded); });
+  const SurgicalScene scene = timed("scene", [&] {
+    return make_scene(loaded, arguments.paper ? pbdsurg::ElasticModel::springs
+                                              : pbdsurg::ElasticModel::neo_hookean);
+  });
   Simulation simulation =
       timed("initialisation", [&] { return Simulation(scene, options, arguments.seed, times); });
   for (const pbdsurg::Body& body : scene.scene.bodies()) {

@@ -150,7 +150,7 @@ void PictureRecorder::moment(const Simulation& simulation, const std::string& na
     wall.positions.push_back(x.cast<float>());
   }
   snapshot.surfaces.push_back(std::move(wall));
-  snapshot.tools = {draw_grasper(simulation.grasper.pose(), simulation.grasper.holds),
+  snapshot.tools = {draw_grasper(simulation.grasper.pose(), !simulation.grasper.held.empty()),
                     draw_hook(simulation.hook.pose())};
   add_connections(simulation, burns, snapshot);
   snapshot.smoke = smoke_;

@@ -17,7 +17,7 @@ constexpr float kHandSpeed = 0.08F;    // m/s, between places
 constexpr float kWorkSpeed = 0.012F;   // m/s, while cutting
 
 // Lengths of the parts, s.
-constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.1, kRecover = 0.5;
+constexpr double kSettle = 0.3, kDrag = 0.35, kHold = 0.5, kRecover = 0.5;
 constexpr double kApproach = 0.8, kRetract = 0.4, kBurn = 3.5;
 constexpr double kRegrasp = 1.2, kPull = 0.8, kSeparate = 6.0;
 
@@ -137,7 +137,7 @@ Eigen::Vector3f membrane_front(const Simulation& simulation, const Eigen::Vector
 }
 
 // Figure 9: drag, hold, release, and watch the tissue come back.
-void drag_and_release(Simulation& simulation, Script& script, Recovery& recovery) {
+void drag_and_release(Simulation& simulation, Script& script, Course& course) {
   const Eigen::Vector3f start = simulation.grasper.tip;
   const std::vector<Eigen::Vector3f> untouched = simulation.solver.positions();
   script.run(kApproach, 0, [&](double) {
@@ -161,9 +161,11 @@ void drag_and_release(Simulation& simulation, Script& script, Recovery& recovery
     simulation.grasper.tip = fundus + static_cast<float>(share) * pull;
   });
   script.run(kHold, 0, [](double) {});
+  course.held_force = simulation.world.force(simulation.grasper.tool).norm();
   script.moment("drag_000ms");
 
   simulation.release();
+  Recovery& recovery = course.recovery;
   recovery = {{0}, {distance()}};
   const double released = simulation.time();
   double next = 0.025;
@@ -261,7 +263,7 @@ Course run_procedure(Simulation& simulation, std::span<Observer* const> observer
   try {
     script.run(kSettle, 0, [](double) {});
     script.moment("start");
-    drag_and_release(simulation, script, course.recovery);
+    drag_and_release(simulation, script, course);
     burn_fat(simulation, script);
     separate(simulation, script);
   } catch (const Interrupted&) {

@@ -32,7 +32,8 @@ struct Recovery {
 
 /// How a run went.
 struct Course {
-  Recovery recovery;  ///< as far as it came
+  double held_force = 0;  ///< N, of the tissue on the grasper at the end of the drag
+  Recovery recovery;      ///< as far as it came
   bool is_interrupted = false;
   std::string failure;  ///< why the operation could not go on; empty if it could
 };

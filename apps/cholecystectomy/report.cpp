@@ -61,6 +61,8 @@ Json colors_of(const pbdsurg::StepPlan& plan) {
   return {{"distance", count(pbdsurg::PhaseKind::distance)},
           {"volume", count(pbdsurg::PhaseKind::volume)},
           {"joint", count(pbdsurg::PhaseKind::joint)},
+          {"vertex", count(pbdsurg::PhaseKind::vertex)},
+          {"stiff_link", count(pbdsurg::PhaseKind::stiff_link)},
           {"attachment", count(pbdsurg::PhaseKind::attachment)},
           {"contact", count(pbdsurg::PhaseKind::contact)},
           {"total", plan.phases.size()}};
@@ -181,6 +183,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
   report["residual_last"] = simulation.totals.residual_last;
   report["inverted_tets_max"] = simulation.totals.inverted_tets_max;
   report["dropped_contacts"] = simulation.totals.dropped_contacts;
+  report["held_force_n"] = course.held_force;
   report["recovery_mm"] = recovery_of(course.recovery);
   report["state_hash"] = hash;
   report["warnings"] = warnings_of(notes.warnings);

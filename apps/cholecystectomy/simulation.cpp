@@ -91,6 +91,18 @@ pbdsurg::ToolPose Instrument::pose() const {
   return pose;
 }
 
+pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool paper) {
+  pbdsurg::SolverOptions options =
+      paper ? pbdsurg::SolverOptions::paper()
+            : pbdsurg::SolverOptions{.method = pbdsurg::SolverMethod::vertex_block,
+                                     .substeps = 1,
+                                     .iterations = 10,
+                                     .over_relaxation = 1.7F};
+  options.damping = paper ? 60 : 20;
+  options.executor = executor;
+  return options;
+}
+
 Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::SolverOptions& options,
                        std::uint64_t seed, StageTimes& stage_times)
     : scene(surgical_scene),
@@ -111,7 +123,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
 }
 
 void Simulation::place(Instrument& instrument) {
-  if (!instrument.holds) {
+  if (instrument.held.empty()) {
     aim(instrument);
   }
   pbdsurg::ToolPose pose = instrument.pose();
@@ -175,13 +187,13 @@ std::vector<pbdsurg::Index> Simulation::grasp(Organ organ, float radius) {
     throw CannotGoOn(std::string("the grasper finds no ") + pbdsurg::name_of(organ) + " to hold");
   }
   world.grasp(grasper.tool, vertices);
-  grasper.holds = true;
+  grasper.held = vertices;
   return vertices;
 }
 
 void Simulation::release() {
   world.release(grasper.tool);
-  grasper.holds = false;
+  grasper.held.clear();
 }
 
 void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {

@@ -78,10 +78,15 @@ struct Instrument {
   Eigen::Vector3f port;  ///< m
   Eigen::Vector3f tip;   ///< m, where it is wanted
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-  bool holds = false;
+  std::vector<pbdsurg::Index> held;  ///< scene vertices
 
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };
+
+/// Ten sweeps of vertices a step, over-relaxed as far as tissue of a Poisson's ratio of 0.45 takes,
+/// with a drag for the organs around that lets what is dragged come back in half a second; or the
+/// paper's solver.
+[[nodiscard]] pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool paper);
 
 /// What the hook heats.
 inline constexpr std::array<pbdsurg::BodyId, 3> kBurnable{

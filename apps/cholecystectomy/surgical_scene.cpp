@@ -18,11 +18,15 @@ using pbdsurg::TetMesh;
 constexpr double kMembraneAreaPerLink = 2e-6;  // m^2, of cross-section
 constexpr double kTearStretch = 2;             // loose connective tissue tears at 1.5 to 2
 
-void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh) {
+void add_organ(SurgicalScene& result, Organ organ, const TetMesh& mesh,
+               pbdsurg::ElasticModel model) {
   result.tissues.push_back(tissue_of(organ));
-  pbdsurg::Material material = pbdsurg::springs(mesh, tissue_of(organ).mechanics);
-  // Substeps of 0.5 ms: friction of 1 ms would make the organs softer at rest, and limits of
-  // stretch would fight the strands, which tear at twice their length.
+  pbdsurg::Material material = tissue_of(organ).mechanics;
+  if (model == pbdsurg::ElasticModel::springs) {
+    material = pbdsurg::springs(mesh, material);
+  }
+  // Implicit Euler damps more in a step of 5 ms than friction of 1 ms would, and limits of stretch
+  // would fight the strands, which tear at twice their length.
   material.damping = 0;
   material.max_stretch = std::numeric_limits<float>::infinity();
   result.scene.add_body(pbdsurg::name_of(organ), mesh, material);
@@ -61,12 +65,12 @@ const pbdsurg::TissueRecord& tissue_of(Organ organ) {
   throw pbdsurg::InvalidArgument("unknown organ");
 }
 
-SurgicalScene make_scene(const LoadedAnatomy& loaded) {
+SurgicalScene make_scene(const LoadedAnatomy& loaded, pbdsurg::ElasticModel model) {
   const auto& organs = loaded.anatomy.organs;
   SurgicalScene result;
   result.scene.set_gravity({0, 0, -9.81F});
   for (const Organ organ : pbdsurg::kOrgans) {
-    add_organ(result, organ, organs.at(organ));
+    add_organ(result, organ, organs.at(organ), model);
   }
 
   const Eigen::AlignedBox3d liver = pbdsurg::bounding_box(organs.at(Organ::liver));

@@ -51,6 +51,7 @@ struct SurgicalScene {
 
 /// Adds bodies, fixes the liver's upper part and the far ends of vessels and ducts, and links
 /// surfaces that lie close: the membrane between gallbladder and liver first.
-SurgicalScene make_scene(const LoadedAnatomy& loaded);
+/// @param model  of all bodies
+SurgicalScene make_scene(const LoadedAnatomy& loaded, pbdsurg::ElasticModel model);
 
 }  // namespace cholecystectomy
