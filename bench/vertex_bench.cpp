@@ -3,8 +3,8 @@
 // tetrahedron by tetrahedron on one thread (row 2, 10 substeps of one sweep), and ten sweeps of
 // vertices, or thirty, or as many explicit substeps as a step of 1 ms takes, on a device, from
 // start_step() to the report with 200 watched vertices. On a device, the end is compared with one
-// thread's. Ten sweeps of two sheets that thousands of links join, so soft that these are springs of
-// their vertices or stiff. And what it costs to ask whether sweeps have converged.
+// thread's. Ten sweeps of two sheets that thousands of links join, so soft that these are springs
+// of their vertices or stiff. And what it costs to ask whether sweeps have converged.
 #include <algorithm>
 #include <cstdio>
 #include <string>
