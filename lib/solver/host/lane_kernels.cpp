@@ -401,6 +401,29 @@ struct RegisterStart {
   }
 };
 
+// As add_rows(), in another order where a block has strips.
+HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& block,
+                                   const RegisterAccess& access, VertexEnergy<Lanes>& energy) {
+  VertexBlock others = block;
+  if (block.strips.count > 0) {
+    others.pulls.count = others.volumes.count = 0;
+  }
+  const StripRow* const strips = rows.strips + block.strips.first;
+  Vec3<Lanes> a, b, c;
+  for (Index i = 0; i < block.strips.count; ++i) {
+    const Vec3<Lanes> d = access.position(strips[i].corners);
+    const Lanes target = access.load(strips[i].target);
+    const LaneMask turns = target < Lanes(0);
+    const Vec3<Lanes> before = a;
+    a = select(turns, c, before);
+    b = select(turns, b, c);
+    c = d;
+    energy.add_pull(access.load(strips[i].weights), d);
+    energy.add_volume(access.load(strips[i].stiffness), abs(target), a, b, c);
+  }
+  add_rows(rows, others, access, energy);
+}
+
 HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
                                     Index block_index) {
   const VertexBlock& block = rows.blocks[block_index];
@@ -418,7 +441,7 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
                     flight.x - own.x);
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
     if constexpr (kFast) {
-      add_rows(rows, block, access, energy);
+      add_rows_by_strips(rows, block, access, energy);
     } else {
       add_tree(rows, block, access, energy);
     }

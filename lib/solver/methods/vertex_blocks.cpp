@@ -127,6 +127,10 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   block.springs.first = static_cast<Index>(springs_.size());
   block.volumes.first = static_cast<Index>(volumes_.size());
   block.hinges.first = static_cast<Index>(hinges_.size());
+  strip_rooms_.push_back({static_cast<Index>(strips_.size()), 0});
+  for (const Index v : vertices) {
+    strip_rooms_.back().count = std::max(strip_rooms_.back().count, needs_[v].strips);
+  }
   count_rows(block);
   blocks_.push_back(block);
 
@@ -134,6 +138,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
   springs_.resize(static_cast<std::size_t>(block.springs.first + block.springs.count));
   volumes_.resize(static_cast<std::size_t>(block.volumes.first + block.volumes.count));
   hinges_.resize(static_cast<std::size_t>(block.hinges.first + block.hinges.count));
+  strips_.resize(strips_.size() + static_cast<std::size_t>(strip_rooms_.back().count));
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
@@ -151,6 +156,7 @@ void VertexBlocks::append_block(std::span<const Index> vertices) {
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
+  Index strips = 0;
   block.pulls.count = block.springs.count = block.volumes.count = block.hinges.count = 0;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     const Rows& needs = needs_[place_at(block.corners[lane])];
@@ -158,7 +164,11 @@ void VertexBlocks::count_rows(VertexBlock& block) noexcept {
     block.springs.count = std::max(block.springs.count, needs.springs);
     block.volumes.count = std::max(block.volumes.count, needs.volumes);
     block.hinges.count = std::max(block.hinges.count, needs.hinges);
+    strips = std::max(strips, needs.strips);
   }
+  // a face that goes may part a strip in two, which needs more rows than there were
+  const RowRange room = strip_rooms_[places_[place_at(block.corners[0])].block];
+  block.strips = {room.first, strips <= room.count ? room.count : 0};
 }
 
 void VertexBlocks::find_neighborhood(Index vertex) {
@@ -233,8 +243,37 @@ void VertexBlocks::find_neighborhood(Index vertex) {
                       hinge.rest,
                       hinge.damping});
   }
+  find_strip();
   needs_[vertex] = {static_cast<Index>(pulls.size()), static_cast<Index>(springs.size()),
-                    static_cast<Index>(volumes.size()), static_cast<Index>(hinges.size())};
+                    static_cast<Index>(volumes.size()), static_cast<Index>(hinges.size()),
+                    static_cast<Index>(strip_entries_.size())};
+}
+
+void VertexBlocks::find_strip() {
+  strip_entries_.clear();
+  if (has_damping_) {
+    return;
+  }
+  faces_.clear();
+  for (const Volume& volume : neighborhood_.volumes) {
+    faces_.push_back(volume.face);
+  }
+  for (const auto& [corner, face, turns] : strip_.find(faces_)) {
+    StripEntry entry{corner, 0, 1, 0};
+    if (face != kInvalidIndex) {
+      entry.stiffness = neighborhood_.volumes[face].stiffness / 36;
+      entry.target = 6 * neighborhood_.volumes[face].target;
+    }
+    entry.target = turns ? -entry.target : entry.target;
+    strip_entries_.push_back(entry);
+  }
+  for (const Pull& pull : neighborhood_.pulls) {
+    auto entry = std::ranges::find(strip_entries_, pull.neighbor, &StripEntry::corner);
+    if (entry == strip_entries_.end()) {
+      entry = strip_entries_.insert(entry, {pull.neighbor, 0, 1, 0});
+    }
+    entry->weight = pull.weight;
+  }
 }
 
 void VertexBlocks::write_rows(Index vertex) noexcept {
@@ -285,6 +324,15 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.target[lane] = row.target[lane];
       damped.damping[lane] = volume.damping / 36;
     }
+  }
+  const RowRange room = strip_rooms_[places_[vertex].block];
+  for (Index i = 0; i < room.count; ++i) {
+    const StripEntry entry_here = entry(strip_entries_, i, StripEntry{vertex, 0, 1, 0});
+    StripRow& row = strips_[room.first + i];
+    row.corners[lane] = offset_of(entry_here.corner);
+    row.stiffness[lane] = entry_here.stiffness;
+    row.target[lane] = entry_here.target;
+    row.weights[lane] = entry_here.weight;
   }
   for (Index i = 0; i < block.hinges.count; ++i) {
     const Bend hinge =
@@ -391,7 +439,7 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          (hinges_at_.entries.empty() ? 0 : bytes(hinges_at_.offsets)) +
          bytes(tets_at_.offsets, tets_at_.entries, springs_at_.offsets, springs_at_.entries,
                hinges_at_.entries, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
-               damped_volumes_, damped_hinges_, places_, needs_, touched_);
+               damped_volumes_, damped_hinges_, strips_, strip_rooms_, places_, needs_, touched_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

@@ -16,6 +16,7 @@
 
 #include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/methods/vertex_rows.h"
+#include "lib/solver/methods/vertex_strip.h"
 #include "lib/solver/state/particle.h"
 
 namespace pbdsurg {
@@ -83,7 +84,8 @@ class VertexBlocks {
   }
   [[nodiscard]] Index block_count() const noexcept { return static_cast<Index>(blocks_.size()); }
   [[nodiscard]] VertexRows rows() const noexcept {
-    return {blocks_.data(), pulls_.data(), springs_.data(), volumes_.data(), hinges_.data()};
+    return {blocks_.data(),  pulls_.data(),  springs_.data(),
+            volumes_.data(), hinges_.data(), strips_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
     return {blocks_.data(),         springs_.data(),        volumes_.data(),      hinges_.data(),
@@ -189,7 +191,7 @@ class VertexBlocks {
     std::vector<Bend> hinges;
   };
   struct Rows {
-    Index pulls = 0, springs = 0, volumes = 0, hinges = 0;
+    Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
   };
 
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
@@ -201,6 +203,7 @@ class VertexBlocks {
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
+  void find_strip();
   void count_rows(VertexBlock& block) noexcept;
 
   // What is removed keeps its vertices and has no terms any more.
@@ -221,12 +224,21 @@ class VertexBlocks {
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
+  std::vector<StripRow> strips_;           // none if there is damping, which changes numbers
+  std::vector<RowRange> strip_rooms_;      // [block] of strips_
   std::vector<Place> places_;              // [vertex_count]
   std::vector<Rows> needs_;                // [vertex_count]
 
   std::vector<Index> touched_;
   std::vector<bool> is_touched_;  // [vertex_count]
   Neighborhood neighborhood_;     // of the vertex at hand
+  struct StripEntry {
+    Index corner;
+    float stiffness, target, weight;  // as in StripRow
+  };
+  VertexStrip strip_;
+  std::vector<std::array<Index, 3>> faces_;  // likewise
+  std::vector<StripEntry> strip_entries_;    // likewise
 };
 
 /// Sets stiffness and target of damped rows for a substep, in one thread.

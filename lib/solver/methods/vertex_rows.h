@@ -46,6 +46,16 @@ struct alignas(64) HingeRow {
   float is_opposite[kBlockLanes];  ///< 1 or 0
 };
 
+/// A step along a strip of the faces opposite a vertex, for kernels on registers: after corners a,
+/// b and c comes d, and the next face is a, c, d or, where the strip turns, c, b, d. So a face
+/// takes one corner to gather in place of three, and its pulls none.
+struct alignas(64) StripRow {
+  ParticleOffset corners[kBlockLanes];
+  float stiffness[kBlockLanes];  ///< as in VolumeRow, of the face that ends here; zero for none
+  float target[kBlockLanes];     ///< likewise; negative where the strip turns
+  float weights[kBlockLanes];    ///< as in PullRow, towards the corner; zero for none
+};
+
 /// What damping makes a row's stiffness and target from, in each substep.
 struct alignas(64) DampedRow {
   float stiffness[kBlockLanes];
@@ -65,6 +75,7 @@ struct alignas(64) VertexBlock {
   Index lane_count;
   bool is_damped;  ///< whether some row is
   RowRange pulls, springs, volumes, hinges;
+  RowRange strips;  ///< that say the same as pulls and volumes; none where they lack the room
 };
 
 /// All of them.
@@ -74,6 +85,7 @@ struct VertexRows {
   const SpringRow* springs;
   const VolumeRow* volumes;
   const HingeRow* hinges;
+  const StripRow* strips = nullptr;
 };
 
 /// Those that damping changes.
