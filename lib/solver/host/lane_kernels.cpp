@@ -402,8 +402,9 @@ struct RegisterStart {
 };
 
 // As add_rows(), in another order where a block has strips.
+template <class Energy>
 HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& block,
-                                   const RegisterAccess& access, VertexEnergy<Lanes>& energy) {
+                                   const RegisterAccess& access, Energy& energy) {
   VertexBlock others = block;
   if (block.strips.count > 0) {
     others.pulls.count = others.volumes.count = 0;
@@ -474,7 +475,7 @@ HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& st
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
     VertexForce<Lanes> sum;
     if constexpr (kFast) {
-      add_rows(rows, block, access, sum);
+      add_rows_by_strips(rows, block, access, sum);
     } else {
       add_tree(rows, block, access, sum);
     }
