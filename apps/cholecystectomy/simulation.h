@@ -78,7 +78,7 @@ struct Instrument {
   Eigen::Vector3f port;  ///< m
   Eigen::Vector3f tip;   ///< m, where it is wanted
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-  std::vector<pbdsurg::Index> held;  ///< scene vertices
+  std::vector<pbdsurg::Index> held{};  ///< scene vertices
 
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };

@@ -76,7 +76,10 @@ void run(const Arguments& arguments) {
     start.push_back(x.cast<double>());
   }
   const Positions rest = find_equilibrium(energy, start);
-  const Eigen::Vector3d expected = -energy.holding_force(simulation.grasper.held, rest);
+  Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& each : energy.holding_forces(simulation.grasper.held, rest)) {
+    expected -= each;
+  }
   const Eigen::Vector3d force = simulation.world.force(simulation.grasper.tool).cast<double>();
   double farthest = 0;
   for (std::size_t v = 0; v < rest.size(); ++v) {
