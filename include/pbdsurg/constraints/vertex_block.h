@@ -107,19 +107,22 @@ struct VertexForce {
   /// What others have found.
   PBDSURG_HOST_DEVICE void add(const VertexForce& other) { force = force + other.force; }
 
-  // Each as in VertexEnergy.
+  /// As VertexEnergy::add_pull().
   PBDSURG_HOST_DEVICE void add_pull(Scalar stiffness, const Vec3<Scalar>& d) {
     force = force + stiffness * d;
   }
+  /// As VertexEnergy::add_spring().
   PBDSURG_HOST_DEVICE void add_spring(Scalar given, Scalar ends, const Vec3<Scalar>& d) {
     const SpringPull<Scalar> pull(given, ends, d);
     force = force + (pull.stiffness * pull.stretch) * pull.n;
   }
+  /// As VertexEnergy::add_volume().
   PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar target, const Vec3<Scalar>& a,
                                       const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
     const Vec3<Scalar> face = cross(b - a, c - a);
     force = force + (stiffness * (dot(a, face) - target)) * face;
   }
+  /// As VertexEnergy::add_hinge().
   template <class Condition>
   PBDSURG_HOST_DEVICE void add_hinge(Scalar stiffness, Scalar rest, const Vec3<Scalar> (&x)[4],
                                      const Condition& is_opposite) {
