@@ -411,19 +411,24 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
       }
     }
 
+    const VertexState linked = vertex_state(step, lengths, 1);
+    for (Index block = 0; block < data.vertex_blocks.block_count(); ++block) {
+      find_loose_ends(step, linked, block, data.step_scratch.linked[block]);
+    }
+    find_lone_ends(step, linked);
     Index joints = 0;
     for (const Phase& phase : data.plan.phases) {
       if (phase.kind == PhaseKind::stiff_link) {
-        const Index size = data.sets.of<StiffLinkConstraint>().size(phase.color);
-        begin_joints(step, vertex_state(step, lengths, 1), phase.color, 0, size);
-        joints += size;
+        begin_joints(step, linked, phase.color);
+        joints += data.sets.of<StiffLinkConstraint>().size(phase.color);
       }
     }
     REQUIRE(joints > 0);
+    kernels.find_loose_ends(substep, has_tools, state, device.constraints.arrays(), vertices, tools,
+                            input, launch);
     for (const Stage& stage : stages.plan.stages()) {
       if (stage.kind == PhaseKind::stiff_link) {
-        kernels.begin_joints(stage, substep, has_tools, state, device.constraints.arrays(),
-                             vertices, tools, input, launch);
+        kernels.begin_joints(stage, state, device.constraints.arrays(), input, launch);
       }
     }
     REQUIRE(difference(device.of_places(state.flights), data.step_scratch.flights).empty());
