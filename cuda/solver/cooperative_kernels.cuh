@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 
 #include "cuda/solver/counted_points.cuh"
 #include "cuda/solver/kernel_support.cuh"
@@ -440,7 +441,11 @@ std::size_t shared_bytes(const TileArrays& tiles) {
          sizeof(float4);
 }
 
-Index prepare_sweep_of_vertices(const TileArrays& tiles) {
+/// Makes kernels over tiles ready.
+/// @return  how many blocks of any of them the device runs at a time; 0 if it cannot
+template <class... Arguments>
+Index blocks_at_once(const TileArrays& tiles,
+                     std::initializer_list<void (*)(Arguments...)> kernels) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
   const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
   if (device_attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
@@ -448,8 +453,7 @@ Index prepare_sweep_of_vertices(const TileArrays& tiles) {
     return 0;
   }
   int fewest = 0;
-  for (const bool has_tools : {false, true}) {
-    auto* const kernel = sweep_kernel(tiles.parts, has_tools);
+  for (auto* const kernel : kernels) {
     check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
           "asking for all shared memory of a block");
     int blocks = 0;
@@ -461,27 +465,38 @@ Index prepare_sweep_of_vertices(const TileArrays& tiles) {
   return fewest * device_attribute(cudaDevAttrMultiProcessorCount);
 #else
   static_cast<void>(tiles);
+  static_cast<void>(kernels);
   return 0;
 #endif
 }
 
-void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
-                    const DeviceState& state, const VertexArrays& vertices, const TileArrays& tiles,
-                    const ToolArrays& tools, StepInput* input, const Launch& how) {
+/// Launches so many blocks of such a kernel for each copy, all of which are on the device at once.
+template <class... Parameters, class... Arguments>
+void launch_at_once(const Launch& how, const char* name, Index blocks, const TileArrays& tiles,
+                    void (*kernel)(Parameters...), const Arguments&... arguments) {
   cudaLaunchAttribute cooperative{};
   cooperative.id = cudaLaunchAttributeCooperative;
   cooperative.val.cooperative = 1;
   cudaLaunchConfig_t config{};
-  config.gridDim =
-      dim3(static_cast<unsigned>(sweeps.block_count), static_cast<unsigned>(how.copies));
+  config.gridDim = dim3(static_cast<unsigned>(blocks), static_cast<unsigned>(how.copies));
   config.blockDim = dim3(kBlockThreads);
   config.dynamicSmemBytes = shared_bytes(tiles);
   config.stream = how.stream;
   config.attrs = &cooperative;
   config.numAttrs = 1;
-  check(cudaLaunchKernelEx(&config, sweep_kernel(tiles.parts, sweeps.has_tools), sweeps, colors,
-                           state, vertices, tiles, tools, input),
-        "launching the sweeps of vertices");
+  check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
+}
+
+Index prepare_sweep_of_vertices(const TileArrays& tiles) {
+  return blocks_at_once(tiles, {sweep_kernel(tiles.parts, false), sweep_kernel(tiles.parts, true)});
+}
+
+void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
+                    const DeviceState& state, const VertexArrays& vertices, const TileArrays& tiles,
+                    const ToolArrays& tools, StepInput* input, const Launch& how) {
+  launch_at_once(how, "launching the sweeps of vertices", sweeps.block_count, tiles,
+                 sweep_kernel(tiles.parts, sweeps.has_tools), sweeps, colors, state, vertices,
+                 tiles, tools, input);
 }
 
 }  // namespace

@@ -186,41 +186,19 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
   } while (!walk.is_done());
 }
 
-template <class Visit>
-void visit_push_kernel(Index parts, bool stays, const Visit& visit) {
-  if (parts == 16) {
-    visit(stays ? push_tiles<16, true> : push_tiles<16, false>);
-  } else if (parts == 8) {
-    visit(stays ? push_tiles<8, true> : push_tiles<8, false>);
-  } else {
-    visit(stays ? push_tiles<4, true> : push_tiles<4, false>);
-  }
+template <int kParts>
+constexpr auto* push_kernel(bool stays) {
+  return stays ? push_tiles<kParts, true> : push_tiles<kParts, false>;
+}
+
+auto* push_kernel(Index parts, bool stays) {
+  return parts == 16  ? push_kernel<16>(stays)
+         : parts == 8 ? push_kernel<8>(stays)
+                      : push_kernel<4>(stays);
 }
 
 Index prepare_explicit_step(const TileArrays& tiles) {
-#if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  const int room = device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
-  if (device_attribute(cudaDevAttrCooperativeLaunch) == 0 || code_architecture() < 70 ||
-      shared_bytes(tiles) > static_cast<std::size_t>(room)) {
-    return 0;
-  }
-  int fewest = 0;
-  for (const bool stays : {false, true}) {
-    visit_push_kernel(tiles.parts, stays, [&](auto* kernel) {
-      check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, room),
-            "asking for all shared memory of a block");
-      int blocks = 0;
-      check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlockThreads,
-                                                          shared_bytes(tiles)),
-            "asking how many blocks a multiprocessor runs at a time");
-      fewest = fewest == 0 || blocks < fewest ? blocks : fewest;
-    });
-  }
-  return fewest * device_attribute(cudaDevAttrMultiProcessorCount);
-#else
-  static_cast<void>(tiles);
-  return 0;
-#endif
+  return blocks_at_once(tiles, {push_kernel(tiles.parts, false), push_kernel(tiles.parts, true)});
 }
 
 void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
@@ -230,21 +208,8 @@ void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
   first.overlaps = false;  // follows what is no kernel
   launch(first, "launching where vertices start", blocks_for(state.capacity, kVertexThreads),
          kVertexThreads, fill_mailboxes, state, vertices, boxes, input);
-  cudaLaunchAttribute cooperative{};
-  cooperative.id = cudaLaunchAttributeCooperative;
-  cooperative.val.cooperative = 1;
-  cudaLaunchConfig_t config{};
-  config.gridDim =
-      dim3(static_cast<unsigned>(substeps.block_count), static_cast<unsigned>(how.copies));
-  config.blockDim = dim3(kBlockThreads);
-  config.dynamicSmemBytes = shared_bytes(tiles);
-  config.stream = how.stream;
-  config.attrs = &cooperative;
-  config.numAttrs = 1;
-  visit_push_kernel(tiles.parts, substeps.stays, [&](auto* kernel) {
-    check(cudaLaunchKernelEx(&config, kernel, state, vertices, tiles, boxes, input),
-          "launching explicit substeps");
-  });
+  launch_at_once(how, "launching explicit substeps", substeps.block_count, tiles,
+                 push_kernel(tiles.parts, substeps.stays), state, vertices, tiles, boxes, input);
 }
 
 /// As stiffest_vertex().
