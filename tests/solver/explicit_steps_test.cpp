@@ -73,8 +73,8 @@ TEST_CASE("explicit steps: the longest substep is that of a frequency somewhat h
   CHECK(solver.plan().phases[0].kind == PhaseKind::vertex);
 }
 
-// Would catch substeps that are too long: the noise would grow without end. And far too short ones:
-// with half as many again it is to burst, or the bound is no good.
+// Would catch substeps that are too long: the noise would grow without end. And damping that nobody
+// asked for: it would fade.
 TEST_CASE("explicit steps: noise does not grow in the longest substep", "[property]") {
   const float ratio = GENERATE(0.3F, 0.45F, 0.49F);
   const bool has_limit = GENERATE(false, true);

@@ -65,15 +65,15 @@ void StableSubstep::measure(const SolverData& data) {
 
 void StableSubstep::measure(const SolverData& data, std::span<const Index> places) {
   ++revision_;
-  std::vector<Index> all(places.begin(), places.end());
+  changed_.assign(places.begin(), places.end());
   for (const Index place : places) {
     measure_vertex(data, place);
-    all.insert(all.end(), neighbors_.begin(), neighbors_.end());
+    changed_.insert(changed_.end(), neighbors_.begin(), neighbors_.end());
   }
-  std::ranges::sort(all);
-  const auto repeated = std::ranges::unique(all);
-  all.erase(repeated.begin(), repeated.end());
-  for (const Index place : all) {
+  std::ranges::sort(changed_);
+  const auto repeated = std::ranges::unique(changed_);
+  changed_.erase(repeated.begin(), repeated.end());
+  for (const Index place : changed_) {
     measure_vertex(data, place);
   }
 }
@@ -92,6 +92,13 @@ double StableSubstep::longest(float stiffest) const {
     growth *= kNextGrowth;
   }
   return 2 / std::sqrt(growth * at_rest);
+}
+
+std::size_t StableSubstep::memory_bytes() const noexcept {
+  const auto bytes = [](const auto&... lists) {
+    return (... + (lists.capacity() * sizeof(lists[0])));
+  };
+  return bytes(rest_, squares_, shares_, changed_, neighbors_, blocks_);
 }
 
 Index StableSubstep::stiffest() const {

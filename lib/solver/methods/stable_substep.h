@@ -18,6 +18,7 @@
 /// has (VolumeStiffness): one pass over rows, of the same bits for all executors.
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -58,6 +59,8 @@ class StableSubstep {
   /// Changes with the shares.
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
   /// Place of the vertex that asks for it.
   [[nodiscard]] Index stiffest() const;
 
@@ -68,6 +71,8 @@ class StableSubstep {
   std::vector<double> squares_;        // [place] 1/s^2, the sum above
   std::vector<float> shares_;
   std::uint64_t revision_ = 0;
+
+  std::vector<Index> changed_;  // of an edit
 
   // of the vertex at hand
   std::vector<Index> neighbors_;
