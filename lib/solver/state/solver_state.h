@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/solver/solver_options.h"
 
 #include "lib/solver/program/backend.h"
@@ -141,7 +142,7 @@ struct SolverState : CopyState {
   void finish_running_step();
 
   /// Makes particles, velocities and carries of a copy those of now.
-  void fetch_state(Index copy);
+  PBDSURG_API void fetch_state(Index copy);
 
   /// As fetch_state(), of some vertices with tissue in all copies: what else is out of date stays
   /// so. Cost: proportional to these.
