@@ -46,7 +46,7 @@ Json number_of(int count) {
 }
 
 const char* integration_of(const SolverOptions& options) {
-  return options.method == SolverMethod::explicit_steps ? "symplectic Euler"
+  return options.method == SolverMethod::explicit_steps ? "leapfrog"
          : options.integration == TimeIntegration::bdf2 ? "BDF2"
                                                         : "implicit Euler";
 }

@@ -330,7 +330,7 @@ class CudaBackend final : public Backend {
                     {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.division),
                     changes_lengths};
-    if (sweeps_->takes_whole_step(step.arrays)) {
+    if (takes_whole_step(step, *sweeps_)) {
       step.program.division = {};  // which its input has, so that a graph serves any
     }
     if (have_rows_changed_) {

@@ -10,8 +10,8 @@ class Enqueuer {
       : step_(step),
         sweeps_(sweeps),
         launch_(launch),
-        ends_apart_(step.arrays.state.ways != nullptr &&
-                    (step.arrays.has_pushers || step.changes_lengths)) {}
+        ends_apart_(step.changes_lengths ||
+                    (step.arrays.state.ways != nullptr && step.arrays.has_pushers)) {}
 
   void run(StepOperation operation, Index substep) {
     const auto& [state, constraints, tools, input, stages, has_pushers, has_attachments, vertices,
@@ -26,11 +26,12 @@ class Enqueuer {
         advance(substep > 0 && !ends_apart_, true, launch);
         break;
       }
-      case StepOperation::recall_past:
+      case StepOperation::take_lengths:
         if (substep == 1 && step_.changes_lengths) {
           kernels.take_later_lengths(input, launch_);
         }
         break;
+      case StepOperation::recall_past:
       case StepOperation::update_velocities:
       case StepOperation::keep_past:
         break;  // see advance()
@@ -138,9 +139,13 @@ class Enqueuer {
 
 }  // namespace
 
+bool takes_whole_step(const DeviceStep& step, const Sweeps& sweeps) {
+  return !step.changes_lengths && sweeps.takes_whole_step(step.arrays);
+}
+
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
   Enqueuer enqueuer(step, sweeps, launch);
-  if (sweeps.takes_whole_step(step.arrays)) {
+  if (takes_whole_step(step, sweeps)) {
     sweeps.enqueue_step(step.arrays, launch);
     enqueuer.report();
     return;

@@ -22,6 +22,9 @@ struct DeviceStep {
   bool operator==(const DeviceStep&) const = default;
 };
 
+/// Whether sweeps take all substeps at once, which then are alike.
+[[nodiscard]] bool takes_whole_step(const DeviceStep& step, const Sweeps& sweeps);
+
 /// Enqueues the program and the report. The end of a substep and the prediction of the next are one
 /// launch.
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch);

@@ -165,7 +165,7 @@ bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepI
   input.later_past_share = later.past_share;
   input.later_force_per_multiplier = later.lengths.inverse_dt_squared / substeps;
   return data.division.substeps > 1 &&
-         (first.motion.h != later.motion.h || first.past_share != later.past_share);
+         (first.lengths != later.lengths || first.past_share != later.past_share);
 }
 
 }  // namespace

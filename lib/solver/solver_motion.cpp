@@ -11,7 +11,9 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "lib/base/check.h"
+#include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_checks.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg {
@@ -236,7 +238,8 @@ void Solver::restore(const Snapshot& snapshot, Index copy) {
     state.ways[place] = {way.x(), way.y(), way.z()};
     state.velocities_before[place] = {before.x(), before.y(), before.z()};
   }
-  state.past_substep = snapshot.ways.empty() ? 0 : snapshot.past_substep;
+  const bool has_past = is_explicit(data_->options) || !snapshot.ways.empty();
+  state.past_substep = has_past ? snapshot.past_substep : 0;
   for (std::size_t t = 0; t < state.tools.size(); ++t) {
     ToolState& tool = state.tools[t];
     tool.pose = tool.target = snapshot.tool_poses[t];
@@ -277,7 +280,7 @@ std::uint64_t Solver::state_hash(Index copy) const {
       }
     }
   }
-  if (!state.ways.empty()) {
+  if (has_past_lengths(data_->options)) {
     mix(state.past_substep);
   }
   return hash;

@@ -121,6 +121,64 @@ TEST_CASE("explicit steps: a mass on a link swings as long and as far as it shou
   CHECK(x[0].x() + x[1].x() == Approx(0.101).epsilon(1e-5));
 }
 
+// Would catch a start that takes a velocity of now for one of half a substep before, or the
+// reverse: what swings would be off by a share of the substep, not of its square.
+TEST_CASE("explicit steps: half a substep leaves a quarter of the error", "[validation]") {
+  const double mass = 2e-3;
+  const double compliance = 0.02;
+  const double period = 2 * std::numbers::pi * std::sqrt(compliance * mass / 2);
+  const auto error = [&](int count) {  // substeps a period
+    Solver solver(make_swing(mass, static_cast<float>(compliance)), explicit_options());
+    std::vector<Eigen::Vector3f> x = solver.positions();
+    x[1].x() += 1e-3F;
+    solver.write_positions(x);
+    for (int i = 0; i < count + count / 4; ++i) {
+      solver.step(static_cast<float>(period / count));
+    }
+    x = solver.positions();
+    return std::abs(x[1].x() - x[0].x() - 0.1F);  // it passes through rest
+  };
+  const auto coarse = static_cast<double>(error(40)), fine = static_cast<double>(error(80));
+  CHECK(coarse > 3e-6);  // m, far above rounding
+  CHECK(coarse / fine > 3.5);
+  CHECK(coarse / fine < 4.5);
+}
+
+// Would catch velocities that the change of a substep's length, a snapshot or a written state
+// leaves half of the wrong substep behind: a fall is a parabola without error.
+TEST_CASE("explicit steps: what falls is on its parabola whatever the steps are", "[golden]") {
+  Scene scene;
+  scene.add_particles("stone", std::vector<Eigen::Vector3d>{{0, 0, 0}}, 1e-3);
+  SolverOptions options = explicit_options();
+  options.copies = 2;
+  options.executor = GENERATE(executor::serial(), executor::threads(2));
+  options.substeps = 3;
+  Solver solver(scene, options);
+  double t = 0;
+  const auto step = [&](float dt) {
+    solver.step(dt);
+    t += double{dt};
+    const double fallen = 9.81 / 2 * t * t;
+    CHECK(-solver.positions(1)[0].y() == Approx(fallen).epsilon(1e-5));
+  };
+  for (const float dt : {1e-3F, 1e-3F, 4e-3F, 2e-4F, 3e-3F}) {
+    step(dt);
+  }
+  const Snapshot before = solver.snapshot();
+  solver.step(2e-3F);
+  const std::uint64_t hash = solver.state_hash();
+  solver.restore(before, 1);
+  solver.restore(before, 0);
+  step(2e-3F);
+  CHECK(solver.state_hash() == hash);
+
+  solver.write_positions(std::vector<Eigen::Vector3f>{{0, 0, 0}}, 1);   // where nothing is known
+  solver.write_velocities(std::vector<Eigen::Vector3f>{{0, 0, 0}}, 1);  // of before, it starts anew
+  t = 0;
+  step(1e-3F);
+  step(2e-3F);
+}
+
 // Would catch a link or a tool that is left out of the step, or a force in newtons that takes
 // another substep for its multipliers.
 TEST_CASE("explicit steps: a grasp and a tool feel the weight that they carry", "[validation]") {

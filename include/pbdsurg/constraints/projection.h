@@ -52,6 +52,8 @@ template <class Scalar>
 struct Substep {
   Scalar inverse_dt;          ///< 1/s
   Scalar inverse_dt_squared;  ///< 1/s^2
+
+  bool operator==(const Substep&) const = default;
 };
 
 /// A projection that ignores the damping parameter, and reads no more than positions.

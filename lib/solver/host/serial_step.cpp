@@ -43,8 +43,10 @@ class SerialStep {
     const auto substeps = static_cast<float>(step_.data.division.substeps);
     const auto vertex_count = static_cast<Index>(step_.copy.particles.size());
     switch (operation) {
-      case StepOperation::recall_past:
+      case StepOperation::take_lengths:
         numbers_ = substep_numbers(step_.data, step_.copy, h_, substep);
+        break;
+      case StepOperation::recall_past:
         recall_past(step_, numbers_.past_share, 0, vertex_count);
         break;
       case StepOperation::predict_positions:

@@ -114,7 +114,8 @@ class ThreadedBackend final : public Backend {
     StepTeam* team;  // with whom it shares the step; null: nobody
     ProjectionState state;
     FreeMotion<float> motion;
-    float h;  // s, of a substep
+    float past_share;  // of BDF2, see SubstepNumbers
+    float h;           // s, of a substep
     VertexRange vertices;
     int thread;
     int threads;  // that share the work; 0 once another has taken over this one's part
@@ -235,6 +236,7 @@ class ThreadedBackend final : public Backend {
              moving.points == nullptr ? nullptr : step.scratch.flights.data(),
              data.vertex_blocks.unit()},
             numbers.motion,
+            numbers.past_share,
             h,
             vertices_of(step, thread, threads_),
             thread,
@@ -292,8 +294,11 @@ class ThreadedBackend final : public Backend {
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
     switch (operation) {
+      case StepOperation::take_lengths:
+        take_lengths(substep, turn);
+        break;
       case StepOperation::recall_past:
-        recall(substep, turn);
+        recall_past(step, turn.past_share, turn.vertices.first, turn.vertices.last);
         break;
       case StepOperation::predict_positions:
         kernels_.predict_positions(turn.vertices, turn.motion);
@@ -372,11 +377,11 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  static void recall(int substep, Turn& turn) {
+  static void take_lengths(int substep, Turn& turn) {
     const SubstepNumbers numbers = substep_numbers(turn.step.data, turn.step.copy, turn.h, substep);
     turn.motion = numbers.motion;
     turn.state.substep = numbers.lengths;
-    recall_past(turn.step, numbers.past_share, turn.vertices.first, turn.vertices.last);
+    turn.past_share = numbers.past_share;
   }
 
   // Few: the first thread does it, while the others wait.

@@ -4,7 +4,7 @@
 /// @file
 /// The longest substep in which explicit steps are stable.
 ///
-/// Symplectic Euler is stable while the substep is shorter than 2 / w, w the highest frequency of
+/// Leapfrog is stable while the substep is shorter than 2 / w, w the highest frequency of
 /// the mass matrix M and the stiffness matrix K. By Gershgorin's circle theorem for blocks, w^2 is
 /// at most the largest, over vertices i, of
 ///

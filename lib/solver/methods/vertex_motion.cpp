@@ -25,12 +25,24 @@ bool has_past(const SolverOptions& options) noexcept {
   return options.integration == TimeIntegration::bdf2;
 }
 
+bool has_past_lengths(const SolverOptions& options) noexcept {
+  return has_past(options) || is_explicit(options);
+}
+
 SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, float h,
                                int substep) noexcept {
-  if (!has_past(data.options)) {
+  if (!has_past_lengths(data.options)) {
     return {free_motion(data, h), {1 / h, 1 / (h * h)}};
   }
   const float past = substep > 0 ? h : copy.past_substep;
+  if (is_explicit(data.options)) {
+    const float between = (past + h) / 2;  // velocities
+    SubstepNumbers numbers{free_motion(data, between), {1 / h, 1 / (h * between)}};
+    numbers.motion.h = h;
+    numbers.motion.inverse_h = 1 / h;
+    numbers.motion.fall = h * numbers.motion.kick;
+    return numbers;
+  }
   const float ratio = past > 0 ? h / past : 0;
   const float part = (1 + ratio) / (1 + 2 * ratio) * h;
   const float drag = 1 + data.options.damping * part;

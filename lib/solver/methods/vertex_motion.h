@@ -21,6 +21,9 @@ namespace pbdsurg {
 /// Whether BDF2 takes the substep before into account.
 [[nodiscard]] PBDSURG_API bool has_past(const SolverOptions& options) noexcept;
 
+/// Whether the length of the substep before counts.
+[[nodiscard]] bool has_past_lengths(const SolverOptions& options) noexcept;
+
 /// What a substep's length comes to.
 struct SubstepNumbers {
   FreeMotion<float> motion;
@@ -45,6 +48,8 @@ struct MovingVertices {
 /// @param h  s, of a substep
 [[nodiscard]] PBDSURG_API FreeMotion<float> free_motion(const SolverData& data, float h) noexcept;
 
+/// Explicit steps know velocities half-way through substeps, so that of a first one, when nothing
+/// was before, half its length changes them; of others, half of both.
 /// @param h        s, of each substep
 /// @param substep  of the step, >= 0
 [[nodiscard]] PBDSURG_API SubstepNumbers substep_numbers(const SolverData& data,

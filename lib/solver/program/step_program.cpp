@@ -22,19 +22,19 @@ constexpr std::array kVertexBlocks{
     predict_displacements, find_contacts, gather_holds,   damp_rows, begin_joints, sweep,
     settle_holds,          keep_momentum, collect_forces, settle};
 
-// Symplectic Euler.
-constexpr std::array kExplicit{predict_displacements, find_contacts, gather_holds, push,
-                               collect_forces,        settle};
+// Leapfrog (Verlet 1967).
+constexpr std::array kExplicit{take_lengths, predict_displacements, find_contacts, gather_holds,
+                               push,         collect_forces,        settle};
 
 // Vertex blocks or projections by BDF2: an implicit Euler substep of what velocities and positions
 // are once the substep before is taken into account.
 template <std::size_t kCount>
-constexpr std::array<StepOperation, kCount + 3> with_past(
+constexpr std::array<StepOperation, kCount + 4> with_past(
     const std::array<StepOperation, kCount>& operations) {
-  std::array<StepOperation, kCount + 3> all{recall_past};
-  std::ranges::copy(operations, all.begin() + 1);
-  all[kCount + 1] = keep_past;
-  all[kCount + 2] = ease_contacts;
+  std::array<StepOperation, kCount + 4> all{take_lengths, recall_past};
+  std::ranges::copy(operations, all.begin() + 2);
+  all[kCount + 2] = keep_past;
+  all[kCount + 3] = ease_contacts;
   return all;
 }
 

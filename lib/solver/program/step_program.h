@@ -18,7 +18,8 @@ namespace pbdsurg {
 /// A part of a substep. The serial backend defines what each does; an executor may join neighbours,
 /// and leave out what changes nothing.
 enum class StepOperation : std::uint8_t {
-  recall_past,            ///< of BDF2: takes the substep before into account, see displacement.h
+  take_lengths,           ///< where the substep before counts: see substep_numbers()
+  recall_past,            ///< of BDF2: takes that substep into account, see displacement.h
   predict_positions,      ///< keeps where vertices are; they go on under gravity and drag
   predict_displacements,  ///< the same without moving them: see displacement.h
   clear_multipliers,      ///< of constraints with compliances

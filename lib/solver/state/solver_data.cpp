@@ -128,7 +128,7 @@ void SolverData::start_step(float dt) {
       copy(i).is_state_current = false;
     }
   }
-  for (Index i = 0; i < copy_count() && has_past(options); ++i) {
+  for (Index i = 0; i < copy_count() && has_past_lengths(options); ++i) {
     copy(i).past_substep = dt / static_cast<float>(division.substeps);
   }
   step_in_flight = Step::running;
