@@ -29,8 +29,9 @@ std::pair<double, Index> measure_steps(Edited& edited) {
 
 }  // namespace
 
-CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames) {
-  const Scene scene = make_organ_scene(mesh);
+CutTimes measure_cuts(const TetMesh& mesh, const Material& material, SolverOptions options,
+                      int frames) {
+  const Scene scene = make_organ_scene(mesh, material);
   Moving plain(scene, options);
   options.spare = kSpare;
   Edited edited(scene, options);

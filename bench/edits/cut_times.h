@@ -32,6 +32,7 @@ struct CutTimes {
 /// which all that follows topology takes part.
 /// @param options  to which spare room is added
 /// @throws Error  if a step leaves vertices that are not finite
-[[nodiscard]] CutTimes measure_cuts(const TetMesh& mesh, SolverOptions options, int frames);
+[[nodiscard]] CutTimes measure_cuts(const TetMesh& mesh, const Material& material,
+                                    SolverOptions options, int frames);
 
 }  // namespace pbdsurg::bench

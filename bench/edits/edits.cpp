@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What it costs to delete tetrahedra while a scene is stepped, by backend, size of mesh and rate;
 // and to cut them.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <list>
@@ -11,6 +12,7 @@
 #include "apps/support/executors.h"
 #include "bench/edits/report.h"
 #include "bench/support/gpu_times.h"
+#include "bench/support/neo_hookean.h"
 #include "bench/support/program.h"
 #include "bench/support/sample.h"
 #include "bench/support/subject.h"
@@ -22,6 +24,7 @@ struct Arguments {
   std::filesystem::path out = "out/tables";
   int threads = 0;
   int frames = 120;
+  std::vector<std::string> methods{"paper", "vertex blocks"};
   bool quick = false;
 };
 
@@ -46,12 +49,24 @@ std::list<NamedMesh> make_meshes(const Arguments& arguments, std::vector<std::st
   return meshes;
 }
 
-SolverOptions options_on(const Executor& executor) {
-  SolverOptions options = SolverOptions::paper();
-  options.executor = executor;
-  options.coloring = {.repair = true};
-  options.composition = PlanComposition::automatic;
-  return options;
+struct Method {
+  std::string name;
+  Material material;
+  SolverOptions options;
+};
+
+std::vector<Method> make_methods(const Executor& executor) {
+  SolverOptions paper = SolverOptions::paper();
+  paper.executor = executor;
+  paper.coloring = {.repair = true};
+  paper.composition = PlanComposition::automatic;
+  return {{"paper", {.model = ElasticModel::springs}, paper},
+          {"vertex blocks",
+           neo_hookean(1e4, 0.45),
+           {.method = SolverMethod::vertex_block,
+            .substeps = 1,
+            .iterations = 10,
+            .executor = executor}}};
 }
 
 void run(const Arguments& arguments) {
@@ -66,10 +81,15 @@ void run(const Arguments& arguments) {
   const std::list<NamedMesh> meshes = make_meshes(arguments, notes);
   std::vector<Measured> all;
   for (const auto& [name, executor] : executors) {
-    for (const NamedMesh& mesh : meshes) {
-      all.push_back({mesh.name, name, mesh.tets.tet_count(),
-                     measure_edits(mesh.tets, options_on(executor), mesh.effort)});
-      std::fprintf(stderr, "%s, %s: done\n", name.c_str(), mesh.name.c_str());
+    for (const auto& [method, material, options] : make_methods(executor)) {
+      if (std::ranges::find(arguments.methods, method) == arguments.methods.end()) {
+        continue;
+      }
+      for (const NamedMesh& mesh : meshes) {
+        all.push_back({mesh.name, name, method, mesh.tets.tet_count(),
+                       measure_edits(mesh.tets, material, options, mesh.effort)});
+        std::fprintf(stderr, "%s, %s, %s: done\n", name.c_str(), method.c_str(), mesh.name.c_str());
+      }
     }
     notes.push_back(name + ": " + all.back().run.backend);
   }
@@ -93,6 +113,8 @@ int main(int argc, char** argv) {
   app.add_option("--frames", arguments.frames, "at each rate, of all meshes but the largest")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--method", arguments.methods, "what steps with")
+      ->check(CLI::IsMember(arguments.methods));
   app.add_flag("--quick", arguments.quick, "the smallest mesh alone: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });

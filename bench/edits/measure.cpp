@@ -65,8 +65,9 @@ EditTimes measure_rate(Edited& edited, Moving& plain, Deletions& deletions, Patt
 
 }  // namespace
 
-EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options, const EditEffort& effort) {
-  const Scene scene = make_organ_scene(mesh);
+EditRun measure_edits(const TetMesh& mesh, const Material& material, const SolverOptions& options,
+                      const EditEffort& effort) {
+  const Scene scene = make_organ_scene(mesh, material);
   Moving plain(scene, options);
   EditRun run{plain.solver.plan().name, plain.solver.backend_name(), false, {}, {}};
   run.overlaps = run.backend.starts_with("cuda");
@@ -82,7 +83,7 @@ EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options, const E
     }
   }
   if (effort.cut_frames > 0) {
-    run.cut = measure_cuts(mesh, options, effort.cut_frames);
+    run.cut = measure_cuts(mesh, material, options, effort.cut_frames);
   }
   return run;
 }

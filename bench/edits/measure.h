@@ -49,7 +49,7 @@ struct EditRun {
 /// Steps the scene of a mesh at 60 frames a second, and deletes tetrahedra in one edit a frame, in
 /// which all that follows topology takes part; and cuts it.
 /// @throws Error  if a step leaves vertices that are not finite
-[[nodiscard]] EditRun measure_edits(const TetMesh& mesh, const SolverOptions& options,
-                                    const EditEffort& effort);
+[[nodiscard]] EditRun measure_edits(const TetMesh& mesh, const Material& material,
+                                    const SolverOptions& options, const EditEffort& effort);
 
 }  // namespace pbdsurg::bench

@@ -31,6 +31,7 @@ double judged_share(const Measured& measured, const EditTimes& times) {
 
 Json to_json(const Measured& measured, const EditTimes& times) {
   return {{"backend", measured.backend},
+          {"method", measured.method},
           {"mesh", measured.mesh},
           {"tets", measured.tets},
           {"plan", measured.run.plan},
@@ -59,6 +60,7 @@ Json to_json(const Measured& measured, const EditTimes& times) {
 // With the keys of a row of deletions; an edit of one tetrahedron is a part that came.
 Json to_json(const Measured& measured, const CutTimes& times) {
   return {{"backend", measured.backend},
+          {"method", measured.method},
           {"mesh", measured.mesh},
           {"tets", measured.tets},
           {"plan", measured.run.plan},
@@ -134,7 +136,7 @@ std::string verdict(const std::string& what, double value, double most) {
 constexpr const char* kLegend = R"(# Edits
 
 - tetrahedra deleted while an organ is stepped at 60 frames a second, in one edit a frame: regional, around a point that moves at 5 mm/s, or scattered at random; the cautery with its heat field, a live surface and live pieces take part
-- one step: the paper's, 30 sweeps of 0.2 ms; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is what edit and step take more. Threads step after the edit; a device steps meanwhile, so there a step is from its start to its report with the edit of the next in it
+- one step: the paper's, 30 sweeps of 0.2 ms, or ten sweeps of vertex blocks; medians over frames. A solver that is not edited takes turns: it gives the step without edits, and added is what edit and step take more. Threads step after the edit; a device steps meanwhile, so there a step is from its start to its report with the edit of the next in it
 - a deletion: the time of an edit over its tetrahedra; a rate of zero says how much of `added` is noise. Judged is the edits' share of the step; on a device, what is added
 - cut: a blade that crosses some twenty tetrahedra a frame, all in one edit with their neighbours, planned and made before the step, in a solver with spare room; medians over the frames in which tissue parts. The longest step says whether buffers of a device were made anew. Steps at the end, and the phases of their sweeps, are those of the edited solver and of the same after a compaction
 )";
@@ -157,7 +159,7 @@ Json to_json(const std::vector<Measured>& all) {
 std::vector<std::string> verdicts(const std::vector<Measured>& all) {
   std::vector<std::string> lines;
   for (const Measured& measured : all) {
-    const std::string where = measured.backend + ", " + measured.mesh;
+    const std::string where = measured.backend + ", " + measured.method + ", " + measured.mesh;
     for (const Pattern pattern : {Pattern::regional, Pattern::scattered}) {
       const EditTimes* times = find(measured, pattern);
       if (times == nullptr) {
@@ -169,7 +171,9 @@ std::vector<std::string> verdicts(const std::vector<Measured>& all) {
                                 judged_share(measured, *times), kMostShareOfStep));
         continue;
       }
-      const auto small = std::ranges::find(all, measured.backend, &Measured::backend);
+      const auto small = std::ranges::find_if(all, [&](const Measured& other) {
+        return other.backend == measured.backend && other.method == measured.method;
+      });
       lines.push_back(verdict(
           where + ", " + name_of(pattern) + ": time of a deletion, of that on " + small->mesh,
           times->us_per_deletion / find(*small, pattern)->us_per_deletion, most_growth(pattern)));
@@ -187,17 +191,18 @@ std::string to_markdown(const Json& rows, const std::vector<std::string>& notes)
   for (const Json& row : rows) {
     if (row["backend"] != backend) {
       backend = row["backend"];
-      text += "\n## " + backend + "\n\n" + markdown_header("mesh", columns());
+      text += "\n## " + backend + "\n\n" + markdown_header("method, mesh", columns());
     }
     if (row["pattern"] != "cut") {
-      text += markdown_line(text_of(row["mesh"]), row, columns());
+      text += markdown_line(text_of(row["method"]) + ", " + text_of(row["mesh"]), row, columns());
     }
   }
-  text += "\n## Cuts\n\n" + markdown_header("backend, mesh", cut_columns());
+  text += "\n## Cuts\n\n" + markdown_header("backend, method, mesh", cut_columns());
   for (const Json& row : rows) {
     if (row["pattern"] == "cut") {
-      text +=
-          markdown_line(text_of(row["backend"]) + ", " + text_of(row["mesh"]), row, cut_columns());
+      text += markdown_line(
+          text_of(row["backend"]) + ", " + text_of(row["method"]) + ", " + text_of(row["mesh"]),
+          row, cut_columns());
     }
   }
   return text;

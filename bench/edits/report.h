@@ -16,6 +16,7 @@ namespace pbdsurg::bench {
 struct Measured {
   std::string mesh;     ///< "hollow 2"
   std::string backend;  ///< "threaded" or "cuda"
+  std::string method;   ///< "paper" or "vertex blocks"
   Index tets;
   EditRun run;
 };

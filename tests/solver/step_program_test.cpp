@@ -77,10 +77,11 @@ TEST_CASE("step program: BDF2 recalls its past before all else and keeps it last
     options.integration = TimeIntegration::bdf2;
     const StepProgram program = step_program(options, {1, 1});
     const std::size_t count = usual.operations.size();
-    REQUIRE(program.operations.size() == count + 3);
-    CHECK(program.operations.front() == StepOperation::recall_past);
-    CHECK(std::ranges::equal(program.operations.subspan(1, count), usual.operations));
-    CHECK(program.operations[count + 1] == StepOperation::keep_past);
+    REQUIRE(program.operations.size() == count + 4);
+    CHECK(program.operations[0] == StepOperation::take_lengths);
+    CHECK(program.operations[1] == StepOperation::recall_past);
+    CHECK(std::ranges::equal(program.operations.subspan(2, count), usual.operations));
+    CHECK(program.operations[count + 2] == StepOperation::keep_past);
     CHECK(program.operations.back() == StepOperation::ease_contacts);
   }
 }

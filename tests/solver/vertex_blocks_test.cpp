@@ -65,6 +65,14 @@ struct Sample {
   }
 };
 
+const Edge& vertices_of(const Edge& edge) {
+  return edge;
+}
+template <class Element>
+const auto& vertices_of(const Element& element) {
+  return element.vertices;
+}
+
 struct Entry {
   VertexEnergy<float> energy;
   bool found = false;
@@ -114,18 +122,10 @@ void check_equal(const VertexBlocks& changed, const VertexBlocks& made,
   }
 }
 
-}  // namespace
-
-TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbours",
-          "[property]") {
-  const Sample sample;
-  const VertexBlocks blocks = sample.build();
-  const auto entries = energies(blocks, sample.particles);
-  for (std::size_t v = 0; v < entries.size(); ++v) {
-    CHECK(entries[v].found == sample.moves[v]);
-  }
-
-  std::vector<Index> color_of(entries.size(), kInvalidIndex);
+// None of an element's vertices has the colour of another.
+template <class Element>
+void check_colors(const VertexBlocks& blocks, const std::vector<Element>& elements) {
+  std::vector<Index> color_of(static_cast<std::size_t>(blocks.vertex_count()), kInvalidIndex);
   for (Index color = 0; color < blocks.color_count(); ++color) {
     const auto [first, count] = blocks.blocks(color);
     for (Index b = first; b < first + count; ++b) {
@@ -135,30 +135,33 @@ TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbo
       }
     }
   }
-  for (const auto& [a, b] : sample.edges) {
-    CHECK((color_of[a] == kInvalidIndex || color_of[a] != color_of[b]));
+  for (const Element& element : elements) {
+    std::vector<Index> colors;
+    for (const Index v : vertices_of(element)) {
+      if (color_of[v] != kInvalidIndex) {
+        colors.push_back(color_of[v]);
+      }
+    }
+    std::ranges::sort(colors);
+    CHECK(std::ranges::adjacent_find(colors) == colors.end());
   }
-  for (const VertexHinge& hinge : sample.hinges) {
-    const Index a = hinge.vertices[2], b = hinge.vertices[3];
-    CHECK((color_of[a] == kInvalidIndex || color_of[a] != color_of[b]));
-  }
-  CHECK(blocks.color_count() <= 11);
 }
 
-// Would catch two threads at one vertex: what fills a block up reads its own vertices alone.
-TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat the last",
-          "[property]") {
-  const Sample sample;
-  const VertexBlocks blocks = sample.build();
+struct Padding {
+  Index volumes = 0, hinges = 0;  // rows of a lane
+};
+
+// What fills a block up reads its own vertices alone; idle lanes repeat the last.
+Padding check_padding(const VertexBlocks& blocks) {
   const VertexRows rows = blocks.rows();
-  Index padded = 0, padded_hinges = 0;
+  Padding padding;
   for (Index b = 0; b < blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index i = 0; i < block.volumes.count; ++i) {
       const VolumeRow& row = rows.volumes[block.volumes.first + i];
       for (Index lane = 0; lane < block.lane_count; ++lane) {
         if (row.stiffness[lane] == 0) {
-          ++padded;
+          ++padding.volumes;
           CHECK(row.face[0][lane] == block.corners[lane]);
           CHECK(row.face[2][lane] == block.corners[lane]);
         }
@@ -173,7 +176,7 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
       const HingeRow& row = rows.hinges[block.hinges.first + i];
       for (Index lane = 0; lane < block.lane_count; ++lane) {
         if (row.stiffness[lane] == 0) {
-          ++padded_hinges;
+          ++padding.hinges;
           CHECK(row.neighbors[0][lane] == block.corners[lane]);
           CHECK(row.neighbors[2][lane] == block.corners[lane]);
         }
@@ -192,8 +195,31 @@ TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat
       }
     }
   }
-  CHECK(padded > 0);
-  CHECK(padded_hinges > 0);
+  return padding;
+}
+
+}  // namespace
+
+TEST_CASE("vertex blocks: each free vertex has one place, apart from its neighbours",
+          "[property]") {
+  const Sample sample;
+  const VertexBlocks blocks = sample.build();
+  const auto entries = energies(blocks, sample.particles);
+  for (std::size_t v = 0; v < entries.size(); ++v) {
+    CHECK(entries[v].found == sample.moves[v]);
+  }
+
+  check_colors(blocks, sample.edges);
+  check_colors(blocks, sample.hinges);
+  CHECK(blocks.color_count() <= 11);
+}
+
+// Would catch two threads at one vertex: what fills a block up reads its own vertices alone.
+TEST_CASE("vertex blocks: padding names the vertex itself, and idle lanes repeat the last",
+          "[property]") {
+  const Padding padding = check_padding(Sample().build());
+  CHECK(padding.volumes > 0);
+  CHECK(padding.hinges > 0);
 }
 
 TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[property]") {
@@ -245,6 +271,121 @@ TEST_CASE("vertex blocks: changed rows are those of blocks made that way", "[pro
   add_damping(changed.damped_rows(), changed.block_count(), start, carries, 1e4F);
   add_damping(made.damped_rows(), made.block_count(), start, carries, 1e4F);
   check_equal(changed, made, sample.particles);
+}
+
+// A sample whose vertices, and what joins them, come in several edits.
+class Growth {
+ public:
+  explicit Growth(bool at_once) : at_once_(at_once) {
+    count_ = vertex_count(0);
+    blocks = VertexBlocks({sample_.moves.begin(), sample_.moves.begin() + count_},
+                          take(sample_.tets, tets_), take(sample_.springs, springs_),
+                          take(sample_.hinges, hinges_), {.repair = true}, kUsualUnit, at_once);
+  }
+
+  static constexpr int kEdits = 6;
+
+  // Some tetrahedra go, others get their last corner from where a sliver would take it.
+  void grow(int edit) {
+    blocks.begin_edit();
+    before_ = count_;
+    count_ = vertex_count(edit);
+    for (std::size_t t = static_cast<std::size_t>(edit); t < tets_.size(); t += 9) {
+      tets_[t] = {.vertices = tets_[t].vertices};
+      blocks.remove_tet(static_cast<Index>(t));
+    }
+    blocks.add_vertices(count_);
+    for (Index v = before_; v < count_; ++v) {
+      if (sample_.moves[v]) {
+        blocks.set_free(v);
+      }
+    }
+    for (const VertexTet& tet : take(sample_.tets, tets_)) {
+      blocks.add_tet(tet);
+    }
+    for (const VertexSpring& spring : take(sample_.springs, springs_)) {
+      blocks.add_spring(spring);
+    }
+    for (const VertexHinge& hinge : take(sample_.hinges, hinges_)) {
+      blocks.add_hinge(hinge);
+    }
+    for (std::size_t t = static_cast<std::size_t>(edit) + 4; t < tets_.size(); t += 31) {
+      const Index other = (tets_[t].vertices[3] + 11) % count_;
+      if (std::ranges::find(tets_[t].vertices, other) == tets_[t].vertices.end()) {
+        tets_[t].vertices[3] = other;
+        blocks.set_tet(static_cast<Index>(t), tets_[t]);
+      }
+    }
+    blocks.refresh();
+  }
+
+  void check() const {
+    const std::vector<Particle> particles{sample_.particles.begin(),
+                                          sample_.particles.begin() + count_};
+    const VertexBlocks made({sample_.moves.begin(), sample_.moves.begin() + count_}, tets_,
+                            springs_, hinges_, {.repair = true}, kUsualUnit, at_once_);
+    check_equal(blocks, made, particles);
+    check_padding(blocks);
+    if (!at_once_) {
+      std::vector<VertexTet> live = tets_;
+      std::erase_if(live, [](const VertexTet& tet) { return !(tet.stiffness > 0); });
+      check_colors(blocks, live);
+      check_colors(blocks, springs_);
+      check_colors(blocks, hinges_);
+      CHECK(blocks.color_count() <= made.color_count() + 3);
+    }
+    for (Index v = 0; v < count_; ++v) {
+      CHECK(std::ranges::is_sorted(blocks.tets_at(v)));
+    }
+  }
+
+  VertexBlocks blocks;
+
+ private:
+  [[nodiscard]] Index vertex_count(int edit) const {
+    return sample_.mesh.vertex_count() * (edit + 3) / (kEdits + 3);
+  }
+
+  // Elements with a vertex that has just come; adds them to the known.
+  template <class Element>
+  std::vector<Element> take(const std::vector<Element>& all, std::vector<Element>& known) const {
+    std::vector<Element> found;
+    for (const Element& element : all) {
+      const Index last = std::ranges::max(element.vertices);
+      if (last < count_ && last >= before_) {
+        found.push_back(element);
+      }
+    }
+    known.insert(known.end(), found.begin(), found.end());
+    return found;
+  }
+  Sample sample_;
+  bool at_once_;
+  Index count_ = 0, before_ = 0;
+  std::vector<VertexTet> tets_;
+  std::vector<VertexSpring> springs_;
+  std::vector<VertexHinge> hinges_;
+};
+
+// Would catch a vertex in two lanes or none, a colour that a new neighbour has, rows of one that
+// left its lane, lists that an undo leaves behind.
+TEST_CASE("vertex blocks: what edits bring is laid out as if it had been there", "[property]") {
+  Growth growth(GENERATE(false, true));
+  growth.check();
+  for (int edit = 1; edit <= Growth::kEdits; ++edit) {
+    const Growth before = growth;
+    growth.grow(edit);
+    growth.check();
+    Growth undone = growth;
+    undone.blocks.undo();
+    undone.blocks.refresh();
+    Growth back = before;
+    back.blocks = undone.blocks;
+    back.check();
+    CHECK(back.blocks.color_count() == before.blocks.color_count());
+    back.grow(edit);
+    back.check();
+  }
 }
 
 TEST_CASE("vertex blocks: rows that no vertex of a block needs any more go", "[unit]") {

@@ -12,6 +12,7 @@
 #include "pbdsurg/solver/solver.h"
 
 #include "tests/support/catch.h"
+#include "tests/support/cuts.h"
 #include "tests/support/meshes.h"
 #include "tests/support/vertex_method_cases.h"
 
@@ -79,8 +80,8 @@ TEST_CASE("vertex strip: whole tissue takes one around each vertex", "[property]
   }
 }
 
-// Would catch strips that do not follow edits: of those that find no room, and those that come
-// back.
+// Would catch strips that do not follow edits: of those that find no room, those that come back,
+// and those of vertices that come or move to another lane.
 TEST_CASE("vertex strip: fast arithmetic moves tissue as strict does, through edits", "[unit]") {
   const Scene scene = testing::make_bar(testing::neo_hookean(2e4F, 0.45F));
   const auto make = [&](MathMode math) {
@@ -93,9 +94,15 @@ TEST_CASE("vertex strip: fast arithmetic moves tissue as strict does, through ed
   Solver fast = make(MathMode::fast);
   for (std::uint64_t round = 0; round < 12; ++round) {
     TopologyEdit edit;
-    for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
-      if (strict.tissue().is_tet_alive(t) && random_unit(3, round, t) < 0.04) {
-        edit.remove_tets.push_back(t);
+    if (round % 4 == 2) {
+      edit = testing::part_vertex(strict, static_cast<Index>(5 + round), round);
+    } else if (round % 4 == 3) {
+      edit = testing::split_edge(strict, static_cast<Index>(7 * round), 0.5F);
+    } else {
+      for (Index t = 0; t < static_cast<Index>(scene.tets().size()); ++t) {
+        if (strict.tissue().is_tet_alive(t) && random_unit(3, round, t) < 0.04) {
+          edit.remove_tets.push_back(t);
+        }
       }
     }
     for (Solver* const solver : {&strict, &fast}) {

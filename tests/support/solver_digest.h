@@ -4,10 +4,13 @@
 /// @file
 /// One number for all that a solver holds, for telling whether anything differs.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
+#include <vector>
 
 #include "tests/support/digest.h"
 #include "tests/support/inspect.h"
@@ -26,6 +29,73 @@ void mix_slots(Digest& digest, const ConstraintSlots<Constraint>& slots) {
     for (const auto& block : slots.blocks(group)) {  // idle lanes, too
       for (const auto& corners : block.corners) {
         digest.mix_all(corners);
+      }
+    }
+  }
+}
+
+/// Vertices colour by colour, and their rows; not in which lanes these lie, which nothing depends
+/// on.
+inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
+  const VertexBlocks::Arrays rows = vertices.arrays();
+  for (Index color = 0; color < vertices.color_count(); ++color) {
+    std::vector<Index> places;
+    const auto [first, count] = vertices.blocks(color);
+    for (const VertexBlock& block : rows.blocks.subspan(first, count)) {
+      std::transform(block.corners, block.corners + block.lane_count, std::back_inserter(places),
+                     [](ParticleOffset corner) { return place_at(corner); });
+    }
+    std::ranges::sort(places);
+    digest.mix_all(places);
+    for (const Index place : places) {
+      const auto [index, lane] = vertices.place_of(place);
+      const VertexBlock& block = rows.blocks[index];
+      const auto is_padding = [&](const auto& neighbors) {
+        return neighbors[lane] == block.corners[lane];
+      };
+      for (const PullRow& row : rows.pulls.subspan(block.pulls.first, block.pulls.count)) {
+        if (!is_padding(row.neighbors)) {
+          digest.mix(row.neighbors[lane]);
+          digest.mix(row.weights[lane]);
+        }
+      }
+      for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+        if (is_padding(rows.springs[i].neighbors)) {
+          continue;
+        }
+        digest.mix(rows.springs[i].neighbors[lane]);
+        if (rows.damped_springs.empty()) {  // else each substep makes them anew
+          digest.mix(rows.springs[i].stiffness[lane]);
+          digest.mix(rows.springs[i].rest[lane]);
+        } else {
+          digest.mix(rows.damped_springs[i].target[lane]);
+          digest.mix(rows.damped_springs[i].damping[lane]);
+        }
+      }
+      for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+        if (is_padding(rows.volumes[i].face[0])) {
+          continue;
+        }
+        for (const auto& corners : rows.volumes[i].face) {
+          digest.mix(corners[lane]);
+        }
+        if (rows.damped_volumes.empty()) {
+          digest.mix(rows.volumes[i].stiffness[lane]);
+          digest.mix(rows.volumes[i].target[lane]);
+        }
+      }
+      for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+        if (is_padding(rows.hinges[i].neighbors[0])) {
+          continue;
+        }
+        for (const auto& corners : rows.hinges[i].neighbors) {
+          digest.mix(corners[lane]);
+        }
+        digest.mix(rows.hinges[i].is_opposite[lane]);
+        if (rows.damped_hinges.empty()) {
+          digest.mix(rows.hinges[i].stiffness[lane]);
+          digest.mix(rows.hinges[i].rest[lane]);
+        }
       }
     }
   }
@@ -73,47 +143,7 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(static_cast<int>(phase.kind));
     digest.mix(phase.color);
   }
-  const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
-  for (const VertexBlock& block : rows.blocks) {
-    digest.mix_all(block.corners);
-    digest.mix(block.pulls.count);
-    for (const PullRow& row : rows.pulls.subspan(block.pulls.first, block.pulls.count)) {
-      digest.mix_all(row.neighbors);
-      digest.mix_all(row.weights);
-    }
-    digest.mix(block.springs.count);
-    for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
-      digest.mix_all(rows.springs[i].neighbors);
-      if (rows.damped_springs.empty()) {  // else each substep makes them anew
-        digest.mix_all(rows.springs[i].stiffness);
-        digest.mix_all(rows.springs[i].rest);
-      } else {
-        digest.mix_all(rows.damped_springs[i].target);
-        digest.mix_all(rows.damped_springs[i].damping);
-      }
-    }
-    digest.mix(block.volumes.count);
-    for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
-      for (const auto& corners : rows.volumes[i].face) {
-        digest.mix_all(corners);
-      }
-      if (rows.damped_volumes.empty()) {
-        digest.mix_all(rows.volumes[i].stiffness);
-        digest.mix_all(rows.volumes[i].target);
-      }
-    }
-    digest.mix(block.hinges.count);
-    for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
-      for (const auto& corners : rows.hinges[i].neighbors) {
-        digest.mix_all(corners);
-      }
-      digest.mix_all(rows.hinges[i].is_opposite);
-      if (rows.damped_hinges.empty()) {
-        digest.mix_all(rows.hinges[i].stiffness);
-        digest.mix_all(rows.hinges[i].rest);
-      }
-    }
-  }
+  mix_vertices(digest, data.vertex_blocks);
   for (Index i = 0; i < data.copy_count(); ++i) {
     const CopyState& copy = data.copy(i);
     if (copy.is_state_current) {

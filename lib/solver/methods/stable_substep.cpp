@@ -49,17 +49,30 @@ Eigen::Matrix3d spring_block(const Eigen::Vector3d& d, double stiffness, double 
 }  // namespace
 
 void StableSubstep::measure(const SolverData& data) {
+  rest_.clear();
+  squares_.clear();
+  shares_.clear();
+  ++revision_;
+  fit(data);
+  for (Index place = 0; place < static_cast<Index>(squares_.size()); ++place) {
+    measure_vertex(data, place);
+  }
+}
+
+void StableSubstep::fit(const SolverData& data) {
   const std::size_t count = data.particles.size();
   const std::span<const Eigen::Vector3d> rest = data.tissue->rest_positions();
+  const std::size_t known = std::min(rest_.size(), count);
   rest_.resize(count);
-  squares_.assign(count, 0);
-  shares_.assign(static_cast<std::size_t>(data.vertex_blocks.block_count() * kBlockLanes), 0);
-  ++revision_;
-  for (std::size_t v = 0; v < count; ++v) {
-    rest_[data.place_of_vertex[v]] = rest[v];
+  squares_.resize(count, 0);
+  const VertexBlock* const blocks = data.vertex_blocks.rows().blocks;
+  shares_.resize(static_cast<std::size_t>(data.vertex_blocks.block_count() * kBlockLanes), 0);
+  for (Index block = 0; block < data.vertex_blocks.block_count(); ++block) {
+    const auto first = shares_.begin() + block * kBlockLanes;
+    std::fill(first + blocks[block].lane_count, first + kBlockLanes, 0.0F);
   }
-  for (Index place = 0; place < static_cast<Index>(count); ++place) {
-    measure_vertex(data, place);
+  for (std::size_t v = known; v < count; ++v) {  // those that come have the last places
+    rest_[data.place_of_vertex[v]] = rest[v];
   }
 }
 

@@ -42,8 +42,11 @@ class StableSubstep {
   /// Of all vertices. Cost: O(tetrahedra).
   void measure(const SolverData& data);
 
-  /// Of these and their neighbours, whose rows or masses have changed.
-  /// @param places  of vertices that measure() knew
+  /// Makes room where vertices came or went, or have other places. Cost: O(blocks); measure()
+  /// those.
+  void fit(const SolverData& data);
+
+  /// Of these and their neighbours, whose rows, masses or places have changed.
   void measure(const SolverData& data, std::span<const Index> places);
 
   /// s, at rest; infinite where nothing swings, zero where no substep is stable.

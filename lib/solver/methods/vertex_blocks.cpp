@@ -15,8 +15,14 @@ namespace pbdsurg {
 namespace {
 
 template <std::size_t kArity>
-IndexLists lists_at(Index vertex_count, std::span<const std::array<Index, kArity>> elements) {
-  return find_vertex_constraints({elements, vertex_count});
+ListPool lists_at(Index vertex_count, std::span<const std::array<Index, kArity>> elements) {
+  const IndexLists found = find_vertex_constraints({elements, vertex_count});
+  ListPool lists;
+  lists.resize(static_cast<std::size_t>(vertex_count));
+  for (Index v = 0; v < vertex_count; ++v) {
+    lists.assign(v, found[v]);
+  }
+  return lists;
 }
 
 template <class Element>
@@ -31,16 +37,30 @@ auto vertices_of(std::span<const Element> elements) {
 
 }  // namespace
 
+VertexBlocks::Rows VertexBlocks::Rows::most(const Rows& a, const Rows& b) noexcept {
+  return {std::max(a.pulls, b.pulls), std::max(a.springs, b.springs),
+          std::max(a.volumes, b.volumes), std::max(a.hinges, b.hinges),
+          std::max(a.strips, b.strips)};
+}
+
+bool VertexBlocks::Rows::has_room_for(const Rows& needs) const noexcept {
+  return needs.pulls <= pulls && needs.springs <= springs && needs.volumes <= volumes &&
+         needs.hinges <= hinges;
+}
+
 VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,
                            std::vector<VertexSpring> springs, std::vector<VertexHinge> hinges,
                            const ColoringOptions& coloring, float unit, bool at_once)
     : tets_(std::move(tets)),
       given_(std::move(springs)),
       given_hinges_(std::move(hinges)),
+      at_once_(at_once),
+      unit_(unit),
+      is_free_(moves),
+      color_of_(moves.size(), kInvalidIndex),
       places_(moves.size()),
       needs_(moves.size()),
       is_touched_(moves.size(), false) {
-  unit_ = unit;
   const auto vertex_count = static_cast<Index>(moves.size());
   tets_at_ = lists_at(vertex_count, std::span<const Tet>(vertices_of(tets_.values())));
   springs_at_ = lists_at(vertex_count, std::span<const Edge>(vertices_of(given_.values())));
@@ -59,9 +79,9 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
                  std::ranges::any_of(given_hinges_.values(), is_damped);
 
   // Blocks last as long as their busiest vertex, so alike ones go together.
-  std::vector<Index> color_of(moves.size(), 0);
+  Coloring colors;
   if (!at_once) {
-    color_of = color_vertices(moves, coloring).color_of;
+    colors = color_vertices(moves, coloring);
   }
   std::vector<Index> order;
   for (Index v = 0; v < vertex_count; ++v) {
@@ -69,27 +89,31 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
       continue;
     }
     order.push_back(v);
+    color_of_[v] = at_once ? 0 : colors.color_of[v];
     find_neighborhood(v);
   }
   const auto key = [&](Index v) {
     const Rows& needs = needs_[v];
-    return std::tuple(color_of[v], needs.volumes, needs.springs, needs.pulls, needs.hinges, v);
+    return std::tuple(color_of_[v], needs.volumes, needs.springs, needs.pulls, needs.hinges, v);
   };
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   const std::span<const Index> all(order);
   for (std::size_t first = 0; first < all.size();) {
-    const Index color = color_of[all[first]];
+    const Index color = color_of_[all[first]];
     std::size_t last = first;
-    while (last < all.size() && last - first < kBlockLanes && color_of[all[last]] == color) {
+    while (last < all.size() && last - first < kBlockLanes && color_of_[all[last]] == color) {
       ++last;
     }
     // a colour may have lost all its vertices to those that are fixed
     first_block_.resize(static_cast<std::size_t>(color) + 1, block_count());
-    append_block(all.subspan(first, last - first));
+    append_block(color, all.subspan(first, last - first));
     first = last;
   }
   first_block_.push_back(block_count());
+  open_.resize(static_cast<std::size_t>(color_count()));
   touched_.reserve(moves.size());
+  refreshed_.reserve(moves.size());
+  begin_edit();
 }
 
 Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
@@ -113,62 +137,79 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
   return color_constraints(ConstraintVertices(blocks, free.list_count()), options);
 }
 
-void VertexBlocks::append_block(std::span<const Index> vertices) {
+void VertexBlocks::append_block(Index color, std::span<const Index> vertices) {
   VertexBlock block;
   block.lane_count = static_cast<Index>(vertices.size());
   block.is_damped = false;
+  Rows most;
   for (Index lane = 0; lane < kBlockLanes; ++lane) {
-    block.corners[lane] = offset_of(vertices[std::min(lane, block.lane_count - 1)]);
+    const Index v = vertices[std::min(lane, block.lane_count - 1)];
+    block.corners[lane] = offset_of(v);
+    most = Rows::most(most, needs_[v]);
   }
   for (Index lane = 0; lane < block.lane_count; ++lane) {
     places_[vertices[lane]] = {block_count(), lane};
   }
-  block.pulls.first = static_cast<Index>(pulls_.size());
-  block.springs.first = static_cast<Index>(springs_.size());
-  block.volumes.first = static_cast<Index>(volumes_.size());
-  block.hinges.first = static_cast<Index>(hinges_.size());
-  strip_rooms_.push_back({static_cast<Index>(strips_.size()), 0});
-  for (const Index v : vertices) {
-    strip_rooms_.back().count = std::max(strip_rooms_.back().count, needs_[v].strips);
+  if (block.lane_count < kBlockLanes) {
+    open_.resize(std::max(open_.size(), static_cast<std::size_t>(color) + 1));
+    open_[color].push_back(block_count());
   }
-  count_rows(block);
+  rooms_.push_back(make_room(most));
+  occupy(block, rooms_.back());
   blocks_.push_back(block);
+  count_rows(blocks_.back());
+  for (const Index v : vertices) {
+    find_neighborhood(v);
+    write_rows(v);
+    blocks_.back().is_damped |= is_neighborhood_damped();
+  }
+}
 
-  pulls_.resize(static_cast<std::size_t>(block.pulls.first + block.pulls.count));
-  springs_.resize(static_cast<std::size_t>(block.springs.first + block.springs.count));
-  volumes_.resize(static_cast<std::size_t>(block.volumes.first + block.volumes.count));
-  hinges_.resize(static_cast<std::size_t>(block.hinges.first + block.hinges.count));
-  strips_.resize(strips_.size() + static_cast<std::size_t>(strip_rooms_.back().count));
+bool VertexBlocks::is_neighborhood_damped() const noexcept {
+  const auto is_damped = [](const auto& row) { return row.damping > 0; };
+  return std::ranges::any_of(neighborhood_.springs, is_damped) ||
+         std::ranges::any_of(neighborhood_.volumes, is_damped) ||
+         std::ranges::any_of(neighborhood_.hinges, is_damped);
+}
+
+VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
+  const auto add = [](auto& rows, Index count) {
+    const auto first = static_cast<Index>(rows.size());
+    rows.resize(rows.size() + static_cast<std::size_t>(count));
+    return first;
+  };
+  Room room{{}, counts};
+  room.firsts = {add(pulls_, counts.pulls), add(springs_, counts.springs),
+                 add(volumes_, counts.volumes), add(hinges_, counts.hinges),
+                 add(strips_, counts.strips)};
   if (has_damping_) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
     damped_hinges_.resize(hinges_.size());
   }
-  const auto is_damped = [](const auto& row) { return row.damping > 0; };
-  for (const Index v : vertices) {
-    find_neighborhood(v);
-    write_rows(v);
-    const auto& [pulls, springs, volumes, hinges] = neighborhood_;
-    blocks_.back().is_damped |= std::any_of(springs.begin(), springs.end(), is_damped) ||
-                                std::any_of(volumes.begin(), volumes.end(), is_damped) ||
-                                std::any_of(hinges.begin(), hinges.end(), is_damped);
-  }
+  return room;
+}
+
+void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
+  block.pulls.first = room.firsts.pulls;
+  block.springs.first = room.firsts.springs;
+  block.volumes.first = room.firsts.volumes;
+  block.hinges.first = room.firsts.hinges;
+  block.strips.first = room.firsts.strips;
 }
 
 void VertexBlocks::count_rows(VertexBlock& block) noexcept {
-  Index strips = 0;
-  block.pulls.count = block.springs.count = block.volumes.count = block.hinges.count = 0;
+  Rows most;
   for (Index lane = 0; lane < block.lane_count; ++lane) {
-    const Rows& needs = needs_[place_at(block.corners[lane])];
-    block.pulls.count = std::max(block.pulls.count, needs.pulls);
-    block.springs.count = std::max(block.springs.count, needs.springs);
-    block.volumes.count = std::max(block.volumes.count, needs.volumes);
-    block.hinges.count = std::max(block.hinges.count, needs.hinges);
-    strips = std::max(strips, needs.strips);
+    most = Rows::most(most, needs_[place_at(block.corners[lane])]);
   }
+  block.pulls.count = most.pulls;
+  block.springs.count = most.springs;
+  block.volumes.count = most.volumes;
+  block.hinges.count = most.hinges;
   // a face that goes may part a strip in two, which needs more rows than there were
-  const RowRange room = strip_rooms_[places_[place_at(block.corners[0])].block];
-  block.strips = {room.first, strips <= room.count ? room.count : 0};
+  const Index room = rooms_[places_[place_at(block.corners[0])].block].counts.strips;
+  block.strips.count = most.strips <= room ? most.strips : 0;
 }
 
 void VertexBlocks::find_neighborhood(Index vertex) {
@@ -287,16 +328,17 @@ void VertexBlocks::write_rows(Index vertex) noexcept {
 
 void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
   const Index vertex = place_at(block.corners[lane]);
+  const Rows& room = rooms_[places_[vertex].block].counts;  // beyond what it needs, padding
   const auto entry = [](const auto& list, Index i, const auto& padding) {
     return i < static_cast<Index>(list.size()) ? list[i] : padding;
   };
-  for (Index i = 0; i < block.pulls.count; ++i) {
+  for (Index i = 0; i < room.pulls; ++i) {
     const Pull pull = entry(neighborhood_.pulls, i, Pull{vertex, 0, 0});
     PullRow& row = pulls_[block.pulls.first + i];
     row.neighbors[lane] = offset_of(pull.neighbor);
     row.weights[lane] = pull.weight;
   }
-  for (Index i = 0; i < block.springs.count; ++i) {
+  for (Index i = 0; i < room.springs; ++i) {
     const Spring spring = entry(neighborhood_.springs, i, Spring{vertex, 0, 0, 0});
     SpringRow& row = springs_[block.springs.first + i];
     row.neighbors[lane] = offset_of(spring.neighbor);
@@ -309,7 +351,7 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.damping[lane] = spring.damping;
     }
   }
-  for (Index i = 0; i < block.volumes.count; ++i) {
+  for (Index i = 0; i < room.volumes; ++i) {
     const Volume volume =
         entry(neighborhood_.volumes, i, Volume{{vertex, vertex, vertex}, 0, 0, 0});
     VolumeRow& row = volumes_[block.volumes.first + i];
@@ -325,16 +367,15 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
       damped.damping[lane] = volume.damping / 36;
     }
   }
-  const RowRange room = strip_rooms_[places_[vertex].block];
-  for (Index i = 0; i < room.count; ++i) {
+  for (Index i = 0; i < room.strips; ++i) {
     const StripEntry entry_here = entry(strip_entries_, i, StripEntry{vertex, 0, 1, 0});
-    StripRow& row = strips_[room.first + i];
+    StripRow& row = strips_[block.strips.first + i];
     row.corners[lane] = offset_of(entry_here.corner);
     row.stiffness[lane] = entry_here.stiffness;
     row.target[lane] = entry_here.target;
     row.weights[lane] = entry_here.weight;
   }
-  for (Index i = 0; i < block.hinges.count; ++i) {
+  for (Index i = 0; i < room.hinges; ++i) {
     const Bend hinge =
         entry(neighborhood_.hinges, i, Bend{{vertex, vertex, vertex}, false, 0, 0, 0});
     HingeRow& row = hinges_[block.hinges.first + i];
@@ -355,63 +396,148 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
 
 void VertexBlocks::touch(std::span<const Index> vertices) {
   for (const Index v : vertices) {
-    if (places_[v].block != kInvalidIndex && !is_touched_[v]) {
+    if (is_free_[v] && !is_touched_[v]) {
       is_touched_[v] = true;
       touched_.push_back(v);
     }
   }
 }
 
+ListPool& VertexBlocks::list(List which) noexcept {
+  return which == List::tets ? tets_at_ : which == List::springs ? springs_at_ : hinges_at_;
+}
+
+void VertexBlocks::change_list(List which, Index vertex, Index element, bool is_added) {
+  ListPool& lists = list(which);
+  const std::span<const Index> elements = lists[vertex];
+  const auto place =
+      static_cast<Index>(std::ranges::lower_bound(elements, element) - elements.begin());
+  if (is_added) {
+    lists.insert(vertex, place, element);
+  } else {
+    lists.erase(vertex, place);
+  }
+}
+
 template <class Element>
-void VertexBlocks::set(UndoArray<Element>& elements, Index id, const Element& terms) {
+void VertexBlocks::set(UndoArray<Element>& elements, List which, Index id, const Element& terms) {
+  const auto before = elements[id].vertices;
   elements.set(id, terms);
+  touch(before);
   touch(terms.vertices);
+  const auto is_in = [](const auto& vertices, Index v) {
+    return std::ranges::find(vertices, v) != vertices.end();
+  };
+  const auto change = [&](const auto& vertices, const auto& others, bool is_added) {
+    for (const Index v : vertices) {
+      if (!is_in(others, v)) {
+        change_list(which, v, id, is_added);
+        list_changes_.push_back({which, is_added, v, id});
+      }
+    }
+  };
+  if (before != terms.vertices) {
+    change(before, terms.vertices, false);
+    change(terms.vertices, before, true);
+  }
+  note_conflicts(terms.vertices);
+}
+
+template <class Element>
+void VertexBlocks::add(UndoArray<Element>& elements, List which, const Element& terms) {
+  const Index id = elements.size();
+  elements.push_back(terms);
+  touch(terms.vertices);
+  for (const Index v : terms.vertices) {
+    change_list(which, v, id, true);
+    list_changes_.push_back({which, true, v, id});
+  }
+  note_conflicts(terms.vertices);
+}
+
+// Only with what is new to a vertex.
+void VertexBlocks::note_conflicts(std::span<const Index> vertices) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Index a = vertices[i], b = vertices[j];
+      if (!at_once_ && a != b && color_of_[a] != kInvalidIndex && color_of_[a] == color_of_[b]) {
+        conflicts_.push_back(std::max(a, b));
+      }
+    }
+  }
 }
 
 void VertexBlocks::set_tet(Index tet, const VertexTet& terms) {
-  set(tets_, tet, terms);
+  set(tets_, List::tets, tet, terms);
 }
 
 void VertexBlocks::remove_tet(Index tet) {
   set_tet(tet, {.vertices = tets_[tet].vertices});
 }
 
+void VertexBlocks::set_spring(Index spring, const VertexSpring& terms) {
+  set(given_, List::springs, spring, terms);
+}
+
 void VertexBlocks::set_spring_rest(Index spring, float rest) {
   VertexSpring changed = given_[spring];
   changed.rest = rest;
-  set(given_, spring, changed);
+  set_spring(spring, changed);
 }
 
 void VertexBlocks::set_limit(Index spring, float stiffness, float limit) {
   VertexSpring changed = given_[spring];
   changed.limit_stiffness = stiffness;
   changed.limit = limit;
-  set(given_, spring, changed);
+  set_spring(spring, changed);
 }
 
 void VertexBlocks::remove_spring(Index spring) {
-  set(given_, spring, {.vertices = given_[spring].vertices});
+  set_spring(spring, {.vertices = given_[spring].vertices});
+}
+
+void VertexBlocks::set_hinge(Index hinge, const VertexHinge& terms) {
+  set(given_hinges_, List::hinges, hinge, terms);
 }
 
 void VertexBlocks::remove_hinge(Index hinge) {
-  set(given_hinges_, hinge, {.vertices = given_hinges_[hinge].vertices});
+  set_hinge(hinge, {.vertices = given_hinges_[hinge].vertices});
+}
+
+void VertexBlocks::add_tet(const VertexTet& terms) {
+  add(tets_, List::tets, terms);
+}
+
+void VertexBlocks::add_spring(const VertexSpring& terms) {
+  add(given_, List::springs, terms);
+}
+
+void VertexBlocks::add_hinge(const VertexHinge& terms) {
+  if (given_hinges_.size() == 0) {
+    hinges_at_.resize(places_.size());
+  }
+  add(given_hinges_, List::hinges, terms);
 }
 
 void VertexBlocks::refresh() {
+  give_colors();
   for (const Index v : touched_) {
     is_touched_[v] = false;
-    VertexBlock& block = blocks_[places_[v].block];
+    if (!is_free_[v]) {
+      continue;  // gone again
+    }
     find_neighborhood(v);
-    // Rows that none needs any more are padded before they are left out: those of a block beyond
-    // what a lane needs hold nothing of it.
-    const VertexBlock before = block;
-    count_rows(block);
-    block.pulls.count = std::max(block.pulls.count, before.pulls.count);
-    block.springs.count = std::max(block.springs.count, before.springs.count);
-    block.volumes.count = std::max(block.volumes.count, before.volumes.count);
-    block.hinges.count = std::max(block.hinges.count, before.hinges.count);
-    write_rows(v);
-    count_rows(block);
+    const bool has_place = places_[v].block != kInvalidIndex;
+    if (has_place && rooms_[places_[v].block].counts.has_room_for(needs_[v])) {
+      write_rows(v);
+      count_rows(blocks_[places_[v].block]);
+    } else {
+      if (has_place) {
+        leave_lane(v);
+      }
+      take_lane(v);
+    }
+    refreshed_.push_back(v);
   }
   touched_.clear();
 }
@@ -420,15 +546,12 @@ void VertexBlocks::begin_edit() noexcept {
   tets_.begin_edit();
   given_.begin_edit();
   given_hinges_.begin_edit();
-}
-
-void VertexBlocks::undo() {
-  const auto undo = [&](auto& elements) {
-    elements.undo([&](Index id) { touch(elements[id].vertices); });
-  };
-  undo(tets_);
-  undo(given_);
-  undo(given_hinges_);
+  counts_before_ = {static_cast<Index>(places_.size()), tets_.size(), given_.size(),
+                    given_hinges_.size(), color_count()};
+  unit_before_ = unit_;
+  refreshed_.clear();
+  list_changes_.clear();
+  color_changes_.clear();
 }
 
 std::size_t VertexBlocks::memory_bytes() const noexcept {
@@ -436,10 +559,10 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
     return (... + (arrays.size() * sizeof(arrays[0])));
   };
   return tets_.memory_bytes() + given_.memory_bytes() + given_hinges_.memory_bytes() +
-         (hinges_at_.entries.empty() ? 0 : bytes(hinges_at_.offsets)) +
-         bytes(tets_at_.offsets, tets_at_.entries, springs_at_.offsets, springs_at_.entries,
-               hinges_at_.entries, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
-               damped_volumes_, damped_hinges_, strips_, strip_rooms_, places_, needs_, touched_);
+         tets_at_.memory_bytes() + springs_at_.memory_bytes() + hinges_at_.memory_bytes() +
+         bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
+               damped_volumes_, damped_hinges_, strips_, rooms_, left_rooms_, places_, needs_,
+               touched_, refreshed_, list_changes_, color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

@@ -6,14 +6,16 @@
 /// go by their places here, see SolverData.
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/coloring/color.h"
-#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/solver/solver_options.h"
 
+#include "lib/base/list_pool.h"
 #include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/methods/vertex_strip.h"
@@ -52,6 +54,11 @@ struct VertexHinge {
 /// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour, unless
 /// all move at once.
 ///
+/// What edits bring finds its place without the rest: a new vertex gets the first colour that its
+/// neighbours leave it, or that one of them can leave to it; a vertex with more rows than its block
+/// has room for moves to another block of its colour. Colours follow each other without gaps: where
+/// one gets a block, each behind it moves its first to its end.
+///
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
 /// what the row has already, that is one spring again, of stiffness k + c / h and a target between
@@ -73,7 +80,9 @@ class VertexBlocks {
 
   /// m, of fixed points.
   [[nodiscard]] float unit() const noexcept { return unit_; }
+  void set_unit(float unit) noexcept { unit_ = unit; }
 
+  [[nodiscard]] Index vertex_count() const noexcept { return static_cast<Index>(places_.size()); }
   [[nodiscard]] Index color_count() const noexcept {
     return static_cast<Index>(first_block_.size()) - 1;
   }
@@ -123,16 +132,27 @@ class VertexBlocks {
   /// Whether damp_rows() has anything to do.
   [[nodiscard]] bool has_damping() const noexcept { return has_damping_; }
 
-  // Changes; refresh() makes them felt. Cost: constant.
+  // Changes; refresh() makes them felt. Vertices may be others than before. Cost: constant.
   void set_tet(Index tet, const VertexTet& terms);
   void remove_tet(Index tet);
+  void set_spring(Index spring, const VertexSpring& terms);
   void set_spring_rest(Index spring, float rest);
   void set_limit(Index spring, float stiffness, float limit);
   void remove_spring(Index spring);
+  void set_hinge(Index hinge, const VertexHinge& terms);
   void remove_hinge(Index hinge);
   [[nodiscard]] const VertexTet& tet(Index id) const noexcept { return tets_[id]; }
 
-  // Those that a vertex has or had.
+  // Additions, behind what there is; refresh() makes them felt. What is damped can only come where
+  // something is already. Cost: constant, beside growth of arrays.
+  /// @param count  of all vertices; new ones are not free
+  void add_vertices(Index count);
+  void set_free(Index vertex);
+  void add_tet(const VertexTet& terms);
+  void add_spring(const VertexSpring& terms);
+  void add_hinge(const VertexHinge& terms);
+
+  // Those that a vertex has or had, ascending.
   [[nodiscard]] std::span<const Index> tets_at(Index vertex) const { return tets_at_[vertex]; }
   [[nodiscard]] std::span<const Index> springs_at(Index vertex) const {
     return springs_at_[vertex];
@@ -148,17 +168,22 @@ class VertexBlocks {
     return given_hinges_.values();
   }
 
-  /// Vertices whose rows refresh() will rebuild.
-  [[nodiscard]] std::span<const Index> touched() const noexcept { return touched_; }
-
-  /// Rebuilds the rows of vertices at changed tetrahedra and springs. Rows only get fewer, but for
-  /// those that come back. Cost: proportional to the neighbours of those vertices.
+  /// Rebuilds the rows of vertices at what has changed. Cost: proportional to the neighbours of
+  /// those vertices; and, where a colour gets or loses a block, to the colours.
   void refresh();
+
+  /// Vertices whose rows were rebuilt since begin_edit() or undo(); where all move at once, those
+  /// with other places, too. Some more than once.
+  [[nodiscard]] std::span<const Index> refreshed() const noexcept { return refreshed_; }
+
+  /// Makes room, so that edits find no memory for so much.
+  void reserve(const SpareRoom& spare);
 
   /// Forgets what changed so far.
   void begin_edit() noexcept;
 
-  /// Takes back all changes since begin_edit(); refresh() makes that felt.
+  /// Takes back all changes since begin_edit(); refresh() makes that felt. Vertices have the
+  /// colours and rows that they had, in these other places maybe.
   void undo();
 
   /// Bytes in use.
@@ -192,30 +217,76 @@ class VertexBlocks {
   };
   struct Rows {
     Index pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
+
+    [[nodiscard]] static Rows most(const Rows& a, const Rows& b) noexcept;
+    /// Strips do without.
+    [[nodiscard]] bool has_room_for(const Rows& needs) const noexcept;
+  };
+  // Where the rows of a block begin, and how many there may be.
+  struct Room {
+    Rows firsts, counts;
+  };
+  enum class List : std::uint8_t { tets, springs, hinges };
+  struct ListChange {
+    List list;
+    bool is_added;
+    Index vertex, element;
+  };
+  struct ColorChange {
+    Index vertex, before;
+  };
+  struct Counts {
+    Index vertices = 0, tets = 0, springs = 0, hinges = 0, colors = 0;
   };
 
   [[nodiscard]] Coloring color_vertices(const std::vector<bool>& moves,
                                         const ColoringOptions& options) const;
-  void append_block(std::span<const Index> vertices);
+  void append_block(Index color, std::span<const Index> vertices);
+  [[nodiscard]] bool is_neighborhood_damped() const noexcept;
+  [[nodiscard]] Room make_room(const Rows& counts);
+  static void occupy(VertexBlock& block, const Room& room) noexcept;
   void touch(std::span<const Index> vertices);
+  [[nodiscard]] ListPool& list(List which) noexcept;
+  void change_list(List which, Index vertex, Index element, bool is_added);
   template <class Element>
-  void set(UndoArray<Element>& elements, Index id, const Element& terms);
+  void set(UndoArray<Element>& elements, List which, Index id, const Element& terms);
+  template <class Element>
+  void add(UndoArray<Element>& elements, List which, const Element& terms);
+  void note_conflicts(std::span<const Index> vertices);
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
   void find_strip();
   void count_rows(VertexBlock& block) noexcept;
 
+  // vertex_growth.cpp
+  [[nodiscard]] bool is_fresh(Index vertex) const noexcept;
+  void give_colors();
+  void find_neighbor_colors(Index vertex);
+  [[nodiscard]] Index choose_color(Index vertex);
+  void set_color(Index vertex, Index color);
+  void take_lane(Index vertex);
+  void leave_lane(Index vertex) noexcept;
+  void copy_lane(const VertexBlock& block, Index from, Index to) noexcept;
+  [[nodiscard]] Index open_block(Index color, const Rows& needs);
+  [[nodiscard]] Index add_block(Index color, const Rows& needs);
+  void remove_block(Index block);
+  void move_block(Index color, Index from, Index to) noexcept;
+
   // What is removed keeps its vertices and has no terms any more.
   UndoArray<VertexTet> tets_;            // [tet_count]
   UndoArray<VertexSpring> given_;        // [spring_count]
   UndoArray<VertexHinge> given_hinges_;  // [hinge_count]
-  IndexLists tets_at_, springs_at_;      // [vertex_count] all that there ever were
-  IndexLists hinges_at_;                 // likewise; none if there is no hinge
+  ListPool tets_at_, springs_at_;        // [vertex_count] all that there ever were
+  ListPool hinges_at_;                   // likewise; no lists if there is no hinge
   bool has_damping_ = false;
+  bool at_once_ = false;
   float unit_ = kUsualUnit;
 
-  std::vector<Index> first_block_{0};  // [color_count + 1]
+  std::vector<bool> is_free_;             // [vertex_count]
+  std::vector<Index> color_of_;           // [vertex_count] kInvalidIndex where it has none
+  std::vector<Index> first_block_{0};     // [color_count + 1]
+  std::vector<std::vector<Index>> open_;  // [color] blocks with idle lanes
   std::vector<VertexBlock> blocks_;
   std::vector<PullRow> pulls_;
   std::vector<SpringRow> springs_;
@@ -225,13 +296,24 @@ class VertexBlocks {
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
   std::vector<StripRow> strips_;           // none if there is damping, which changes numbers
-  std::vector<RowRange> strip_rooms_;      // [block] of strips_
+  std::vector<Room> rooms_;                // [block]
+  std::vector<Room> left_rooms_;           // of blocks that are gone
   std::vector<Place> places_;              // [vertex_count]
   std::vector<Rows> needs_;                // [vertex_count]
 
-  std::vector<Index> touched_;
+  std::vector<Index> touched_, refreshed_;
   std::vector<bool> is_touched_;  // [vertex_count]
-  Neighborhood neighborhood_;     // of the vertex at hand
+  std::vector<Index> conflicts_;  // vertices with a neighbour of their colour, maybe
+
+  // Since begin_edit().
+  Counts counts_before_;
+  float unit_before_ = kUsualUnit;
+  std::vector<ListChange> list_changes_;
+  std::vector<ColorChange> color_changes_;
+
+  std::vector<Index> near_;         // neighbours of the vertex at hand
+  std::vector<Index> color_users_;  // [color] how many of them have it
+  Neighborhood neighborhood_;       // of the vertex at hand
   struct StripEntry {
     Index corner;
     float stiffness, target, weight;  // as in StripRow

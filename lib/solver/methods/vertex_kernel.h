@@ -150,12 +150,12 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
   using std::sqrt;
   const auto set = [&](const DampedRow& from, Scalar start, float* stiffness, float* target) {
     const Scalar given = access.load(from.stiffness);
+    const Scalar rest = access.load(from.target);
     const Scalar damping = access.load(from.damping) * inverse_dt;
     const Scalar sum = given + damping;
     access.store(sum, stiffness);
-    access.store(select(sum > Scalar(0), (given * access.load(from.target) + damping * start) / sum,
-                        Scalar(0)),
-                 target);
+    // else as given, bit for bit: not all lanes of a damped block are damped
+    access.store(select(damping > Scalar(0), (given * rest + damping * start) / sum, rest), target);
   };
   const Vec3<Scalar> x = access.position(block.corners);
   for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
@@ -182,7 +182,7 @@ PBDSURG_DEVICE inline void add_damping(const DampedRows& rows, const VertexBlock
     const Scalar start = BendingConstraint::value(hinge.x, rest);
     const Scalar damping = access.load(from.damping) * inverse_dt;
     const Scalar sum = access.load(from.stiffness) + damping;
-    const auto is_usable_start = (start * start < Scalar(kInfinity)) & (sum > Scalar(0));
+    const auto is_usable_start = (start * start < Scalar(kInfinity)) & (damping > Scalar(0));
     access.store(sum, row.stiffness);
     access.store(select(is_usable_start, turned_rest(rest, damping / sum * start), rest), row.rest);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 #include <string>
 
 #include "pbdsurg/base/error.h"
@@ -147,6 +148,47 @@ StretchLimit limit_of(const Tissue& tissue, const ConstraintData& sets, Index ed
           length};
 }
 
+VertexSpring spring_of(const SolverData& data, Index distance, const Edge& ends) {
+  VertexSpring spring{.vertices = data.places_of(ends)};
+  if (data.sets.of<DistanceConstraint>().is_alive(distance)) {
+    const auto& numbers = data.sets.of<DistanceConstraint>().record(distance).parameters;
+    spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
+    spring.rest = numbers[DistanceConstraint::kRest];
+    spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
+  }
+  return spring;
+}
+
+VertexSpring edge_spring(const SolverData& data, const Tissue& tissue, Index edge) {
+  VertexSpring spring = spring_of(data, data.sets.distance_ids.of_edge(edge), tissue.edges()[edge]);
+  const StretchLimit limit = limit_of(tissue, data.sets, edge);
+  spring.limit_stiffness = limit.stiffness;
+  spring.limit = limit.length;
+  return spring;
+}
+
+VertexSpring link_spring(const SolverData& data, const Tissue& tissue, Index link) {
+  const Link& ends = tissue.links()[link];
+  VertexSpring spring =
+      spring_of(data, data.sets.distance_ids.of_link(link), {ends.first, ends.second});
+  if (data.sets.of<StiffLinkConstraint>().is_alive(link)) {
+    spring.stiffness = spring.damping = 0;  // it has phases of its own
+  }
+  return spring;
+}
+
+VertexHinge vertex_hinge(const SolverData& data, const Tissue& tissue, Index id) {
+  VertexHinge hinge{.vertices = data.places_of(tissue.hinges()[id].vertices)};
+  const auto& bendings = data.sets.of<BendingConstraint>();
+  if (bendings.is_alive(id)) {
+    const auto& numbers = bendings.record(id).parameters;
+    hinge.stiffness = 1 / numbers[BendingConstraint::kStiffness];
+    hinge.rest = numbers[BendingConstraint::kRest];
+    hinge.damping = numbers[BendingConstraint::kDamping] * hinge.stiffness;
+  }
+  return hinge;
+}
+
 // m, about that of a tetrahedron of such a volume.
 double edge_of(double volume) {
   return 2 * std::cbrt(volume);
@@ -181,9 +223,38 @@ float choose_unit(const Tissue& tissue, std::span<const VertexTet> tets,
              : kUsualUnit;
 }
 
-// Whether what an edit makes this long outgrows the unit.
-bool outgrows(double length, float unit) {
-  return kMostStretch * length > 0x1p31 * unit;
+// At least, for what an edit makes this long: a power of two times what it was.
+float wide_enough(float unit, double length) {
+  while (kMostStretch * length > 0x1p31 * unit) {
+    unit *= 2;
+  }
+  return unit;
+}
+
+// Vertices that come in an edit, as a share of all: beyond, rows are laid out anew, in the colours
+// of a fresh start.
+constexpr double kMostNewVertices = 0.25;
+
+// For what an edit brings.
+float unit_for_new(const Tissue& tissue, const TissueChange& change, float unit,
+                   std::span<const VertexTet> tets, std::span<const VertexSpring> springs) {
+  const std::span<const Eigen::Vector3d> x = tissue.rest_positions();
+  double longest = 0;
+  for (auto e = static_cast<std::size_t>(change.first_new_edge); e < tissue.edges().size(); ++e) {
+    const Edge& edge = tissue.edges()[e];
+    longest = std::max(longest, (x[edge[0]] - x[edge[1]]).norm());
+  }
+  for (auto l = static_cast<std::size_t>(change.first_new_link); l < tissue.links().size(); ++l) {
+    const Link& link = tissue.links()[l];
+    longest = std::max(longest, (x[link.first] - x[link.second]).norm());
+  }
+  for (const VertexSpring& spring : springs) {
+    longest = std::max(longest, double{spring.rest});
+  }
+  for (const VertexTet& tet : tets) {
+    longest = std::max(longest, edge_of(tet.target));
+  }
+  return wide_enough(unit, longest);
 }
 
 // With those that the worker has of its own.
@@ -251,55 +322,30 @@ VertexBlocks make_vertex_blocks(const SolverData& data, std::vector<VertexTet> t
   if (!is_used(data)) {
     return {};
   }
+  const Tissue& tissue = *data.tissue;
   for (std::size_t t = 0; t < tets.size(); ++t) {
-    tets[t].vertices = data.places_of(data.tissue->tets()[t]);
+    tets[t].vertices = data.places_of(tissue.tets()[t]);
   }
   std::vector<VertexSpring> springs(static_cast<std::size_t>(data.sets.distance_ids.count()));
-  const auto set_spring = [&](Index distance, const Edge& ends) {
-    VertexSpring& spring = springs[distance];
-    spring.vertices = data.places_of(ends);
-    if (data.sets.of<DistanceConstraint>().is_alive(distance)) {
-      const auto& numbers = data.sets.of<DistanceConstraint>().record(distance).parameters;
-      spring.stiffness = 1 / numbers[DistanceConstraint::kStiffness];
-      spring.rest = numbers[DistanceConstraint::kRest];
-      spring.damping = numbers[DistanceConstraint::kDamping] * spring.stiffness;
-    }
-  };
-  const std::span<const Edge> edges = data.tissue->edges();
-  for (Index e = 0; e < static_cast<Index>(edges.size()); ++e) {
-    const Index distance = data.sets.distance_ids.of_edge(e);
-    set_spring(distance, edges[e]);
-    const StretchLimit limit = limit_of(*data.tissue, data.sets, e);
-    springs[distance].limit_stiffness = limit.stiffness;
-    springs[distance].limit = limit.length;
+  for (Index e = 0; e < static_cast<Index>(tissue.edges().size()); ++e) {
+    springs[data.sets.distance_ids.of_edge(e)] = edge_spring(data, tissue, e);
   }
-  for (std::size_t l = 0; l < data.tissue->links().size(); ++l) {
-    const Link& link = data.tissue->links()[l];
-    const Index distance = data.sets.distance_ids.of_link(static_cast<Index>(l));
-    set_spring(distance, {link.first, link.second});
-    if (data.sets.of<StiffLinkConstraint>().is_alive(static_cast<Index>(l))) {
-      springs[distance].stiffness = springs[distance].damping = 0;  // it has phases of its own
-    }
+  for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
+    springs[data.sets.distance_ids.of_link(l)] = link_spring(data, tissue, l);
   }
-  std::vector<VertexHinge> hinges(data.tissue->hinges().size());
-  for (std::size_t h = 0; h < hinges.size(); ++h) {
-    const auto id = static_cast<Index>(h);
-    const auto& bendings = data.sets.of<BendingConstraint>();
-    hinges[h].vertices = data.places_of(data.tissue->hinges()[h].vertices);
-    if (bendings.is_alive(id)) {
-      const auto& numbers = bendings.record(id).parameters;
-      hinges[h].stiffness = 1 / numbers[BendingConstraint::kStiffness];
-      hinges[h].rest = numbers[BendingConstraint::kRest];
-      hinges[h].damping = numbers[BendingConstraint::kDamping] * hinges[h].stiffness;
-    }
+  std::vector<VertexHinge> hinges;
+  for (Index h = 0; h < static_cast<Index>(tissue.hinges().size()); ++h) {
+    hinges.push_back(vertex_hinge(data, tissue, h));
   }
-  const float unit = choose_unit(*data.tissue, tets, springs);
+  const float unit = choose_unit(tissue, tets, springs);
   std::vector<bool> moves;
   for (const Particle& p : data.particles) {
     moves.push_back(p.w > 0);
   }
-  return VertexBlocks(moves, std::move(tets), std::move(springs), std::move(hinges),
+  VertexBlocks blocks(moves, std::move(tets), std::move(springs), std::move(hinges),
                       vertex_coloring(data.options), unit, is_explicit(data.options));
+  blocks.reserve(data.options.spare);
+  return blocks;
 }
 
 VertexRows vertex_rows(const StepContext& step) noexcept {
@@ -465,46 +511,48 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
   VertexBlocks& blocks = data_.vertex_blocks;
   blocks.begin_edit();
   before_growth_.reset();
-  bool grows = change.adds();
+  has_grown_ = change.adds();
+  double longest = 0;  // m, of what is there now
   for (const RestLengthChange& rest : change.edit.rest_lengths) {
     blocks.set_spring_rest(data_.sets.distance_ids.of_edge(rest.edge), rest.rest_length);
     set_limit(tissue, rest.edge);
-    grows = grows || outgrows(rest.rest_length, blocks.unit());
+    longest = std::max(longest, double{rest.rest_length});
   }
   for (const RestVolumeChange& rest : change.edit.rest_volumes) {
     set_rest_volume(tissue, rest);
     for (const Index edge : tissue.tet_edges()[rest.tet]) {
       set_limit(tissue, edge);
     }
-    grows = grows || outgrows(edge_of(rest.rest_volume), blocks.unit());
+    longest = std::max(longest, edge_of(rest.rest_volume));
   }
   remove(change);
-  if (grows) {
+  if (has_grown_ && !grow(tissue, change)) {
     regrow(tissue, change);
-    if (is_explicit(data_.options)) {
-      data_.stable_substep.measure(data_);
-    }
-  } else {
-    refresh();
   }
+  blocks.set_unit(wide_enough(blocks.unit(), longest));
+  refresh();
 }
 
+// What came and went in one edit, it has never had.
 void VertexFollower::remove(const TissueChange& change) {
   VertexBlocks& blocks = data_.vertex_blocks;
-  for (const Index tet : change.removed_tets) {
-    if (tet < change.first_new_tet) {
-      blocks.remove_tet(tet);
+  const auto remove = [](const auto& ids, const auto& known, const auto& remove_one) {
+    for (const Index id : ids) {
+      if (id < static_cast<Index>(known.size())) {
+        remove_one(id);
+      }
     }
-  }
-  for (const Index edge : change.removed_edges) {
-    blocks.remove_spring(data_.sets.distance_ids.of_edge(edge));
-  }
-  for (const Index link : change.removed_links) {
-    blocks.remove_spring(data_.sets.distance_ids.of_link(link));
-  }
-  for (const Index hinge : change.removed_hinges) {
-    blocks.remove_hinge(hinge);
-  }
+  };
+  const auto remove_springs = [&](const std::vector<Index>& ids, const auto& id_of) {
+    remove(ids | std::views::transform(id_of), blocks.springs(),
+           [&](Index spring) { blocks.remove_spring(spring); });
+  };
+  remove(change.removed_tets, blocks.tets(), [&](Index tet) { blocks.remove_tet(tet); });
+  remove_springs(change.removed_edges,
+                 [&](Index edge) { return data_.sets.distance_ids.of_edge(edge); });
+  remove_springs(change.removed_links,
+                 [&](Index link) { return data_.sets.distance_ids.of_link(link); });
+  remove(change.removed_hinges, blocks.hinges(), [&](Index hinge) { blocks.remove_hinge(hinge); });
 }
 
 void VertexFollower::set_limit(const Tissue& tissue, Index edge) {
@@ -540,18 +588,97 @@ void VertexFollower::set_rest_volume(const Tissue& tissue, const RestVolumeChang
   data_.vertex_blocks.set_tet(rest.tet, terms);
 }
 
-void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
-  VertexBlocks& blocks = data_.vertex_blocks;
+VertexTet VertexFollower::new_tet(const Tissue& tissue, Index id) const {
   const auto& volumes = data_.sets.of<VolumeConstraint>();
   const auto& solids = data_.sets.of<NeoHookeanConstraint>();
+  VertexTet tet;
+  if (volumes.is_alive(id)) {
+    tet = make_volume(volumes.record(id));
+  } else if (solids.is_alive(id)) {
+    tet = make_neo_hookean(solids.record(id), tissue.bodies()[tissue.body_of_tet(id)].material);
+  }
+  tet.vertices = data_.places_of(tissue.tets()[id]);
+  return tet;
+}
+
+bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
+  VertexBlocks& blocks = data_.vertex_blocks;
+  const auto place_count = static_cast<Index>(data_.particles.size());
+  const Index new_places = place_count - blocks.vertex_count();
+  if (new_places > kMostNewVertices * place_count ||
+      (data_.sets.has_damping && !blocks.has_damping())) {
+    return false;
+  }
+  blocks.add_vertices(place_count);
+  for (Index place = place_count - new_places; place < place_count; ++place) {
+    set_free(place);
+  }
+  // what has other vertices now
+  for (const ReshapedTet& reshaped : change.reshaped_tets) {
+    if (reshaped.tet < change.first_new_tet && tissue.is_tet_alive(reshaped.tet)) {
+      VertexTet tet = blocks.tet(reshaped.tet);
+      tet.vertices = data_.places_of(tissue.tets()[reshaped.tet]);
+      if (tet.vertices != blocks.tet(reshaped.tet).vertices) {
+        blocks.set_tet(reshaped.tet, tet);
+      }
+    }
+  }
+  const auto set_edge = [&](Index edge) {
+    blocks.set_spring(data_.sets.distance_ids.of_edge(edge), edge_spring(data_, tissue, edge));
+  };
+  std::ranges::for_each(change.moved_edges, set_edge);
+  for (const LinkMove& move : change.edit.link_moves) {
+    blocks.set_spring(data_.sets.distance_ids.of_link(move.link),
+                      link_spring(data_, tissue, move.link));
+  }
+  for (const Index hinge : change.moved_hinges) {
+    blocks.set_hinge(hinge, vertex_hinge(data_, tissue, hinge));
+  }
+  // what is new
+  std::vector<VertexTet> tets;
+  for (Index t = change.first_new_tet; t < static_cast<Index>(tissue.tets().size()); ++t) {
+    tets.push_back(new_tet(tissue, t));
+    blocks.add_tet(tets.back());
+  }
+  const auto known = static_cast<Index>(blocks.springs().size());
+  std::vector<VertexSpring> springs(
+      static_cast<std::size_t>(data_.sets.distance_ids.count() - known));
+  for (Index e = change.first_new_edge; e < static_cast<Index>(tissue.edges().size()); ++e) {
+    springs[data_.sets.distance_ids.of_edge(e) - known] = edge_spring(data_, tissue, e);
+  }
+  for (Index l = change.first_new_link; l < static_cast<Index>(tissue.links().size()); ++l) {
+    springs[data_.sets.distance_ids.of_link(l) - known] = link_spring(data_, tissue, l);
+  }
+  for (const VertexSpring& spring : springs) {
+    blocks.add_spring(spring);
+  }
+  for (Index h = change.first_new_hinge; h < static_cast<Index>(tissue.hinges().size()); ++h) {
+    blocks.add_hinge(vertex_hinge(data_, tissue, h));
+  }
+  const auto free_ends = [&](const auto& elements) {
+    for (const auto& element : elements) {
+      std::ranges::for_each(element.vertices, [&](Index place) { set_free(place); });
+    }
+  };
+  free_ends(tets);
+  free_ends(springs);
+  blocks.set_unit(unit_for_new(tissue, change, blocks.unit(), tets, springs));
+  return true;
+}
+
+// Of a vertex that has tissue again, too.
+void VertexFollower::set_free(Index place) {
+  if (data_.particles[place].w > 0) {
+    data_.vertex_blocks.set_free(place);
+  }
+}
+
+void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
+  VertexBlocks& blocks = data_.vertex_blocks;
   std::vector<VertexTet> tets(tissue.tets().size());
   for (Index t = 0; t < static_cast<Index>(tets.size()); ++t) {
-    if (tissue.is_tet_alive(t) && t < change.first_new_tet) {
-      tets[t] = blocks.tet(t);
-    } else if (volumes.is_alive(t)) {
-      tets[t] = make_volume(volumes.record(t));
-    } else if (solids.is_alive(t)) {
-      tets[t] = make_neo_hookean(solids.record(t), tissue.bodies()[tissue.body_of_tet(t)].material);
+    if (tissue.is_tet_alive(t)) {
+      tets[t] = t < change.first_new_tet ? blocks.tet(t) : new_tet(tissue, t);
     }
   }
   VertexBlocks grown = make_vertex_blocks(data_, std::move(tets));
@@ -563,27 +690,32 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
   if (!is_used(data_)) {
     return;
   }
-  const bool has_grown = before_growth_.has_value();
-  if (has_grown) {
+  if (before_growth_) {
     data_.vertex_blocks = std::move(*before_growth_);
-    before_growth_.reset();
   }
   data_.vertex_blocks.undo();
   refresh();
-  if (has_grown && is_explicit(data_.options)) {
-    data_.stable_substep.measure(data_);
-  }
+  before_growth_.reset();
 }
 
 void VertexFollower::refresh() {
   VertexBlocks& blocks = data_.vertex_blocks;
-  for (const Index place : blocks.touched()) {
-    data_.log_constraint(PhaseKind::vertex, place);
+  blocks.refresh();
+  for (const Index place : blocks.refreshed()) {
+    if (!has_grown_) {  // else backends that keep them elsewhere take all anew
+      data_.log_constraint(PhaseKind::vertex, place);
+    }
   }
   if (is_explicit(data_.options)) {
-    data_.stable_substep.measure(data_, blocks.touched());
+    if (before_growth_) {
+      data_.stable_substep.measure(data_);
+      return;
+    }
+    if (has_grown_) {
+      data_.stable_substep.fit(data_);
+    }
+    data_.stable_substep.measure(data_, blocks.refreshed());
   }
-  blocks.refresh();
 }
 
 }  // namespace pbdsurg

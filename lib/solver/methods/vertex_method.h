@@ -79,8 +79,8 @@ void settle_holds(const StepContext& step, const VertexState& state);
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);
 
-/// Keeps the rows of vertices up to date: after an edit that added constraints they are laid out
-/// anew, at a cost of O(vertex_count log vertex_count), else changed in proportion to the edit.
+/// Keeps the rows of vertices up to date, in proportion to the edit; but where it brings many
+/// vertices, or the first damping, they are laid out anew, in O(vertex_count log vertex_count).
 class VertexFollower final : public Follower {
  public:
   explicit VertexFollower(SolverData& data) : data_(data) {}
@@ -98,11 +98,15 @@ class VertexFollower final : public Follower {
   void set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest);
   void set_limit(const Tissue& tissue, Index edge);
   void remove(const TissueChange& change);
+  [[nodiscard]] VertexTet new_tet(const Tissue& tissue, Index id) const;
+  void set_free(Index place);
+  bool grow(const Tissue& tissue, const TissueChange& change);  // whether it has changed anything
   void regrow(const Tissue& tissue, const TissueChange& change);
   void refresh();
 
   SolverData& data_;
-  std::optional<VertexBlocks> before_growth_;  // of the last edit
+  bool has_grown_ = false;                     // in the last edit
+  std::optional<VertexBlocks> before_growth_;  // of it, where rows were laid out anew
 };
 
 }  // namespace pbdsurg

@@ -9,6 +9,10 @@ namespace {
 
 using Face = std::array<Index, 3>;
 
+// Starts that are tried for one strip of all faces. All of them would save 0.2 % of the steps in
+// organs, 0.5 % where faces are missing, for twice the time there.
+constexpr Index kMostAttempts = 4;
+
 bool has(const Face& face, Index corner) {
   return std::find(face.begin(), face.end(), corner) != face.end();
 }
@@ -19,11 +23,13 @@ std::span<const VertexStrip::Step> VertexStrip::find(std::span<const Face> faces
   find_neighbors(faces);
   const auto count = static_cast<Index>(faces.size());
   best_firsts_.clear();
-  for (Index start = 0; start < count && best_firsts_.size() != 1; ++start) {
+  for (Index attempt = 0; attempt < std::min(count, kMostAttempts) && best_firsts_.size() != 1;
+       ++attempt) {
     is_visited_.assign(faces.size(), false);
     paths_.clear();
     firsts_.clear();
-    for (Index next = start; next != kInvalidIndex; next = new_start()) {
+    for (Index next = attempt == 0 ? new_start() : attempt - 1; next != kInvalidIndex;
+         next = new_start()) {
       firsts_.push_back(static_cast<Index>(paths_.size()));
       while (next != kInvalidIndex) {
         is_visited_[next] = true;

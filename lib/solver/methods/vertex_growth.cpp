@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+// How vertices that an edit brings, or joins to others, find colours and lanes.
+#include <algorithm>
+#include <cstddef>
+#include <ranges>
+
+#include "lib/solver/methods/vertex_blocks.h"
+
+namespace pbdsurg {
+namespace {
+
+// What a new block has room for beyond its first vertex: others of a cut, and later cuts.
+constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
+                kSpareStrips = 12;
+
+// How many places are looked at for one with room; behind these, one that is new is as well.
+constexpr Index kMostTries = 16;
+
+bool has_terms(const VertexTet& tet) {
+  return tet.stiffness > 0 || tet.volume_damping > 0 ||
+         std::ranges::any_of(tet.weights, [](float weight) { return weight != 0; });
+}
+
+bool has_terms(const VertexSpring& spring) {
+  return spring.stiffness > 0 || spring.damping > 0 || spring.limit_stiffness > 0;
+}
+
+bool has_terms(const VertexHinge& hinge) {
+  return hinge.stiffness > 0;
+}
+
+}  // namespace
+
+void VertexBlocks::add_vertices(Index count) {
+  const auto size = static_cast<std::size_t>(count);
+  is_free_.resize(size, false);
+  color_of_.resize(size, kInvalidIndex);
+  places_.resize(size);
+  needs_.resize(size);
+  is_touched_.resize(size, false);
+  tets_at_.resize(size);
+  springs_at_.resize(size);
+  if (given_hinges_.size() > 0) {
+    hinges_at_.resize(size);
+  }
+}
+
+void VertexBlocks::set_free(Index vertex) {
+  is_free_[vertex] = true;
+  touch({&vertex, 1});
+}
+
+bool VertexBlocks::is_fresh(Index vertex) const noexcept {
+  return is_free_[vertex] && color_of_[vertex] == kInvalidIndex;
+}
+
+void VertexBlocks::give_colors() {
+  std::ranges::sort(conflicts_);
+  for (const Index v : conflicts_) {
+    find_neighbor_colors(v);
+    if (is_free_[v] && color_users_[color_of_[v]] > 0) {
+      set_color(v, choose_color(v));
+    }
+  }
+  conflicts_.clear();
+  for (std::size_t i = 0; i < touched_.size(); ++i) {  // a neighbour that makes way joins them
+    const Index v = touched_[i];
+    if (is_fresh(v)) {
+      set_color(v, at_once_ ? 0 : choose_color(v));
+    }
+  }
+}
+
+void VertexBlocks::find_neighbor_colors(Index vertex) {
+  near_.clear();
+  const auto visit = [&](const auto& elements, std::span<const Index> ids) {
+    for (const Index id : ids) {
+      const auto& element = elements[id];
+      if (has_terms(element)) {
+        near_.insert(near_.end(), element.vertices.begin(), element.vertices.end());
+      }
+    }
+  };
+  visit(tets_, tets_at(vertex));
+  visit(given_, springs_at(vertex));
+  visit(given_hinges_, hinges_at(vertex));
+  std::ranges::sort(near_);
+  const auto repeated = std::ranges::unique(near_);
+  near_.erase(repeated.begin(), repeated.end());
+  std::erase_if(near_, [&](Index v) { return v == vertex || color_of_[v] == kInvalidIndex; });
+  color_users_.assign(static_cast<std::size_t>(color_count()), 0);
+  for (const Index v : near_) {
+    ++color_users_[color_of_[v]];
+  }
+}
+
+// The first that no neighbour has; else one that its only user can leave; else a new one.
+Index VertexBlocks::choose_color(Index vertex) {
+  find_neighbor_colors(vertex);
+  const auto unused = [&] {
+    return static_cast<Index>(std::ranges::find(color_users_, 0) - color_users_.begin());
+  };
+  if (const Index color = unused(); color < color_count()) {
+    return color;
+  }
+  const std::vector<Index> near = near_;
+  const std::vector<Index> users = color_users_;
+  for (const Index neighbor : near) {
+    const Index color = color_of_[neighbor];
+    if (users[color] != 1) {
+      continue;
+    }
+    find_neighbor_colors(neighbor);
+    ++color_users_[color];
+    if (const Index other = unused(); other < color_count()) {
+      set_color(neighbor, other);
+      return color;
+    }
+  }
+  return color_count();
+}
+
+void VertexBlocks::set_color(Index vertex, Index color) {
+  color_changes_.push_back({vertex, color_of_[vertex]});
+  if (places_[vertex].block != kInvalidIndex) {
+    leave_lane(vertex);
+  }
+  if (color == color_count()) {
+    first_block_.push_back(block_count());
+    open_.emplace_back();
+  }
+  color_of_[vertex] = color;
+  touch({&vertex, 1});
+}
+
+void VertexBlocks::take_lane(Index vertex) {
+  const Index color = color_of_[vertex];
+  Index index = open_block(color, needs_[vertex]);
+  if (index == kInvalidIndex) {
+    index = add_block(color, needs_[vertex]);
+  }
+  VertexBlock& block = blocks_[index];
+  places_[vertex] = {index, block.lane_count};
+  std::fill(block.corners + block.lane_count, block.corners + kBlockLanes, offset_of(vertex));
+  if (++block.lane_count == kBlockLanes) {
+    std::erase(open_[color], index);
+  }
+  block.is_damped |= is_neighborhood_damped();
+  write_rows(vertex);
+  count_rows(block);
+}
+
+// The last in use takes its lane.
+void VertexBlocks::leave_lane(Index vertex) noexcept {
+  const auto [index, lane] = places_[vertex];
+  places_[vertex] = {};
+  VertexBlock& block = blocks_[index];
+  const Index color = color_of_[vertex];
+  if (block.lane_count == kBlockLanes) {
+    open_[color].push_back(index);
+  }
+  const Index last = --block.lane_count;
+  if (last == 0) {
+    remove_block(index);
+    return;
+  }
+  if (lane != last) {
+    const Index moved = place_at(block.corners[last]);
+    block.corners[lane] = block.corners[last];
+    places_[moved].lane = lane;
+    copy_lane(block, last, lane);
+    if (at_once_) {
+      refreshed_.push_back(moved);
+    }
+  }
+  for (Index idle = last; idle < kBlockLanes; ++idle) {
+    block.corners[idle] = block.corners[last - 1];
+    copy_lane(block, last - 1, idle);
+  }
+  count_rows(block);
+}
+
+void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noexcept {
+  const Rows& counts = rooms_[places_[place_at(block.corners[0])].block].counts;
+  const auto copy = [&](auto& lanes) { lanes[to] = lanes[from]; };
+  const auto copy_damped = [&](std::vector<DampedRow>& rows, Index i) {
+    if (has_damping_) {
+      copy(rows[i].stiffness);
+      copy(rows[i].target);
+      copy(rows[i].damping);
+    }
+  };
+  for (Index i = block.pulls.first; i < block.pulls.first + counts.pulls; ++i) {
+    copy(pulls_[i].neighbors);
+    copy(pulls_[i].weights);
+  }
+  for (Index i = block.springs.first; i < block.springs.first + counts.springs; ++i) {
+    copy(springs_[i].neighbors);
+    copy(springs_[i].stiffness);
+    copy(springs_[i].rest);
+    copy_damped(damped_springs_, i);
+  }
+  for (Index i = block.volumes.first; i < block.volumes.first + counts.volumes; ++i) {
+    for (auto& corner : volumes_[i].face) {
+      copy(corner);
+    }
+    copy(volumes_[i].stiffness);
+    copy(volumes_[i].target);
+    copy_damped(damped_volumes_, i);
+  }
+  for (Index i = block.hinges.first; i < block.hinges.first + counts.hinges; ++i) {
+    for (auto& neighbor : hinges_[i].neighbors) {
+      copy(neighbor);
+    }
+    copy(hinges_[i].stiffness);
+    copy(hinges_[i].rest);
+    copy(hinges_[i].is_opposite);
+    copy_damped(damped_hinges_, i);
+  }
+  for (Index i = block.strips.first; i < block.strips.first + counts.strips; ++i) {
+    copy(strips_[i].corners);
+    copy(strips_[i].stiffness);
+    copy(strips_[i].target);
+    copy(strips_[i].weights);
+  }
+}
+
+// The latest with room, or kInvalidIndex.
+Index VertexBlocks::open_block(Index color, const Rows& needs) {
+  const auto latest = open_[color] | std::views::reverse | std::views::take(kMostTries);
+  const auto found = std::ranges::find_if(
+      latest, [&](Index block) { return rooms_[block].counts.has_room_for(needs); });
+  return found == latest.end() ? kInvalidIndex : *found;
+}
+
+Index VertexBlocks::add_block(Index color, const Rows& needs) {
+  const auto latest = left_rooms_ | std::views::reverse | std::views::take(kMostTries);
+  const auto left = std::ranges::find_if(
+      latest, [&](const Room& room) { return room.counts.has_room_for(needs); });
+  Room room;
+  if (left != latest.end()) {
+    room = *left;
+    left_rooms_.erase(std::next(left.base(), -1));
+  } else {
+    room = make_room({needs.pulls + kSparePulls, needs.springs + kSpareSprings,
+                      needs.volumes + kSpareVolumes, needs.hinges + kSpareHinges,
+                      has_damping_ ? 0 : needs.strips + kSpareStrips});
+  }
+  Index gap = block_count();
+  blocks_.emplace_back();
+  rooms_.emplace_back();
+  for (Index later = color_count() - 1; later > color; --later) {
+    const Index first = first_block_[later];
+    if (first != gap) {
+      move_block(later, first, gap);
+    }
+    ++first_block_[later + 1];
+    gap = first;
+  }
+  ++first_block_[color + 1];
+  rooms_[gap] = room;
+  blocks_[gap] = {};
+  occupy(blocks_[gap], room);
+  open_[color].push_back(gap);
+  return gap;
+}
+
+// Without a vertex.
+void VertexBlocks::remove_block(Index block) {
+  const auto next = std::ranges::upper_bound(first_block_, block);
+  const auto color = static_cast<Index>(next - first_block_.begin()) - 1;
+  std::erase(open_[color], block);
+  left_rooms_.push_back(rooms_[block]);
+  Index gap = block;
+  for (Index each = color; each < color_count(); ++each) {
+    const Index last = first_block_[each + 1] - 1;
+    if (last > gap) {
+      move_block(each, last, gap);
+      gap = last;
+    }
+  }
+  for (Index each = color; each < color_count(); ++each) {
+    --first_block_[each + 1];
+  }
+  blocks_.pop_back();
+  rooms_.pop_back();
+}
+
+void VertexBlocks::move_block(Index color, Index from, Index to) noexcept {
+  blocks_[to] = blocks_[from];
+  rooms_[to] = rooms_[from];
+  std::ranges::replace(open_[color], from, to);
+  for (Index lane = 0; lane < blocks_[to].lane_count; ++lane) {
+    const Index v = place_at(blocks_[to].corners[lane]);
+    places_[v].block = to;
+    if (at_once_) {
+      refreshed_.push_back(v);
+    }
+  }
+}
+
+void VertexBlocks::undo() {
+  const bool had_hinges = counts_before_.hinges > 0, has_hinges = given_hinges_.size() > 0;
+  unit_ = unit_before_;
+  refreshed_.clear();
+  for (const auto& [vertex, before] : color_changes_ | std::views::reverse) {
+    if (places_[vertex].block != kInvalidIndex) {
+      leave_lane(vertex);
+    }
+    color_of_[vertex] = before;
+    is_free_[vertex] = before != kInvalidIndex;
+    touch({&vertex, 1});
+  }
+  color_changes_.clear();
+  first_block_.resize(static_cast<std::size_t>(counts_before_.colors) + 1);
+  open_.resize(static_cast<std::size_t>(counts_before_.colors));
+
+  const auto touch_new = [&](const auto& elements, Index before) {
+    for (Index id = before; id < elements.size(); ++id) {
+      touch(elements[id].vertices);
+    }
+  };
+  touch_new(tets_, counts_before_.tets);
+  touch_new(given_, counts_before_.springs);
+  touch_new(given_hinges_, counts_before_.hinges);
+  const auto undo_set = [&](auto& elements) {
+    elements.undo([&](Index id) { touch(elements[id].vertices); });
+  };
+  for (const auto& [which, is_added, vertex, element] : list_changes_ | std::views::reverse) {
+    touch({&vertex, 1});
+    change_list(which, vertex, element, !is_added);
+  }
+  list_changes_.clear();
+  undo_set(tets_);
+  undo_set(given_);
+  undo_set(given_hinges_);
+
+  const auto count = static_cast<std::size_t>(counts_before_.vertices);
+  for (auto v = counts_before_.vertices; v < static_cast<Index>(places_.size()); ++v) {
+    tets_at_.clear(v);
+    springs_at_.clear(v);
+    if (has_hinges) {
+      hinges_at_.clear(v);
+    }
+  }
+  const auto is_gone = [&](Index v) { return v >= counts_before_.vertices; };
+  std::erase_if(touched_, is_gone);
+  std::erase_if(refreshed_, is_gone);
+  is_free_.resize(count);
+  color_of_.resize(count);
+  places_.resize(count);
+  needs_.resize(count);
+  is_touched_.resize(count);
+  tets_at_.resize(count);
+  springs_at_.resize(count);
+  hinges_at_.resize(had_hinges ? count : 0);
+}
+
+void VertexBlocks::reserve(const SpareRoom& spare) {
+  if (spare.vertices == 0) {
+    return;
+  }
+  // of each that comes, some neighbours go to blocks with more room, too
+  const auto blocks = static_cast<std::size_t>(3 * spare.vertices / kBlockLanes + color_count());
+  constexpr std::size_t kPulls = 24, kVolumes = 40, kStrips = 50;  // rows of a block, at a cut
+  const auto vertices = static_cast<std::size_t>(spare.vertices);
+  blocks_.reserve(blocks_.size() + blocks);
+  rooms_.reserve(rooms_.size() + blocks);
+  pulls_.reserve(pulls_.size() + (pulls_.empty() ? 0 : kPulls * blocks));
+  volumes_.reserve(volumes_.size() + (volumes_.empty() ? 0 : kVolumes * blocks));
+  springs_.reserve(springs_.size() + (springs_.empty() ? 0 : kPulls * blocks));
+  strips_.reserve(strips_.size() + (strips_.empty() ? 0 : kStrips * blocks));
+  tets_at_.reserve_room(vertices, 16 * static_cast<std::size_t>(spare.tets));
+  springs_at_.reserve_room(vertices, 8 * static_cast<std::size_t>(spare.edges));
+  for (std::vector<Index>* const list : {&color_of_, &touched_, &refreshed_}) {
+    list->reserve(list->size() + places_.size() + vertices);
+  }
+  places_.reserve(places_.size() + vertices);
+  needs_.reserve(needs_.size() + vertices);
+  is_free_.reserve(is_free_.size() + vertices);
+  is_touched_.reserve(is_touched_.size() + vertices);
+  tets_.reserve(static_cast<std::size_t>(spare.tets), static_cast<std::size_t>(spare.tets));
+  given_.reserve(static_cast<std::size_t>(spare.edges + spare.links),
+                 static_cast<std::size_t>(spare.edges));
+}
+
+}  // namespace pbdsurg
