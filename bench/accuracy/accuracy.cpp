@@ -64,8 +64,8 @@ Json to_row(const Scenario& scenario, const Setting& setting, const std::string&
           {"sweeps", number_of(setting.options.iterations)},
           {"over_relaxation", rounded(setting.options.over_relaxation, 100)},
           {"ms", rounded(measured.ms, 1e3)},
-          {"error_mm", rounded(measured.error_mm, 1e4)},
-          {"tip_mm", rounded(measured.tip_mm, 1e4)},
+          {"error_mm", rounded(measured.error_mm, 1e6)},
+          {"tip_mm", rounded(measured.tip_mm, 1e6)},
           {"energy", rounded(measured.energy, 1e3)},
           {"ours", true}};
 }
@@ -81,7 +81,7 @@ std::vector<Scenario> make_scenarios(const Arguments& arguments) {
   for (const int row : arguments.rows) {
     for (const int kilopascals : arguments.kilopascals) {
       at_origin.push_back(std::async(std::launch::async, [=, quick = arguments.quick] {
-        const double substep = quick ? 2e-5 : kilopascals > 10 ? 2e-6 : 5e-6;
+        const double substep = quick ? 1e-5 : kilopascals > 10 ? 2e-6 : 5e-6;
         return Scenario(table2_mesh(row, Table2Kind::hollow), "table2:" + std::to_string(row),
                         1e3 * kilopascals, substep, quick);
       }));
