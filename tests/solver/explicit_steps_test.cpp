@@ -121,6 +121,26 @@ TEST_CASE("explicit steps: a mass on a link swings as long and as far as it shou
   CHECK(x[0].x() + x[1].x() == Approx(0.101).epsilon(1e-5));
 }
 
+// Would catch a drag that counts twice, or half: the guide tells when a swing has lost half its
+// height.
+TEST_CASE("explicit steps: drag halves a swing in 1.4 over its rate", "[validation]") {
+  const double mass = 2e-3;
+  const double compliance = 0.02;
+  const double period = 2 * std::numbers::pi * std::sqrt(compliance * mass / 2);
+  const int periods = 20, count = 100;
+  const double drag = 2 * std::numbers::ln2 / (periods * period);
+  Solver solver(make_swing(mass, static_cast<float>(compliance)),
+                explicit_options(static_cast<float>(drag)));
+  std::vector<Eigen::Vector3f> x = solver.positions();
+  x[1].x() += 1e-3F;
+  solver.write_positions(x);
+  for (int i = 0; i < periods * count; ++i) {
+    solver.step(static_cast<float>(period / count));
+  }
+  x = solver.positions();
+  CHECK(x[1].x() - x[0].x() - 0.1F == Approx(0.5e-3).epsilon(0.01));
+}
+
 // Would catch a start that takes a velocity of now for one of half a substep before, or the
 // reverse: what swings would be off by a share of the substep, not of its square.
 TEST_CASE("explicit steps: half a substep leaves a quarter of the error", "[validation]") {
