@@ -401,28 +401,43 @@ struct RegisterStart {
   }
 };
 
-// As add_rows(), in another order where a block has strips.
-template <class Energy>
-HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& block,
-                                   const RegisterAccess& access, Energy& energy) {
+// The corners of the last face of a strip.
+struct StripFace {
+  Vec3<Lanes> a, b, c;
+
+  // @param stiffness  of StripRow
+  HWY_INLINE void step(const Vec3<Lanes>& corner, Lanes stiffness) {
+    const LaneMask turns = has_sign(stiffness);
+    const Vec3<Lanes> before = a;
+    a = select(turns, c, before);
+    b = select(turns, b, c);
+    c = corner;
+  }
+};
+
+// All but what strips say.
+HWY_INLINE VertexBlock without_strips(const VertexBlock& block) {
   VertexBlock others = block;
   if (block.strips.count > 0) {
     others.pulls.count = others.volumes.count = 0;
   }
+  return others;
+}
+
+// As add_rows(), in another order where a block has strips.
+template <class Energy>
+HWY_INLINE void add_rows_by_strips(const VertexRows& rows, const VertexBlock& block,
+                                   const RegisterAccess& access, Energy& energy) {
   const StripRow* const strips = rows.strips + block.strips.first;
-  Vec3<Lanes> a, b, c;
+  StripFace face;
   for (Index i = 0; i < block.strips.count; ++i) {
     const Vec3<Lanes> d = access.position(strips[i].corners);
-    const Lanes target = access.load(strips[i].target);
-    const LaneMask turns = target < Lanes(0);
-    const Vec3<Lanes> before = a;
-    a = select(turns, c, before);
-    b = select(turns, b, c);
-    c = d;
+    const Lanes stiffness = access.load(strips[i].stiffness);
+    face.step(d, stiffness);
     energy.add_pull(access.load(strips[i].weights), d);
-    energy.add_volume(access.load(strips[i].stiffness), abs(target), a, b, c);
+    energy.add_volume(abs(stiffness), access.load(strips[i].target), face.a, face.b, face.c);
   }
-  add_rows(rows, others, access, energy);
+  add_rows(rows, without_strips(block), access, energy);
 }
 
 HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& state,
@@ -578,16 +593,55 @@ HWY_FLATTEN void begin_joints(const BlockRange<StiffLinkConstraint>& range,
   }
 }
 
+// As add_damping() does of volumes.
+HWY_INLINE void damp_strips(const DampedRows& rows, const VertexBlock& block,
+                            const RegisterStart& access, Lanes inverse_dt) {
+  const Vec3<Lanes> x = access.position(block.corners);
+  StripFace face;
+  for (Index i = block.strips.first; i < block.strips.first + block.strips.count; ++i) {
+    const DampedRow& from = rows.damped_strips[i];
+    const Lanes signed_stiffness = access.load(from.stiffness);
+    face.step(access.position(rows.strips[i].corners) - x, signed_stiffness);
+    const Lanes start = dot(face.a, cross(face.b - face.a, face.c - face.a));
+    const Lanes given = abs(signed_stiffness), rest = access.load(from.target);
+    const Lanes damping = access.load(from.damping) * inverse_dt;
+    const Lanes sum = given + damping;
+    access.store(select(has_sign(signed_stiffness), -sum, sum), rows.strips[i].stiffness);
+    access.store(select(damping > Lanes(0), (given * rest + damping * start) / sum, rest),
+                 rows.strips[i].target);
+  }
+}
+
+template <class Damp>
+HWY_INLINE void for_each_start(const VertexBlock& block, const Particle* bases,
+                               const Carry* carries, const Damp& damp) {
+  for (Index lane = 0; block.is_damped && lane < kBlockLanes; lane += kLanes) {
+    damp(RegisterStart{bases, carries, gather(bases, block.corners + lane).x, lane});
+  }
+}
+
 HWY_FLATTEN void damp_rows(const DampedRows& rows, const Particle* bases, const Carry* carries,
                            float inverse_dt, Index first, Index last) {
   for (Index b = first; b < last; ++b) {
     const VertexBlock& block = rows.blocks[b];
-    for (Index lane = 0; block.is_damped && lane < kBlockLanes; lane += kLanes) {
-      add_damping(rows, block,
-                  RegisterStart{bases, carries, gather(bases, block.corners + lane).x, lane},
-                  Lanes(inverse_dt));
-    }
+    for_each_start(block, bases, carries, [&](const RegisterStart& start) PBDSURG_INLINE_LAMBDA {
+      if constexpr (kFast) {
+        damp_strips(rows, block, start, Lanes(inverse_dt));
+        add_damping(rows, without_strips(block), start, Lanes(inverse_dt));
+      } else {
+        add_damping(rows, block, start, Lanes(inverse_dt));
+      }
+    });
   }
+}
+
+HWY_FLATTEN void damp_volumes(const DampedRows& rows, const Particle* bases, const Carry* carries,
+                              float inverse_dt, Index block_index) {
+  VertexBlock block = rows.blocks[block_index];
+  block.springs.count = block.hinges.count = 0;
+  for_each_start(block, bases, carries, [&](const RegisterStart& start) PBDSURG_INLINE_LAMBDA {
+    add_damping(rows, block, start, Lanes(inverse_dt));
+  });
 }
 
 template <class Constraint>
@@ -625,6 +679,7 @@ constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintK
                                     &stiffest,
                                     &find_loose_ends,
                                     &begin_joints,
-                                    &damp_rows};
+                                    &damp_rows,
+                                    kFast ? &damp_volumes : nullptr};
 
 }  // namespace pbdsurg::PBDSURG_LANES_NAMESPACE

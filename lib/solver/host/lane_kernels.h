@@ -106,9 +106,14 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   void (*begin_joints)(const BlockRange<StiffLinkConstraint>&, const ProjectionState&,
                        const LinkEnds&);
 
-  /// As damp_rows(), of blocks [first, last).
+  /// As damp_rows(), of blocks [first, last); of those with strips, these in place of volumes.
   void (*damp_rows)(const DampedRows&, const Particle* bases, const Carry*, float inverse_dt,
                     Index first, Index last);
+
+  /// The volumes that damp_rows() leaves out, of a block whose lanes others move; null if it leaves
+  /// none.
+  void (*damp_volumes)(const DampedRows&, const Particle* bases, const Carry*, float inverse_dt,
+                       Index block);
 };
 
 /// Those of the best instruction set that this processor has, of those that were compiled; null if

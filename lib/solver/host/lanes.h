@@ -126,6 +126,11 @@ HWY_INLINE Lanes bits_as_float(IntLanes a) {
   return hn::BitCast(Tag(), a.value);
 }
 
+/// Whether there is a sign, of zero, too.
+HWY_INLINE LaneMask has_sign(Lanes a) {
+  return {hn::RebindMask(Tag(), hn::Lt(bits_as_int(a).value, hn::Zero(IntLanes::IntTag())))};
+}
+
 /// As the template of this name. Estimates end where numbers lose their normal form.
 HWY_INLINE LaneMask is_usable(Lanes a) {
   constexpr float kLeast = kFast ? 8 * std::numeric_limits<float>::min() : 0;

@@ -463,6 +463,7 @@ class ThreadedBackend final : public Backend {
     for (Index block = turn.thread; block < step.data.vertex_blocks.block_count();
          block += turn.threads) {
       if (linked[block] != 0) {
+        damp_volumes(turn, block);
         const LaneBits left = kernels_.find_loose_ends(rows, vertex_state, step.scratch.link_ends(),
                                                        block, linked[block]);
         pbdsurg::find_loose_ends(step, vertex_state, block, left);
@@ -483,7 +484,7 @@ class ThreadedBackend final : public Backend {
       }
       do_share(stage, turn, [&](int thread, int threads) {
         if (stage.phase.kind == PhaseKind::vertex) {
-          solve_vertices(turn.step, vertex_state, stage, thread, threads);
+          solve_vertices(turn, vertex_state, stage, thread, threads);
         } else {
           project(turn, stage, thread, threads);
         }
@@ -534,15 +535,24 @@ class ThreadedBackend final : public Backend {
   }
 
   // Blocks of a colour get longer towards its end, so the threads take turns.
-  void solve_vertices(const StepContext& step, const VertexState& state, const ThreadStage& stage,
+  void solve_vertices(const Turn& turn, const VertexState& state, const ThreadStage& stage,
                       int thread, int threads) {
+    const StepContext& step = turn.step;
     const VertexRows rows = vertex_rows(step);
     const auto [first, count] = step.data.vertex_blocks.blocks(stage.group);
     for (Index block = first + thread; block < first + count; block += threads) {
       const LaneBits left = kernels_.solve_vertices(rows, state, block);
       if (left != 0) {
+        damp_volumes(turn, block);
         solve_lanes(step, state, block, left);
       }
+    }
+  }
+
+  void damp_volumes(const Turn& turn, Index block) {
+    if (turn.step.data.vertex_blocks.has_damping() && kernels_.damp_volumes != nullptr) {
+      kernels_.damp_volumes(damped_rows(turn.step), turn.state.bases, turn.state.carries,
+                            turn.state.substep.inverse_dt, block);
     }
   }
 

@@ -186,6 +186,7 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
     damped_springs_.resize(springs_.size());
     damped_volumes_.resize(volumes_.size());
     damped_hinges_.resize(hinges_.size());
+    damped_strips_.resize(strips_.size());
   }
   return room;
 }
@@ -292,9 +293,6 @@ void VertexBlocks::find_neighborhood(Index vertex) {
 
 void VertexBlocks::find_strip() {
   strip_entries_.clear();
-  if (has_damping_) {
-    return;
-  }
   faces_.clear();
   for (const Volume& volume : neighborhood_.volumes) {
     faces_.push_back(volume.face);
@@ -304,8 +302,9 @@ void VertexBlocks::find_strip() {
     if (face != kInvalidIndex) {
       entry.stiffness = neighborhood_.volumes[face].stiffness / 36;
       entry.target = 6 * neighborhood_.volumes[face].target;
+      entry.damping = neighborhood_.volumes[face].damping / 36;
     }
-    entry.target = turns ? -entry.target : entry.target;
+    entry.stiffness = turns ? -entry.stiffness : entry.stiffness;
     strip_entries_.push_back(entry);
   }
   for (const Pull& pull : neighborhood_.pulls) {
@@ -374,6 +373,12 @@ void VertexBlocks::write_lane(const VertexBlock& block, Index lane) noexcept {
     row.stiffness[lane] = entry_here.stiffness;
     row.target[lane] = entry_here.target;
     row.weights[lane] = entry_here.weight;
+    if (has_damping_) {
+      DampedRow& damped = damped_strips_[block.strips.first + i];
+      damped.stiffness[lane] = row.stiffness[lane];
+      damped.target[lane] = row.target[lane];
+      damped.damping[lane] = entry_here.damping;
+    }
   }
   for (Index i = 0; i < room.hinges; ++i) {
     const Bend hinge =
@@ -561,8 +566,8 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
   return tets_.memory_bytes() + given_.memory_bytes() + given_hinges_.memory_bytes() +
          tets_at_.memory_bytes() + springs_at_.memory_bytes() + hinges_at_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
-               damped_volumes_, damped_hinges_, strips_, rooms_, left_rooms_, places_, needs_,
-               touched_, refreshed_, list_changes_, color_changes_);
+               damped_volumes_, damped_hinges_, strips_, damped_strips_, rooms_, left_rooms_,
+               places_, needs_, touched_, refreshed_, list_changes_, color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

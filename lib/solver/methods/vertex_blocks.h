@@ -97,8 +97,9 @@ class VertexBlocks {
             volumes_.data(), hinges_.data(), strips_.data()};
   }
   [[nodiscard]] DampedRows damped_rows() noexcept {
-    return {blocks_.data(),         springs_.data(),        volumes_.data(),      hinges_.data(),
-            damped_springs_.data(), damped_volumes_.data(), damped_hinges_.data()};
+    return {blocks_.data(),        springs_.data(),        volumes_.data(),
+            hinges_.data(),        damped_springs_.data(), damped_volumes_.data(),
+            damped_hinges_.data(), strips_.data(),         damped_strips_.data()};
   }
 
   /// All arrays, for those who keep a copy of them.
@@ -109,10 +110,11 @@ class VertexBlocks {
     std::span<const VolumeRow> volumes;
     std::span<const HingeRow> hinges;
     std::span<const DampedRow> damped_springs, damped_volumes, damped_hinges;  ///< or empty
+    std::span<const StripRow> strips;
   };
   [[nodiscard]] Arrays arrays() const noexcept {
-    return {blocks_, pulls_,          springs_,        volumes_,
-            hinges_, damped_springs_, damped_volumes_, damped_hinges_};
+    return {blocks_,         pulls_,          springs_,       volumes_, hinges_,
+            damped_springs_, damped_volumes_, damped_hinges_, strips_};
   }
 
   /// Where a vertex is; no block holds one that is not free.
@@ -295,11 +297,12 @@ class VertexBlocks {
   std::vector<DampedRow> damped_springs_;  // [springs_.size()] if there is damping
   std::vector<DampedRow> damped_volumes_;  // [volumes_.size()] likewise
   std::vector<DampedRow> damped_hinges_;   // [hinges_.size()] likewise
-  std::vector<StripRow> strips_;           // none if there is damping, which changes numbers
-  std::vector<Room> rooms_;                // [block]
-  std::vector<Room> left_rooms_;           // of blocks that are gone
-  std::vector<Place> places_;              // [vertex_count]
-  std::vector<Rows> needs_;                // [vertex_count]
+  std::vector<StripRow> strips_;
+  std::vector<DampedRow> damped_strips_;  // [strips_.size()] likewise
+  std::vector<Room> rooms_;               // [block]
+  std::vector<Room> left_rooms_;          // of blocks that are gone
+  std::vector<Place> places_;             // [vertex_count]
+  std::vector<Rows> needs_;               // [vertex_count]
 
   std::vector<Index> touched_, refreshed_;
   std::vector<bool> is_touched_;  // [vertex_count]
@@ -317,6 +320,7 @@ class VertexBlocks {
   struct StripEntry {
     Index corner;
     float stiffness, target, weight;  // as in StripRow
+    float damping = 0;                // of a face, as in DampedRow
   };
   VertexStrip strip_;
   std::vector<std::array<Index, 3>> faces_;  // likewise

@@ -222,6 +222,7 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
     copy(strips_[i].stiffness);
     copy(strips_[i].target);
     copy(strips_[i].weights);
+    copy_damped(damped_strips_, i);
   }
 }
 
@@ -244,7 +245,7 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
   } else {
     room = make_room({needs.pulls + kSparePulls, needs.springs + kSpareSprings,
                       needs.volumes + kSpareVolumes, needs.hinges + kSpareHinges,
-                      has_damping_ ? 0 : needs.strips + kSpareStrips});
+                      needs.strips + kSpareStrips});
   }
   Index gap = block_count();
   blocks_.emplace_back();

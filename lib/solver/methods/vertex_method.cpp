@@ -264,6 +264,7 @@ Rows of_worker(Rows rows, StepScratch& scratch) noexcept {
     rows.springs = scratch.springs.data();
     rows.volumes = scratch.volumes.data();
     rows.hinges = scratch.hinges.data();
+    rows.strips = scratch.strips.data();
   }
   return rows;
 }

@@ -51,9 +51,10 @@ struct alignas(64) HingeRow {
 /// takes one corner to gather in place of three, and its pulls none.
 struct alignas(64) StripRow {
   ParticleOffset corners[kBlockLanes];
-  float stiffness[kBlockLanes];  ///< as in VolumeRow, of the face that ends here; zero for none
-  float target[kBlockLanes];     ///< likewise; negative where the strip turns
-  float weights[kBlockLanes];    ///< as in PullRow, towards the corner; zero for none
+  /// As in VolumeRow, of the face that ends here, zero for none; with a sign where the strip turns.
+  float stiffness[kBlockLanes];
+  float target[kBlockLanes];   ///< as in VolumeRow
+  float weights[kBlockLanes];  ///< as in PullRow, towards the corner; zero for none
 };
 
 /// What damping makes a row's stiffness and target from, in each substep.
@@ -97,6 +98,8 @@ struct DampedRows {
   const DampedRow* damped_springs;  ///< [springs]
   const DampedRow* damped_volumes;  ///< [volumes]
   const DampedRow* damped_hinges;   ///< [hinges]
+  StripRow* strips = nullptr;
+  const DampedRow* damped_strips = nullptr;  ///< [strips]
 };
 
 /// One bit a lane of a block, the first lane's the lowest.

@@ -94,6 +94,7 @@ void StepScratch::fit_beside(const SolverData& data) {
     springs.assign(rows.springs.begin(), rows.springs.end());
     volumes.assign(rows.volumes.begin(), rows.volumes.end());
     hinges.assign(rows.hinges.begin(), rows.hinges.end());
+    strips.assign(rows.strips.begin(), rows.strips.end());
   }
 }
 
@@ -102,7 +103,7 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges);
+                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

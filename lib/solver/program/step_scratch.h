@@ -81,6 +81,7 @@ struct PBDSURG_API StepScratch {
   std::vector<SpringRow> springs;
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;
+  std::vector<StripRow> strips;
 
   /// Makes room for a step of any copy, before it begins, and finds the ends of stiff links. Cost:
   /// O(groups), and O(blocks) of vertices with stiff links, where no edit came between.
