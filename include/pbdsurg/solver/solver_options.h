@@ -32,7 +32,8 @@ enum class SolverMethod : std::uint8_t {
   /// is at most the longest that is
   /// stable: 0.91 times 2 / frequency of a bound of the highest mode, by Gershgorin's circles of
   /// each vertex at rest (StepPlan::longest_substep); shorter, in stages, as volumes have
-  /// stiffened since, which is found before each step. Longer ones are refused. Tools hold and
+  /// stiffened since, which is found before each step: tissue that crosses several edges within one
+  /// may burst. Longer ones are refused. Tools hold and
   /// push as with vertex_block. Compliance mode only, without inner friction, sweeps and BDF2; no
   /// compliance may be zero.
   explicit_steps,

@@ -4,9 +4,7 @@
 /// @file
 /// The vertex-block method: its rows, and its operations within a step (step_program.h).
 
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "pbdsurg/base/export.h"
@@ -32,9 +30,6 @@ void check_vertex_method(std::span<const Body> bodies, const SolverOptions& opti
 /// How it colours vertices: as asked, but by saturation where the order is the natural one, which
 /// would be kept for want of a reason and takes up to twice the colours.
 [[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
-
-/// What live tetrahedra add to the energy; their vertices are left out. [tet_count]
-[[nodiscard]] std::vector<VertexTet> vertex_tets_at_rest(const Tissue& tissue);
 
 /// Colours vertices and lays out their rows.
 /// @param data  with all else that a solver has
@@ -78,35 +73,5 @@ void settle_holds(const StepContext& step, const VertexState& state);
 
 /// Moves the vertices of one colour, one after another.
 void solve_vertices(const StepContext& step, const VertexState& state, Index color);
-
-/// Keeps the rows of vertices up to date, in proportion to the edit; but where it brings many
-/// vertices, or the first damping, they are laid out anew, in O(vertex_count log vertex_count).
-class VertexFollower final : public Follower {
- public:
-  explicit VertexFollower(SolverData& data) : data_(data) {}
-
-  [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    return before_growth_ ? before_growth_->memory_bytes() : 0;
-  }
-
-  void validate(const Tissue& tissue, const TopologyEdit& edit) const override;
-  void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
-  void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
-  void renumber(const Tissue&, const Renumbering&) noexcept override {}
-
- private:
-  void set_rest_volume(const Tissue& tissue, const RestVolumeChange& rest);
-  void set_limit(const Tissue& tissue, Index edge);
-  void remove(const TissueChange& change);
-  [[nodiscard]] VertexTet new_tet(const Tissue& tissue, Index id) const;
-  void set_free(Index place);
-  bool grow(const Tissue& tissue, const TissueChange& change);  // whether it has changed anything
-  void regrow(const Tissue& tissue, const TissueChange& change);
-  void refresh();
-
-  SolverData& data_;
-  bool has_grown_ = false;                     // in the last edit
-  std::optional<VertexBlocks> before_growth_;  // of it, where rows were laid out anew
-};
 
 }  // namespace pbdsurg

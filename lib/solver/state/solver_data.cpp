@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/methods/vertex_follower.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_input.h"

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "lib/solver/methods/vertex_elements.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/build_constraints.h"
