@@ -150,6 +150,11 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int subst
 
 namespace {
 
+bool are_alike(const FreeMotion<float>& a, const FreeMotion<float>& b) {
+  return a.h == b.h && a.keep == b.keep && a.kick.x == b.kick.x && a.kick.y == b.kick.y &&
+         a.kick.z == b.kick.z;
+}
+
 // Of the first substep and of later ones.
 // @return  whether these differ
 bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepInput& input) {
@@ -165,7 +170,8 @@ bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepI
   input.later_past_share = later.past_share;
   input.later_force_per_multiplier = later.lengths.inverse_dt_squared / substeps;
   return data.division.substeps > 1 &&
-         (first.lengths != later.lengths || first.past_share != later.past_share);
+         (!are_alike(first.motion, later.motion) || first.lengths != later.lengths ||
+          first.past_share != later.past_share);
 }
 
 }  // namespace

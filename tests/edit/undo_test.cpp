@@ -65,7 +65,7 @@ TEST_CASE("undo: all is as if the edit had never been, bit for bit", "[property]
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.copies = GENERATE(1, 3);
-  options.executor = executor::serial();
+  options.executor = GENERATE(executor::serial(), executor::threads(2));
   Solver solver(scene, options), unedited(scene, options);
   for (Solver* each : {&solver, &unedited}) {
     for (Index copy = 0; copy < options.copies; ++copy) {

@@ -192,8 +192,18 @@ TEST_CASE("explicit steps: what falls is on its parabola whatever the steps are"
   step(2e-3F);
   CHECK(solver.state_hash() == hash);
 
-  solver.write_positions(std::vector<Eigen::Vector3f>{{0, 0, 0}}, 1);   // where nothing is known
-  solver.write_velocities(std::vector<Eigen::Vector3f>{{0, 0, 0}}, 1);  // of before, it starts anew
+  Scene more;
+  more.add_particles("late", std::vector<Eigen::Vector3d>{{1, 0, 0}}, 1e-3);
+  solver.tissue().apply({.new_bodies = more});
+  const double came = t;
+  step(1e-3F);
+  step(3e-3F);
+  CHECK(-solver.positions(1)[1].y() == Approx(9.81 / 2 * (t - came) * (t - came)).epsilon(1e-4));
+
+  solver.write_positions(std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}},
+                         1);  // where nothing is known
+  solver.write_velocities(std::vector<Eigen::Vector3f>(2, {0, 0, 0}),
+                          1);  // of before, it starts anew
   t = 0;
   step(1e-3F);
   step(2e-3F);

@@ -41,6 +41,7 @@ struct Snapshot {
   /// 2^-22 of the largest coordinate. Left out, positions are exact.
   std::vector<Eigen::Vector3f> roundings{};
   /// What BDF2 remembers of the substep before. Left out, the next substep is implicit Euler's.
+  /// Explicit steps remember its length; left out, velocities count as those of now.
   float past_substep = 0;                            ///< s, its length; 0 where there was none
   std::vector<Eigen::Vector3f> ways{};               ///< [vertex_count] m, gone in it
   std::vector<Eigen::Vector3f> velocities_before{};  ///< [vertex_count] m/s, where it began
@@ -170,10 +171,10 @@ class PBDSURG_API Solver {
   /// @throws InvalidArgument  naming the first that is not finite, or if the size differs
   void write_positions(std::span<const Eigen::Vector3f> positions, Index copy = 0);
 
-  /// [vertex_count] m/s
+  /// [vertex_count] m/s; of explicit steps, half a substep before now
   [[nodiscard]] std::vector<Eigen::Vector3f> velocities(Index copy = 0) const;
 
-  /// Sets every vertex's velocity; that of a vertex that cannot move has no effect.
+  /// Sets every vertex's velocity of now; that of a vertex that cannot move has no effect.
   /// @param velocities  [vertex_count] m/s
   /// @throws InvalidArgument  as write_positions()
   void write_velocities(std::span<const Eigen::Vector3f> velocities, Index copy = 0);

@@ -28,9 +28,9 @@ enum class SolverMethod : std::uint8_t {
   /// Leapfrog (Verlet 1967): forces where a substep starts, all vertices at once, no sweeps; of
   /// second order. Nothing but drag damps, so soft tissue in short steps moves more exactly than by
   /// any other method for its time; stiff tissue and fine meshes take many substeps. Velocities are
-  /// those half a substep before positions, and taken for those of now where they are written. Each
-  /// is at most the longest that is
-  /// stable: 0.91 times 2 / frequency of a bound of the highest mode, by Gershgorin's circles of
+  /// those half a substep before positions, and taken for those of now where they are written. A
+  /// substep is at most the longest that is stable: 0.91 times 2 / frequency of a bound of the
+  /// highest mode, by Gershgorin's circles of
   /// each vertex at rest (StepPlan::longest_substep); shorter, in stages, as volumes have
   /// stiffened since, which is found before each step: tissue that crosses several edges within one
   /// may burst. Longer ones are refused. Tools hold and

@@ -534,8 +534,10 @@ void VertexBlocks::refresh() {
     find_neighborhood(v);
     const bool has_place = places_[v].block != kInvalidIndex;
     if (has_place && rooms_[places_[v].block].counts.has_room_for(needs_[v])) {
+      VertexBlock& block = blocks_[places_[v].block];
+      block.is_damped |= is_neighborhood_damped();
       write_rows(v);
-      count_rows(blocks_[places_[v].block]);
+      count_rows(block);
     } else {
       if (has_place) {
         leave_lane(v);

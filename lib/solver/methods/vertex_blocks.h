@@ -51,8 +51,8 @@ struct VertexHinge {
   float damping = 0;    ///< N m s, >= 0
 };
 
-/// Free vertices in colours: no tetrahedron, no spring and no hinge joins two of one colour, unless
-/// all move at once.
+/// Free vertices in colours: no tetrahedron, no spring and no hinge that acts joins two of one
+/// colour, unless all move at once.
 ///
 /// What edits bring finds its place without the rest: a new vertex gets the first colour that its
 /// neighbours leave it, or that one of them can leave to it; a vertex with more rows than its block

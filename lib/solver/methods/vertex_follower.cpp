@@ -187,6 +187,7 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
 void VertexFollower::refresh() {
   VertexBlocks& blocks = data_.vertex_blocks;
   blocks.refresh();
+  ++data_.rows_revision;
   for (const Index place : blocks.refreshed()) {
     if (!has_grown_) {  // else backends that keep them elsewhere take all anew
       data_.log_constraint(PhaseKind::vertex, place);

@@ -354,7 +354,11 @@ void VertexBlocks::undo() {
   is_touched_.resize(count);
   tets_at_.resize(count);
   springs_at_.resize(count);
-  hinges_at_.resize(had_hinges ? count : 0);
+  if (had_hinges) {
+    hinges_at_.resize(count);
+  } else {
+    hinges_at_ = {};
+  }
 }
 
 void VertexBlocks::reserve(const SpareRoom& spare) {
@@ -371,11 +375,17 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   volumes_.reserve(volumes_.size() + (volumes_.empty() ? 0 : kVolumes * blocks));
   springs_.reserve(springs_.size() + (springs_.empty() ? 0 : kPulls * blocks));
   strips_.reserve(strips_.size() + (strips_.empty() ? 0 : kStrips * blocks));
+  if (has_damping_) {
+    damped_springs_.reserve(springs_.capacity());
+    damped_volumes_.reserve(volumes_.capacity());
+    damped_hinges_.reserve(hinges_.capacity());
+    damped_strips_.reserve(strips_.capacity());
+  }
   tets_at_.reserve_room(vertices, 16 * static_cast<std::size_t>(spare.tets));
   springs_at_.reserve_room(vertices, 8 * static_cast<std::size_t>(spare.edges));
-  for (std::vector<Index>* const list : {&color_of_, &touched_, &refreshed_}) {
-    list->reserve(list->size() + places_.size() + vertices);
-  }
+  color_of_.reserve(color_of_.size() + vertices);
+  touched_.reserve(places_.size() + vertices);
+  refreshed_.reserve(places_.size() + vertices);
   places_.reserve(places_.size() + vertices);
   needs_.reserve(needs_.size() + vertices);
   is_free_.reserve(is_free_.size() + vertices);

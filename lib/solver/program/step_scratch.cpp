@@ -86,9 +86,9 @@ void StepScratch::reserve_holds(const SolverData& data) {
 
 void StepScratch::fit_beside(const SolverData& data) {
   fit(data);
-  const bool is_current = has_own_rows && rows_version == data.tissue->version();
+  const bool is_current = has_own_rows && rows_revision == data.rows_revision;
   has_own_rows = data.vertex_blocks.has_damping();
-  rows_version = data.tissue->version();
+  rows_revision = data.rows_revision;
   if (has_own_rows && !is_current) {
     const VertexBlocks::Arrays rows = data.vertex_blocks.arrays();
     springs.assign(rows.springs.begin(), rows.springs.end());

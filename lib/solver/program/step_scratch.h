@@ -77,7 +77,7 @@ struct PBDSURG_API StepScratch {
   /// Whether it has rows that damping changes in each substep; else those of VertexBlocks are,
   /// which is for one worker to do.
   bool has_own_rows = false;
-  std::uint64_t rows_version = 0;  ///< of the tissue, whose rows they are
+  std::uint64_t rows_revision = 0;  ///< SolverData::rows_revision of these
   std::vector<SpringRow> springs;
   std::vector<VolumeRow> volumes;
   std::vector<HingeRow> hinges;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "pbdsurg/tissue/tissue.h"
@@ -37,7 +38,8 @@ class SolverData : public SolverState {
   std::unique_ptr<Tissue> own_tissue;  ///< of a solver that was made of a scene
   const Tissue* tissue = nullptr;
   ConstraintSets sets{*this};
-  VertexBlocks vertex_blocks;  ///< of methods that move vertices, else empty
+  VertexBlocks vertex_blocks;       ///< of methods that move vertices, else empty
+  std::uint64_t rows_revision = 0;  ///< changes with these, by an undo, too
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
   StableSubstep stable_substep;  ///< of explicit steps, else empty
   StepPlan plan;

@@ -32,7 +32,7 @@ struct CopyState {
   std::vector<Carry> carries;               // [place] in compliance mode, else empty
   std::vector<Way> ways;                    // [place] of BDF2, else empty: of the last substep, and
   std::vector<Velocity> velocities_before;  // [place] where that began
-  float past_substep = 0;                   // s, of BDF2: its length; zero where none counts
+  float past_substep = 0;                   // s, where lengths count: its own; zero where none does
   std::vector<ToolState> tools;
   Index attachment_colors = 0;
   bool is_state_current = true;                    // else the arrays above are the backend's
@@ -71,7 +71,8 @@ struct CopyState {
     }
   }
 
-  /// Makes the next substep of BDF2 one of implicit Euler.
+  /// Makes the next substep of BDF2 one of implicit Euler, and velocities of explicit steps those
+  /// of now.
   void forget_past() noexcept {
     past_substep = 0;
     std::ranges::fill(ways, Way{});

@@ -10,6 +10,7 @@
 
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/nested_domains.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
 
@@ -181,6 +182,14 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
       const Eigen::Vector3f way = (-h / 2) * speed;
       copy.ways.resize(count, {way.x(), way.y(), way.z()});
       copy.velocities_before.resize(count, {-speed.x(), -speed.y(), -speed.z()});
+    }
+    if (is_explicit(state_.options)) {  // likewise: velocities are those half a substep before
+      const Eigen::Vector3f speed = (-copy.past_substep / 2) * state_.gravity;
+      for (Index v = 0; v < scene.vertex_count(); ++v) {
+        if (!scene.is_fixed(v)) {
+          copy.velocities[first_vertex + places[v]] = {speed.x(), speed.y(), speed.z()};
+        }
+      }
     }
   }
   for (const Index place : places) {
