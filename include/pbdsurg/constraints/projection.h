@@ -53,6 +53,7 @@ struct Substep {
   Scalar inverse_dt;          ///< 1/s
   Scalar inverse_dt_squared;  ///< 1/s^2
 
+  /// Number by number.
   bool operator==(const Substep&) const = default;
 };
 
