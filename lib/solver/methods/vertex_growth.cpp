@@ -2,7 +2,10 @@
 // How vertices that an edit brings, or joins to others, find colours and lanes.
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <ranges>
+#include <type_traits>
+#include <vector>
 
 #include "lib/solver/methods/vertex_blocks.h"
 
@@ -27,6 +30,20 @@ bool has_terms(const VertexSpring& spring) {
 
 bool has_terms(const VertexHinge& hinge) {
   return hinge.stiffness > 0;
+}
+
+// Of rows from `first` on: each is a number of a lane after that of the lane before, kind by kind.
+template <class Row>
+void copy_lanes(std::vector<Row>& rows, Index first, Index count, Index from, Index to) noexcept {
+  constexpr std::size_t kNumber = sizeof(float), kKind = kBlockLanes * kNumber;
+  static_assert(sizeof(Row) % kKind == 0 && std::is_trivially_copyable_v<Row>);
+  for (Index i = first; i < first + count; ++i) {
+    auto* const bytes = reinterpret_cast<std::byte*>(&rows[i]);
+    for (std::size_t kind = 0; kind < sizeof(Row); kind += kKind) {
+      std::memcpy(bytes + kind + static_cast<std::size_t>(to) * kNumber,
+                  bytes + kind + static_cast<std::size_t>(from) * kNumber, kNumber);
+    }
+  }
 }
 
 }  // namespace
@@ -181,48 +198,17 @@ void VertexBlocks::leave_lane(Index vertex) noexcept {
 }
 
 void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noexcept {
-  const Rows& counts = rooms_[places_[place_at(block.corners[0])].block].counts;
-  const auto copy = [&](auto& lanes) { lanes[to] = lanes[from]; };
-  const auto copy_damped = [&](std::vector<DampedRow>& rows, Index i) {
-    if (has_damping_) {
-      copy(rows[i].stiffness);
-      copy(rows[i].target);
-      copy(rows[i].damping);
-    }
-  };
-  for (Index i = block.pulls.first; i < block.pulls.first + counts.pulls; ++i) {
-    copy(pulls_[i].neighbors);
-    copy(pulls_[i].weights);
-  }
-  for (Index i = block.springs.first; i < block.springs.first + counts.springs; ++i) {
-    copy(springs_[i].neighbors);
-    copy(springs_[i].stiffness);
-    copy(springs_[i].rest);
-    copy_damped(damped_springs_, i);
-  }
-  for (Index i = block.volumes.first; i < block.volumes.first + counts.volumes; ++i) {
-    for (auto& corner : volumes_[i].face) {
-      copy(corner);
-    }
-    copy(volumes_[i].stiffness);
-    copy(volumes_[i].target);
-    copy_damped(damped_volumes_, i);
-  }
-  for (Index i = block.hinges.first; i < block.hinges.first + counts.hinges; ++i) {
-    for (auto& neighbor : hinges_[i].neighbors) {
-      copy(neighbor);
-    }
-    copy(hinges_[i].stiffness);
-    copy(hinges_[i].rest);
-    copy(hinges_[i].is_opposite);
-    copy_damped(damped_hinges_, i);
-  }
-  for (Index i = block.strips.first; i < block.strips.first + counts.strips; ++i) {
-    copy(strips_[i].corners);
-    copy(strips_[i].stiffness);
-    copy(strips_[i].target);
-    copy(strips_[i].weights);
-    copy_damped(damped_strips_, i);
+  const auto& [firsts, counts] = rooms_[places_[place_at(block.corners[0])].block];
+  copy_lanes(pulls_, firsts.pulls, counts.pulls, from, to);
+  copy_lanes(springs_, firsts.springs, counts.springs, from, to);
+  copy_lanes(volumes_, firsts.volumes, counts.volumes, from, to);
+  copy_lanes(hinges_, firsts.hinges, counts.hinges, from, to);
+  copy_lanes(strips_, firsts.strips, counts.strips, from, to);
+  if (has_damping_) {
+    copy_lanes(damped_springs_, firsts.springs, counts.springs, from, to);
+    copy_lanes(damped_volumes_, firsts.volumes, counts.volumes, from, to);
+    copy_lanes(damped_hinges_, firsts.hinges, counts.hinges, from, to);
+    copy_lanes(damped_strips_, firsts.strips, counts.strips, from, to);
   }
 }
 
