@@ -134,6 +134,26 @@ __global__ void hand_over(std::uint32_t* sink) {
 #endif
 }
 
+// The first block and the last write to each other through the memory that all blocks share.
+__global__ void write_letters(std::uint64_t* letters) {
+  const bool is_first = blockIdx.x == 0;
+  if (threadIdx.x > 0 || (!is_first && blockIdx.x != gridDim.x - 1)) {
+    return;
+  }
+  std::uint64_t* const there = letters + (is_first ? 16 : 0);  // in lines of their own
+  const std::uint64_t* const here = letters + (is_first ? 0 : 16);
+  for (std::uint64_t turn = 1; turn <= kHandovers; ++turn) {
+    if ((turn % 2 == 1) == is_first) {
+      asm volatile("st.relaxed.gpu.global.u64 [%0], %1;" ::"l"(there), "l"(turn) : "memory");
+    } else {
+      std::uint64_t read = 0;
+      while (read != turn) {
+        asm volatile("ld.relaxed.gpu.global.u64 %0, [%1];" : "=l"(read) : "l"(here) : "memory");
+      }
+    }
+  }
+}
+
 __global__ void do_nothing() {}
 
 // Milliseconds of what is enqueued, by the device's clock.
@@ -182,6 +202,25 @@ void within_a_cluster(benchmark::State& state) {
   }
 }
 
+void letters_between_blocks(benchmark::State& state) {
+  const Stream stream;
+  DeviceBuffer<std::uint64_t> letters;
+  constexpr std::size_t kCount = 32;
+  std::uint64_t* const start = letters.reserve(kCount);
+  int blocks = 0;  // one for each multiprocessor
+  PBDSURG_CUDA_CHECK(cudaDeviceGetAttribute(&blocks, cudaDevAttrMultiProcessorCount, 0));
+  const auto launch = [&] {
+    PBDSURG_CUDA_CHECK(cudaMemsetAsync(start, 0, kCount * sizeof(std::uint64_t), stream.get()));
+    void* arguments[] = {const_cast<std::uint64_t**>(&start)};
+    PBDSURG_CUDA_CHECK(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&write_letters),
+                                                   blocks, kThreads, arguments, 0, stream.get()));
+  };
+  device_ms(stream, launch);
+  for (auto _ : state) {
+    report(state, device_ms(stream, launch), kHandovers);
+  }
+}
+
 void launches_on_a_stream(benchmark::State& state) {
   const Stream stream;
   for (auto _ : state) {
@@ -222,6 +261,7 @@ void register_all(bool has_clusters) {
   };
   add("launch_on_a_stream", launches_on_a_stream);
   add("node_of_a_graph", nodes_of_a_graph);
+  add("letter_to_another_block", letters_between_blocks);
   if (has_clusters) {
     add("barrier_of_a_cluster", within_a_cluster<Way::cluster_barrier>);
     add("message_to_another_block", within_a_cluster<Way::message>);

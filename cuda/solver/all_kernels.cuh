@@ -34,6 +34,7 @@ constexpr StepKernels all_kernels() {
           &prepare_sweep_of_vertices,
           &pack_rows,
           &sweep_vertices,
+          &fill_mailboxes_of,
           &prepare_explicit_step,
           &step_explicitly,
           &prepare_cluster,

@@ -4,14 +4,20 @@
 /// @file
 /// All sweeps of the vertex-block method in one kernel. Warps go through the colours on their own:
 /// a vertex waits for the vertices that it hears from and for nothing else, where a launch a colour
-/// waits for the whole device. Every fixed point tells how many sweeps its vertex has made, and is
-/// one access of 16 bytes, so that who reads the one has read the other.
+/// waits for the whole device. Every fixed point counts how often its vertex has moved, and is one
+/// access of 16 bytes, so that who reads the one has read the other.
 ///
 /// A neighbour of an earlier colour has one sweep more to make than the vertex, one of a later
 /// colour as many. Neither can make another before the vertex has made its own. So who waits for a
 /// neighbour finds what the serial order gives it, and no one waits in a circle: of all that is not
 /// done, what comes first in that order waits for nothing. All blocks of the kernel are on the
 /// device at once, or those waited for might never come.
+///
+/// Where nothing comes between substeps, one kernel takes all of a step. To begin a substep is a
+/// move like any other, which the vertex makes after its last sweep of the substep before. It goes
+/// to the other one of two mailboxes: what it overwrites there is of two substeps before, which its
+/// neighbours have read, or they could not have come to where it has just found them. Counts go on
+/// from step to step, so that a step begins without a look at all vertices.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,6 +27,7 @@
 #include "cuda/solver/kernel_support.cuh"
 #include "cuda/solver/tile_kernels.cuh"
 #include "cuda/solver/vertex_block_kernels.cuh"
+#include "cuda/solver/vertex_kernels.cuh"
 #include "lib/device/vertex_tiles.h"
 
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
@@ -35,7 +42,7 @@ struct WaitingLane {
   [[nodiscard]] __device__ float load(const float* numbers) const { return __ldcg(numbers + lane); }
   [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
     const FixedPoint point = load_counted(&at(fixed_points, __ldg(corners + lane)));
-    return way_between(own, without_sweeps(point));
+    return way_between(own, without_count(point));
   }
 };
 
@@ -112,9 +119,13 @@ struct NextTile {
   }
 };
 
-/// How many sweeps a neighbour has made when it is due.
-__device__ inline Index sweeps_due(Neighbor name, Index sweep) {
-  return (name & kStandsStill) != 0 ? 0 : sweep + static_cast<Index>(name & kMovesEarlier);
+/// The count of a neighbour that is due.
+/// @param met    that neighbour, late or not
+/// @param count  of the vertex
+__device__ inline std::uint32_t count_due(Neighbor name, const FixedPoint& met, Index count) {
+  return (name & kStandsStill) != 0
+             ? __float_as_uint(met.unit)
+             : static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(name & kMovesEarlier);
 }
 
 __device__ inline FixedPoint load_neighbor(const FixedPoint* points, Neighbor name) {
@@ -151,24 +162,25 @@ class Ways {
 };
 
 /// Waits for neighbours of a warp's vertices, several of a thread, and writes the ways to them.
+/// @param count  of the vertex
 /// @param first  position of the first, the others' follow kParts apart
 template <int kParts, int kCount>
-__device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCount], Index sweep,
+__device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCount], Index count,
                          FixedPoint (&met)[kCount], const FixedPoint& own, Index first,
                          const Ways& ways) {
   const FixedPoint* from[kCount];
-  Index due[kCount];
+  std::uint32_t due[kCount];
 #pragma unroll
   for (int k = 0; k < kCount; ++k) {
     from[k] = &at(points, names[k] & ~kNeighborFlags);
-    due[k] = sweeps_due(names[k], sweep);
+    due[k] = count_due(names[k], met[k], count);
   }
   for (;;) {
     bool is_late[kCount];
     bool is_any_late = false;
 #pragma unroll
     for (int k = 0; k < kCount; ++k) {
-      is_late[k] = sweeps_of(met[k]) < due[k];
+      is_late[k] = is_before(met[k], due[k]);
       is_any_late = is_any_late || is_late[k];
     }
     if (!__any_sync(~0U, is_any_late)) {
@@ -181,7 +193,7 @@ __device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCoun
   }
 #pragma unroll
   for (int k = 0; k < kCount; ++k) {
-    ways.store(first + k * kParts, way_between(own, without_sweeps(met[k])));
+    ways.store(first + k * kParts, way_between(own, without_count(met[k])));
   }
 }
 
@@ -281,20 +293,20 @@ __device__ __forceinline__ void add_tile(const UsualRows<kParts>& usual, const T
 /// Waits for the neighbours that are more than usual, one after another.
 template <int kParts>
 __device__ __forceinline__ void wait_for_more(const FixedPoint* points, const TileArrays& tiles,
-                                              const NextTile<kParts>& tile, Index sweep,
+                                              const NextTile<kParts>& tile, Index count,
                                               Index index, Index thread, const FixedPoint& own,
                                               const Ways& ways) {
   using Shape = TileShape<kParts>;
   if (__builtin_expect(tile.more, 0) == 0) {
     return;
   }
-  const Index count = tiles.blocks[index].counts.neighbors;
+  const Index neighbors = tiles.blocks[index].counts.neighbors;
 #pragma unroll 1
-  for (Index k = Shape::kNeighbors; k < count; ++k) {
+  for (Index k = Shape::kNeighbors; k < neighbors; ++k) {
     const Neighbor name[1] = {
         __ldg(tiles.neighbors + first_record(tile.firsts.x, thread) + (1 + k) * Shape::kStride)};
     FixedPoint one[1] = {load_neighbor(points, name[0])};
-    wait_for<kParts>(points, name, sweep, one, own, 1 + thread % kParts + k * kParts, ways);
+    wait_for<kParts>(points, name, count, one, own, 1 + thread % kParts + k * kParts, ways);
   }
 }
 
@@ -304,12 +316,102 @@ __host__ __device__ inline Index ways_room(Index parts, Index most_neighbors) {
   return 1 + parts * most_neighbors;
 }
 
-/// All sweeps of a substep. Threads of a warp stay together.
+/// A vertex as it began its substep.
+struct BegunVertex {
+  Particle base;
+  Vec3<float> velocity, rounding;
+  float falling;
+
+  __device__ void load(const DeviceState& state, ParticleOffset corner) {
+    const Index place = place_at(corner);
+    base = load_particle(state.particles + place);
+    velocity = load_velocity(state.velocities + place);
+    const Carry carry = load_carry(state.carries + place);
+    rounding = {carry.x, carry.y, carry.z};
+    falling = carry.falling;
+  }
+  __device__ void store(const DeviceState& state, ParticleOffset corner) const {
+    const Index place = place_at(corner);
+    store_particle(state.particles + place, position_of(base), base.w);
+    store_velocity(state.velocities + place, velocity);
+    store_carry(state.carries + place, rounding, falling);
+  }
+  [[nodiscard]] __device__ Vec3<float> flight(const FreeMotion<float>& motion) const {
+    return flight_of(motion, rounding, flying_velocity(motion, velocity, base.w));
+  }
+  /// The displacement before the first sweep.
+  [[nodiscard]] __device__ Vec3<float> start(const FreeMotion<float>& motion) const {
+    return start_of(motion, flight(motion), base.w, falling);
+  }
+  /// Goes to the end of the substep.
+  /// @param u  m, the displacement
+  __device__ void end(const FreeMotion<float>& motion, const Vec3<float>& u) {
+    const Settled<float> end = settle(motion, position_of(base), base.w, velocity, rounding, u);
+    base = {end.x.x, end.x.y, end.x.z, base.w};
+    velocity = end.velocity;
+    rounding = end.rounding;
+    falling = end.falling;
+  }
+};
+
+/// What a step does to vertices that no block has: these stop. And what it does to others, in no
+/// order, before they wait for each other.
+template <class Begin>
+__device__ void begin_step(const DeviceState& state, const VertexArrays& vertices,
+                           const StepInput& input, const Begin& begin) {
+  for (Index i = thread_index(); i < input.vertex_count; i += thread_count()) {
+    BegunVertex vertex;
+    if (__ldg(vertices.lane_of_place + i) != kInvalidIndex) {
+      begin(i, vertex);
+      continue;
+    }
+    vertex.load(state, offset_of(i));
+    vertex.base.w = 0;
+    for (Index substep = 0; substep < input.substep_count && substep < 2;
+         ++substep) {  // then it stays so
+      vertex.end(input.motion, vertex.rounding);
+    }
+    store_velocity(state.velocities + i, vertex.velocity);
+    store_carry(state.carries + i, vertex.rounding, vertex.falling);
+  }
+}
+
+__device__ inline Mailboxes of_copy(Mailboxes boxes, Index capacity) {
+  const std::size_t first = copy_index() * static_cast<std::size_t>(capacity);
+  return {{boxes.points[0] + first, boxes.points[1] + first}};
+}
+
+/// Where vertices are, with the count that the step goes on from.
+__global__ void __launch_bounds__(kVertexThreads)
+    fill_mailboxes(DeviceState state, Mailboxes boxes, const StepInput* input) {
+  const Index i = thread_index();
+  if (i >= vertex_count(input)) {
+    return;
+  }
+  state = of_copy(state);
+  boxes = of_copy(boxes, state.capacity);
+  const Carry carry = load_carry(state.carries + i);
+  const FixedPoint point = fixed_point(position_of(load_particle(state.particles + i)),
+                                       {carry.x, carry.y, carry.z}, input->unit);
+  store_counted(boxes.points[0] + i, point, input->moves_before);
+  store_counted(boxes.points[1] + i, point, input->moves_before);
+}
+
+void fill_mailboxes_of(const DeviceState& state, const Mailboxes& boxes, const StepInput* input,
+                       const Launch& how) {
+  launch(how, "launching where vertices are", blocks_for(state.capacity, kVertexThreads),
+         kVertexThreads, fill_mailboxes, state, boxes, input);
+}
+
+/// All sweeps. Threads of a warp stay together.
 /// @tparam kParts  threads of a vertex, a divisor of kRowParts; as many give the serial bits
-template <int kParts, bool kTools>
+/// @param boxes    of a step; else state.fixed_points has the points
+template <int kParts, Reach kReach>
 __global__ void __launch_bounds__(kBlockThreads)
     sweep_tiles(VertexSweeps sweeps, VertexColors colors, DeviceState state, VertexArrays vertices,
-                TileArrays tiles, ToolArrays tools, StepInput* input) {
+                TileArrays tiles, ToolArrays tools, Mailboxes boxes, StepInput* input) {
+  constexpr bool kTools = kReach == Reach::held_substep;
+  constexpr bool kStep = kReach == Reach::step;
   using Shape = TileShape<kParts>;
   extern __shared__ float4 all_ways[];
   state = of_copy(state);
@@ -324,10 +426,29 @@ __global__ void __launch_bounds__(kBlockThreads)
   const Ways ways(all_ways + static_cast<Index>(threadIdx.x) / kParts *
                                  ways_room(kParts, tiles.most_neighbors));
   const float inverse_dt_squared = input->substep.inverse_dt_squared;
-  const float inverse_unit = 1 / input->unit;
+  const float unit = input->unit;
+  const float inverse_unit = 1 / unit;
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
-  TileWalk<Shape::kTiles> walk(colors, sweeps.count, thread_index() / kTileThreads,
+  FixedPoint* points = state.fixed_points;
+  FixedPoint* next_points = nullptr;
+  Index all_sweeps = sweeps.count;
+  Index first_sweep = 0;   // of the substep
+  Index moves_before = 0;  // the first of these
+  if constexpr (kStep) {
+    boxes = of_copy(boxes, state.capacity);
+    points = boxes.points[0];
+    next_points = boxes.points[1];
+    all_sweeps *= input->substep_count;
+    moves_before = input->moves_before + 1;
+    begin_step(state, vertices, *input, [&](Index place, BegunVertex& vertex) {
+      vertex.load(state, offset_of(place));
+      store_counted(points + place,
+                    fixed_point(position_of(vertex.base), vertex.start(input->motion), unit),
+                    moves_before);
+    });
+  }
+  TileWalk<Shape::kTiles> walk(colors, all_sweeps, thread_index() / kTileThreads,
                                thread_count() / kTileThreads);
   if (walk.is_done()) {
     return;
@@ -342,12 +463,32 @@ __global__ void __launch_bounds__(kBlockThreads)
     FixedPoint met[Shape::kNeighbors];
 #pragma unroll
     for (int k = 0; k < Shape::kNeighbors; ++k) {
-      met[k] = load_neighbor(state.fixed_points, tile.names[k]);
+      met[k] = load_neighbor(points, tile.names[k]);
     }
-    const FixedPoint own = without_sweeps(load_counted(&at(state.fixed_points, corner)));
-    const Particle p = load_particle(&at(state.displacements, corner));
-    const Particle flight = load_particle(&at(state.flights, corner));
-    const Index sweep = walk.sweep();
+    const Index count = moves_before + walk.sweep();  // before it moves
+    const Index sweep = walk.sweep() - first_sweep;
+    const bool ends = sweep + 1 == sweeps.count;
+    const bool ends_step = walk.sweep() + 1 == all_sweeps;
+    const bool leads = part == 0 && (tile.own & kIsIdle) == 0;
+    FixedPoint own;
+    Particle p, flight;
+    if (kStep && sweep == 0) {  // what it has told, without a look at who told it
+      BegunVertex vertex;
+      vertex.load(state, corner);
+      const FreeMotion<float> motion = input->motion;
+      const Vec3<float> start = vertex.start(motion);
+      const Vec3<float> free = vertex.flight(motion);
+      p = {start.x, start.y, start.z, vertex.base.w};
+      flight = {free.x, free.y, free.z, kFreely};
+      own = fixed_point(position_of(vertex.base), start, unit);
+      if (leads && !ends) {
+        store_particle(&at(state.flights, corner), position_of(flight), flight.w);
+      }
+    } else {
+      own = without_count(load_counted(&at(points, corner)));
+      p = load_particle(&at(state.displacements, corner));
+      flight = load_particle(&at(state.flights, corner));
+    }
     const Index index = walk.block();
     const Index thread = walk.tile() * kTileThreads + of_warp;
     UsualRows<kParts> usual;
@@ -364,22 +505,21 @@ __global__ void __launch_bounds__(kBlockThreads)
     }
     const Vec3<float> u = position_of(p);
     const bool moves = p.w > 0;
-    const bool leads = part == 0 && (tile.own & kIsIdle) == 0;
     VertexEnergy<float> start{};
     start.add_pull(moves ? inverse_dt_squared / p.w : 0.0F, position_of(flight) - u);
     VertexEnergy<float> energy{};
     if (part == 0) {
       energy = start;
     }
-    float relaxation = sweep + 1 < sweeps.count ? sweeps.over_relaxation : 1.0F;
+    float relaxation = ends ? 1.0F : sweeps.over_relaxation;
     relaxation = relaxation < flight.w ? relaxation : flight.w;
     const FixedPoint base = without_move(own, u, inverse_unit);
 
-    wait_for<kParts>(state.fixed_points, tile.names, sweep, met, own, 1 + part, ways);
-    wait_for_more<kParts>(state.fixed_points, tiles, tile, sweep, index, thread, own, ways);
+    wait_for<kParts>(points, tile.names, count, met, own, 1 + part, ways);
+    wait_for_more<kParts>(points, tiles, tile, count, index, thread, own, ways);
     __syncwarp();
     const Index lane = thread / kParts;
-    const WaitingLane access{state.fixed_points, own, lane};
+    const WaitingLane access{points, own, lane};
     add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, access, energy);
     if (!is_last) {
       next.load_names(tiles, walk.tile() * kTileThreads + of_warp);
@@ -411,28 +551,46 @@ __global__ void __launch_bounds__(kBlockThreads)
             is_lost(own) ? VertexBlock{} : load_ranges(vertices.blocks + index);
         move = move_vertex(rows, block, access, start, energy, solve);
       }
-      if (moves) {
-        const Vec3<float> moved = u + move;
-        store_counted(&at(state.fixed_points, corner), with_move(base, moved, inverse_unit),
-                      sweep + 1);
-        store_particle(&at(state.displacements, corner), moved, p.w);
+      const Vec3<float> moved = moves ? u + move : u;
+      store_counted(&at(points, corner), moves ? with_move(base, moved, inverse_unit) : own,
+                    count + 1);
+      if (kStep && ends) {
+        BegunVertex vertex;
+        vertex.load(state, corner);
+        const FreeMotion<float> motion = input->motion;
+        vertex.end(motion, moved);
+        vertex.store(state, corner);
+        if (!ends_step) {
+          store_counted(&at(next_points, corner),
+                        fixed_point(position_of(vertex.base), vertex.start(motion), unit),
+                        count + 2);
+        }
       } else {
-        store_counted(&at(state.fixed_points, corner), own, sweep + 1);
+        store_particle(&at(state.displacements, corner), moved, p.w);
       }
+    }
+    if (kStep && walk.sweep() == first_sweep + sweeps.count) {
+      FixedPoint* const last_points = points;
+      points = next_points;
+      next_points = last_points;
+      first_sweep += sweeps.count;
+      ++moves_before;
     }
     __syncwarp();
   } while (!walk.is_done());
 }
 
 template <int kParts>
-constexpr auto* sweep_kernel(bool has_tools) {
-  return has_tools ? sweep_tiles<kParts, true> : sweep_tiles<kParts, false>;
+constexpr auto* sweep_kernel(Reach reach) {
+  return reach == Reach::step           ? sweep_tiles<kParts, Reach::step>
+         : reach == Reach::held_substep ? sweep_tiles<kParts, Reach::held_substep>
+                                        : sweep_tiles<kParts, Reach::substep>;
 }
 
-auto* sweep_kernel(Index parts, bool has_tools) {
-  return parts == 16  ? sweep_kernel<16>(has_tools)
-         : parts == 8 ? sweep_kernel<8>(has_tools)
-                      : sweep_kernel<4>(has_tools);
+auto* sweep_kernel(Index parts, Reach reach) {
+  return parts == 16  ? sweep_kernel<16>(reach)
+         : parts == 8 ? sweep_kernel<8>(reach)
+                      : sweep_kernel<4>(reach);
 }
 
 std::size_t shared_bytes(const TileArrays& tiles) {
@@ -488,15 +646,18 @@ void launch_at_once(const Launch& how, const char* name, Index blocks, const Til
 }
 
 Index prepare_sweep_of_vertices(const TileArrays& tiles) {
-  return blocks_at_once(tiles, {sweep_kernel(tiles.parts, false), sweep_kernel(tiles.parts, true)});
+  return blocks_at_once(tiles, {sweep_kernel(tiles.parts, Reach::substep),
+                                sweep_kernel(tiles.parts, Reach::held_substep),
+                                sweep_kernel(tiles.parts, Reach::step)});
 }
 
 void sweep_vertices(const VertexSweeps& sweeps, const VertexColors& colors,
                     const DeviceState& state, const VertexArrays& vertices, const TileArrays& tiles,
-                    const ToolArrays& tools, StepInput* input, const Launch& how) {
+                    const ToolArrays& tools, const Mailboxes& boxes, StepInput* input,
+                    const Launch& how) {
   launch_at_once(how, "launching the sweeps of vertices", sweeps.block_count, tiles,
-                 sweep_kernel(tiles.parts, sweeps.has_tools), sweeps, colors, state, vertices,
-                 tiles, tools, input);
+                 sweep_kernel(tiles.parts, sweeps.reach), sweeps, colors, state, vertices, tiles,
+                 tools, boxes, input);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ class CooperativeSweeps final : public Sweeps {
     const bool has_others = std::ranges::any_of(
         stages, [](const Stage& stage) { return stage.kind != PhaseKind::vertex; });
     if (has_others || stages.empty() || stages.size() > VertexColors::kMost ||
-        data.options.iterations > TileArrays::kMostSweeps) {
+        data.options.iterations > kMostSweeps) {
       return false;
     }
     const NeighborLists lists(data.vertex_blocks);
@@ -77,34 +77,35 @@ class CooperativeSweeps final : public Sweeps {
     if (arrays.vertices.is_damped) {
       kernels_.pack_rows(arrays.vertices, tiles_, true, launch);
     }
-    VertexColors colors{};
-    Index largest = 1;
-    for (const Stage& stage : arrays.stages) {
-      colors.blocks[colors.count++] = {stage.first, stage.count};
-      largest = std::max(largest, stage.count);
-    }
-    const VertexSweeps sweeps{substep, arrays.sweep_count, over_relaxation_, arrays.has_tools(),
-                              thread_blocks_for(largest)};
-    kernels_.sweep_vertices(sweeps, colors, arrays.state, arrays.vertices, tiles_, arrays.tools,
-                            arrays.input, launch);
+    sweep(arrays.has_tools() ? Reach::held_substep : Reach::substep, arrays, substep, launch);
   }
 
-  // Tools need contacts found in each substep: then there is a launch for each part of it.
-  [[nodiscard]] bool takes_whole_step(const SweepArrays& arrays) const override {
-    return is_explicit_ && !arrays.has_tools();
+  // Tools need contacts found in each substep, damping its rows written, and so on: then there is a
+  // launch for each part of it. One substep alone is faster without the ends of a step.
+  [[nodiscard]] bool takes_whole_step(const SweepArrays& arrays, int substeps) const override {
+    return !arrays.has_tools() &&
+           (is_explicit_ || (substeps > 1 && !arrays.vertices.is_damped &&
+                             arrays.state.ways == nullptr && arrays.free_pieces.count == 0));
+  }
+
+  [[nodiscard]] Index moves_in_substep(const SweepArrays& arrays) const override {
+    return is_explicit_ ? 1 : 1 + arrays.sweep_count;
+  }
+
+  void begin_steps(const SweepArrays& arrays, const Launch& launch) override {
+    kernels_.fill_mailboxes(arrays.state, mailboxes(arrays), arrays.input, launch);
   }
 
   void enqueue_step(const SweepArrays& arrays, const Launch& launch) override {
-    const Mailboxes boxes{{arrays.state.fixed_points, odd_points_.get()}};
-    kernels_.step_explicitly({thread_blocks_for(vertex_blocks_), stays()}, arrays.state,
-                             arrays.vertices, tiles_, boxes, arrays.input, launch);
-  }
-
-  void make_room(std::size_t vertices) override {
     if (is_explicit_) {
-      odd_points_.reserve(copy_count_ * vertices);
+      kernels_.step_explicitly({thread_blocks_for(vertex_blocks_), stays()}, arrays.state,
+                               arrays.vertices, tiles_, mailboxes(arrays), arrays.input, launch);
+    } else {
+      sweep(Reach::step, arrays, 0, launch);
     }
   }
+
+  void make_room(std::size_t vertices) override { odd_points_.reserve(copy_count_ * vertices); }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return odd_points_.memory_bytes() + blocks_.memory_bytes() + neighbors_.memory_bytes() +
@@ -112,6 +113,23 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
+  void sweep(Reach reach, const SweepArrays& arrays, Index substep, const Launch& launch) const {
+    VertexColors colors{};
+    Index largest = 1;
+    for (const Stage& stage : arrays.stages) {
+      colors.blocks[colors.count++] = {stage.first, stage.count};
+      largest = std::max(largest, stage.count);
+    }
+    kernels_.sweep_vertices(
+        {reach, substep, arrays.sweep_count, over_relaxation_, thread_blocks_for(largest)}, colors,
+        arrays.state, arrays.vertices, tiles_, arrays.tools, mailboxes(arrays), arrays.input,
+        launch);
+  }
+
+  [[nodiscard]] Mailboxes mailboxes(const SweepArrays& arrays) const {
+    return {{arrays.state.fixed_points, odd_points_.get()}};
+  }
+
   // With the room that a device has for them.
   VertexTiles make_tiles(const SolverData& data, const NeighborLists& lists) {
     VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
@@ -154,6 +172,8 @@ class CooperativeSweeps final : public Sweeps {
   }
 
   static constexpr Index kFewParts = 4;
+  // of a substep: counts of neighbours are to follow one another
+  static constexpr Index kMostSweeps = TileArrays::kCountBits / 4;
 
   const StepKernels& kernels_;
   float over_relaxation_;
@@ -167,7 +187,7 @@ class CooperativeSweeps final : public Sweeps {
   DeviceBuffer<PullRecord> pulls_;
   DeviceBuffer<SpringRecord> springs_;
   DeviceBuffer<VolumeRecord> volumes_;
-  DeviceBuffer<FixedPoint> odd_points_;  // [copy][capacity] of explicit steps: see Mailboxes
+  DeviceBuffer<FixedPoint> odd_points_;  // [copy][capacity] see Mailboxes
 };
 
 }  // namespace

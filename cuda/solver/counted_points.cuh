@@ -2,8 +2,7 @@
 #pragma once
 
 /// @file
-/// Fixed points that tell how many sweeps their vertices have made: one access of 16 bytes for
-/// both.
+/// Fixed points that tell how often their vertices have moved: one access of 16 bytes for both.
 
 #include <cstdint>
 
@@ -15,9 +14,11 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-/// The sweeps of a point are in the low bits of its unit, a power of two or not a number: bits that
-/// are zero in both.
-constexpr auto kSweepBits = static_cast<std::uint32_t>(TileArrays::kMostSweeps);
+/// The count of a point is in the low bits of its unit, a power of two or not a number: bits that
+/// are zero in both. It starts anew from zero once it has no more bits, so that counts that follow
+/// one another can be told from each other, and no others.
+constexpr auto kCountBits = static_cast<std::uint32_t>(TileArrays::kCountBits);
+constexpr std::uint32_t kIsEarlier = (kCountBits >> 1) + 1;
 
 __device__ inline FixedPoint load_counted(const FixedPoint* point) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
@@ -59,9 +60,10 @@ __device__ inline void reload_counted(FixedPoint& point, const FixedPoint* at, b
 #endif
 }
 
-__device__ inline void store_counted(FixedPoint* to, const FixedPoint& point, Index sweeps) {
+__device__ inline void store_counted(FixedPoint* to, const FixedPoint& point, Index count) {
 #if PBDSURG_CUDA_TOOLKIT_HAS_WIDE_ACCESS
-  const std::uint32_t unit = __float_as_uint(point.unit) | static_cast<std::uint32_t>(sweeps);
+  const std::uint32_t unit =
+      __float_as_uint(point.unit) | (static_cast<std::uint32_t>(count) & kCountBits);
   const std::uint64_t low = std::uint64_t{point.y} << 32 | point.x;
   const std::uint64_t high = std::uint64_t{unit} << 32 | point.z;
   asm volatile(
@@ -72,16 +74,18 @@ __device__ inline void store_counted(FixedPoint* to, const FixedPoint& point, In
       : "l"(to), "l"(low), "l"(high)
       : "memory");
 #else
-  static_cast<void>(sweeps);
+  static_cast<void>(count);
   store_point(to, point);
 #endif
 }
 
-__device__ inline Index sweeps_of(const FixedPoint& point) {
-  return static_cast<Index>(__float_as_uint(point.unit) & kSweepBits);
+/// Whether the count of a point is before this one.
+/// @param count  in which other bits than those of a count mean nothing
+__device__ inline bool is_before(const FixedPoint& point, std::uint32_t count) {
+  return ((__float_as_uint(point.unit) - count) & kIsEarlier) != 0;
 }
-__device__ inline FixedPoint without_sweeps(const FixedPoint& point) {
-  return {point.x, point.y, point.z, __uint_as_float(__float_as_uint(point.unit) & ~kSweepBits)};
+__device__ inline FixedPoint without_count(const FixedPoint& point) {
+  return {point.x, point.y, point.z, __uint_as_float(__float_as_uint(point.unit) & ~kCountBits)};
 }
 
 __device__ inline Vec3<float> way_between(const FixedPoint& from, const FixedPoint& to) {

@@ -89,11 +89,12 @@ class CudaBackend final : public Backend {
     const CurrentDevice current(device_);
     try {
       take_over(data);
-      const bool changes_lengths = tools_.upload(data, dt, stream_.get());
+      const bool changes_lengths = tools_.upload(data, dt, moves_before_, stream_.get());
       stiffest_revision_ = data.stable_substep.revision();
       enqueue(data, changes_lengths);
     } catch (...) {
-      is_planned_ = is_recorded_ = false;  // what was taken over may be half there
+      // what was taken over may be half there
+      is_planned_ = is_recorded_ = follows_on_ = false;
       stiffest_.reset();
       throw;
     }
@@ -257,6 +258,8 @@ class CudaBackend final : public Backend {
     sweeps_->make_room(static_cast<std::size_t>(state_.arrays().capacity));
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
+    follows_on_ = follows_on_ && !have_rows_changed_ && changes.moved.empty() &&
+                  changes.vertices.empty() && !std::ranges::count(changes.state, true);
     state_.take_over(data, stream_.get());
     free_pieces_.take_over(data.free_pieces, stream_.get());
     vertices_.take_over(data.stable_substep, stream_.get());
@@ -330,15 +333,24 @@ class CudaBackend final : public Backend {
                     {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.division),
                     changes_lengths};
-    if (takes_whole_step(step, *sweeps_)) {
-      step.program.division = {};  // which its input has, so that a graph serves any
-    }
+    const Launch apart{stream_.get(), false, data.copy_count()};
     if (have_rows_changed_) {
-      sweeps_->follow_rows(vertices_.arrays(), {stream_.get(), false, data.copy_count()});
+      sweeps_->follow_rows(vertices_.arrays(), apart);
       have_rows_changed_ = false;
     }
+    if (!changes_lengths && sweeps_->takes_whole_step(step.arrays, data.division.substeps)) {
+      step.is_whole = true;
+      step.program.division = {};  // which its input has, so that a graph serves any
+      if (!follows_on_) {
+        sweeps_->begin_steps(step.arrays, apart);
+      }
+      moves_before_ =
+          (moves_before_ + data.division.substeps * sweeps_->moves_in_substep(step.arrays)) &
+          TileArrays::kCountBits;
+    }
+    follows_on_ = step.is_whole;
     if (strategy_ == DeviceStrategy::stream || changes_lengths) {  // the latter is rare
-      enqueue_step(step, *sweeps_, {stream_.get(), false, data.copy_count()});
+      enqueue_step(step, *sweeps_, apart);
       return;
     }
     if (!is_recorded_ || !(step == recorded_)) {
@@ -391,7 +403,10 @@ class CudaBackend final : public Backend {
   bool is_planned_ = false;  // stages and records follow the data
   bool is_recorded_ = false;
   bool have_rows_changed_ = false;  // since the last step
-  bool has_grown_ = false;          // edits brought constraints before: plans have room for more
+  // Of steps that one kernel takes, see StepInput: it soon starts anew, lest that be a rare event.
+  Index moves_before_ = TileArrays::kCountBits - 100;
+  bool follows_on_ = false;  // the last step was such a step, and nothing has changed since
+  bool has_grown_ = false;   // edits brought constraints before: plans have room for more
 };
 
 }  // namespace

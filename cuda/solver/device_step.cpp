@@ -139,13 +139,9 @@ class Enqueuer {
 
 }  // namespace
 
-bool takes_whole_step(const DeviceStep& step, const Sweeps& sweeps) {
-  return !step.changes_lengths && sweeps.takes_whole_step(step.arrays);
-}
-
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
   Enqueuer enqueuer(step, sweeps, launch);
-  if (takes_whole_step(step, sweeps)) {
+  if (step.is_whole) {
     sweeps.enqueue_step(step.arrays, launch);
     enqueuer.report();
     return;

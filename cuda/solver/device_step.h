@@ -18,12 +18,10 @@ struct DeviceStep {
   StepOutput output{};
   StepProgram program{};
   bool changes_lengths = false;  ///< after its first substep: then it overlaps nothing
+  bool is_whole = false;         ///< sweeps take all substeps at once
 
   bool operator==(const DeviceStep&) const = default;
 };
-
-/// Whether sweeps take all substeps at once, which then are alike.
-[[nodiscard]] bool takes_whole_step(const DeviceStep& step, const Sweeps& sweeps);
 
 /// Enqueues the program and the report. The end of a substep and the prediction of the next are one
 /// launch.

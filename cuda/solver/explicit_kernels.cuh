@@ -5,8 +5,7 @@
 /// All substeps of an explicit step in one kernel, while no tool touches or holds anything. As in
 /// cooperative_kernels.cuh, a vertex waits for its neighbours and for nothing else. It reads them
 /// where they are at the start of its substep, and writes where it is at the end into the other
-/// mailbox: what it overwrites there is of the substep before, which all its neighbours have read,
-/// or they could not have come to where it has just found them.
+/// mailbox. To go through a substep is one move.
 
 #include <cstddef>
 
@@ -21,80 +20,27 @@
 namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
 namespace {
 
-__device__ inline Mailboxes of_copy(Mailboxes boxes, Index capacity) {
-  const std::size_t first = copy_index() * static_cast<std::size_t>(capacity);
-  return {{boxes.points[0] + first, boxes.points[1] + first}};
-}
-
-/// Where vertices are before the first substep; nobody has written into the other mailbox yet. And
-/// what all substeps do to vertices that no block has: these stop.
-__global__ void __launch_bounds__(kVertexThreads)
-    fill_mailboxes(DeviceState state, VertexArrays vertices, Mailboxes boxes,
-                   const StepInput* input) {
-  const Index count = vertex_count(input);
-  wait_for_previous();
-  state = of_copy(state);
-  boxes = of_copy(boxes, state.capacity);
-  const Index i = thread_index();
-  if (i >= count) {
-    return;
-  }
-  const Carry carry = load_carry(state.carries + i);
-  const Vec3<float> rounding{carry.x, carry.y, carry.z};
-  const Vec3<float> p = position_of(load_particle(state.particles + i));
-  const FixedPoint point = fixed_point(p, rounding, input[copy_index()].unit);
-  store_point(boxes.points[0] + i, point);
-  store_point(boxes.points[1] + i, point);
-  if (__ldg(vertices.lane_of_place + i) == kInvalidIndex) {
-    const FreeMotion<float>& motion = input[copy_index()].motion;
-    Settled<float> end{p, load_velocity(state.velocities + i), rounding, carry.falling};
-    for (Index substep = 0; substep < input->substep_count && substep < 2;
-         ++substep) {  // then it stays so
-      end = settle(motion, end.x, 0.0F, end.velocity, end.rounding, end.rounding);
-    }
-    store_velocity(state.velocities + i, end.velocity);
-    store_carry(state.carries + i, end.rounding, end.falling);
-  }
-}
-
 /// A vertex as all threads that share it have it.
 struct PushedVertex {
-  Particle p;  ///< at the start of the substep
-  Vec3<float> velocity, rounding;
-  float falling;
+  BegunVertex begun;
   FixedPoint own;
 
   __device__ void load(const DeviceState& state, const FixedPoint* points, ParticleOffset corner) {
-    const Index place = place_at(corner);
-    p = load_particle(state.particles + place);
-    velocity = load_velocity(state.velocities + place);
-    const Carry carry = load_carry(state.carries + place);
-    rounding = {carry.x, carry.y, carry.z};
-    falling = carry.falling;
-    own = without_sweeps(load_counted(&at(points, corner)));
-  }
-  __device__ void store(const DeviceState& state, ParticleOffset corner) const {
-    const Index place = place_at(corner);
-    store_particle(state.particles + place, position_of(p), p.w);
-    store_velocity(state.velocities + place, velocity);
-    store_carry(state.carries + place, rounding, falling);
+    begun.load(state, corner);
+    own = without_count(load_counted(&at(points, corner)));
   }
 
   /// Goes to the end of the substep.
   /// @param force  N
   __device__ void move(const FreeMotion<float>& motion, const Vec3<float>& force,
                        float inverse_dt_squared, float unit) {
-    const Vec3<float> flight = flight_of(motion, rounding, flying_velocity(motion, velocity, p.w));
-    const Vec3<float> pushed = flight + pushed_flight(force, p.w, inverse_dt_squared);
+    const float w = begun.base.w;
+    const Vec3<float> flight = begun.flight(motion);
+    const Vec3<float> pushed = flight + pushed_flight(force, w, inverse_dt_squared);
     // what no force moves stays where it begins, as in push_blocks()
-    const Vec3<float> moved =
-        p.w > 0 && is_finite_way(pushed) ? pushed : start_of(motion, flight, p.w, falling);
-    const Settled<float> end = settle(motion, position_of(p), p.w, velocity, rounding, moved);
-    p = {end.x.x, end.x.y, end.x.z, p.w};
-    velocity = end.velocity;
-    rounding = end.rounding;
-    falling = end.falling;
-    own = fixed_point(end.x, rounding, unit);
+    begun.end(motion,
+              w > 0 && is_finite_way(pushed) ? pushed : start_of(motion, flight, w, begun.falling));
+    own = fixed_point(position_of(begun.base), begun.rounding, unit);
   }
 };
 
@@ -125,6 +71,8 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
   VertexColors all{};
   all.count = 1;
   all.blocks[0] = {0, vertices.block_count};
+  begin_step(state, vertices, *input, [](Index, BegunVertex&) {});
+  const Index moves_before = input->moves_before;
   TileWalk<Shape::kTiles> walk(all, input->substep_count, thread_index() / kTileThreads,
                                thread_count() / kTileThreads);
   if (walk.is_done()) {
@@ -139,7 +87,8 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
     const NextTile<kParts> tile = next;
     const ParticleOffset corner = tile.own & ~kNeighborFlags;
     const Index substep = walk.sweep();
-    const bool is_even = (substep & 1) == 0;
+    const Index count = moves_before + substep;
+    const bool is_even = (count & 1) == 0;  // which box the last step has left
     const FixedPoint* const points = boxes.points[is_even ? 0 : 1];
     FixedPoint* const next_points = boxes.points[is_even ? 1 : 0];
     FixedPoint met[Shape::kNeighbors];
@@ -160,8 +109,8 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
       next.load_block(tiles, walk.block());
     }
 
-    wait_for<kParts>(points, tile.names, substep, met, vertex.own, 1 + of_warp % kParts, ways);
-    wait_for_more<kParts>(points, tiles, tile, substep, index, thread, vertex.own, ways);
+    wait_for<kParts>(points, tile.names, count, met, vertex.own, 1 + of_warp % kParts, ways);
+    wait_for_more<kParts>(points, tiles, tile, count, index, thread, vertex.own, ways);
     __syncwarp();
     const WaitingLane access{points, vertex.own, thread / kParts};
     VertexForce<float> sum;
@@ -177,9 +126,9 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
     }
     vertex.move(motion, sum.force, inverse_dt_squared, unit);
     if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
-      store_counted(&at(next_points, corner), vertex.own, substep + 1);
+      store_counted(&at(next_points, corner), vertex.own, count + 1);
       if (!kStays || is_last) {
-        vertex.store(state, corner);
+        vertex.begun.store(state, corner);
       }
     }
     __syncwarp();
@@ -204,10 +153,6 @@ Index prepare_explicit_step(const TileArrays& tiles) {
 void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
                      const VertexArrays& vertices, const TileArrays& tiles, const Mailboxes& boxes,
                      const StepInput* input, const Launch& how) {
-  Launch first = how;
-  first.overlaps = false;  // follows what is no kernel
-  launch(first, "launching where vertices start", blocks_for(state.capacity, kVertexThreads),
-         kVertexThreads, fill_mailboxes, state, vertices, boxes, input);
   launch_at_once(how, "launching explicit substeps", substeps.block_count, tiles,
                  push_kernel(tiles.parts, substeps.stays), state, vertices, tiles, boxes, input);
 }

@@ -5,6 +5,8 @@
 /// The kernels of a step, compiled twice from one source (all_kernels.cuh): strict, with the bits
 /// of the serial backend, and fast. Each function enqueues one kernel.
 
+#include <cstdint>
+
 #include <cuda_runtime_api.h>
 
 #include "lib/device/cluster_layout.h"
@@ -41,12 +43,19 @@ struct VertexSweep {
 /// Threads of a block that moves vertices: a colour is small, see kStageThreads.
 inline constexpr Index kBlockThreads = 64;
 
-/// All sweeps of a substep of the vertex-block method.
+/// How much of a step of the vertex-block method one kernel takes.
+enum class Reach : std::uint8_t {
+  substep,       ///< its sweeps
+  held_substep,  ///< likewise, with what tools do in them
+  step,  ///< StepInput::substep_count substeps, from the state at the start to that at the end
+};
+
+/// All sweeps of a substep of the vertex-block method, or of a step.
 struct VertexSweeps {
+  Reach reach;
   Index substep;          ///< 0 to substeps - 1
-  Index count;            ///< of sweeps
+  Index count;            ///< of sweeps in a substep
   float over_relaxation;  ///< see relaxation_of()
-  bool has_tools;         ///< whether any touch or hold something
   Index block_count;      ///< of threads, for each copy: all copies' are on the device at once
 };
 
@@ -115,17 +124,22 @@ struct StepKernels {
   /// @param numbers_only  because no row has come or gone
   void (*pack_rows)(const VertexArrays&, const TileArrays&, bool numbers_only, const Launch&);
 
-  /// Moves all vertices, colour by colour and sweep by sweep, with what tools do to them.
+  /// Moves all vertices, colour by colour and sweep by sweep.
+  /// @param Mailboxes  of a step: as the last one or fill_mailboxes() left them
   void (*sweep_vertices)(const VertexSweeps&, const VertexColors&, const DeviceState&,
-                         const VertexArrays&, const TileArrays&, const ToolArrays&, StepInput*,
-                         const Launch&);
+                         const VertexArrays&, const TileArrays&, const ToolArrays&,
+                         const Mailboxes&, StepInput*, const Launch&);
+
+  /// Before a step that one kernel takes, unless the step before was such a step and nothing has
+  /// changed since.
+  void (*fill_mailboxes)(const DeviceState&, const Mailboxes&, const StepInput*, const Launch&);
 
   /// Makes ready for step_explicitly(). Enqueues nothing.
   /// @return  as prepare_sweep_of_vertices()
   Index (*prepare_explicit_step)(const TileArrays&);
 
   /// All substeps of an explicit step in which no tool touches or holds anything, from the state at
-  /// its start to that at its end.
+  /// its start to that at its end. See sweep_vertices() for mailboxes.
   void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
                           const TileArrays&, const Mailboxes&, const StepInput*, const Launch&);
 

@@ -86,9 +86,19 @@ class Sweeps {
 
   /// Whether it does all substeps of a step at once, with all that belongs to them, and as many as
   /// StepInput says.
-  [[nodiscard]] virtual bool takes_whole_step(const SweepArrays& /*arrays*/) const { return false; }
+  [[nodiscard]] virtual bool takes_whole_step(const SweepArrays& /*arrays*/,
+                                              int /*substeps*/) const {
+    return false;
+  }
 
-  /// Enqueues them then.
+  /// Then: how often a vertex moves in a substep, which StepInput::moves_before counts.
+  [[nodiscard]] virtual Index moves_in_substep(const SweepArrays& /*arrays*/) const { return 0; }
+
+  /// Enqueues what is to come before the first of several such steps, between which nothing
+  /// changes.
+  virtual void begin_steps(const SweepArrays& /*arrays*/, const Launch& /*launch*/) {}
+
+  /// Enqueues one of them.
   virtual void enqueue_step(const SweepArrays& /*arrays*/, const Launch& /*launch*/) {}
 
   /// Bytes on the device.

@@ -176,13 +176,14 @@ bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepI
 
 }  // namespace
 
-bool ToolBuffers::upload(SolverData& data, float dt, cudaStream_t stream) {
+bool ToolBuffers::upload(SolverData& data, float dt, Index moves_before, cudaStream_t stream) {
   const int substeps = data.division.substeps;
   const float h = dt / static_cast<float>(substeps);
   StepInput header{};
   header.unit = data.vertex_blocks.unit();
   header.inverse_h = 1 / h;
   header.substep_count = data.division.substeps;
+  header.moves_before = moves_before;
   header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());

@@ -25,8 +25,9 @@ class ToolBuffers {
   void take_over(const SolverData& data, Index vertex_room);
 
   /// Computes what the host tells about a step, and enqueues its copy. No step may be at work.
-  /// @return  whether numbers of a copy change after the first substep
-  bool upload(SolverData& data, float dt, cudaStream_t stream);
+  /// @param moves_before  see StepInput
+  /// @return              whether numbers of a copy change after the first substep
+  bool upload(SolverData& data, float dt, Index moves_before, cudaStream_t stream);
 
   /// As taken over.
   [[nodiscard]] Index vertex_room() const noexcept { return vertex_room_; }

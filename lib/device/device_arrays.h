@@ -140,8 +140,8 @@ PBDSURG_HOST_DEVICE inline TileCounts tile_counts(const VertexBlock& block, Inde
 
 /// What it reads in place of rows.
 struct TileArrays {
-  static constexpr Index kMostNeighbors = 254;         ///< positions have eight bits
-  static constexpr Index kMostSweeps = (1 << 22) - 1;  ///< of a substep
+  static constexpr Index kMostNeighbors = 254;        ///< positions have eight bits
+  static constexpr Index kCountBits = (1 << 22) - 1;  ///< of how often a vertex has moved
 
   TileBlock* blocks;               ///< [block]
   const std::uint32_t* neighbors;  ///< [row][thread], as the following
@@ -153,8 +153,8 @@ struct TileArrays {
   Index most_neighbors;  ///< of a thread
 };
 
-/// Where vertices are at the start of a substep of an explicit step, of even ones and of odd ones:
-/// who writes where it has come to cannot overwrite what a neighbour has yet to read.
+/// Where vertices are, in kernels that take all of a step: one for each of two substeps that follow
+/// each other, so that who goes on to the next cannot overwrite what a neighbour has yet to read.
 struct Mailboxes {
   FixedPoint* points[2];  ///< [copy][capacity]
 };
@@ -272,6 +272,7 @@ struct alignas(16) StepInput {
   float force_per_multiplier;  ///< 1/s^2
   float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
   Index substep_count;         ///< of kernels that take all of a step
+  Index moves_before;          ///< likewise, what the counts of points go on from
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;

@@ -42,7 +42,7 @@ struct Device {
     vertices.upload(data, stream.get());
     state.take_over(data, stream.get());
     tools.take_over(data, state.arrays().capacity);
-    tools.upload(data, kTimeStep, stream.get());
+    tools.upload(data, kTimeStep, 0, stream.get());
   }
 
   std::vector<Particle> particles() { return of_places(state.arrays().particles); }
