@@ -161,13 +161,27 @@ class Ways {
   std::uint32_t start_;
 };
 
+/// Whether a warp is to wait no more, because it or another has waited for too long. What is then
+/// in the state is of no use.
+__device__ inline bool gives_up(StepInput* input, std::uint32_t looks) {
+  constexpr std::uint32_t kBetween = 4096;  // asks about others
+  const bool is_long = looks >= input->longest_wait;
+  if (__builtin_expect(!is_long && looks % kBetween != kBetween - 1, 1)) {
+    return false;
+  }
+  if (is_long) {
+    input->sums.stalled = 1;
+  }
+  return __any_sync(~0U, is_long || __ldcg(&input->sums.stalled) != 0);
+}
+
 /// Waits for neighbours of a warp's vertices, several of a thread, and writes the ways to them.
 /// @param count  of the vertex
 /// @param first  position of the first, the others' follow kParts apart
 template <int kParts, int kCount>
 __device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCount], Index count,
                          FixedPoint (&met)[kCount], const FixedPoint& own, Index first,
-                         const Ways& ways) {
+                         const Ways& ways, StepInput* input) {
   const FixedPoint* from[kCount];
   std::uint32_t due[kCount];
 #pragma unroll
@@ -175,7 +189,7 @@ __device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCoun
     from[k] = &at(points, names[k] & ~kNeighborFlags);
     due[k] = count_due(names[k], met[k], count);
   }
-  for (;;) {
+  for (std::uint32_t looks = 0;; ++looks) {
     bool is_late[kCount];
     bool is_any_late = false;
 #pragma unroll
@@ -183,7 +197,7 @@ __device__ void wait_for(const FixedPoint* points, const Neighbor (&names)[kCoun
       is_late[k] = is_before(met[k], due[k]);
       is_any_late = is_any_late || is_late[k];
     }
-    if (!__any_sync(~0U, is_any_late)) {
+    if (!__any_sync(~0U, is_any_late) || gives_up(input, looks)) {
       break;
     }
 #pragma unroll
@@ -295,7 +309,7 @@ template <int kParts>
 __device__ __forceinline__ void wait_for_more(const FixedPoint* points, const TileArrays& tiles,
                                               const NextTile<kParts>& tile, Index count,
                                               Index index, Index thread, const FixedPoint& own,
-                                              const Ways& ways) {
+                                              const Ways& ways, StepInput* input) {
   using Shape = TileShape<kParts>;
   if (__builtin_expect(tile.more, 0) == 0) {
     return;
@@ -306,7 +320,7 @@ __device__ __forceinline__ void wait_for_more(const FixedPoint* points, const Ti
     const Neighbor name[1] = {
         __ldg(tiles.neighbors + first_record(tile.firsts.x, thread) + (1 + k) * Shape::kStride)};
     FixedPoint one[1] = {load_neighbor(points, name[0])};
-    wait_for<kParts>(points, name, count, one, own, 1 + thread % kParts + k * kParts, ways);
+    wait_for<kParts>(points, name, count, one, own, 1 + thread % kParts + k * kParts, ways, input);
   }
 }
 
@@ -515,8 +529,8 @@ __global__ void __launch_bounds__(kBlockThreads)
     relaxation = relaxation < flight.w ? relaxation : flight.w;
     const FixedPoint base = without_move(own, u, inverse_unit);
 
-    wait_for<kParts>(points, tile.names, count, met, own, 1 + part, ways);
-    wait_for_more<kParts>(points, tiles, tile, count, index, thread, own, ways);
+    wait_for<kParts>(points, tile.names, count, met, own, 1 + part, ways, input);
+    wait_for_more<kParts>(points, tiles, tile, count, index, thread, own, ways, input);
     __syncwarp();
     const Index lane = thread / kParts;
     const WaitingLane access{points, own, lane};

@@ -14,6 +14,7 @@
 #include "cuda/solver/device_step.h"
 #include "cuda/solver/state_buffers.h"
 #include "cuda/solver/step_graph.h"
+#include "cuda/solver/step_start.h"
 #include "cuda/solver/sweeps.h"
 #include "cuda/solver/tool_buffers.h"
 #include "cuda/solver/vertex_buffers.h"
@@ -103,6 +104,10 @@ class CudaBackend final : public Backend {
   StepReport finish_step(SolverState& state) override {
     const CurrentDevice current(device_);
     stream_.wait();
+    const bool has_stalled = is_stalled(state.copy_count());
+    if (has_stalled) {
+      give_step_up(state);
+    }
     StepReport report;
     const Vec3<float>* force = forces_.get();
     const Vec3<float>* watched = watched_.get();
@@ -110,7 +115,8 @@ class CudaBackend final : public Backend {
       CopyState& copy = state.copy(i);
       end_tools(copy);
       for (ToolState& tool : copy.tools) {
-        tool.force = {force->x, force->y, force->z};
+        tool.force =
+            has_stalled ? Eigen::Vector3f::Zero() : Eigen::Vector3f(force->x, force->y, force->z);
         ++force;
       }
       for (Eigen::Vector3f& position : copy.watched_positions) {
@@ -120,6 +126,9 @@ class CudaBackend final : public Backend {
       report_copy(i, to_report(sums_.get()[i]), copy, report);
       const auto stiffest = std::bit_cast<float>(sums_.get()[i].stiffest);
       stiffest_ = i == 0 ? stiffest : std::max(*stiffest_, stiffest);
+    }
+    if (has_stalled) {
+      stiffest_.reset();
     }
     return report;
   }
@@ -181,8 +190,8 @@ class CudaBackend final : public Backend {
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
-           watched_places_.memory_bytes() + vertices_.memory_bytes() + free_pieces_.memory_bytes() +
-           sweeps_->memory_bytes();
+           start_.memory_bytes() + watched_places_.memory_bytes() + vertices_.memory_bytes() +
+           free_pieces_.memory_bytes() + sweeps_->memory_bytes();
   }
 
  private:
@@ -242,6 +251,30 @@ class CudaBackend final : public Backend {
     }
     strategy_ = wanted == DeviceStrategy::stream ? wanted : DeviceStrategy::graph;
     sweeps_ = make_launched_sweeps(data);
+  }
+
+  [[nodiscard]] bool is_stalled(Index copies) const {
+    const std::span<const StepSums> sums(sums_.get(), static_cast<std::size_t>(copies));
+    return std::ranges::any_of(sums, [](const StepSums& copy) { return copy.stalled != 0; });
+  }
+
+  // All blocks of a kernel were promised to the device at once, and one does not go on. The next
+  // step asks for no such promise.
+  void give_step_up(const SolverState& state) {
+    bring_back_state(state_.arrays(), kept_, static_cast<std::size_t>(state.copy_count()),
+                     stream_.get());
+    strategy_ = DeviceStrategy::graph;
+    is_planned_ = follows_on_ = false;
+    const auto watched = static_cast<Index>(state.watched_places.size());
+    for (Index copy = 0; copy < state.copy_count(); ++copy) {
+      gather_positions(
+          state_.particles(copy), watched_places_.get(),
+          watched_.get() + static_cast<std::size_t>(copy) * state.watched_places.size(), watched,
+          stream_.get());
+      sums_.get()[copy] = {};
+      sums_.get()[copy].stalled = 1;
+    }
+    stream_.wait();
   }
 
   // What happened on the host since the last step.
@@ -333,6 +366,10 @@ class CudaBackend final : public Backend {
                     {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
                     step_program(data.options, data.division),
                     changes_lengths};
+    if (strategy_ == DeviceStrategy::cooperative) {
+      step.start = start_.make_room(step.arrays.state, static_cast<std::size_t>(data.copy_count()));
+      kept_ = step.start;
+    }
     const Launch apart{stream_.get(), false, data.copy_count()};
     if (have_rows_changed_) {
       sweeps_->follow_rows(vertices_.arrays(), apart);
@@ -375,6 +412,7 @@ class CudaBackend final : public Backend {
     report.dropped_contacts = sums.dropped_contacts;
     report.distance_residual = std::bit_cast<float>(sums.distance_residual);
     report.volume_residual = std::bit_cast<float>(sums.volume_residual);
+    report.stalled = sums.stalled != 0;
     return report;
   }
 
@@ -386,6 +424,8 @@ class CudaBackend final : public Backend {
   std::unique_ptr<Sweeps> sweeps_;
   StagePlan plan_;
   StateBuffers state_;
+  StepStart start_;
+  KeptState kept_;  // of the last step, if that may stall
   ConstraintBuffers constraints_;
   VertexBuffers vertices_;
   FreePieceBuffers free_pieces_;

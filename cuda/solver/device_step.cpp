@@ -141,6 +141,10 @@ class Enqueuer {
 
 void enqueue_step(const DeviceStep& step, Sweeps& sweeps, const Launch& launch) {
   Enqueuer enqueuer(step, sweeps, launch);
+  if (step.start.particles != nullptr) {
+    keep_state(step.arrays.state, step.start, static_cast<std::size_t>(launch.copies),
+               launch.stream);
+  }
   if (step.is_whole) {
     sweeps.enqueue_step(step.arrays, launch);
     enqueuer.report();

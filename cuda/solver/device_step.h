@@ -5,6 +5,7 @@
 /// A whole step as work for a stream.
 
 #include "cuda/solver/step_kernels.h"
+#include "cuda/solver/step_start.h"
 #include "cuda/solver/sweeps.h"
 #include "lib/device/device_arrays.h"
 #include "lib/solver/program/step_program.h"
@@ -19,6 +20,7 @@ struct DeviceStep {
   StepProgram program{};
   bool changes_lengths = false;  ///< after its first substep: then it overlaps nothing
   bool is_whole = false;         ///< sweeps take all substeps at once
+  KeptState start{};             ///< where the state goes before, or null
 
   bool operator==(const DeviceStep&) const = default;
 };

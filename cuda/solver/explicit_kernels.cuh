@@ -54,7 +54,7 @@ constexpr int kStayingBlocks = 12;
 template <int kParts, bool kStays>
 __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
     push_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles, Mailboxes boxes,
-               const StepInput* input) {
+               StepInput* input) {
   using Shape = TileShape<kParts>;
   extern __shared__ float4 all_ways[];
   state = of_copy(state);
@@ -109,8 +109,8 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
       next.load_block(tiles, walk.block());
     }
 
-    wait_for<kParts>(points, tile.names, count, met, vertex.own, 1 + of_warp % kParts, ways);
-    wait_for_more<kParts>(points, tiles, tile, count, index, thread, vertex.own, ways);
+    wait_for<kParts>(points, tile.names, count, met, vertex.own, 1 + of_warp % kParts, ways, input);
+    wait_for_more<kParts>(points, tiles, tile, count, index, thread, vertex.own, ways, input);
     __syncwarp();
     const WaitingLane access{points, vertex.own, thread / kParts};
     VertexForce<float> sum;
@@ -152,7 +152,7 @@ Index prepare_explicit_step(const TileArrays& tiles) {
 
 void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
                      const VertexArrays& vertices, const TileArrays& tiles, const Mailboxes& boxes,
-                     const StepInput* input, const Launch& how) {
+                     StepInput* input, const Launch& how) {
   launch_at_once(how, "launching explicit substeps", substeps.block_count, tiles,
                  push_kernel(tiles.parts, substeps.stays), state, vertices, tiles, boxes, input);
 }

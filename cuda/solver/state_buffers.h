@@ -22,6 +22,11 @@ class StateBuffers {
 
   [[nodiscard]] const DeviceState& arrays() const noexcept { return arrays_; }
 
+  /// [vertex_count] of a copy
+  [[nodiscard]] const Particle* particles(Index copy) const noexcept {
+    return arrays_.particles + start(copy);
+  }
+
   /// Makes room for all vertices that there are now. Where there is too little, all arrays are
   /// others then, with what was there; waits.
   void make_room(const SolverState& solver, cudaStream_t stream);

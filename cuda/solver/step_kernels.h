@@ -141,7 +141,7 @@ struct StepKernels {
   /// All substeps of an explicit step in which no tool touches or holds anything, from the state at
   /// its start to that at its end. See sweep_vertices() for mailboxes.
   void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
-                          const TileArrays&, const Mailboxes&, const StepInput*, const Launch&);
+                          const TileArrays&, const Mailboxes&, StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/cuda/device.h"
 
+#include "cuda/solver/longest_wait.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/state/load_store.h"
@@ -184,6 +185,7 @@ bool ToolBuffers::upload(SolverData& data, float dt, Index moves_before, cudaStr
   header.inverse_h = 1 / h;
   header.substep_count = data.division.substeps;
   header.moves_before = moves_before;
+  header.longest_wait = longest_wait;
   header.vertex_count = static_cast<Index>(data.particles.size());
   header.contact_capacity = data.options.contact_capacity;
   header.tool_count = static_cast<Index>(data.tools.size());

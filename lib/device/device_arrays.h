@@ -228,6 +228,7 @@ struct StepSums {
   std::uint32_t distance_residual;  ///< bits of a float >= 0, which are ordered as it is
   std::uint32_t volume_residual;    ///< likewise
   std::uint32_t stiffest;           ///< likewise, of explicit steps: see stiffest_vertex()
+  std::uint32_t stalled;            ///< not zero once a thread has waited for too long
   std::uint32_t blocks_done;        ///< of the kernel at work, whose last block sets it to zero
 };
 
@@ -273,6 +274,7 @@ struct alignas(16) StepInput {
   float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
   Index substep_count;         ///< of kernels that take all of a step
   Index moves_before;          ///< likewise, what the counts of points go on from
+  std::uint32_t longest_wait;  ///< see there
   Index vertex_count;
   Index contact_capacity;
   Index tool_count, pusher_count, capsule_count, attachment_count, held_count, watched_count;

@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "pbdsurg/cuda/device.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "cuda/solver/longest_wait.h"
 #include "tests/support/catch.h"
 #include "tests/support/device_strategies.h"
 #include "tests/support/edits_within_steps.h"
@@ -558,6 +560,52 @@ TEST_CASE("cuda solver: an edit between steps costs about as much as the edit", 
   }
   CHECK(solver.memory_bytes() - before < 100'000);
   CHECK(solver.step(kTimeStep).non_finite_vertices == 0);
+}
+
+// Would catch a step that cannot end because a block of its kernel does not go on, or one that was
+// given up and leaves something behind.
+TEST_CASE("cuda solver: a step that stalls is given up, and the next goes launch by launch",
+          "[device]") {
+  const auto method = GENERATE(SolverMethod::vertex_block, SolverMethod::explicit_steps);
+  const bool is_held = GENERATE(false, true);
+  Scene scene;
+  scene.add_body("bar", testing::make_box({6, 3, 3}, 4e-3, 0.1),
+                 {.model = ElasticModel::neo_hookean});
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.002; });
+  SolverOptions options{.method = method, .copies = 2, .math = MathMode::strict};
+  options.executor = executor::serial();
+  Solver serial(scene, options);
+  options.executor = cuda::device();
+  options.device_strategy = DeviceStrategy::cooperative;
+  Solver device(scene, options);
+  for (Solver* each : {&serial, &device}) {
+    const ToolId tool = each->add_tool({}, ToolPose::Identity());
+    if (is_held) {
+      each->grasp(tool, std::array<Index, 2>{100, 101}, 0, 1);
+    }
+    each->watch(std::array<Index, 2>{100, 20});
+    each->step(kTimeStep);
+  }
+  REQUIRE(std::string(device.backend_name()).find("cooperative") != std::string::npos);
+  const std::uint32_t usual = cuda::longest_wait.exchange(0);
+  const StepReport report = device.step(kTimeStep);
+  cuda::longest_wait = usual;
+  if (method == SolverMethod::explicit_steps && is_held) {  // launches as it is
+    CHECK_FALSE(report.stalled);
+    return;
+  }
+  REQUIRE(report.stalled);
+  CHECK(report.non_finite_vertices == 0);
+  CHECK(device.tool_force(ToolId(0), 1) == Eigen::Vector3f::Zero());
+  for (int i = 0; i < 3; ++i) {
+    for (const Index copy : {0, 1}) {
+      REQUIRE(device.state_hash(copy) == serial.state_hash(copy));
+      REQUIRE(device.watched_positions(copy)[0] == serial.watched_positions(copy)[0]);
+    }
+    serial.step(kTimeStep);
+    CHECK_FALSE(device.step(kTimeStep).stalled);
+  }
+  CHECK(std::string(device.backend_name()).find("graph") != std::string::npos);
 }
 
 }  // namespace pbdsurg

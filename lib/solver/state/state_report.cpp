@@ -109,6 +109,7 @@ void report_copy(Index index, const StepReport& of_copy, CopyState& copy, StepRe
   report.dropped_contacts += of_copy.dropped_contacts;
   report.distance_residual = std::max(report.distance_residual, of_copy.distance_residual);
   report.volume_residual = std::max(report.volume_residual, of_copy.volume_residual);
+  report.stalled = report.stalled || of_copy.stalled;
 }
 
 }  // namespace pbdsurg
