@@ -2,16 +2,20 @@
 // Colouring on one CPU thread: time, colours beside the clique bound, deviation; clusters, vertex
 // blocks, ownership of edges and a limit on the colours of tetrahedra; and Boost Graph's
 // greedy colouring of the same constraints in the same run, with and without building its graph.
+// Vertex blocks of the hollow meshes of table 2, too, and each step by which a solver colours them.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/coloring/clusters.h"
 #include "pbdsurg/coloring/edge_ownership.h"
 #include "pbdsurg/coloring/repair.h"
 
 #include "bench/support/coloring_samples.h"
+#include "lib/coloring/fewer_colors.h"
 #ifdef PBDSURG_HAS_BOOST_GRAPH
 #include "bench/support/boost_coloring.h"
 #endif
@@ -57,15 +61,31 @@ void color_clusters(benchmark::State& state, const ColoringSample& sample, Index
   report_coloring(state, {clusters.vertices, constraints.vertex_count}, coloring);
 }
 
-void color_vertices(benchmark::State& state, const ColoringSample& sample) {
-  const ConstraintVertices constraints = sample.constraints();
+enum class VertexColoring { saturation, repaired, searched };
+
+void color_blocks(benchmark::State& state, const ConstraintVertices& constraints,
+                  VertexColoring how) {
   IndexLists blocks;
   Coloring coloring;
   for (auto _ : state) {
     blocks = find_vertex_constraints(constraints);
-    coloring = color_greedy({blocks, constraints.constraint_count()}, GreedyOrder::saturation);
+    const ConstraintVertices vertices(blocks, constraints.constraint_count());
+    coloring = color_constraints(
+        vertices, {.order = GreedyOrder::saturation, .repair = how != VertexColoring::saturation});
+    if (how == VertexColoring::searched) {
+      find_fewer_colors(coloring, vertices, 0);
+    }
   }
   report_coloring(state, {blocks, constraints.constraint_count()}, coloring);
+}
+
+void color_vertices(benchmark::State& state, const ColoringSample& sample, VertexColoring how) {
+  color_blocks(state, sample.constraints(), how);
+}
+
+void color_row(benchmark::State& state, int row, VertexColoring how) {
+  const TetMesh mesh = table2_mesh(row);
+  color_blocks(state, {mesh.tets(), mesh.vertex_count()}, how);
 }
 
 void own_edges(benchmark::State& state, const ColoringSample& sample) {
@@ -91,6 +111,11 @@ void limit_to_half(benchmark::State& state, const ColoringSample& sample) {
   state.counters["overflow"] = measure_coloring(coloring, constraints).overflow;
 }
 
+constexpr std::pair<const char*, VertexColoring> kVertexColorings[] = {
+    {"vertices", VertexColoring::saturation},
+    {"vertices+repair", VertexColoring::repaired},
+    {"vertices+repair+search", VertexColoring::searched}};
+
 // Fewer phases than one a colour of tetrahedra.
 void register_reductions(const ColoringSample& sample) {
   const auto add = [&](const std::string& name, const auto& run, auto... arguments) {
@@ -101,7 +126,9 @@ void register_reductions(const ColoringSample& sample) {
   for (const Index size : {2, 4, 8, 16}) {
     add("clusters:" + std::to_string(size), color_clusters, size);
   }
-  add("vertices", color_vertices);
+  for (const auto& [name, how] : kVertexColorings) {
+    add(name, color_vertices, how);
+  }
   add("edge_ownership", own_edges);
   add("limit_to_half", limit_to_half);
 }
@@ -142,6 +169,14 @@ void register_all() {
           ->MinTime(0.1);
     }
 #endif
+  }
+  for (int row = 1; row <= static_cast<int>(kTable2.size()); ++row) {
+    for (const auto& [name, how] : kVertexColorings) {
+      benchmark::RegisterBenchmark(("table2/" + std::to_string(row) + "/" + name).c_str(),
+                                   color_row, row, how)
+          ->Unit(benchmark::kMillisecond)
+          ->MinTime(0.1);
+    }
   }
 }
 
