@@ -318,7 +318,14 @@ TEST_CASE("vertex method: its plan has colours of vertices alone", "[unit]") {
     CHECK(phase.kind == PhaseKind::vertex);
     CHECK_FALSE(phase.serial);
   }
-  CHECK(solver.plan().name.find("vertices") != std::string::npos);
+  CHECK(solver.plan().name.find("greedy by saturation+repair+search, vertices") !=
+        std::string::npos);
+  const Solver plain(scene, [] {
+    SolverOptions options = vertex_options();
+    options.coloring.repair = false;
+    return options;
+  }());
+  CHECK(plain.plan().name.find("greedy by saturation, vertices") != std::string::npos);
 }
 
 TEST_CASE("vertex method: what it cannot follow is refused by name", "[unit]") {

@@ -136,7 +136,8 @@ struct PBDSURG_API SolverOptions {
   MathMode math = MathMode::fast;  ///< the serial backend is always strict
   DeviceStrategy device_strategy = DeviceStrategy::automatic;  ///< of a CUDA device
   /// How constraints of each type are coloured, and so the order of work; or vertices, for the
-  /// vertex-block method, which takes saturation for the natural order and no max_colors.
+  /// vertex-block method, which takes saturation for the natural order and no max_colors, and
+  /// searches for fewer colours where repair is on.
   ColoringOptions coloring{.repair = true};
   /// With the vertex-block method of stiff links alone, and never joint; explicit steps have none.
   PlanComposition composition = PlanComposition::automatic;

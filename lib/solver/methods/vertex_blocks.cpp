@@ -6,8 +6,10 @@
 #include <tuple>
 #include <utility>
 
+#include "pbdsurg/coloring/balance.h"
 #include "pbdsurg/coloring/constraint_vertices.h"
 
+#include "lib/coloring/fewer_colors.h"
 #include "lib/solver/host/lane_access.h"
 #include "lib/solver/methods/vertex_kernel.h"
 
@@ -134,7 +136,17 @@ Coloring VertexBlocks::color_vertices(const std::vector<bool>& moves,
   append(given_hinges_.values());
   const IndexLists blocks =
       find_vertex_constraints(ConstraintVertices(free, static_cast<Index>(moves.size())));
-  return color_constraints(ConstraintVertices(blocks, free.list_count()), options);
+  const ConstraintVertices vertices(blocks, free.list_count());
+  ColoringOptions first = options;
+  first.balance = false;
+  Coloring coloring = color_constraints(vertices, first);
+  if (options.repair) {
+    find_fewer_colors(coloring, vertices, options.seed);
+  }
+  if (options.balance) {
+    balance_coloring(coloring, vertices, options.seed, options.executor);
+  }
+  return coloring;
 }
 
 void VertexBlocks::append_block(Index color, std::span<const Index> vertices) {

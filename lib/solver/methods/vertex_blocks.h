@@ -71,7 +71,7 @@ class VertexBlocks {
   /// @param tets      [tet_count] those without weights, stiffness and damping do nothing
   /// @param springs   [spring_count] likewise
   /// @param hinges    [hinge_count] likewise
-  /// @param coloring  of the vertices, without max_colors
+  /// @param coloring  of the vertices, without max_colors; repair is followed by a search for fewer
   /// @param unit      m, of fixed points
   /// @param at_once   whether all move at once, in one colour
   VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet> tets,

@@ -28,7 +28,8 @@ class SolverData;
 void check_vertex_method(std::span<const Body> bodies, const SolverOptions& options);
 
 /// How it colours vertices: as asked, but by saturation where the order is the natural one, which
-/// would be kept for want of a reason and takes up to twice the colours.
+/// would be kept for want of a reason and takes up to twice the colours. After repair VertexBlocks
+/// search for fewer colours.
 [[nodiscard]] ColoringOptions vertex_coloring(const SolverOptions& options);
 
 /// Colours vertices and lays out their rows.

@@ -52,7 +52,7 @@ std::string phases_name(const SolverOptions& options) {
       coloring.disc.palette == Palette::conflicts) {
     name += " by conflicts";
   }
-  name += coloring.repair ? "+repair" : "";
+  name += coloring.repair ? by_vertices ? "+repair+search" : "+repair" : "";
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
   name += coloring.balance ? "+balance" : "";
   if (by_vertices) {
