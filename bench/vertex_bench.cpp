@@ -2,9 +2,10 @@
 // Steps of Neo-Hookean tissue on hollow meshes of table 2, one rim fixed: vertex by vertex against
 // tetrahedron by tetrahedron on one thread (row 2, 10 substeps of one sweep), and ten sweeps of
 // vertices, or thirty, or as many explicit substeps as a step of 1 ms takes, on a device, from
-// start_step() to the report with 200 watched vertices. On a device, the end is compared with one
-// thread's. Ten sweeps of two sheets that thousands of links join, so soft that these are springs
-// of their vertices or stiff. And what it costs to ask whether sweeps have converged.
+// start_step() to the report with 200 watched vertices; also of a liver of a million tetrahedra,
+// and of row 2 after a hundred cuts. On a device, the end is compared with one thread's. Ten sweeps
+// of two sheets that thousands of links join, so soft that these are springs of their vertices or
+// stiff. And what it costs to ask whether sweeps have converged.
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -13,11 +14,15 @@
 
 #include <benchmark/benchmark.h>
 
+#include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/mesh/tetrahedralize.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/surgery/cut.h"
 
 #include "apps/support/executors.h"
+#include "bench/edits/blade.h"
 #include "bench/support/timing.h"
 #include "tests/support/meshes.h"
 
@@ -26,8 +31,13 @@ namespace {
 
 bool has_failed = false;
 
-Scene make_scene(int row, float damping) {
-  const TetMesh mesh = table2_mesh(row);
+TetMesh make_liver(Index vertices) {
+  OrganRecipe recipe = organ_recipe(Organ::liver);
+  recipe.options.vertex_count = vertices;
+  return tetrahedralize(recipe.shape, recipe.options).mesh;
+}
+
+Scene make_scene(const TetMesh& mesh, float damping) {
   double start = mesh.positions()[0].x();
   for (const Eigen::Vector3d& x : mesh.positions()) {
     start = std::min(start, x.x());
@@ -36,7 +46,7 @@ Scene make_scene(int row, float damping) {
   material.model = ElasticModel::neo_hookean;
   material.damping = damping;
   Scene scene;
-  scene.add_body("gallbladder", mesh, material);
+  scene.add_body("organ", mesh, material);
   scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < start + 4e-3; });
   return scene;
 }
@@ -44,7 +54,7 @@ Scene make_scene(int row, float damping) {
 void BM_step(benchmark::State& state, SolverMethod method, bool is_serial, float damping) {
   const Executor executor = is_serial ? executor::serial() : executor::threads(1);
   SolverOptions options{.method = method, .substeps = 10, .iterations = 1, .executor = executor};
-  Solver solver(make_scene(2, damping), options);
+  Solver solver(make_scene(table2_mesh(2), damping), options);
   state.SetLabel(solver.plan().name + ", " + solver.backend_name());
   state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
   for (auto _ : state) {
@@ -98,7 +108,7 @@ void BM_links(benchmark::State& state, float compliance, int threads) {
 }
 
 void BM_convergence(benchmark::State& state, SolverMethod method) {
-  Solver solver(make_scene(2, 0), {.method = method, .substeps = 10, .iterations = 1});
+  Solver solver(make_scene(table2_mesh(2), 0), {.method = method, .substeps = 10, .iterations = 1});
   for (int i = 0; i < 5; ++i) {
     solver.step(5e-3F);
   }
@@ -107,15 +117,36 @@ void BM_convergence(benchmark::State& state, SolverMethod method) {
   }
 }
 
+constexpr Index kMillionVertices = 183'000;  // give a million tetrahedra
+
 struct DeviceCase {
   const char* name;
-  int row;
-  float damping;  // s
-  MathMode math;
-  Index copies;
+  int row;            // of table 2; 0: a liver of a million tetrahedra
+  float damping = 0;  // s
+  MathMode math = MathMode::fast;
+  Index copies = 1;
   DeviceStrategy strategy = DeviceStrategy::automatic;
   Index sweeps = 10;  // 0: explicit steps
+  int cuts = 0;       // before the first step
+  int steps = 400;
 };
+
+// Through an organ lengthwise, plane by plane, as bench/edits cuts; the same cuts for both.
+void cut(const TetMesh& mesh, int cuts, Solver& solver, Solver& other) {
+  Blade blade(mesh, solver.positions());
+  CutFront front;
+  for (int done = 0; done < cuts;) {
+    const Blade::Way way = blade.next();
+    const CutOptions options{.front = way.begins ? CutFront{} : std::move(front)};
+    CutPlan plan = plan_cut(solver, way.surface, options);
+    front = std::move(plan.front);
+    if (!plan.edit.new_tets.empty()) {
+      solver.tissue().apply(plan.edit);
+      other.tissue().apply(plan.edit);
+      ++done;
+    }
+  }
+}
 
 void BM_device_step(benchmark::State& state, const DeviceCase& what) {
   constexpr float kTimeStep = 1e-3F;        // s
@@ -129,8 +160,17 @@ void BM_device_step(benchmark::State& state, const DeviceCase& what) {
       .executor = programs::device(),
       .math = what.math,
       .device_strategy = what.strategy};
-  const Scene scene = make_scene(what.row, what.damping);
+  if (what.cuts > 0) {
+    options.spare = {.vertices = 8000, .tets = 24'000, .edges = 40'000, .links = 0};
+  }
+  const TetMesh mesh = what.row > 0 ? table2_mesh(what.row) : make_liver(kMillionVertices);
+  const Scene scene = make_scene(mesh, what.damping);
   Solver solver(scene, options);
+  options.executor = executor::threads(1);
+  options.device_strategy = DeviceStrategy::automatic;
+  options.copies = 1;
+  Solver alone(scene, options);
+  cut(mesh, what.cuts, alone, solver);
   state.SetLabel(solver.plan().name + ", " + solver.backend_name());
   std::vector<Index> watched;
   for (Index i = 0; i < 200; ++i) {
@@ -148,10 +188,6 @@ void BM_device_step(benchmark::State& state, const DeviceCase& what) {
     }));
     state.SetIterationTime(1e-3 * times.back());
   }
-  options.executor = executor::threads(1);
-  options.device_strategy = DeviceStrategy::automatic;
-  options.copies = 1;
-  Solver alone(scene, options);
   for (std::size_t i = 0; i <= times.size(); ++i) {
     alone.step(kTimeStep);
   }
@@ -165,6 +201,8 @@ void BM_device_step(benchmark::State& state, const DeviceCase& what) {
     state.SkipWithError("a device's vertices are not where one thread's are");
     has_failed = true;  // which the exit status of the library does not tell
   }
+  state.counters["colors"] = static_cast<double>(solver.plan().phases.size());
+  state.counters["tets"] = static_cast<double>(solver.tissue().tets().size());
   state.counters["median_ms"] = median(times);
   state.counters["p99_ms"] = quantile(times, 0.99);
   state.counters["nm_off_one_thread"] = 1e9 * difference;
@@ -196,6 +234,9 @@ void register_device_steps() {
         DeviceCase{"row_5_strict", 5, 0, MathMode::strict, 1},
         DeviceCase{"row_2_64_copies", 2, 0, MathMode::fast, 64},
         DeviceCase{"row_2_30_sweeps", 2, 0, MathMode::fast, 1, DeviceStrategy::automatic, 30},
+        DeviceCase{"row_5_30_sweeps", 5, 0, MathMode::fast, 1, DeviceStrategy::automatic, 30},
+        DeviceCase{.name = "row_2_after_100_cuts", .row = 2, .cuts = 100},
+        DeviceCase{.name = "million", .row = 0, .steps = 100},
         DeviceCase{"row_2_graph", 2, 0, MathMode::fast, 1, DeviceStrategy::graph},
         DeviceCase{"row_5_graph", 5, 0, MathMode::fast, 1, DeviceStrategy::graph},
         DeviceCase{"row_2_64_copies_graph", 2, 0, MathMode::fast, 64, DeviceStrategy::graph},
@@ -207,7 +248,7 @@ void register_device_steps() {
         DeviceCase{"row_2_explicit_64_copies", 2, 0, MathMode::fast, 64, DeviceStrategy::automatic,
                    0}}) {
     benchmark::RegisterBenchmark((std::string("device/") + what.name).c_str(), BM_device_step, what)
-        ->Iterations(400)
+        ->Iterations(what.steps)
         ->Unit(benchmark::kMillisecond)
         ->UseManualTime();
   }
