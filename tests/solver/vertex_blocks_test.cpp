@@ -388,6 +388,24 @@ TEST_CASE("vertex blocks: what edits bring is laid out as if it had been there",
   }
 }
 
+// Would catch one who keeps a copy of the lanes and goes on with that of a vertex which has none.
+TEST_CASE("vertex blocks: what an undo leaves without a block is told", "[unit]") {
+  const std::vector<VertexSpring> springs{{{0, 1}, 1, 1, 0}};
+  VertexBlocks blocks({true, true, false}, {}, springs, {}, {});
+  blocks.begin_edit();
+  blocks.set_free(2);
+  blocks.add_spring({{1, 2}, 1, 1, 0});
+  blocks.refresh();
+  REQUIRE(blocks.place_of(2).block != kInvalidIndex);
+  CHECK(std::ranges::count(blocks.refreshed(), 2) > 0);
+
+  blocks.undo();
+  blocks.refresh();
+
+  CHECK(blocks.place_of(2).block == kInvalidIndex);
+  CHECK(std::ranges::count(blocks.refreshed(), 2) > 0);
+}
+
 TEST_CASE("vertex blocks: rows that no vertex of a block needs any more go", "[unit]") {
   const Sample sample;
   VertexBlocks blocks = sample.build();

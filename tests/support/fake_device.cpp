@@ -65,6 +65,35 @@ void spoil(SolverData& data) {
   }
 }
 
+// All of two blocks but how many rows they have; of idle lanes nothing.
+bool same_frame(const VertexBlock& a, const VertexBlock& b) {
+  return a.lane_count == b.lane_count && a.is_damped == b.is_damped &&
+         a.pulls.first == b.pulls.first && a.springs.first == b.springs.first &&
+         a.volumes.first == b.volumes.first && a.hinges.first == b.hinges.first &&
+         std::equal(a.corners, a.corners + a.lane_count, b.corners);
+}
+
+bool same_counts(const VertexBlock& a, const VertexBlock& b) {
+  return a.pulls.count == b.pulls.count && a.springs.count == b.springs.count &&
+         a.volumes.count == b.volumes.count && a.hinges.count == b.hinges.count;
+}
+
+// Whether one lane of rows has the same numbers.
+template <class Row>
+bool same_lane(std::span<const Row> a, std::span<const Row> b, RowRange range, Index lane) {
+  constexpr std::size_t kNumber = sizeof(float), kKind = kBlockLanes * kNumber;
+  bool are_same = static_cast<std::size_t>(range.first + range.count) <= a.size();
+  for (Index i = range.first; are_same && i < range.first + range.count; ++i) {
+    const auto* const first = reinterpret_cast<const std::byte*>(&a[i]);
+    const auto* const second = reinterpret_cast<const std::byte*>(&b[i]);
+    for (std::size_t kind = 0; are_same && kind < sizeof(Row); kind += kKind) {
+      const std::size_t at = kind + static_cast<std::size_t>(lane) * kNumber;
+      are_same = std::memcmp(first + at, second + at, kNumber) == 0;
+    }
+  }
+  return are_same;
+}
+
 }  // namespace
 
 FakeDevice::FakeDevice(const SolverData& data, int device)
@@ -72,6 +101,7 @@ FakeDevice::FakeDevice(const SolverData& data, int device)
       state_(data.copy_count(),
              data.particles.size() + static_cast<std::size_t>(data.options.spare.vertices),
              has_displacements(data.options), has_past(data.options)) {
+  blocks_ = data.vertex_blocks;
   take_all(data);
 }
 
@@ -189,7 +219,6 @@ void FakeDevice::take_all(const SolverData& data) {
   strain_limits_ = {data.sets.of<StrainLimitConstraint>(), data.tissue->edges().size()};
   bendings_ = {data.sets.of<BendingConstraint>(), data.tissue->hinges().size()};
   stiff_links_ = {data.sets.of<StiffLinkConstraint>(), data.tissue->links().size()};
-  blocks_ = data.vertex_blocks;
   own_.others.resize(data.others.size());
   own_.options = data.options;
   own_.gravity = data.gravity;
@@ -250,6 +279,7 @@ void FakeDevice::refresh(DeviceRecords<Constraint>& records, const SolverData& d
 }
 
 void FakeDevice::take_over(const SolverData& data) {
+  take_over_blocks(data.vertex_blocks, data.changes);
   if (data.changes.grown) {
     take_all(data);
     own_.rebuild_plan();
@@ -265,7 +295,6 @@ void FakeDevice::take_over(const SolverData& data) {
       inspect(*own_.own_tissue).tet_alive.set(tet, inspect(*data.tissue).tet_alive[tet]);
     }
   }
-  std::set<Index> blocks;
   for (const auto& [kind, id] : changes.constraints) {
     if (changes.grown) {
       break;  // all are there
@@ -294,8 +323,7 @@ void FakeDevice::take_over(const SolverData& data) {
       case PhaseKind::contact:
         throw Error("a change of no constraint");
       case PhaseKind::vertex:
-        blocks.insert(data.vertex_blocks.place_of(id).block);
-        break;
+        break;  // see take_over_blocks()
     }
   }
   refresh(distances_, data);
@@ -304,7 +332,6 @@ void FakeDevice::take_over(const SolverData& data) {
   refresh(strain_limits_, data);
   refresh(bendings_, data);
   refresh(stiff_links_, data);
-  take_over_blocks(data.vertex_blocks, blocks);
   if (changes.watched) {
     watched_ = data.watched_places;
   }
@@ -341,25 +368,51 @@ void FakeDevice::take_over_state(const SolverData& data) {
 }
 
 // Rows cannot be written one by one, so all are copied once no others differ than were named.
-void FakeDevice::take_over_blocks(const VertexBlocks& blocks, const std::set<Index>& named) {
-  const VertexRows before = blocks_.rows();
-  const VertexRows after = blocks.rows();
-  const auto equal = [](const auto* a, const auto* b, RowRange range) {
-    return range.count == 0 || std::memcmp(a + range.first, b + range.first,
-                                           sizeof(*a) * static_cast<std::size_t>(range.count)) == 0;
-  };
+void FakeDevice::take_over_blocks(const VertexBlocks& blocks, const Changes& changes) {
+  if (!changes.rows_anew) {
+    check_blocks(blocks, changes);
+  }
+  const bool names_any =
+      std::ranges::count(changes.constraints, PhaseKind::vertex, &Changes::Constraint::kind) > 0;
+  if (changes.rows_anew || names_any || !changes.blocks.empty()) {
+    blocks_ = own_.vertex_blocks = blocks;
+  }
+}
+
+void FakeDevice::check_blocks(const VertexBlocks& blocks, const Changes& changes) const {
+  const std::set<Index> named(changes.blocks.begin(), changes.blocks.end());
+  std::set<Index> vertices;
+  for (const auto& [kind, id] : changes.constraints) {
+    if (kind == PhaseKind::vertex) {
+      vertices.insert(id);
+    }
+  }
+  const VertexBlocks::Arrays before = blocks_.arrays(), after = blocks.arrays();
   for (Index b = 0; b < blocks.block_count(); ++b) {
-    const VertexBlock& block = before.blocks[b];
-    if (!named.contains(b) && !(equal(before.blocks, after.blocks, {b, 1}) &&
-                                equal(before.pulls, after.pulls, block.pulls) &&
-                                equal(before.springs, after.springs, block.springs) &&
-                                equal(before.volumes, after.volumes, block.volumes) &&
-                                equal(before.hinges, after.hinges, block.hinges))) {
+    const VertexBlock& block = after.blocks[b];
+    const VertexBlocks::BlockRoom room = blocks.room_of(b);
+    bool is_named = named.contains(b);
+    bool is_right = is_named || (b < blocks_.block_count() && same_frame(before.blocks[b], block));
+    for (Index lane = 0; is_right && lane < block.lane_count; ++lane) {
+      const Index place = place_at(block.corners[lane]);
+      is_named = is_named || vertices.contains(place);
+      is_right = vertices.contains(place) ||
+                 (same_lane(before.pulls, after.pulls, room.pulls, lane) &&
+                  same_lane(before.springs, after.springs, room.springs, lane) &&
+                  same_lane(before.volumes, after.volumes, room.volumes, lane) &&
+                  same_lane(before.hinges, after.hinges, room.hinges, lane));
+    }
+    is_right = is_right && (is_named || same_counts(before.blocks[b], block));
+    if (!is_right) {
       throw Error("nobody told of a change in block " + std::to_string(b));
     }
   }
-  if (!named.empty()) {
-    blocks_ = own_.vertex_blocks = blocks;
+  for (Index v = 0; v < blocks.vertex_count(); ++v) {
+    const Index block = blocks.place_of(v).block;
+    const bool is_known = v < blocks_.vertex_count() && blocks_.place_of(v).block == block;
+    if (!is_known && !vertices.contains(v) && !named.contains(block)) {
+      throw Error("nobody told that vertex " + std::to_string(v) + " is elsewhere");
+    }
   }
 }
 

@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -57,7 +56,8 @@ class FakeDevice final : public Backend {
   void refresh(DeviceRecords<Constraint>& records, const SolverData& data);
   void take_over(const SolverData& data);
   void take_over_state(const SolverData& data);
-  void take_over_blocks(const VertexBlocks& blocks, const std::set<Index>& named);
+  void take_over_blocks(const VertexBlocks& blocks, const Changes& changes);
+  void check_blocks(const VertexBlocks& blocks, const Changes& changes) const;
 
   // Constraints and tetrahedra in the log, when this was told of the last edit.
   std::pair<std::size_t, std::size_t> followed_;

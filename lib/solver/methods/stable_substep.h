@@ -59,6 +59,9 @@ class StableSubstep {
   /// has none. Idle lanes have zero.
   [[nodiscard]] std::span<const float> shares() const noexcept { return shares_; }
 
+  /// Places that were measured last, in an edit.
+  [[nodiscard]] std::span<const Index> measured() const noexcept { return changed_; }
+
   /// Changes with the shares.
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 

@@ -190,7 +190,7 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
     rows.resize(rows.size() + static_cast<std::size_t>(count));
     return first;
   };
-  Room room{{}, counts};
+  Room room{{}, counts, room_count_++};
   room.firsts = {add(pulls_, counts.pulls), add(springs_, counts.springs),
                  add(volumes_, counts.volumes), add(hinges_, counts.hinges),
                  add(strips_, counts.strips)};
@@ -201,6 +201,15 @@ VertexBlocks::Room VertexBlocks::make_room(const Rows& counts) {
     damped_strips_.resize(strips_.size());
   }
   return room;
+}
+
+VertexBlocks::BlockRoom VertexBlocks::room_of(Index block) const noexcept {
+  const auto& [firsts, counts, number] = rooms_[block];
+  return {number,
+          {firsts.pulls, counts.pulls},
+          {firsts.springs, counts.springs},
+          {firsts.volumes, counts.volumes},
+          {firsts.hinges, counts.hinges}};
 }
 
 void VertexBlocks::occupy(VertexBlock& block, const Room& room) noexcept {
@@ -547,7 +556,10 @@ void VertexBlocks::refresh() {
     const bool has_place = places_[v].block != kInvalidIndex;
     if (has_place && rooms_[places_[v].block].counts.has_room_for(needs_[v])) {
       VertexBlock& block = blocks_[places_[v].block];
-      block.is_damped |= is_neighborhood_damped();
+      if (!block.is_damped && is_neighborhood_damped()) {
+        block.is_damped = true;
+        changed_blocks_.push_back(places_[v].block);
+      }
       write_rows(v);
       count_rows(block);
     } else {
@@ -569,6 +581,7 @@ void VertexBlocks::begin_edit() noexcept {
                     given_hinges_.size(), color_count()};
   unit_before_ = unit_;
   refreshed_.clear();
+  changed_blocks_.clear();
   list_changes_.clear();
   color_changes_.clear();
 }
@@ -581,7 +594,8 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
          tets_at_.memory_bytes() + springs_at_.memory_bytes() + hinges_at_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
                damped_volumes_, damped_hinges_, strips_, damped_strips_, rooms_, left_rooms_,
-               places_, needs_, touched_, refreshed_, list_changes_, color_changes_);
+               places_, needs_, touched_, refreshed_, changed_blocks_, list_changes_,
+               color_changes_);
 }
 
 void add_damping(const DampedRows& rows, Index block_count, std::span<const Particle> bases,

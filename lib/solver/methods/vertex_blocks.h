@@ -102,6 +102,21 @@ class VertexBlocks {
             damped_hinges_.data(), strips_.data(),         damped_strips_.data()};
   }
 
+  /// The rows that are a block's, in use or not: it keeps them where edits give it another index,
+  /// and its lanes in use have all of them, padded.
+  struct BlockRoom {
+    Index number;  ///< below room_count()
+    RowRange pulls, springs, volumes, hinges;
+  };
+  [[nodiscard]] BlockRoom room_of(Index block) const noexcept;
+  [[nodiscard]] Index room_count() const noexcept { return room_count_; }
+
+  /// How much more of each array an edit may need that brings so much: in none that is empty.
+  struct Growth {
+    std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
+  };
+  [[nodiscard]] Growth expected_growth(const SpareRoom& spare) const noexcept;
+
   /// All arrays, for those who keep a copy of them.
   struct Arrays {
     std::span<const VertexBlock> blocks;
@@ -123,6 +138,9 @@ class VertexBlocks {
     Index lane = 0;
   };
   [[nodiscard]] Place place_of(Index vertex) const noexcept { return places_[vertex]; }
+
+  /// Of a vertex in a block; kInvalidIndex for others.
+  [[nodiscard]] Index color_of(Index vertex) const noexcept { return color_of_[vertex]; }
 
   /// The lanes of a vertex in its block: idle ones, too, if they repeat it.
   [[nodiscard]] LaneBits lanes_of(Index vertex) const noexcept {
@@ -174,9 +192,14 @@ class VertexBlocks {
   /// those vertices; and, where a colour gets or loses a block, to the colours.
   void refresh();
 
-  /// Vertices whose rows were rebuilt since begin_edit() or undo(); where all move at once, those
-  /// with other places, too. Some more than once.
+  /// Vertices whose rows were rebuilt since begin_edit() or undo(), that are in other lanes, or
+  /// that no block has any more; where all move at once, those in other blocks, too. Some more than
+  /// once.
   [[nodiscard]] std::span<const Index> refreshed() const noexcept { return refreshed_; }
+
+  /// Blocks that are others since then, not by the number of their rows alone: by their lanes, by
+  /// their rows' place, or because there are so many no more. Some more than once.
+  [[nodiscard]] std::span<const Index> changed_blocks() const noexcept { return changed_blocks_; }
 
   /// Makes room, so that edits find no memory for so much.
   void reserve(const SpareRoom& spare);
@@ -227,6 +250,7 @@ class VertexBlocks {
   // Where the rows of a block begin, and how many there may be.
   struct Room {
     Rows firsts, counts;
+    Index number;
   };
   enum class List : std::uint8_t { tets, springs, hinges };
   struct ListChange {
@@ -304,7 +328,9 @@ class VertexBlocks {
   std::vector<Place> places_;             // [vertex_count]
   std::vector<Rows> needs_;               // [vertex_count]
 
-  std::vector<Index> touched_, refreshed_;
+  Index room_count_ = 0;  // ever made
+
+  std::vector<Index> touched_, refreshed_, changed_blocks_;
   std::vector<bool> is_touched_;  // [vertex_count]
   std::vector<Index> conflicts_;  // vertices with a neighbour of their colour, maybe
 

@@ -98,6 +98,7 @@ bool VertexFollower::grow(const Tissue& tissue, const TissueChange& change) {
   blocks.add_vertices(place_count);
   for (Index place = place_count - new_places; place < place_count; ++place) {
     set_free(place);
+    data_.log_constraint(PhaseKind::vertex, place);  // also where no block has it
   }
   // what has other vertices now
   for (const ReshapedTet& reshaped : change.reshaped_tets) {
@@ -180,7 +181,7 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
     data_.vertex_blocks = std::move(*before_growth_);
   }
   data_.vertex_blocks.undo();
-  refresh();
+  refresh();  // as of the growth
   before_growth_.reset();
 }
 
@@ -188,13 +189,10 @@ void VertexFollower::refresh() {
   VertexBlocks& blocks = data_.vertex_blocks;
   blocks.refresh();
   ++data_.rows_revision;
-  for (const Index place : blocks.refreshed()) {
-    if (!has_grown_) {  // else backends that keep them elsewhere take all anew
-      data_.log_constraint(PhaseKind::vertex, place);
-    }
-  }
+  const bool are_anew = before_growth_.has_value();
+  data_.log_rows(blocks, are_anew);
   if (is_explicit(data_.options)) {
-    if (before_growth_) {
+    if (are_anew) {
       data_.stable_substep.measure(data_);
       return;
     }
@@ -202,6 +200,7 @@ void VertexFollower::refresh() {
       data_.stable_substep.fit(data_);
     }
     data_.stable_substep.measure(data_, blocks.refreshed());
+    data_.log_shares(data_.stable_substep.measured());
   }
 }
 

@@ -157,6 +157,7 @@ void VertexBlocks::take_lane(Index vertex) {
     index = add_block(color, needs_[vertex]);
   }
   VertexBlock& block = blocks_[index];
+  changed_blocks_.push_back(index);
   places_[vertex] = {index, block.lane_count};
   std::fill(block.corners + block.lane_count, block.corners + kBlockLanes, offset_of(vertex));
   if (++block.lane_count == kBlockLanes) {
@@ -172,6 +173,7 @@ void VertexBlocks::leave_lane(Index vertex) noexcept {
   const auto [index, lane] = places_[vertex];
   places_[vertex] = {};
   VertexBlock& block = blocks_[index];
+  changed_blocks_.push_back(index);
   const Index color = color_of_[vertex];
   if (block.lane_count == kBlockLanes) {
     open_[color].push_back(index);
@@ -186,9 +188,7 @@ void VertexBlocks::leave_lane(Index vertex) noexcept {
     block.corners[lane] = block.corners[last];
     places_[moved].lane = lane;
     copy_lane(block, last, lane);
-    if (at_once_) {
-      refreshed_.push_back(moved);
-    }
+    refreshed_.push_back(moved);
   }
   for (Index idle = last; idle < kBlockLanes; ++idle) {
     block.corners[idle] = block.corners[last - 1];
@@ -198,7 +198,7 @@ void VertexBlocks::leave_lane(Index vertex) noexcept {
 }
 
 void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noexcept {
-  const auto& [firsts, counts] = rooms_[places_[place_at(block.corners[0])].block];
+  const auto& [firsts, counts, number] = rooms_[places_[place_at(block.corners[0])].block];
   copy_lanes(pulls_, firsts.pulls, counts.pulls, from, to);
   copy_lanes(springs_, firsts.springs, counts.springs, from, to);
   copy_lanes(volumes_, firsts.volumes, counts.volumes, from, to);
@@ -247,6 +247,7 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
   ++first_block_[color + 1];
   rooms_[gap] = room;
   blocks_[gap] = {};
+  changed_blocks_.push_back(gap);
   occupy(blocks_[gap], room);
   open_[color].push_back(gap);
   return gap;
@@ -276,6 +277,8 @@ void VertexBlocks::remove_block(Index block) {
 void VertexBlocks::move_block(Index color, Index from, Index to) noexcept {
   blocks_[to] = blocks_[from];
   rooms_[to] = rooms_[from];
+  changed_blocks_.push_back(from);
+  changed_blocks_.push_back(to);
   std::ranges::replace(open_[color], from, to);
   for (Index lane = 0; lane < blocks_[to].lane_count; ++lane) {
     const Index v = place_at(blocks_[to].corners[lane]);
@@ -290,6 +293,7 @@ void VertexBlocks::undo() {
   const bool had_hinges = counts_before_.hinges > 0, has_hinges = given_hinges_.size() > 0;
   unit_ = unit_before_;
   refreshed_.clear();
+  changed_blocks_.clear();
   for (const auto& [vertex, before] : color_changes_ | std::views::reverse) {
     if (places_[vertex].block != kInvalidIndex) {
       leave_lane(vertex);
@@ -297,6 +301,7 @@ void VertexBlocks::undo() {
     color_of_[vertex] = before;
     is_free_[vertex] = before != kInvalidIndex;
     touch({&vertex, 1});
+    refreshed_.push_back(vertex);  // which may have no rows any more
   }
   color_changes_.clear();
   first_block_.resize(static_cast<std::size_t>(counts_before_.colors) + 1);
@@ -347,20 +352,33 @@ void VertexBlocks::undo() {
   }
 }
 
+// Of each vertex that comes, some neighbours go to blocks with more room, too.
+VertexBlocks::Growth VertexBlocks::expected_growth(const SpareRoom& spare) const noexcept {
+  if (spare.vertices == 0) {
+    return {};
+  }
+  const auto blocks = static_cast<std::size_t>(3 * spare.vertices / kBlockLanes + color_count());
+  constexpr std::size_t kPulls = 24, kVolumes = 40, kStrips = 50;  // rows of a block, at a cut
+  return {blocks,
+          pulls_.empty() ? 0 : kPulls * blocks,
+          springs_.empty() ? 0 : kPulls * blocks,
+          volumes_.empty() ? 0 : kVolumes * blocks,
+          hinges_.empty() ? 0 : kSpareHinges * blocks,
+          strips_.empty() ? 0 : kStrips * blocks};
+}
+
 void VertexBlocks::reserve(const SpareRoom& spare) {
   if (spare.vertices == 0) {
     return;
   }
-  // of each that comes, some neighbours go to blocks with more room, too
-  const auto blocks = static_cast<std::size_t>(3 * spare.vertices / kBlockLanes + color_count());
-  constexpr std::size_t kPulls = 24, kVolumes = 40, kStrips = 50;  // rows of a block, at a cut
+  const Growth growth = expected_growth(spare);
   const auto vertices = static_cast<std::size_t>(spare.vertices);
-  blocks_.reserve(blocks_.size() + blocks);
-  rooms_.reserve(rooms_.size() + blocks);
-  pulls_.reserve(pulls_.size() + (pulls_.empty() ? 0 : kPulls * blocks));
-  volumes_.reserve(volumes_.size() + (volumes_.empty() ? 0 : kVolumes * blocks));
-  springs_.reserve(springs_.size() + (springs_.empty() ? 0 : kPulls * blocks));
-  strips_.reserve(strips_.size() + (strips_.empty() ? 0 : kStrips * blocks));
+  blocks_.reserve(blocks_.size() + growth.blocks);
+  rooms_.reserve(rooms_.size() + growth.blocks);
+  pulls_.reserve(pulls_.size() + growth.pulls);
+  volumes_.reserve(volumes_.size() + growth.volumes);
+  springs_.reserve(springs_.size() + growth.springs);
+  strips_.reserve(strips_.size() + growth.strips);
   if (has_damping_) {
     damped_springs_.reserve(springs_.capacity());
     damped_volumes_.reserve(volumes_.capacity());

@@ -19,7 +19,9 @@ struct Changes {
   struct Constraint {
     /// distance (edges, then links), volume, neo_hookean, strain_limit, bending; or vertex
     PhaseKind kind;
-    Index id;  ///< of the constraint, stable; or the place of a vertex whose rows changed
+    /// Of the constraint, stable; or the place of a vertex whose rows or whose lane changed, or
+    /// that no block has any more: not among the present ones if it is gone for good.
+    Index id;
   };
 
   /// [copy] whether positions, velocities and carries were rewritten as a whole.
@@ -32,9 +34,14 @@ struct Changes {
   bool tools = true;
   bool watched = true;  ///< the list of watched places is another
   /// Constraints were added, or such are gone again. They are in the lists below like any others;
-  /// ids there that are not among the present ones are gone for good. Rows of the vertex-block
-  /// method are others as a whole.
+  /// ids there that are not among the present ones are gone for good.
   bool grown = false;
+  /// Rows of the vertex-block method were laid out anew. The two lists below say nothing of them.
+  bool rows_anew = false;
+  /// See VertexBlocks::changed_blocks().
+  std::vector<Index> blocks;
+  /// Of explicit steps: places whose share in StableSubstep is another.
+  std::vector<Index> shares;
   /// Places whose inverse mass is another; where it is zero now, the velocity is, too.
   std::vector<Index> vertices;
   /// Constraints added, removed or back, gone, moved to another group, or with other vertices or
@@ -45,8 +52,8 @@ struct Changes {
   std::vector<Index> tets;
 
   [[nodiscard]] bool any() const noexcept {
-    return tools || watched || grown || !moved.empty() || !vertices.empty() ||
-           !constraints.empty() || !tets.empty() ||
+    return tools || watched || grown || rows_anew || !blocks.empty() || !shares.empty() ||
+           !moved.empty() || !vertices.empty() || !constraints.empty() || !tets.empty() ||
            std::find(state.begin(), state.end(), true) != state.end();
   }
 
@@ -63,7 +70,9 @@ struct Changes {
 
   void clear() noexcept {
     std::fill(state.begin(), state.end(), false);
-    tools = watched = grown = false;
+    tools = watched = grown = rows_anew = false;
+    blocks.clear();
+    shares.clear();
     moved.clear();
     vertices.clear();
     constraints.clear();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "lib/solver/methods/vertex_blocks.h"
+
 namespace pbdsurg {
 
 void CopyState::color_attachments() {
@@ -140,6 +142,26 @@ void SolverState::log_growth() {
   changes.grown = changes.grown || backend->keeps_state();
 }
 
+void SolverState::log_rows(const VertexBlocks& blocks, bool are_anew) {
+  if (!backend->keeps_state()) {
+    return;
+  }
+  changes.rows_anew = changes.rows_anew || are_anew;
+  if (!are_anew) {
+    for (const Index place : blocks.refreshed()) {
+      log_constraint(PhaseKind::vertex, place);
+    }
+    const auto changed = blocks.changed_blocks();
+    changes.blocks.insert(changes.blocks.end(), changed.begin(), changed.end());
+  }
+}
+
+void SolverState::log_shares(std::span<const Index> places) {
+  if (backend->keeps_state()) {
+    changes.shares.insert(changes.shares.end(), places.begin(), places.end());
+  }
+}
+
 void SolverState::forget_releases(Index index, Index tool) {
   std::erase_if(releases, [&](const Release& release) {
     return release.copy == index && release.tool == tool;
@@ -166,8 +188,9 @@ std::size_t SolverState::memory_bytes() const noexcept {
   const auto bytes_of = [](const auto&... arrays) {
     return (... + (arrays.capacity() * sizeof(arrays[0])));
   };
-  std::size_t bytes = bytes_of(place_of_vertex, watched_places, read_places, releases,
-                               changes.moved, changes.vertices, changes.constraints, changes.tets);
+  std::size_t bytes =
+      bytes_of(place_of_vertex, watched_places, read_places, releases, changes.moved,
+               changes.vertices, changes.constraints, changes.tets, changes.blocks, changes.shares);
   for (Index i = 0; i < copy_count(); ++i) {
     const CopyState& each = copy(i);
     bytes += bytes_of(each.particles, each.velocities, each.carries, each.ways,

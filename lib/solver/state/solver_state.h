@@ -84,6 +84,8 @@ struct CopyState {
   void color_attachments();
 };
 
+class VertexBlocks;
+
 /// All that copies share of motion, and the state of copy 0.
 struct SolverState : CopyState {
   SolverOptions options;
@@ -166,6 +168,11 @@ struct SolverState : CopyState {
 
   /// Constraints are added, or such are gone.
   void log_growth();
+
+  /// Rows are others than before an edit, or its undo.
+  /// @param are_anew  whether they were laid out anew
+  void log_rows(const VertexBlocks& blocks, bool are_anew);
+  void log_shares(std::span<const Index> places);
 
   /// A tool of a copy gave up what it holds: no undo brings it back.
   void forget_releases(Index copy, Index tool);
