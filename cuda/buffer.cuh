@@ -81,6 +81,27 @@ class DeviceBuffer : public Buffer<T, DeviceMemory> {
     return data;
   }
 
+  /// Makes room in each of some parts that lie one after another, and keeps what they have; all
+  /// bytes of what is new are `byte`. Waits, if there is too little.
+  /// @param before  elements of a part until now
+  /// @param size    from now on
+  T* enlarge(std::size_t parts, std::size_t before, std::size_t size, int byte,
+             cudaStream_t stream) {
+    if (parts == 0 || size <= before) {
+      return this->get();
+    }
+    DeviceBuffer larger;
+    T* const start = larger.fill(parts * size, byte, stream);
+    if (before > 0) {
+      PBDSURG_CUDA_CHECK(cudaMemcpy2DAsync(start, size * sizeof(T), this->get(), before * sizeof(T),
+                                           before * sizeof(T), parts, cudaMemcpyDeviceToDevice,
+                                           stream));
+    }
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the smaller goes
+    *this = std::move(larger);
+    return start;
+  }
+
   /// Reserves, and copies from the host.
   T* upload(std::span<const T> values, cudaStream_t stream) {
     T* const data = this->reserve(values.size());

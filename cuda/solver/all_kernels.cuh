@@ -33,6 +33,7 @@ constexpr StepKernels all_kernels() {
           &measure_stiffness,
           &prepare_sweep_of_vertices,
           &pack_rows,
+          &pack_numbers,
           &sweep_vertices,
           &fill_mailboxes_of,
           &prepare_explicit_step,

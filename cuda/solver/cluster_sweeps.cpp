@@ -82,11 +82,14 @@ class ClusterSweeps final : public Sweeps {
     return true;
   }
 
-  bool follow(std::vector<WordChange>& words, Index place_count) override {
-    return program_->follow(words, place_count);
+  bool follow(const SolverData& data, std::span<const Stage> /*stages*/,
+              std::vector<WordChange>& words) override {
+    return program_->follow(words, static_cast<Index>(data.particles.size()));
   }
 
-  [[nodiscard]] std::uint32_t* words() const noexcept override { return image_.get(); }
+  [[nodiscard]] std::uint32_t* start(DeviceArray array) const noexcept override {
+    return array == DeviceArray::cluster ? image_.get() : nullptr;
+  }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     kernels_.sweep_cluster(

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,10 +33,7 @@ class CooperativeSweeps final : public Sweeps {
 
   bool take_over(const SolverData& data, std::span<const Stage> stages,
                  const StageRecords& /*records*/, cudaStream_t stream) override {
-    const bool has_others = std::ranges::any_of(
-        stages, [](const Stage& stage) { return stage.kind != PhaseKind::vertex; });
-    if (has_others || stages.empty() || stages.size() > VertexColors::kMost ||
-        data.options.iterations > kMostSweeps) {
+    if (!can_sweep(stages) || data.options.iterations > kMostSweeps) {
       return false;
     }
     const NeighborLists lists(data.vertex_blocks);
@@ -43,39 +42,56 @@ class CooperativeSweeps final : public Sweeps {
       return false;
     }
     tiles_.parts = is_explicit_ ? kRowParts : parts_for(data, stages);
-    VertexTiles tiles = make_tiles(data, lists);
+    make_tiles(data, lists);
     // a vertex whose warp keeps it is faster than one that shares a warp with others by turns
     while (is_explicit_ && !stays() && tiles_.parts > kFewParts &&
            data.options.math == MathMode::fast) {
       tiles_.parts /= 2;
-      tiles = make_tiles(data, lists);
+      make_tiles(data, lists);
     }
     if (block_count_ == 0) {
       return false;
     }
-    const auto records = [](Index rows, Index row_copies) {
-      return static_cast<std::size_t>(rows) * static_cast<std::size_t>(row_copies) * kTileThreads;
-    };
-    const Index row_copies = data.vertex_blocks.has_damping() ? copies : 1;
-    tiles_.blocks = blocks_.upload(tiles.blocks, stream);
-    tiles_.neighbors = neighbors_.upload(tiles.neighbors, stream);
-    tiles_.pulls = pulls_.reserve(records(tiles.pull_rows, 1));
-    tiles_.springs = springs_.reserve(records(tiles.spring_rows, row_copies));
-    tiles_.volumes = volumes_.reserve(records(tiles.volume_rows, row_copies));
-    tiles_.spring_rows = tiles.spring_rows;
-    tiles_.volume_rows = tiles.volume_rows;
     copy_count_ = static_cast<std::size_t>(copies);
-    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the tiles end here
+    row_copies_ = data.vertex_blocks.has_damping() ? copy_count_ : 1;
+    const auto growth = data.vertex_blocks.expected_growth(data.options.spare);
+    set_room(tiles_now().with(growth.blocks, most_blocks_), stream);
+    blocks_.upload(layout_.blocks, stream);
+    neighbors_.upload(layout_.neighbors, stream);
+    PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the neighbours end here
+    layout_.neighbors = {};
     return true;
   }
 
+  bool follow(const SolverData& data, std::span<const Stage> stages,
+              std::vector<WordChange>& words) override {
+    vertex_blocks_ = data.vertex_blocks.block_count();
+    most_blocks_ = std::max(most_blocks_, layout_.blocks.size());  // some words may be of those
+    return can_sweep(stages) && layout_.follow(data.vertex_blocks, data.changes, words);
+  }
+
   void follow_rows(const VertexArrays& vertices, const Launch& launch) override {
-    kernels_.pack_rows(vertices, tiles_, false, launch);
+    const std::vector<Index> changed = layout_.take_unpacked();
+    if (are_all_unpacked_) {
+      kernels_.pack_rows(vertices, tiles_, nullptr, vertices.block_count, launch);
+    } else if (!changed.empty()) {
+      Index* const which = unpacked_.reserve(std::bit_ceil(changed.size()));
+      std::ranges::copy(changed, which);
+      kernels_.pack_rows(vertices, tiles_, which, static_cast<Index>(changed.size()), launch);
+    }
+    are_all_unpacked_ = false;
+  }
+
+  [[nodiscard]] std::uint32_t* start(DeviceArray array) const noexcept override {
+    if (array == DeviceArray::tile_blocks) {
+      return reinterpret_cast<std::uint32_t*>(blocks_.get());
+    }
+    return array == DeviceArray::tile_neighbors ? neighbors_.get() : nullptr;
   }
 
   void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) override {
     if (arrays.vertices.is_damped) {
-      kernels_.pack_rows(arrays.vertices, tiles_, true, launch);
+      kernels_.pack_numbers(arrays.vertices, tiles_, launch);
     }
     sweep(arrays.has_tools() ? Reach::held_substep : Reach::substep, arrays, substep, launch);
   }
@@ -105,7 +121,10 @@ class CooperativeSweeps final : public Sweeps {
     }
   }
 
-  void make_room(std::size_t vertices) override { odd_points_.reserve(copy_count_ * vertices); }
+  bool make_room(std::size_t vertices, cudaStream_t stream) override {
+    odd_points_.reserve(copy_count_ * vertices);
+    return make_room_for_tiles(stream);
+  }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return odd_points_.memory_bytes() + blocks_.memory_bytes() + neighbors_.memory_bytes() +
@@ -131,14 +150,65 @@ class CooperativeSweeps final : public Sweeps {
   }
 
   // With the room that a device has for them.
-  VertexTiles make_tiles(const SolverData& data, const NeighborLists& lists) {
-    VertexTiles tiles(data.vertex_blocks, lists, tiles_.parts);
-    tiles_.most_neighbors = tiles.most_neighbors;
+  void make_tiles(const SolverData& data, const NeighborLists& lists) {
+    layout_ = VertexTiles(data.vertex_blocks, lists, tiles_.parts);
+    tiles_.most_neighbors = layout_.most_neighbors;
+    most_blocks_ = layout_.blocks.size();
     vertex_blocks_ = data.vertex_blocks.block_count();
     const auto prepare =
         is_explicit_ ? kernels_.prepare_explicit_step : kernels_.prepare_sweep_of_vertices;
     block_count_ = prepare(tiles_) / data.copy_count();
-    return tiles;
+  }
+
+  [[nodiscard]] static bool can_sweep(std::span<const Stage> stages) {
+    return !stages.empty() && stages.size() <= VertexColors::kMost &&
+           std::ranges::all_of(stages,
+                               [](const Stage& stage) { return stage.kind == PhaseKind::vertex; });
+  }
+
+  // Rows of an array, or blocks.
+  struct TileRoom {
+    std::size_t blocks = 0, neighbors = 0, pulls = 0, springs = 0, volumes = 0;
+
+    [[nodiscard]] bool has_room_for(const TileRoom& other) const noexcept {
+      return other.blocks <= blocks && other.neighbors <= neighbors && other.pulls <= pulls &&
+             other.springs <= springs && other.volumes <= volumes;
+    }
+    // And as many as some parts of this many more.
+    [[nodiscard]] TileRoom with(std::size_t parts, std::size_t of) const noexcept {
+      const auto more = [&](std::size_t count) { return count + (count * parts + of - 1) / of; };
+      return {more(blocks), more(neighbors), more(pulls), more(springs), more(volumes)};
+    }
+  };
+
+  [[nodiscard]] TileRoom tiles_now() const {
+    const auto rows = [](Index count) { return static_cast<std::size_t>(count); };
+    return {most_blocks_, rows(layout_.neighbor_rows), rows(layout_.pull_rows),
+            rows(layout_.spring_rows), rows(layout_.volume_rows)};
+  }
+
+  // Whether there was too little room: then arrays are others, and records are to be packed anew.
+  bool make_room_for_tiles(cudaStream_t stream) {
+    constexpr std::size_t kPart = 8;  // of all: edits that bring ever more rarely come to this
+    if (room_.has_room_for(tiles_now())) {
+      return false;
+    }
+    set_room(tiles_now().with(1, kPart), stream);
+    return true;
+  }
+
+  void set_room(const TileRoom& room, cudaStream_t stream) {
+    const auto threads = [](std::size_t rows) { return rows * kTileThreads; };
+    tiles_.blocks = blocks_.enlarge(1, room_.blocks, room.blocks, 0, stream);
+    tiles_.neighbors =
+        neighbors_.enlarge(1, threads(room_.neighbors), threads(room.neighbors), 0, stream);
+    tiles_.pulls = pulls_.reserve(threads(room.pulls));
+    tiles_.springs = springs_.reserve(threads(row_copies_ * room.springs));
+    tiles_.volumes = volumes_.reserve(threads(row_copies_ * room.volumes));
+    tiles_.spring_rows = static_cast<Index>(room.springs);
+    tiles_.volume_rows = static_cast<Index>(room.volumes);
+    room_ = room;
+    are_all_unpacked_ = true;
   }
 
   // Whether each tile of explicit steps has a warp of its own.
@@ -178,8 +248,12 @@ class CooperativeSweeps final : public Sweeps {
   const StepKernels& kernels_;
   float over_relaxation_;
   bool is_explicit_;
-  std::size_t copy_count_ = 1;
+  std::size_t copy_count_ = 1, row_copies_ = 1;
   Index vertex_blocks_ = 0;
+  std::size_t most_blocks_ = 0;  // since the layout was made
+  VertexTiles layout_;
+  TileRoom room_;
+  bool are_all_unpacked_ = false;
   Index block_count_ = 0;  // of threads, at once, for each copy
   TileArrays tiles_{};
   DeviceBuffer<TileBlock> blocks_;
@@ -187,6 +261,7 @@ class CooperativeSweeps final : public Sweeps {
   DeviceBuffer<PullRecord> pulls_;
   DeviceBuffer<SpringRecord> springs_;
   DeviceBuffer<VolumeRecord> volumes_;
+  PinnedBuffer<Index> unpacked_;         // blocks
   DeviceBuffer<FixedPoint> odd_points_;  // [copy][capacity] see Mailboxes
 };
 

@@ -173,12 +173,16 @@ class CudaBackend final : public Backend {
     try {
       words_.begin();
       is_planned_ = is_planned_ && plan_.follow(data, changes, words_.last()) &&
-                    sweeps_->follow(words_.last(), static_cast<Index>(data.particles.size()));
+                    sweeps_->follow(data, plan_.open_stages(), words_.last());
+      vertices_.follow(data);
     } catch (...) {
       is_planned_ = false;
     }
     changes.constraints.clear();
     changes.tets.clear();
+    changes.blocks.clear();
+    changes.shares.clear();
+    changes.rows_anew = false;
   }
 
   [[nodiscard]] Maker maker() const override {
@@ -207,7 +211,7 @@ class CudaBackend final : public Backend {
             (data.options.math == MathMode::strict ? "strict" : "fast");
     constraints_.upload(records, remembers && strategy_ != DeviceStrategy::cluster,
                         data.copy_count(), stream_.get());
-    vertices_.upload(data, stream_.get());
+    vertices_.upload(data, has_grown_, stream_.get());
     have_rows_changed_ = true;
     is_planned_ = true;
   }
@@ -236,7 +240,7 @@ class CudaBackend final : public Backend {
     if (wanted == DeviceStrategy::cooperative ||
         (wanted == DeviceStrategy::automatic && !projects)) {
       sweeps_ = make_cooperative_sweeps(data);
-      if (sweeps_->take_over(data, plan_.stages(), records, stream_.get())) {
+      if (sweeps_->take_over(data, plan_.open_stages(), records, stream_.get())) {
         strategy_ = DeviceStrategy::cooperative;
         return;
       }
@@ -281,21 +285,24 @@ class CudaBackend final : public Backend {
   void take_over(SolverData& data) {
     const Changes& changes = data.changes;
     state_.make_room(data, stream_.get());
-    if (!changes.constraints.empty() || !changes.tets.empty()) {
+    if (!changes.constraints.empty() || !changes.tets.empty() || !changes.blocks.empty() ||
+        changes.rows_anew) {
       follow_edit(data);  // one that was broken off
     }
     if (!is_planned_) {
       words_.clear();
       make_plan(data);
     }
-    sweeps_->make_room(static_cast<std::size_t>(state_.arrays().capacity));
+    vertices_.make_room(data, stream_.get());
+    if (sweeps_->make_room(static_cast<std::size_t>(state_.arrays().capacity), stream_.get())) {
+      is_recorded_ = false;
+    }
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
     follows_on_ = follows_on_ && !have_rows_changed_ && changes.moved.empty() &&
                   changes.vertices.empty() && !std::ranges::count(changes.state, true);
     state_.take_over(data, stream_.get());
     free_pieces_.take_over(data.free_pieces, stream_.get());
-    vertices_.take_over(data.stable_substep, stream_.get());
     if (changes.tools || state_.arrays().capacity != tools_.vertex_room()) {
       tools_.take_over(data, state_.arrays().capacity);
     }
@@ -330,8 +337,10 @@ class CudaBackend final : public Backend {
     arrays.copy_count = data.copy_count();
     for (int a = 0; a < kDeviceArrayCount; ++a) {
       const auto array = static_cast<DeviceArray>(a);
-      std::uint32_t* const start = constraints_.start(array);
-      arrays.starts[a] = start != nullptr ? start : vertices_.start(array);
+      for (std::uint32_t* const start :
+           {constraints_.start(array), vertices_.start(array), sweeps_->start(array)}) {
+        arrays.starts[a] = start != nullptr ? start : arrays.starts[a];
+      }
       arrays.strides[a] = vertices_.stride(array);
     }
     for (const DeviceArray array : {DeviceArray::particles, DeviceArray::velocities}) {
@@ -342,7 +351,6 @@ class CudaBackend final : public Backend {
       return arrays.starts[static_cast<int>(array)];
     };
     start(DeviceArray::particles) = reinterpret_cast<std::uint32_t*>(state_.arrays().particles);
-    start(DeviceArray::cluster) = sweeps_->words();
     start(DeviceArray::velocities) = reinterpret_cast<std::uint32_t*>(state_.arrays().velocities);
     // the device reads them where they are; edits differ in size
     WordChange* const shared = shared_words_.reserve(std::bit_ceil(words.size()));
@@ -358,14 +366,15 @@ class CudaBackend final : public Backend {
 
   void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
-    DeviceStep step{&kernels_of(data.options),
-                    {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
-                     has_cluster ? std::span<const Stage>() : plan_.open_stages(),
-                     tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
-                     data.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays()},
-                    {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-                    step_program(data.options, data.division),
-                    changes_lengths};
+    DeviceStep step{
+        &kernels_of(data.options),
+        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+         has_cluster ? std::span<const Stage>() : plan_.open_stages(), tools_.has_pushers(),
+         tools_.has_attachments(), vertices_.arrays(), data.division.sweeps,
+         has_stiff_links(data.plan), free_pieces_.arrays(), has_cluster ? 0 : plan_.revision()},
+        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+        step_program(data.options, data.division),
+        changes_lengths};
     if (strategy_ == DeviceStrategy::cooperative) {
       step.start = start_.make_room(step.arrays.state, static_cast<std::size_t>(data.copy_count()));
       kept_ = step.start;

@@ -35,7 +35,7 @@ __global__ void __launch_bounds__(kMomentumSums)
   wait_for_previous();
   state = of_copy(state);
   const Index* const holds =
-      vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_count * kBlockLanes);
+      vertices.holds + copy_index() * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
   const auto thread = static_cast<Index>(threadIdx.x);
   const Index first = __ldg(pieces.firsts + blockIdx.x);
   const Index end = __ldg(pieces.firsts + blockIdx.x + 1);

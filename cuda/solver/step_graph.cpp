@@ -21,6 +21,17 @@ struct Recording {
   cudaGraph_t graph = nullptr;
 };
 
+// Whether it has the same kernels in the same order, and does what was recorded from now on: a cut
+// changes how many blocks of vertices there are and little else, which takes less time so.
+bool can_take(cudaGraphExec_t executable, cudaGraph_t graph) {
+  cudaGraphExecUpdateResultInfo info{};
+  const bool has_taken = cudaGraphExecUpdate(executable, graph, &info) == cudaSuccess;
+  if (!has_taken) {
+    static_cast<void>(cudaGetLastError());  // there is another way
+  }
+  return has_taken;
+}
+
 }  // namespace
 
 StepGraph::~StepGraph() {
@@ -40,6 +51,9 @@ void StepGraph::record(cudaStream_t stream, const std::function<void()>& enqueue
     throw;
   }
   PBDSURG_CUDA_CHECK(cudaStreamEndCapture(stream, &recording.graph));
+  if (executable_ != nullptr && can_take(executable_, recording.graph)) {
+    return;
+  }
   if (executable_ != nullptr) {
     PBDSURG_CUDA_CHECK(cudaGraphExecDestroy(std::exchange(executable_, nullptr)));
   }

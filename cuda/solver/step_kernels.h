@@ -120,9 +120,13 @@ struct StepKernels {
   /// @return  how many blocks of threads the current device runs at a time; 0 if it cannot
   Index (*prepare_sweep_of_vertices)(const TileArrays&);
 
-  /// Makes records of rows.
-  /// @param numbers_only  because no row has come or gone
-  void (*pack_rows)(const VertexArrays&, const TileArrays&, bool numbers_only, const Launch&);
+  /// Makes records of the rows of some blocks.
+  /// @param which  [count > 0] these, or null for the first ones
+  void (*pack_rows)(const VertexArrays&, const TileArrays&, const Index* which, Index count,
+                    const Launch&);
+
+  /// Likewise of all, where no row has come or gone, but damping has changed their numbers.
+  void (*pack_numbers)(const VertexArrays&, const TileArrays&, const Launch&);
 
   /// Moves all vertices, colour by colour and sweep by sweep.
   /// @param Mailboxes  of a step: as the last one or fill_mailboxes() left them

@@ -5,6 +5,7 @@
 /// The strategies of sweeping on a device.
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,7 @@ struct SweepArrays {
   Index sweep_count = 1;         ///< of a substep
   bool has_stiff_links = false;  ///< that live: else some stages have none left
   FreePieceArrays free_pieces{};
+  std::uint64_t stages_revision = 0;  ///< changes with the stages
 
   [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
 
@@ -42,7 +44,7 @@ struct SweepArrays {
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
            has_attachments == other.has_attachments && vertices == other.vertices &&
            sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
-           free_pieces == other.free_pieces;
+           free_pieces == other.free_pieces && stages_revision == other.stages_revision;
   }
 };
 
@@ -55,29 +57,35 @@ class Sweeps {
  public:
   virtual ~Sweeps() = default;
 
-  /// Takes the stages over, the first time or when they changed. Waits.
-  /// @return  whether it can sweep them
+  /// Takes the stages over, the first time or when all were made anew. Waits.
+  /// @param stages  of a cluster with those that wait for constraints
+  /// @return        whether it can sweep them
   virtual bool take_over(const SolverData& data, std::span<const Stage> stages,
                          const StageRecords& records, cudaStream_t stream) = 0;
 
-  /// Lists what to write into its own arrays, if it has any, so that they follow the records. A
-  /// step may be running.
-  /// @param words        changes of records; appended to: changes of DeviceArray::cluster
-  /// @param place_count  vertices
-  /// @return             false if it cannot: then it has to take over the stages anew
-  [[nodiscard]] virtual bool follow(std::vector<WordChange>& /*words*/, Index /*place_count*/) {
+  /// Lists what to write into its own arrays, if it has any, so that they follow the records and
+  /// the rows of vertices. A step may be running.
+  /// @param data    with the changes that these follow
+  /// @param stages  those that are open
+  /// @param words   changes of records; appended to: changes of its arrays
+  /// @return        false if it cannot: then it has to take over the stages anew
+  [[nodiscard]] virtual bool follow(const SolverData& /*data*/, std::span<const Stage> /*stages*/,
+                                    std::vector<WordChange>& /*words*/) {
     return true;
   }
 
-  /// Makes room for so many vertices of a copy, if it keeps any; their number may have grown. While
-  /// no step runs.
-  virtual void make_room(std::size_t /*vertices*/) {}
+  /// Makes room for so many vertices of a copy, if it keeps any, and for what it followed. While no
+  /// step runs.
+  /// @return  whether it works otherwise from now on: then a step has to be recorded again
+  virtual bool make_room(std::size_t /*vertices*/, cudaStream_t /*stream*/) { return false; }
 
   /// Enqueues what follows rows of vertices that were written, before the next step.
   virtual void follow_rows(const VertexArrays& /*vertices*/, const Launch& /*launch*/) {}
 
-  /// Where DeviceArray::cluster starts, if there is one.
-  [[nodiscard]] virtual std::uint32_t* words() const noexcept { return nullptr; }
+  /// Where one of its arrays starts that changes between steps; null for others.
+  [[nodiscard]] virtual std::uint32_t* start(DeviceArray /*array*/) const noexcept {
+    return nullptr;
+  }
 
   /// Enqueues all sweeps of one substep, with what tools do in them. Called while a graph records
   /// the stream, so it neither waits nor allocates.

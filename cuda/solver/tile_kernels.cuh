@@ -31,9 +31,10 @@ __device__ inline std::size_t first_record(Index first_row, Index thread) {
 }
 
 /// The records of a block, a block of threads each.
+/// @param which  [block of threads] blocks; null for all
 template <bool kNumbersOnly>
 __global__ void __launch_bounds__(kPackThreads)
-    pack_block(VertexArrays vertices, TileArrays tiles) {
+    pack_block(VertexArrays vertices, TileArrays tiles, const Index* which) {
   wait_for_previous();
   tiles = of_copy(tiles, vertices);
   vertices = of_copy(vertices);
@@ -41,10 +42,11 @@ __global__ void __launch_bounds__(kPackThreads)
     return;
   }
   const Index parts = tiles.parts;
-  const VertexBlock block = load_ranges(vertices.blocks + blockIdx.x);
-  TileBlock* const to = tiles.blocks + blockIdx.x;
-  const Index neighbor_count = to->counts.neighbors * parts;
-  const TileCounts counts = tile_counts(block, neighbor_count, parts);
+  const Index index = which == nullptr ? static_cast<Index>(blockIdx.x) : which[blockIdx.x];
+  const VertexBlock block = load_ranges(vertices.blocks + index);
+  const TileBlock* const to = tiles.blocks + index;
+  const TileCounts counts = to->counts;
+  const Index neighbor_count = counts.neighbors * parts;
   // of rows that are there, and of those that threads have beyond
   const auto for_each = [&](Index rows_of_thread, Index first_row, const auto& visit) {
     for (auto i = static_cast<Index>(threadIdx.x); i < kBlockLanes * rows_of_thread * parts;
@@ -100,16 +102,18 @@ __global__ void __launch_bounds__(kPackThreads)
                              : 0U;
     }
   });
-  __syncthreads();
-  if (!kNumbersOnly && threadIdx.x == 0 && copy_index() == 0) {
-    to->counts = counts;
-  }
 }
 
-void pack_rows(const VertexArrays& vertices, const TileArrays& tiles, bool numbers_only,
-               const Launch& how) {
-  launch(how, "launching the packing of rows", vertices.block_count, kPackThreads,
-         numbers_only ? pack_block<true> : pack_block<false>, vertices, tiles);
+void pack_rows(const VertexArrays& vertices, const TileArrays& tiles, const Index* which,
+               Index count, const Launch& how) {
+  launch(how, "launching the packing of rows", count, kPackThreads, pack_block<false>, vertices,
+         tiles, which);
+}
+
+void pack_numbers(const VertexArrays& vertices, const TileArrays& tiles, const Launch& how) {
+  const Index* const all = nullptr;
+  launch(how, "launching the packing of numbers", vertices.block_count, kPackThreads,
+         pack_block<true>, vertices, tiles, all);
 }
 
 }  // namespace

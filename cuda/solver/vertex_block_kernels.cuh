@@ -22,11 +22,11 @@ constexpr bool kTakesFirstRows = !PBDSURG_KERNELS_ARE_STRICT;
 
 __device__ inline VertexArrays of_copy(VertexArrays vertices) {
   const std::size_t copy = copy_index();
-  vertices.holds += copy * static_cast<std::size_t>(vertices.block_count * kBlockLanes);
+  vertices.holds += copy * static_cast<std::size_t>(vertices.block_room * kBlockLanes);
   if (vertices.is_damped) {
-    vertices.springs += copy * static_cast<std::size_t>(vertices.spring_count);
-    vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_count);
-    vertices.hinges += copy * static_cast<std::size_t>(vertices.hinge_count);
+    vertices.springs += copy * static_cast<std::size_t>(vertices.spring_room);
+    vertices.volumes += copy * static_cast<std::size_t>(vertices.volume_room);
+    vertices.hinges += copy * static_cast<std::size_t>(vertices.hinge_room);
   }
   return vertices;
 }

@@ -2,63 +2,115 @@
 #include "cuda/solver/vertex_buffers.h"
 
 #include <span>
+#include <utility>
 #include <vector>
+
+#include "lib/device/vertex_changes.h"
+#include "lib/solver/solver_options.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
-// One after another, for each copy.
-template <class Row>
-Row* upload_copies(DeviceBuffer<Row>& buffer, std::span<const Row> rows, Index copy_count,
-                   cudaStream_t stream) {
-  Row* const start = buffer.reserve(static_cast<std::size_t>(copy_count) * rows.size());
-  for (Index copy = 0; copy < copy_count && !rows.empty(); ++copy) {
-    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(start + static_cast<std::size_t>(copy) * rows.size(),
-                                       rows.data(), rows.size_bytes(), cudaMemcpyHostToDevice,
-                                       stream));
+constexpr int kNothing = 0;    // a byte of rows that name the first place
+constexpr int kNoLane = 0xff;  // of kInvalidIndex
+
+// Of so many parts, one after another, each with the same room.
+struct Room {
+  std::size_t parts, size;
+};
+
+template <class T>
+void upload_parts(DeviceBuffer<T>& buffer, std::span<const T> values, const Room& room, int byte,
+                  cudaStream_t stream) {
+  T* const start = buffer.fill(room.parts * room.size, byte, stream);
+  for (std::size_t part = 0; part < room.parts && !values.empty(); ++part) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(start + part * room.size, values.data(), values.size_bytes(),
+                                       cudaMemcpyHostToDevice, stream));
   }
-  return start;
+}
+
+std::size_t row_parts(const SolverData& data) {
+  return static_cast<std::size_t>(data.vertex_blocks.has_damping() ? data.copy_count() : 1);
 }
 
 }  // namespace
 
-void VertexBuffers::upload(const SolverData& data, cudaStream_t stream) {
-  shares_revision_ = 0;  // these are laid out as blocks are
+void VertexBuffers::upload(const SolverData& data, bool has_grown, cudaStream_t stream) {
   const VertexBlocks& blocks = data.vertex_blocks;
   const VertexBlocks::Arrays host = blocks.arrays();
-  const Index row_copies = blocks.has_damping() ? data.copy_count() : 1;
-  const std::size_t lanes = host.blocks.size() * static_cast<std::size_t>(kBlockLanes);
-  std::vector<Index> lane_of_place(host.blocks.empty() ? 0 : data.particles.size());
+  counts_ = VertexCounts(data);
+  room_ = with_room(counts_, data, has_grown);
+  const std::size_t parts = row_parts(data);
+  const std::size_t is_damped = blocks.has_damping() ? 1 : 0;
+  const std::size_t has_shares = is_explicit(data.options) ? 1 : 0;
+  std::vector<Index> lane_of_place(counts_.places);
   for (std::size_t v = 0; v < lane_of_place.size(); ++v) {
-    const auto [block, lane] = blocks.place_of(static_cast<Index>(v));
-    lane_of_place[v] = block == kInvalidIndex ? kInvalidIndex : block * kBlockLanes + lane;
+    lane_of_place[v] = lane_of(blocks, static_cast<Index>(v));
   }
-  arrays_ = {blocks_.upload(host.blocks, stream),
-             pulls_.upload(host.pulls, stream),
-             upload_copies(springs_, host.springs, row_copies, stream),
-             upload_copies(volumes_, host.volumes, row_copies, stream),
-             upload_copies(hinges_, host.hinges, row_copies, stream),
-             damped_springs_.upload(host.damped_springs, stream),
-             damped_volumes_.upload(host.damped_volumes, stream),
-             damped_hinges_.upload(host.damped_hinges, stream),
-             holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
-             lane_of_place_.upload(lane_of_place, stream),
-             nullptr,
-             static_cast<Index>(host.blocks.size()),
-             static_cast<Index>(host.springs.size()),
-             static_cast<Index>(host.volumes.size()),
-             static_cast<Index>(host.hinges.size()),
-             blocks.has_damping()};
+  upload_parts(blocks_, host.blocks, {1, room_.blocks}, kNothing, stream);
+  upload_parts(pulls_, host.pulls, {1, room_.pulls}, kNothing, stream);
+  upload_parts(springs_, host.springs, {parts, room_.springs}, kNothing, stream);
+  upload_parts(volumes_, host.volumes, {parts, room_.volumes}, kNothing, stream);
+  upload_parts(hinges_, host.hinges, {parts, room_.hinges}, kNothing, stream);
+  upload_parts(damped_springs_, host.damped_springs, {is_damped, room_.springs}, kNothing, stream);
+  upload_parts(damped_volumes_, host.damped_volumes, {is_damped, room_.volumes}, kNothing, stream);
+  upload_parts(damped_hinges_, host.damped_hinges, {is_damped, room_.hinges}, kNothing, stream);
+  upload_parts(lane_of_place_, std::span<const Index>(lane_of_place), {1, room_.places}, kNoLane,
+               stream);
+  upload_parts(shares_, data.stable_substep.shares(), {has_shares, room_.blocks * kBlockLanes},
+               kNothing, stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the rows may change
+  point(data);
 }
 
-void VertexBuffers::take_over(const StableSubstep& stable, cudaStream_t stream) {
-  if (shares_revision_ == stable.revision()) {
+void VertexBuffers::make_room(const SolverData& data, cudaStream_t stream) {
+  if (room_.has_room_for(counts_)) {
+    point(data);
     return;
   }
-  arrays_.stiffness_shares = shares_.upload(stable.shares(), stream);
-  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // they may change
-  shares_revision_ = stable.revision();
+  const VertexCounts before = room_;
+  VertexCounts room = with_room(counts_, data, true);
+  room.include(before);
+  const std::size_t parts = row_parts(data);
+  const std::size_t is_damped = data.vertex_blocks.has_damping() ? 1 : 0;
+  const std::size_t has_shares = is_explicit(data.options) ? 1 : 0;
+  const auto enlarge_rows = [&](auto& buffer, std::size_t buffer_parts, auto count) {
+    buffer.enlarge(buffer_parts, before.*count, room.*count, kNothing, stream);
+  };
+  enlarge_rows(blocks_, 1, &VertexCounts::blocks);
+  enlarge_rows(pulls_, 1, &VertexCounts::pulls);
+  enlarge_rows(springs_, parts, &VertexCounts::springs);
+  enlarge_rows(volumes_, parts, &VertexCounts::volumes);
+  enlarge_rows(hinges_, parts, &VertexCounts::hinges);
+  enlarge_rows(damped_springs_, is_damped, &VertexCounts::springs);
+  enlarge_rows(damped_volumes_, is_damped, &VertexCounts::volumes);
+  enlarge_rows(damped_hinges_, is_damped, &VertexCounts::hinges);
+  lane_of_place_.enlarge(1, before.places, room.places, kNoLane, stream);
+  shares_.enlarge(has_shares, before.blocks * kBlockLanes, room.blocks * kBlockLanes, kNothing,
+                  stream);
+  room_ = room;
+  point(data);
+}
+
+void VertexBuffers::point(const SolverData& data) {
+  const std::size_t lanes = room_.blocks * static_cast<std::size_t>(kBlockLanes);
+  arrays_ = {blocks_.get(),
+             pulls_.get(),
+             springs_.get(),
+             volumes_.get(),
+             hinges_.get(),
+             damped_springs_.get(),
+             damped_volumes_.get(),
+             damped_hinges_.get(),
+             holds_.reserve(static_cast<std::size_t>(data.copy_count()) * lanes),
+             lane_of_place_.get(),
+             shares_.get(),
+             data.vertex_blocks.block_count(),
+             static_cast<Index>(room_.blocks),
+             static_cast<Index>(room_.springs),
+             static_cast<Index>(room_.volumes),
+             static_cast<Index>(room_.hinges),
+             data.vertex_blocks.has_damping()};
 }
 
 void FreePieceBuffers::take_over(const PieceLists& pieces, cudaStream_t stream) {
@@ -90,6 +142,12 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(damped_volumes_.get());
     case DeviceArray::damped_hinge_rows:
       return words(damped_hinges_.get());
+    case DeviceArray::lane_of_place:
+      return words(lane_of_place_.get());
+    case DeviceArray::stiffness_shares:
+      return words(shares_.get());
+    case DeviceArray::tile_blocks:
+    case DeviceArray::tile_neighbors:
     case DeviceArray::distances:
     case DeviceArray::distance_damping:
     case DeviceArray::volumes:
@@ -110,11 +168,11 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
 std::size_t VertexBuffers::stride(DeviceArray array) const noexcept {
   std::size_t bytes = 0;  // of a copy's own rows
   if (arrays_.is_damped && array == DeviceArray::spring_rows) {
-    bytes = static_cast<std::size_t>(arrays_.spring_count) * sizeof(SpringRow);
+    bytes = static_cast<std::size_t>(arrays_.spring_room) * sizeof(SpringRow);
   } else if (arrays_.is_damped && array == DeviceArray::volume_rows) {
-    bytes = static_cast<std::size_t>(arrays_.volume_count) * sizeof(VolumeRow);
+    bytes = static_cast<std::size_t>(arrays_.volume_room) * sizeof(VolumeRow);
   } else if (arrays_.is_damped && array == DeviceArray::hinge_rows) {
-    bytes = static_cast<std::size_t>(arrays_.hinge_count) * sizeof(HingeRow);
+    bytes = static_cast<std::size_t>(arrays_.hinge_room) * sizeof(HingeRow);
   }
   return bytes / sizeof(std::uint32_t);
 }

@@ -10,17 +10,24 @@
 #include "cuda/buffer.cuh"
 #include "lib/device/device_arrays.h"
 #include "lib/device/stages.h"
+#include "lib/device/vertex_counts.h"
 #include "lib/solver/state/solver_data.h"
 
 namespace pbdsurg::cuda {
 
+/// Arrays have room for more where it is expected: what outgrows it moves, and nothing else does.
 class VertexBuffers {
  public:
   /// Copies all to the device. Waits.
-  void upload(const SolverData& data, cudaStream_t stream);
+  /// @param has_grown  whether edits brought vertices before: more are expected
+  void upload(const SolverData& data, bool has_grown, cudaStream_t stream);
 
-  /// Copies what explicit steps need of their stiffness, if it is other than before. Waits then.
-  void take_over(const StableSubstep& stable, cudaStream_t stream);
+  /// Notes how much there is after an edit, whose words are written later. A step may be running.
+  void follow(const SolverData& data) noexcept { counts_.include(VertexCounts(data)); }
+
+  /// Makes room for what was noted. Where there is too little, some arrays are others then, with
+  /// what was there; waits.
+  void make_room(const SolverData& data, cudaStream_t stream);
 
   [[nodiscard]] const VertexArrays& arrays() const noexcept { return arrays_; }
 
@@ -33,6 +40,8 @@ class VertexBuffers {
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
+  void point(const SolverData& data);
+
   DeviceBuffer<VertexBlock> blocks_;
   DeviceBuffer<PullRow> pulls_;
   DeviceBuffer<SpringRow> springs_;
@@ -42,7 +51,7 @@ class VertexBuffers {
   DeviceBuffer<Index> holds_;
   DeviceBuffer<Index> lane_of_place_;
   DeviceBuffer<float> shares_;
-  std::uint64_t shares_revision_ = 0;  // none
+  VertexCounts counts_, room_;
   VertexArrays arrays_{};
 };
 

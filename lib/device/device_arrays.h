@@ -45,24 +45,25 @@ struct DeviceState {
   bool operator==(const DeviceState&) const = default;
 };
 
-/// The rows of the vertex-block method, as on the host. Damping changes rows in each substep, each
-/// copy's otherwise; without it, copies share them.
+/// The rows of the vertex-block method, as on the host, with room for more; what lies there names
+/// the first place, if anything. Damping changes rows in each substep, each copy's otherwise;
+/// without it, copies share them.
 struct VertexArrays {
   const VertexBlock* blocks;        ///< [block_count]
-  const PullRow* pulls;             ///< [pull_count]
-  SpringRow* springs;               ///< [copy, if damped][spring_count]
-  VolumeRow* volumes;               ///< [copy, if damped][volume_count]
-  HingeRow* hinges;                 ///< [copy, if damped][hinge_count]
-  const DampedRow* damped_springs;  ///< [spring_count] if damped
-  const DampedRow* damped_volumes;  ///< [volume_count] if damped
-  const DampedRow* damped_hinges;   ///< [hinge_count] if damped
-  /// [copy][block][lane] what tools do at a vertex in the current substep: the index of its
+  const PullRow* pulls;             ///< [pull]
+  SpringRow* springs;               ///< [copy, if damped][spring_room]
+  VolumeRow* volumes;               ///< [copy, if damped][volume_room]
+  HingeRow* hinges;                 ///< [copy, if damped][hinge_room]
+  const DampedRow* damped_springs;  ///< [spring_room] if damped
+  const DampedRow* damped_volumes;  ///< [volume_room] if damped
+  const DampedRow* damped_hinges;   ///< [hinge_room] if damped
+  /// [copy][block_room][lane] what tools do at a vertex in the current substep: the index of its
   /// HeldInput, kOnlyTouched or kInvalidIndex.
   Index* holds;
   /// [place] block * kBlockLanes + lane, or kInvalidIndex where no block has it.
   const Index* lane_of_place;
   const float* stiffness_shares;  ///< [block][lane] of explicit steps: StableSubstep::shares()
-  Index block_count, spring_count, volume_count, hinge_count;
+  Index block_count, block_room, spring_room, volume_room, hinge_room;
   bool is_damped;
 
   bool operator==(const VertexArrays&) const = default;
@@ -143,7 +144,7 @@ struct TileArrays {
   static constexpr Index kMostNeighbors = 254;        ///< positions have eight bits
   static constexpr Index kCountBits = (1 << 22) - 1;  ///< of how often a vertex has moved
 
-  TileBlock* blocks;               ///< [block]
+  const TileBlock* blocks;         ///< [block]
   const std::uint32_t* neighbors;  ///< [row][thread], as the following
   PullRecord* pulls;               ///< [pull_rows][thread]
   SpringRecord* springs;           ///< [copy, if damped][spring_rows][thread]

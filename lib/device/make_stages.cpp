@@ -157,8 +157,7 @@ class StagePlan::Builder {
   // vertices, so some stages get several times their share.
   [[nodiscard]] Index spare_count(Holder holder) const {
     const auto [stages, constraints] = joinable_[static_cast<std::size_t>(holder)];
-    if (moves_vertices(data_.options) ||  // whose rows do not grow
-        (stages == 0 && holder != Holder::distance)) {
+    if (stages == 0 && holder != Holder::distance) {
       return 0;
     }
     constexpr Index kShares = 4;
@@ -323,19 +322,29 @@ StagePlan::StagePlan(const SolverData& data, StageRecords& records, bool has_gro
   builder.add_stages();
   builder.add_tubes();
   if (moves_vertices(data.options)) {
-    std::erase_if(stages_, [&](const Stage& stage) { return !is_after_vertices(stage.kind); });
-    std::vector<Stage> colors;
-    const VertexBlocks& blocks = data.vertex_blocks;
-    for (Index color = 0; color < blocks.color_count(); ++color) {
-      const auto [first, count] = blocks.blocks(color);
-      if (count > 0) {
-        colors.push_back({PhaseKind::vertex, first, count});
-      }
-    }
-    stages_.insert(stages_.begin(), colors.begin(), colors.end());
+    keep_stages_after_vertices();
+    set_colors(data.vertex_blocks);
   }
   open_stages_.reserve(stages_.size());
   list_open_stages();
+}
+
+void StagePlan::keep_stages_after_vertices() {
+  std::vector<Stage> kept;
+  std::vector<WaitingStage> waiting;
+  auto next = waiting_stages_.begin();
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    const bool waits = next != waiting_stages_.end() && next->stage == static_cast<Index>(i);
+    if (is_after_vertices(stages_[i].kind)) {
+      if (waits) {
+        waiting.push_back({static_cast<Index>(kept.size()), next->pool});
+      }
+      kept.push_back(stages_[i]);
+    }
+    next += waits ? 1 : 0;
+  }
+  stages_ = std::move(kept);
+  waiting_stages_ = std::move(waiting);
 }
 
 }  // namespace pbdsurg::cuda

@@ -9,15 +9,6 @@ namespace {
 
 static_assert(sizeof(Particle) > kNeighborFlags);
 
-std::vector<Index> colors_of_blocks(const VertexBlocks& blocks) {
-  std::vector<Index> colors(static_cast<std::size_t>(blocks.block_count()));
-  for (Index color = 0; color < blocks.color_count(); ++color) {
-    const auto [first, count] = blocks.blocks(color);
-    std::fill_n(colors.begin() + first, count, color);
-  }
-  return colors;
-}
-
 // Visits the neighbours that rows name, some of them more than once.
 template <class Visit>
 void for_each_corner(const VertexBlocks::Arrays& rows, const VertexBlock& block, Index lane,
@@ -46,9 +37,31 @@ void for_each_corner(const VertexBlocks::Arrays& rows, const VertexBlock& block,
 
 }  // namespace
 
+void find_neighbors(const VertexBlocks& blocks, Index block, Index lane,
+                    std::vector<Neighbor>& neighbors) {
+  const VertexBlocks::Arrays rows = blocks.arrays();
+  const ParticleOffset own = rows.blocks[block].corners[lane];
+  neighbors.clear();
+  for_each_corner(rows, rows.blocks[block], lane, [&](ParticleOffset corner) {
+    if (corner != own) {
+      neighbors.push_back(corner);
+    }
+  });
+  std::ranges::sort(neighbors);
+  neighbors.erase(std::ranges::unique(neighbors).begin(), neighbors.end());
+  const Index color = blocks.color_of(place_at(own));
+  for (Neighbor& neighbor : neighbors) {
+    const Index other = blocks.color_of(place_at(neighbor));
+    if (other == kInvalidIndex) {
+      neighbor |= kStandsStill;
+    } else if (other < color) {
+      neighbor |= kMovesEarlier;
+    }
+  }
+}
+
 NeighborLists::NeighborLists(const VertexBlocks& blocks) {
   const VertexBlocks::Arrays rows = blocks.arrays();
-  const std::vector<Index> color_of = colors_of_blocks(blocks);
   ranges.resize(rows.blocks.size());
   Index first = 0;
   for (std::size_t b = 0; b < rows.blocks.size(); ++b) {
@@ -56,23 +69,8 @@ NeighborLists::NeighborLists(const VertexBlocks& blocks) {
     std::array<std::vector<Neighbor>, kBlockLanes> lists;
     std::size_t count = 0;
     for (Index lane = 0; lane < block.lane_count; ++lane) {
-      std::vector<Neighbor>& list = lists[lane];
-      for_each_corner(rows, block, lane, [&](ParticleOffset corner) {
-        if (corner != block.corners[lane]) {
-          list.push_back(corner);
-        }
-      });
-      std::ranges::sort(list);
-      list.erase(std::ranges::unique(list).begin(), list.end());
-      for (Neighbor& neighbor : list) {
-        const Index other = blocks.place_of(place_at(neighbor)).block;
-        if (other == kInvalidIndex) {
-          neighbor |= kStandsStill;
-        } else if (color_of[other] < color_of[b]) {
-          neighbor |= kMovesEarlier;
-        }
-      }
-      count = std::max(count, list.size());
+      find_neighbors(blocks, static_cast<Index>(b), lane, lists[lane]);
+      count = std::max(count, lists[lane].size());
     }
     ranges[b] = {first, static_cast<Index>(count)};
     first += ranges[b].count;

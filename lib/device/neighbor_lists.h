@@ -22,6 +22,10 @@ inline constexpr Neighbor kMovesEarlier = 1;  ///< in a sweep: its colour comes 
 inline constexpr Neighbor kStandsStill = 2;   ///< no block has it
 inline constexpr Neighbor kNeighborFlags = 15;
 
+/// Those of the vertex in a lane that is in use, each once, ascending by their offsets.
+void find_neighbors(const VertexBlocks& blocks, Index block, Index lane,
+                    std::vector<Neighbor>& neighbors);
+
 /// The neighbours of all vertices in blocks, each once, in no order. A list is as long as the
 /// longest of its block; the vertex itself, standing still, pads it.
 struct NeighborLists {
@@ -31,8 +35,7 @@ struct NeighborLists {
 
   NeighborLists() = default;
 
-  /// Cost: proportional to the rows. Rows that edits write later name no other neighbours, unless
-  /// they are laid out anew.
+  /// Cost: proportional to the rows.
   explicit NeighborLists(const VertexBlocks& blocks);
 
   /// Of a lane in use.

@@ -88,6 +88,32 @@ Index StagePlan::pool_of(const SolverData& data, const Changes::Constraint& chan
   return is_owned ? kGone : pool;
 }
 
+// Stages of vertices come first.
+bool StagePlan::set_colors(const VertexBlocks& blocks) {
+  std::vector<Stage> colors;
+  for (Index color = 0; color < blocks.color_count(); ++color) {
+    const auto [first, count] = blocks.blocks(color);
+    if (count > 0) {
+      colors.push_back({PhaseKind::vertex, first, count});
+    }
+  }
+  const auto is_alike = [](const Stage& a, const Stage& b) {
+    return a.kind == b.kind && a.first == b.first && a.count == b.count;
+  };
+  const std::span<const Stage> before(stages_.data(), static_cast<std::size_t>(color_stages_));
+  if (std::ranges::equal(colors, before, is_alike)) {
+    return false;
+  }
+  const auto count = static_cast<Index>(colors.size());
+  for (WaitingStage& waiting : waiting_stages_) {
+    waiting.stage += count - color_stages_;
+  }
+  stages_.erase(stages_.begin(), stages_.begin() + color_stages_);
+  stages_.insert(stages_.begin(), colors.begin(), colors.end());
+  color_stages_ = count;
+  return true;
+}
+
 void StagePlan::list_open_stages() {
   open_stages_.clear();
   auto waiting = waiting_stages_.begin();
@@ -171,8 +197,7 @@ void StagePlan::write_edges(const SolverData& data, std::vector<WordChange>& wor
 
 bool StagePlan::follow(const SolverData& data, const Changes& changes,
                        std::vector<WordChange>& words) {
-  const bool by_vertices = moves_vertices(data.options);
-  if (data.sets.has_damping != is_damped_ || (by_vertices && changes.grown)) {
+  if (data.sets.has_damping != is_damped_ || changes.rows_anew) {
     return false;
   }
   table_.forget_touched();
@@ -185,9 +210,8 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
     return tet < tet_count ? kRemoved : kGone;
   };
   for (const Changes::Constraint& change : changes.constraints) {
-    if (change.kind == PhaseKind::vertex) {
-      follow_vertex(data.vertex_blocks, change.id, words);
-    } else if (!table_.leave(holder_of(change.kind), change.id, pool_of(data, change))) {
+    if (change.kind != PhaseKind::vertex &&
+        !table_.leave(holder_of(change.kind), change.id, pool_of(data, change))) {
       return false;
     }
   }
@@ -215,9 +239,13 @@ bool StagePlan::follow(const SolverData& data, const Changes& changes,
   const auto is_in_use = [&](const WaitingStage& waiting) {
     return table_.free_count(waiting.pool) < stages_[waiting.stage].count;
   };
-  if (std::erase_if(waiting_stages_, is_in_use) > 0) {
+  const bool have_opened = std::erase_if(waiting_stages_, is_in_use) > 0;
+  const bool have_moved = !changes.blocks.empty() && set_colors(data.vertex_blocks);
+  if (have_opened || have_moved) {
     list_open_stages();
+    ++revision_;
   }
+  follow_rows(data, changes, words);
   write_records(data, words);
   write_edges(data, words);
   return true;

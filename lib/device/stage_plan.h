@@ -7,6 +7,7 @@
 /// report.
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -33,9 +34,11 @@ class StagePlan {
 
   [[nodiscard]] std::span<const Stage> stages() const noexcept { return stages_; }
 
-  /// Without those that wait for their first constraint. Their number grows as edits open them; the
-  /// span starts where it did.
+  /// Without those that wait for their first constraint, which edits open.
   [[nodiscard]] std::span<const Stage> open_stages() const noexcept { return open_stages_; }
+
+  /// Changes with these.
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 
   /// Finds what to write where, so that records follow changes of constraints and tetrahedra. Cost:
   /// proportional to the changes.
@@ -54,6 +57,8 @@ class StagePlan {
   };
 
   [[nodiscard]] Index pool_of(const SolverData& data, const Changes::Constraint& change) const;
+  bool set_colors(const VertexBlocks& blocks);  // whether stages are others now
+  void keep_stages_after_vertices();
   void list_open_stages();
   void note_owner(const SolverData& data, Index distance);
   void write_records(const SolverData& data, std::vector<WordChange>& words) const;
@@ -65,8 +70,10 @@ class StagePlan {
   };
 
   std::vector<Stage> stages_;
+  Index color_stages_ = 0;                    // of vertices
   std::vector<WaitingStage> waiting_stages_;  // ascending
   std::vector<Stage> open_stages_;
+  std::uint64_t revision_ = 0;
   bool is_damped_ = false;
   RecordTable table_;
   std::array<std::vector<Index>, kHolderCount> pools_;  // [holder][group], or what stands for one

@@ -38,8 +38,12 @@ enum class DeviceArray : std::uint32_t {
   damped_spring_rows,
   damped_volume_rows,
   damped_hinge_rows,
+  lane_of_place,     ///< of vertices in blocks
+  stiffness_shares,  ///< of explicit steps
+  tile_blocks,       ///< of one kernel for all sweeps: see VertexTiles
+  tile_neighbors,
 };
-inline constexpr int kDeviceArrayCount = 20;
+inline constexpr int kDeviceArrayCount = 24;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/device/vertex_changes.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <utility>
 
 namespace pbdsurg::cuda {
 namespace {
@@ -48,35 +52,49 @@ void write_range(Index block, std::size_t member, RowRange range, std::vector<Wo
                    static_cast<std::uint32_t>(range.count)});
 }
 
+// Calls visit(index) with each that is listed.
+template <class Visit>
+void for_each_once(std::vector<Index> list, const Visit& visit) {
+  std::ranges::sort(list);
+  const auto repeated = std::ranges::unique(list);
+  std::for_each(list.begin(), repeated.begin(), visit);
+}
+
 }  // namespace
 
 void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChange>& words) {
+  if (place >= blocks.vertex_count()) {
+    return;
+  }
   const auto [index, lane] = blocks.place_of(place);
+  words.push_back({DeviceArray::lane_of_place, static_cast<std::uint32_t>(place),
+                   static_cast<std::uint32_t>(lane_of(blocks, place))});
   if (index == kInvalidIndex) {
     return;
   }
   const VertexBlocks::Arrays arrays = blocks.arrays();
   const VertexBlock& block = arrays.blocks[index];
+  const VertexBlocks::BlockRoom room = blocks.room_of(index);
   write_range(index, offsetof(VertexBlock, pulls), block.pulls, words);
   write_range(index, offsetof(VertexBlock, springs), block.springs, words);
   write_range(index, offsetof(VertexBlock, volumes), block.volumes, words);
   write_range(index, offsetof(VertexBlock, hinges), block.hinges, words);
 
   LaneWriter writer(lane, words);
-  for (Index i = block.pulls.first; i < block.pulls.first + block.pulls.count; ++i) {
+  for (Index i = room.pulls.first; i < room.pulls.first + room.pulls.count; ++i) {
     const PullRow& row = arrays.pulls[i];
     constexpr auto kArray = DeviceArray::pull_rows;
     writer.write<PullRow>(kArray, i, offsetof(PullRow, neighbors), row.neighbors);
     writer.write<PullRow>(kArray, i, offsetof(PullRow, weights), row.weights);
   }
-  for (Index i = block.springs.first; i < block.springs.first + block.springs.count; ++i) {
+  for (Index i = room.springs.first; i < room.springs.first + room.springs.count; ++i) {
     const SpringRow& row = arrays.springs[i];
     constexpr auto kArray = DeviceArray::spring_rows;
     writer.write<SpringRow>(kArray, i, offsetof(SpringRow, neighbors), row.neighbors);
     writer.write<SpringRow>(kArray, i, offsetof(SpringRow, stiffness), row.stiffness);
     writer.write<SpringRow>(kArray, i, offsetof(SpringRow, rest), row.rest);
   }
-  for (Index i = block.volumes.first; i < block.volumes.first + block.volumes.count; ++i) {
+  for (Index i = room.volumes.first; i < room.volumes.first + room.volumes.count; ++i) {
     const VolumeRow& row = arrays.volumes[i];
     constexpr auto kArray = DeviceArray::volume_rows;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -86,7 +104,7 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     writer.write<VolumeRow>(kArray, i, offsetof(VolumeRow, stiffness), row.stiffness);
     writer.write<VolumeRow>(kArray, i, offsetof(VolumeRow, target), row.target);
   }
-  for (Index i = block.hinges.first; i < block.hinges.first + block.hinges.count; ++i) {
+  for (Index i = room.hinges.first; i < room.hinges.first + room.hinges.count; ++i) {
     const HingeRow& row = arrays.hinges[i];
     constexpr auto kArray = DeviceArray::hinge_rows;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -98,9 +116,64 @@ void follow_vertex(const VertexBlocks& blocks, Index place, std::vector<WordChan
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, rest), row.rest);
     writer.write<HingeRow>(kArray, i, offsetof(HingeRow, is_opposite), row.is_opposite);
   }
-  writer.write(DeviceArray::damped_spring_rows, block.springs, arrays.damped_springs);
-  writer.write(DeviceArray::damped_volume_rows, block.volumes, arrays.damped_volumes);
-  writer.write(DeviceArray::damped_hinge_rows, block.hinges, arrays.damped_hinges);
+  writer.write(DeviceArray::damped_spring_rows, room.springs, arrays.damped_springs);
+  writer.write(DeviceArray::damped_volume_rows, room.volumes, arrays.damped_volumes);
+  writer.write(DeviceArray::damped_hinge_rows, room.hinges, arrays.damped_hinges);
+}
+
+void follow_block(const VertexBlocks& blocks, Index block, std::vector<WordChange>& words) {
+  if (block >= blocks.block_count()) {
+    return;
+  }
+  const VertexBlock& from = blocks.arrays().blocks[block];
+  // without its strips, which no kernel of a device reads
+  constexpr std::size_t kWords = offsetof(VertexBlock, strips) / sizeof(std::uint32_t);
+  std::array<std::uint32_t, kWords> values{};
+  std::memcpy(values.data(), &from, sizeof values);
+  constexpr std::size_t kIsDamped = offsetof(VertexBlock, is_damped) / sizeof(std::uint32_t);
+  values[kIsDamped] = from.is_damped ? 1 : 0;  // its other bytes are any
+  const std::uint32_t first = word_of<VertexBlock>(block, 0);
+  for (std::uint32_t w = 0; w < kWords; ++w) {
+    words.push_back({DeviceArray::vertex_blocks, first + w, values[w]});
+  }
+  for (Index lane = 0; lane < from.lane_count; ++lane) {
+    const Index place = place_at(from.corners[lane]);
+    words.push_back({DeviceArray::lane_of_place, static_cast<std::uint32_t>(place),
+                     static_cast<std::uint32_t>(block * kBlockLanes + lane)});
+  }
+}
+
+void follow_rows(const SolverData& data, const Changes& changes, std::vector<WordChange>& words) {
+  const VertexBlocks& blocks = data.vertex_blocks;
+  std::vector<Index> places;
+  for (const auto& [kind, id] : changes.constraints) {
+    if (kind == PhaseKind::vertex) {
+      places.push_back(id);
+    }
+  }
+  for_each_once(std::move(places), [&](Index place) { follow_vertex(blocks, place, words); });
+  const std::span<const float> shares = data.stable_substep.shares();
+  const auto follow_share = [&](Index lane) {
+    words.push_back({DeviceArray::stiffness_shares, static_cast<std::uint32_t>(lane),
+                     std::bit_cast<std::uint32_t>(shares[lane])});
+  };
+  for_each_once(changes.blocks, [&](Index block) {
+    follow_block(blocks, block, words);
+    const bool has_shares = !shares.empty() && block < blocks.block_count();
+    for (Index lane = 0; has_shares && lane < kBlockLanes; ++lane) {
+      follow_share(block * kBlockLanes + lane);
+    }
+  });
+  for_each_once(changes.shares, [&](Index place) {
+    if (place < blocks.vertex_count() && blocks.place_of(place).block != kInvalidIndex) {
+      follow_share(lane_of(blocks, place));
+    }
+  });
+}
+
+Index lane_of(const VertexBlocks& blocks, Index place) noexcept {
+  const auto [block, lane] = blocks.place_of(place);
+  return block == kInvalidIndex ? kInvalidIndex : block * kBlockLanes + lane;
 }
 
 }  // namespace pbdsurg::cuda

@@ -39,7 +39,7 @@ constexpr float kTimeStep = 2e-3F;  // s
 struct Device {
   explicit Device(SolverData& data, const StageRecords& records) : state(data) {
     constraints.upload(records, true, 1, stream.get());
-    vertices.upload(data, stream.get());
+    vertices.upload(data, false, stream.get());
     state.take_over(data, stream.get());
     tools.take_over(data, state.arrays().capacity);
     tools.upload(data, kTimeStep, 0, stream.get());

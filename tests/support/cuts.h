@@ -61,4 +61,15 @@ inline TopologyEdit split_edge(const Solver& solver, Index edge, float share) {
   return edit;
 }
 
+/// Halves an edge here, or parts tissue at a vertex there.
+/// @param solver  of a body with some hundred vertices at least
+inline TopologyEdit small_cut(const Solver& solver, std::uint64_t round) {
+  const auto vertex = static_cast<Index>(random_bits(3, round) % 300);
+  auto edge = static_cast<Index>(random_bits(4, round) % 1000);
+  while (!solver.tissue().is_edge_alive(edge)) {
+    ++edge;
+  }
+  return round % 2 == 0 ? split_edge(solver, edge, 0.4F) : part_vertex(solver, vertex, round);
+}
+
 }  // namespace pbdsurg::testing
