@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "cuda/buffer.cuh"
@@ -67,7 +68,14 @@ class CooperativeSweeps final : public Sweeps {
               std::vector<WordChange>& words) override {
     vertex_blocks_ = data.vertex_blocks.block_count();
     most_blocks_ = std::max(most_blocks_, layout_.blocks.size());  // some words may be of those
-    return can_sweep(stages) && layout_.follow(data.vertex_blocks, data.changes, words);
+    if (!can_sweep(stages) || !layout_.follow(data.vertex_blocks, data.changes, words)) {
+      return false;
+    }
+    if (layout_.most_neighbors > tiles_.most_neighbors) {
+      prepare(data);
+      has_other_kernels_ = true;
+    }
+    return block_count_ > 0;
   }
 
   void follow_rows(const VertexArrays& vertices, const Launch& launch) override {
@@ -123,7 +131,8 @@ class CooperativeSweeps final : public Sweeps {
 
   bool make_room(std::size_t vertices, cudaStream_t stream) override {
     odd_points_.reserve(copy_count_ * vertices);
-    return make_room_for_tiles(stream);
+    const bool has_other_tiles = make_room_for_tiles(stream);
+    return std::exchange(has_other_kernels_, false) || has_other_tiles;
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
@@ -152,12 +161,16 @@ class CooperativeSweeps final : public Sweeps {
   // With the room that a device has for them.
   void make_tiles(const SolverData& data, const NeighborLists& lists) {
     layout_ = VertexTiles(data.vertex_blocks, lists, tiles_.parts);
-    tiles_.most_neighbors = layout_.most_neighbors;
     most_blocks_ = layout_.blocks.size();
     vertex_blocks_ = data.vertex_blocks.block_count();
-    const auto prepare =
+    prepare(data);
+  }
+
+  void prepare(const SolverData& data) {
+    const auto prepare_kernels =
         is_explicit_ ? kernels_.prepare_explicit_step : kernels_.prepare_sweep_of_vertices;
-    block_count_ = prepare(tiles_) / data.copy_count();
+    tiles_.most_neighbors = layout_.most_neighbors;
+    block_count_ = prepare_kernels(tiles_) / data.copy_count();
   }
 
   [[nodiscard]] static bool can_sweep(std::span<const Stage> stages) {
@@ -253,7 +266,7 @@ class CooperativeSweeps final : public Sweeps {
   std::size_t most_blocks_ = 0;  // since the layout was made
   VertexTiles layout_;
   TileRoom room_;
-  bool are_all_unpacked_ = false;
+  bool are_all_unpacked_ = false, has_other_kernels_ = false;
   Index block_count_ = 0;  // of threads, at once, for each copy
   TileArrays tiles_{};
   DeviceBuffer<TileBlock> blocks_;

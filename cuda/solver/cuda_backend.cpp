@@ -23,12 +23,14 @@
 #include "lib/device/stage_plan.h"
 #include "lib/device/word_batches.h"
 #include "lib/solver/methods/contact_stage.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/state_report.h"
 
 namespace pbdsurg::cuda {
 namespace {
 
-constexpr std::size_t kUsualWords = 16'384;  // of an edit
+// Of an edit: such as a cut through some tetrahedra, where rows of vertices follow.
+constexpr std::size_t kUsualWords = 16'384, kUsualWordsOfRows = 131'072;
 
 constexpr Index kMostCopies = 65535;  // as many blocks as a launch may have in its second direction
 
@@ -73,7 +75,8 @@ class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(const SolverData& data)
       : device_(current_device()), overlaps_(can_overlap(kernels_of(data.options))), state_(data) {
-    shared_words_.reserve(kUsualWords);
+    const bool has_rows_to_come = moves_vertices(data.options) && data.options.spare.vertices > 0;
+    shared_words_.reserve(has_rows_to_come ? kUsualWordsOfRows : kUsualWords);
     make_plan(data);
   }
 
@@ -171,6 +174,7 @@ class CudaBackend final : public Backend {
     Changes& changes = data.changes;
     has_grown_ = has_grown_ || changes.grown;
     try {
+      const CurrentDevice current(device_);
       words_.begin();
       is_planned_ = is_planned_ && plan_.follow(data, changes, words_.last()) &&
                     sweeps_->follow(data, plan_.open_stages(), words_.last());

@@ -24,6 +24,17 @@ constexpr Index kSerialOrdinal = std::numeric_limits<Index>::max();
 // Records of a stage, where edits are expected at all.
 constexpr Index kFewestSpare = 32;
 
+// What nobody projects is for the report alone: one stage of a kind has room for all groups.
+GroupsOfStages join_groups(const SolverData& data, const GroupsOfStages& groups) {
+  GroupsOfStages joined;
+  for (const auto& [key, groups_of_stage] : groups) {
+    const PhaseKind kind = std::get<PhaseKind>(key);
+    auto& all = joined[is_after_vertices(kind) ? key : std::tuple(data.sets.last_level(), kind, 0)];
+    all.insert(all.end(), groups_of_stage.begin(), groups_of_stage.end());
+  }
+  return joined;
+}
+
 // Those that there are, and those that edits would open next, behind all others of their kind.
 GroupsOfStages find_groups(const SolverData& data) {
   GroupsOfStages groups;
@@ -50,7 +61,7 @@ GroupsOfStages find_groups(const SolverData& data) {
   data.sets.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& slots) {
     add_next(KindOf<Constraint>::kPhase, slots.group_count());
   });
-  return groups;
+  return moves_vertices(data.options) ? join_groups(data, groups) : groups;
 }
 
 }  // namespace

@@ -182,9 +182,7 @@ bool VertexTiles::follow_block(const VertexBlocks& vertices, Index block, LaneBi
   const TileCounts before = room.tile.counts;
   room.tile.counts = tile_counts(from, longest, parts);
   const Index count = room.tile.counts.neighbors;
-  if (count > most_neighbors) {
-    return false;
-  }
+  most_neighbors = std::max(most_neighbors, count);
   if (is_new || count > room.most_neighbors) {
     place_neighbors(room, count);
   }

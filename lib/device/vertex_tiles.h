@@ -46,8 +46,7 @@ class VertexTiles {
   /// Lists what to write so that neighbours and tiles are those of now. Cost: proportional to the
   /// rows of vertices that changes name, and to the blocks.
   /// @param words  appended to
-  /// @return       false if all must be laid out anew, and this follows no more: some vertex has
-  ///               more neighbours than any had, or than there may be
+  /// @return       false if this follows no more: some vertex has more neighbours than there may be
   [[nodiscard]] bool follow(const VertexBlocks& vertices, const Changes& changes,
                             std::vector<WordChange>& words);
 
@@ -60,7 +59,7 @@ class VertexTiles {
   /// followed. Who has taken them may clear this.
   std::vector<Neighbor> neighbors;
   Index neighbor_rows = 0, pull_rows = 0, spring_rows = 0, volume_rows = 0;
-  Index most_neighbors = 0;  ///< of a thread
+  Index most_neighbors = 0;  ///< of a thread, now or before
 
  private:
   // Of a room of VertexBlocks.

@@ -292,6 +292,25 @@ TEST_CASE("cuda growth: a run of cuts makes stages anew a few times only", "[equ
   CHECK(follower.has_opened);
 }
 
+// Would catch records for the report alone that wait for a group of their own.
+TEST_CASE("cuda growth: constraints beside vertex blocks find the records that were asked for",
+          "[equivalence]") {
+  const TetMesh mesh = pbdsurg::testing::make_box({12, 10, 2}, 4e-3, 0.1);
+  Scene scene;
+  scene.add_body("plate", mesh, {.model = ElasticModel::neo_hookean});
+  Solver solver(scene, pbdsurg::testing::small_steps({.method = SolverMethod::vertex_block,
+                                                      .executor = pbdsurg::testing::fake_device(),
+                                                      .spare = {200, 2000, 2000, 0}}));
+  Follower follower(solver);
+  for (std::uint64_t round = 0; round < 120; ++round) {
+    INFO("round " << round);
+    solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
+    REQUIRE(follower.follow());
+  }
+  CHECK(follower.made_anew == 0);
+  CHECK(follower.followed_growth > 100);
+}
+
 // Would catch records that an undo leaves behind.
 TEST_CASE("cuda growth: undo gives records back", "[equivalence]") {
   const auto composition = GENERATE(PlanComposition::separate, PlanComposition::joint);

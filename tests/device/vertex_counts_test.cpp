@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/device/vertex_counts.h"
+
+#include "pbdsurg/tissue/tissue.h"
+
+#include "tests/support/catch.h"
+#include "tests/support/cuts.h"
+#include "tests/support/fake_device.h"
+#include "tests/support/inspect.h"
+#include "tests/support/meshes.h"
+#include "tests/support/vertex_method_cases.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+using pbdsurg::testing::inspect;
+
+Solver make_solver(const SpareRoom& spare) {
+  SolverOptions options = pbdsurg::testing::vertex_options();
+  options.executor = pbdsurg::testing::fake_device();
+  options.spare = spare;
+  return Solver(pbdsurg::testing::make_bar(pbdsurg::testing::neo_hookean(1e4F, 0.4F), {12, 5, 5}),
+                options);
+}
+
+}  // namespace
+
+// Would catch memory that nobody asked for, and arrays that each edit outgrows.
+TEST_CASE("vertex counts: there is room where it is asked for, or was needed before", "[unit]") {
+  const Solver plain = make_solver({});
+  const SolverData& data = inspect(plain);
+  const VertexCounts counts(data);
+  REQUIRE(counts.blocks > 20);
+  REQUIRE(counts.places == data.particles.size());
+  REQUIRE(counts.springs == 0);
+
+  const VertexCounts exact = with_room(counts, data, false);
+  CHECK(counts.has_room_for(exact));
+  const VertexCounts grown = with_room(counts, data, true);
+  CHECK(grown.blocks >= counts.blocks + counts.blocks / 8);
+  CHECK(grown.volumes >= counts.volumes + counts.volumes / 8);
+  CHECK(grown.places > counts.places);
+  CHECK(grown.springs == 0);
+  const Solver spacious = make_solver({100, 600, 800, 0});
+  const VertexCounts asked = with_room(counts, inspect(spacious), false);
+  CHECK(asked.places == counts.places + 100);
+  CHECK(asked.blocks > counts.blocks + 100 / kBlockLanes);
+  CHECK(asked.springs == 0);
+}
+
+// Would catch words that are written beyond an array, after an undo has made it shorter.
+TEST_CASE("vertex counts: what an undo takes back keeps its room", "[unit]") {
+  Solver solver = make_solver({});
+  const SolverData& data = inspect(solver);
+  const VertexCounts before(data);
+  VertexCounts most = before;
+  for (std::uint64_t round = 0; round < 8; ++round) {
+    solver.tissue().apply(pbdsurg::testing::small_cut(solver, round));
+    most.include(VertexCounts(data));
+  }
+  const VertexCounts after(data);
+  CHECK_FALSE(before.has_room_for(after));
+  solver.tissue().undo();
+  most.include(VertexCounts(data));
+  CHECK(most.has_room_for(after));
+  CHECK(most.has_room_for(VertexCounts(data)));
+}
+
+}  // namespace pbdsurg::cuda
