@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/error.h"
+
 #include "apps/support/executors.h"
 #include "bench/edits/report.h"
 #include "bench/support/gpu_times.h"
@@ -25,6 +27,7 @@ struct Arguments {
   int threads = 0;
   int frames = 120;
   std::vector<std::string> methods{"paper", "vertex blocks"};
+  std::vector<std::string> executors{"threaded", "cuda"};
   bool quick = false;
 };
 
@@ -72,11 +75,20 @@ std::vector<Method> make_methods(const Executor& executor) {
 void run(const Arguments& arguments) {
   const int threads = thread_count(arguments.threads);
   std::vector<std::string> notes{"threads: " + std::to_string(threads)};
-  std::vector<std::pair<std::string, Executor>> executors{{"threaded", executor::threads(threads)}};
-  if (const std::optional<std::string> why_not = why_no_gpu()) {
+  const auto is_wanted = [&](const char* name) {
+    return std::ranges::find(arguments.executors, name) != arguments.executors.end();
+  };
+  std::vector<std::pair<std::string, Executor>> executors;
+  if (is_wanted("threaded")) {
+    executors.emplace_back("threaded", executor::threads(threads));
+  }
+  if (const std::optional<std::string> why_not = why_no_gpu(); why_not && is_wanted("cuda")) {
     notes.push_back("no cuda: " + *why_not);
-  } else {
+  } else if (is_wanted("cuda")) {
     executors.emplace_back("cuda", programs::device());
+  }
+  if (executors.empty()) {
+    throw BackendUnavailable(notes.back());
   }
   const std::list<NamedMesh> meshes = make_meshes(arguments, notes);
   std::vector<Measured> all;
@@ -115,6 +127,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--method", arguments.methods, "what steps with")
       ->check(CLI::IsMember(arguments.methods));
+  app.add_option("--executor", arguments.executors, "who steps; cuda where there is a GPU")
+      ->check(CLI::IsMember(arguments.executors));
   app.add_flag("--quick", arguments.quick, "the smallest mesh alone: to see it work");
   return pbdsurg::bench::run_program(app, argc, argv, arguments.out,
                                      [&] { pbdsurg::bench::run(arguments); });
