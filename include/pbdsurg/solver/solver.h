@@ -253,8 +253,8 @@ class PBDSURG_API Solver {
   /// (SolverOptions::spare), allocates nothing; but one that brings bodies, in a joint plan, where
   /// edges change groups, and with the vertex-block method, where it adds anything. On a device,
   /// what adds anything takes spare room: where that runs out, its constraints are made anew before
-  /// the next step, which costs as much as there is. So does what adds anything with the
-  /// vertex-block method, which lays out its rows anew.
+  /// the next step, which costs as much as there is. So are rows of the vertex-block method, where
+  /// an edit brings more than a quarter of the vertices, or the first damping.
   [[nodiscard]] Tissue& tissue();
   /// Likewise, to read.
   [[nodiscard]] const Tissue& tissue() const;
