@@ -10,6 +10,7 @@
 #include "cuda/buffer.cuh"
 #include "cuda/solver/sweeps.h"
 #include "lib/device/neighbor_lists.h"
+#include "lib/device/vertex_counts.h"
 #include "lib/device/vertex_tiles.h"
 #include "lib/solver/methods/vertex_kernel.h"
 #include "lib/solver/solver_options.h"
@@ -56,18 +57,20 @@ class CooperativeSweeps final : public Sweeps {
     copy_count_ = static_cast<std::size_t>(copies);
     row_copies_ = data.vertex_blocks.has_damping() ? copy_count_ : 1;
     const auto growth = data.vertex_blocks.expected_growth(data.options.spare);
-    set_room(tiles_now().with(growth.blocks, most_blocks_), stream);
+    set_room(tiles_now().with(
+                 [&](std::size_t count) { return count * growth.blocks / layout_.blocks.size(); }),
+             stream);
     blocks_.upload(layout_.blocks, stream);
     neighbors_.upload(layout_.neighbors, stream);
     PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the neighbours end here
     layout_.neighbors = {};
+    unpacked_.reserve(kUsualBlocks);
     return true;
   }
 
   bool follow(const SolverData& data, std::span<const Stage> stages,
               std::vector<WordChange>& words) override {
     vertex_blocks_ = data.vertex_blocks.block_count();
-    most_blocks_ = std::max(most_blocks_, layout_.blocks.size());  // some words may be of those
     if (!can_sweep(stages) || !layout_.follow(data.vertex_blocks, data.changes, words)) {
       return false;
     }
@@ -161,7 +164,6 @@ class CooperativeSweeps final : public Sweeps {
   // With the room that a device has for them.
   void make_tiles(const SolverData& data, const NeighborLists& lists) {
     layout_ = VertexTiles(data.vertex_blocks, lists, tiles_.parts);
-    most_blocks_ = layout_.blocks.size();
     vertex_blocks_ = data.vertex_blocks.block_count();
     prepare(data);
   }
@@ -187,26 +189,26 @@ class CooperativeSweeps final : public Sweeps {
       return other.blocks <= blocks && other.neighbors <= neighbors && other.pulls <= pulls &&
              other.springs <= springs && other.volumes <= volumes;
     }
-    // And as many as some parts of this many more.
-    [[nodiscard]] TileRoom with(std::size_t parts, std::size_t of) const noexcept {
-      const auto more = [&](std::size_t count) { return count + (count * parts + of - 1) / of; };
-      return {more(blocks), more(neighbors), more(pulls), more(springs), more(volumes)};
+    // With more(count) of each.
+    template <class More>
+    [[nodiscard]] TileRoom with(const More& more) const {
+      return {blocks + more(blocks), neighbors + more(neighbors), pulls + more(pulls),
+              springs + more(springs), volumes + more(volumes)};
     }
   };
 
   [[nodiscard]] TileRoom tiles_now() const {
     const auto rows = [](Index count) { return static_cast<std::size_t>(count); };
-    return {most_blocks_, rows(layout_.neighbor_rows), rows(layout_.pull_rows),
+    return {rows(layout_.most_blocks), rows(layout_.neighbor_rows), rows(layout_.pull_rows),
             rows(layout_.spring_rows), rows(layout_.volume_rows)};
   }
 
   // Whether there was too little room: then arrays are others, and records are to be packed anew.
   bool make_room_for_tiles(cudaStream_t stream) {
-    constexpr std::size_t kPart = 8;  // of all: edits that bring ever more rarely come to this
     if (room_.has_room_for(tiles_now())) {
       return false;
     }
-    set_room(tiles_now().with(1, kPart), stream);
+    set_room(tiles_now().with(part_to_grow), stream);
     return true;
   }
 
@@ -257,13 +259,13 @@ class CooperativeSweeps final : public Sweeps {
   static constexpr Index kFewParts = 4;
   // of a substep: counts of neighbours are to follow one another
   static constexpr Index kMostSweeps = TileArrays::kCountBits / 4;
+  static constexpr std::size_t kUsualBlocks = 1024;  // that an edit touches
 
   const StepKernels& kernels_;
   float over_relaxation_;
   bool is_explicit_;
   std::size_t copy_count_ = 1, row_copies_ = 1;
   Index vertex_blocks_ = 0;
-  std::size_t most_blocks_ = 0;  // since the layout was made
   VertexTiles layout_;
   TileRoom room_;
   bool are_all_unpacked_ = false, has_other_kernels_ = false;

@@ -168,8 +168,11 @@ __global__ void __launch_bounds__(kBlockThreads)
   wait_for_previous();
   if (index < vertices.block_count) {
     state = of_copy(state);
-    const VertexBlock block = load_ranges(vertices.blocks + index);
+    VertexBlock block = load_ranges(vertices.blocks + index);
     const ParticleOffset corner = __ldg(vertices.blocks[index].corners + lane);
+    if (lane >= block.lane_count) {
+      block = {};  // rows of idle lanes may name vertices that are gone
+    }
     const DeviceStart access{state.particles, state.carries,
                              position_of(load_particle(&at(state.particles, corner))), lane};
     const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,

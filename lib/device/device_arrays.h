@@ -45,8 +45,8 @@ struct DeviceState {
   bool operator==(const DeviceState&) const = default;
 };
 
-/// The rows of the vertex-block method, as on the host, with room for more; what lies there names
-/// the first place, if anything. Damping changes rows in each substep, each copy's otherwise;
+/// The rows of the vertex-block method, as on the host, with room for more; what lies there, and in
+/// idle lanes of rows, is any. Damping changes rows in each substep, each copy's otherwise;
 /// without it, copies share them.
 struct VertexArrays {
   const VertexBlock* blocks;        ///< [block_count]

@@ -10,13 +10,12 @@ namespace {
 constexpr std::array kArrays{&VertexCounts::blocks,  &VertexCounts::pulls,  &VertexCounts::springs,
                              &VertexCounts::volumes, &VertexCounts::hinges, &VertexCounts::places};
 
-// Small scenes may have many copies.
-std::size_t part_of(std::size_t count) {
+}  // namespace
+
+std::size_t part_to_grow(std::size_t count) noexcept {
   constexpr std::size_t kFew = 256;
   return std::max(count / 8, std::min(count, kFew));
 }
-
-}  // namespace
 
 VertexCounts::VertexCounts(const SolverData& data) {
   const VertexBlocks::Arrays arrays = data.vertex_blocks.arrays();
@@ -25,7 +24,7 @@ VertexCounts::VertexCounts(const SolverData& data) {
   springs = arrays.springs.size();
   volumes = arrays.volumes.size();
   hinges = arrays.hinges.size();
-  places = blocks > 0 ? data.particles.size() : 0;
+  places = static_cast<std::size_t>(data.vertex_blocks.vertex_count());
 }
 
 void VertexCounts::include(const VertexCounts& others) noexcept {
@@ -50,7 +49,7 @@ VertexCounts with_room(const VertexCounts& counts, const SolverData& data, bool 
   if (has_grown) {
     VertexCounts grown = counts;
     for (const auto array : kArrays) {
-      grown.*array += part_of(counts.*array);
+      grown.*array += part_to_grow(counts.*array);
     }
     room.include(grown);
   }

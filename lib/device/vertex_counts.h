@@ -15,7 +15,7 @@ namespace pbdsurg::cuda {
 
 struct VertexCounts {
   std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0;
-  std::size_t places = 0;  ///< of which is known in which block they are; none without blocks
+  std::size_t places = 0;  ///< of which is known in which block they are
 
   VertexCounts() = default;
 
@@ -28,9 +28,12 @@ struct VertexCounts {
   [[nodiscard]] bool has_room_for(const VertexCounts& others) const noexcept;
 };
 
-/// With room for more, where options ask for it or edits have brought vertices before: in the
-/// latter case an eighth more than there are, so that edits that bring ever more rarely come to
-/// this. There is no room in an array that is empty.
+/// How many more there is to be room for, where edits bring ever more: small scenes may have many
+/// copies.
+[[nodiscard]] std::size_t part_to_grow(std::size_t count) noexcept;
+
+/// With room for more, where options ask for it or edits have brought vertices before. There is no
+/// room in an array that is empty.
 [[nodiscard]] VertexCounts with_room(const VertexCounts& counts, const SolverData& data,
                                      bool has_grown);
 

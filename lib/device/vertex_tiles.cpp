@@ -69,6 +69,7 @@ VertexTiles::VertexTiles(const VertexBlocks& vertices, const NeighborLists& list
                  });
     }
   }
+  most_blocks = vertices.block_count();
   for (Index v = 0; v < vertices.vertex_count(); ++v) {
     colors_.push_back(vertices.color_of(v));
   }
@@ -113,6 +114,7 @@ void VertexTiles::write_lane(const VertexBlock& block, Index lane, const TileCou
 bool VertexTiles::follow(const VertexBlocks& vertices, const Changes& changes,
                          std::vector<WordChange>& words) {
   blocks.resize(static_cast<std::size_t>(vertices.block_count()));
+  most_blocks = std::max(most_blocks, vertices.block_count());
   rooms_.resize(static_cast<std::size_t>(vertices.room_count()));
   return std::ranges::all_of(find_dirty(vertices, changes), [&](const DirtyLanes& dirty) {
     return follow_block(vertices, dirty.first, dirty.second, words);

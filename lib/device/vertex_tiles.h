@@ -60,6 +60,7 @@ class VertexTiles {
   std::vector<Neighbor> neighbors;
   Index neighbor_rows = 0, pull_rows = 0, spring_rows = 0, volume_rows = 0;
   Index most_neighbors = 0;  ///< of a thread, now or before
+  Index most_blocks = 0;     ///< now or before: words may be of those that an undo has taken back
 
  private:
   // Of a room of VertexBlocks.

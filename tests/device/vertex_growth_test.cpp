@@ -209,7 +209,7 @@ class DeviceRows {
     }
     fit(DeviceArray::lane_of_place, counts_.places, sizeof(Index), kNoLane);
     fit(DeviceArray::stiffness_shares, counts_.blocks, kBlockLanes * sizeof(float));
-    fit(DeviceArray::tile_blocks, counts_.blocks, sizeof(TileBlock));
+    fit(DeviceArray::tile_blocks, static_cast<std::size_t>(tiles_.most_blocks), sizeof(TileBlock));
     fit(DeviceArray::tile_neighbors, static_cast<std::size_t>(tiles_.neighbor_rows),
         kTileThreads * sizeof(Neighbor));
   }

@@ -12,7 +12,8 @@
 namespace pbdsurg {
 namespace {
 
-// What a new block has room for beyond its first vertex: others of a cut, and later cuts.
+// What a new block has room for beyond its first vertex, of kinds that there are: others of a cut,
+// and later cuts.
 constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
                 kSpareStrips = 12;
 
@@ -229,9 +230,13 @@ Index VertexBlocks::add_block(Index color, const Rows& needs) {
     room = *left;
     left_rooms_.erase(std::next(left.base(), -1));
   } else {
-    room = make_room({needs.pulls + kSparePulls, needs.springs + kSpareSprings,
-                      needs.volumes + kSpareVolumes, needs.hinges + kSpareHinges,
-                      needs.strips + kSpareStrips});
+    const auto with = [](Index count, const auto& rows, Index spare) {
+      return count + (rows.empty() ? 0 : spare);
+    };
+    room = make_room(
+        {with(needs.pulls, pulls_, kSparePulls), with(needs.springs, springs_, kSpareSprings),
+         with(needs.volumes, volumes_, kSpareVolumes), with(needs.hinges, hinges_, kSpareHinges),
+         with(needs.strips, strips_, kSpareStrips)});
   }
   Index gap = block_count();
   blocks_.emplace_back();
