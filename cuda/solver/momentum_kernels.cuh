@@ -39,6 +39,9 @@ __global__ void __launch_bounds__(kMomentumSums)
   const auto thread = static_cast<Index>(threadIdx.x);
   const Index first = __ldg(pieces.firsts + blockIdx.x);
   const Index end = __ldg(pieces.firsts + blockIdx.x + 1);
+  if (first == end) {
+    return;
+  }
   MomentumSums sum;
   bool is_held = false;
   for (Index i = first + thread; i < end; i += kMomentumSums) {

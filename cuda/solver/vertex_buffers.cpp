@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/solver/vertex_buffers.h"
 
+#include <bit>
 #include <span>
 #include <utility>
 #include <vector>
@@ -113,12 +114,18 @@ void VertexBuffers::point(const SolverData& data) {
              data.vertex_blocks.has_damping()};
 }
 
+// Room and pieces are a power of two, so that few edits change what a step launches.
 void FreePieceBuffers::take_over(const PieceLists& pieces, cudaStream_t stream) {
   if (revision_ == pieces.revision()) {
     return;
   }
-  arrays_ = {firsts_.upload(pieces.all_firsts(), stream),
-             places_.upload(pieces.all_places(), stream), pieces.count()};
+  const auto count = static_cast<std::size_t>(pieces.count());
+  const std::size_t room = count == 0 ? 0 : std::bit_ceil(count);
+  std::vector<Index> firsts(pieces.all_firsts().begin(), pieces.all_firsts().end());
+  firsts.resize(room + 1, firsts.back());
+  places_.reserve(std::bit_ceil(pieces.all_places().size()));
+  arrays_ = {firsts_.upload(firsts, stream), places_.upload(pieces.all_places(), stream),
+             static_cast<Index>(room)};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // the lists may change
   revision_ = pieces.revision();
 }

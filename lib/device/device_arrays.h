@@ -74,8 +74,8 @@ inline constexpr Index kOnlyTouched = -2;
 /// What nothing holds: see FreePieces.
 struct FreePieceArrays {
   const Index* firsts = nullptr;  ///< [count + 1]
-  const Index* places = nullptr;  ///< of piece i, [firsts[i], firsts[i + 1])
-  Index count = 0;
+  const Index* places = nullptr;  ///< of piece i, [firsts[i], firsts[i + 1]): none of the last ones
+  Index count = 0;                ///< zero if there are no pieces
 
   bool operator==(const FreePieceArrays&) const = default;
 };
