@@ -2,6 +2,7 @@
 #include "cuda/solver/cuda_backend.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <optional>
 #include <span>
@@ -89,16 +90,23 @@ class CudaBackend final : public Backend {
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
   [[nodiscard]] bool keeps_state() const noexcept override { return true; }
 
-  void start_step(SolverData& data, float dt) override {
+  void start_step(SolverData& data) override {
     const CurrentDevice current(device_);
     try {
       take_over(data);
-      const bool changes_lengths = tools_.upload(data, dt, moves_before_, stream_.get());
       stiffest_revision_ = data.stable_substep.revision();
-      enqueue(data, changes_lengths);
+      enqueue_part(data);
+      while (!data.part.is_last()) {
+        stream_.wait();
+        if (is_stalled(data.copy_count())) {
+          return;
+        }
+        data.go_on(take_findings(data));
+        enqueue_part(data);
+      }
     } catch (...) {
-      // what was taken over may be half there
-      is_planned_ = is_recorded_ = follows_on_ = false;
+      is_planned_ = follows_on_ = false;  // what was taken over may be half there
+      forget_recorded();
       stiffest_.reset();
       throw;
     }
@@ -112,26 +120,19 @@ class CudaBackend final : public Backend {
       give_step_up(state);
     }
     StepReport report;
-    const Vec3<float>* force = forces_.get();
     const Vec3<float>* watched = watched_.get();
+    stiffest_ = take_findings(state);
+    if (has_stalled) {
+      forget_findings(state);
+    }
     for (Index i = 0; i < state.copy_count(); ++i) {
       CopyState& copy = state.copy(i);
       end_tools(copy);
-      for (ToolState& tool : copy.tools) {
-        tool.force =
-            has_stalled ? Eigen::Vector3f::Zero() : Eigen::Vector3f(force->x, force->y, force->z);
-        ++force;
-      }
       for (Eigen::Vector3f& position : copy.watched_positions) {
         position = {watched->x, watched->y, watched->z};
         ++watched;
       }
       report_copy(i, to_report(sums_.get()[i]), copy, report);
-      const auto stiffest = std::bit_cast<float>(sums_.get()[i].stiffest);
-      stiffest_ = i == 0 ? stiffest : std::max(*stiffest_, stiffest);
-    }
-    if (has_stalled) {
-      stiffest_.reset();
     }
     return report;
   }
@@ -207,7 +208,8 @@ class CudaBackend final : public Backend {
     const bool remembers = data.options.mode == ProjectionMode::compliance &&
                            data.options.method == SolverMethod::projection &&
                            data.options.iterations != 1;
-    is_planned_ = is_recorded_ = false;
+    is_planned_ = false;
+    forget_recorded();
     StageRecords records;
     plan_ = StagePlan(data, records, has_grown_);
     choose_sweeps(data, records);
@@ -299,7 +301,7 @@ class CudaBackend final : public Backend {
     }
     vertices_.make_room(data, stream_.get());
     if (sweeps_->make_room(static_cast<std::size_t>(state_.arrays().capacity), stream_.get())) {
-      is_recorded_ = false;
+      forget_recorded();
     }
     add_vertex_changes(data, changes.vertices);
     write_changes(data);
@@ -368,18 +370,47 @@ class CudaBackend final : public Backend {
     have_rows_changed_ = true;
   }
 
+  void enqueue_part(SolverData& data) {
+    const bool changes_lengths = tools_.upload(data, sums_.get(), moves_before_, stream_.get());
+    enqueue(data, changes_lengths);
+  }
+
+  // The forces on tools so far, once the device has done a part of a step.
+  // @return  the largest stiffest_vertex() of the copies
+  float take_findings(SolverState& state) {
+    const Vec3<float>* force = forces_.get();
+    float stiffest = 0;
+    for (Index i = 0; i < state.copy_count(); ++i) {
+      for (ToolState& tool : state.copy(i).tools) {
+        tool.force = {force->x, force->y, force->z};
+        ++force;
+      }
+      stiffest = std::max(stiffest, std::bit_cast<float>(sums_.get()[i].stiffest));
+    }
+    return stiffest;
+  }
+
+  void forget_findings(SolverState& state) {
+    for (Index i = 0; i < state.copy_count(); ++i) {
+      for (ToolState& tool : state.copy(i).tools) {
+        tool.force = Eigen::Vector3f::Zero();
+      }
+    }
+    stiffest_.reset();
+  }
+
   void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
     DeviceStep step{
         &kernels_of(data.options),
         {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
          has_cluster ? std::span<const Stage>() : plan_.open_stages(), tools_.has_pushers(),
-         tools_.has_attachments(), vertices_.arrays(), data.division.sweeps,
+         tools_.has_attachments(), vertices_.arrays(), data.part.division.sweeps,
          has_stiff_links(data.plan), free_pieces_.arrays(), has_cluster ? 0 : plan_.revision()},
         {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-        step_program(data.options, data.division),
+        step_program(data.options, data.part.division),
         changes_lengths};
-    if (strategy_ == DeviceStrategy::cooperative) {
+    if (strategy_ == DeviceStrategy::cooperative && data.part.is_first()) {
       step.start = start_.make_room(step.arrays.state, static_cast<std::size_t>(data.copy_count()));
       kept_ = step.start;
     }
@@ -388,14 +419,14 @@ class CudaBackend final : public Backend {
       sweeps_->follow_rows(vertices_.arrays(), apart);
       have_rows_changed_ = false;
     }
-    if (!changes_lengths && sweeps_->takes_whole_step(step.arrays, data.division.substeps)) {
+    if (!changes_lengths && sweeps_->takes_whole_step(step.arrays, data.part.division.substeps)) {
       step.is_whole = true;
       step.program.division = {};  // which its input has, so that a graph serves any
       if (!follows_on_) {
         sweeps_->begin_steps(step.arrays, apart);
       }
       moves_before_ =
-          (moves_before_ + data.division.substeps * sweeps_->moves_in_substep(step.arrays)) &
+          (moves_before_ + data.part.division.substeps * sweeps_->moves_in_substep(step.arrays)) &
           TileArrays::kCountBits;
     }
     follows_on_ = step.is_whole;
@@ -403,15 +434,22 @@ class CudaBackend final : public Backend {
       enqueue_step(step, *sweeps_, apart);
       return;
     }
-    if (!is_recorded_ || !(step == recorded_)) {
-      is_recorded_ = false;
-      graph_.record(stream_.get(), [&] {
+    Recorded& recorded = recorded_[(data.part.is_first() ? 1 : 0) + (data.part.is_last() ? 2 : 0)];
+    if (!recorded.is_valid || !(step == recorded.step)) {
+      recorded.is_valid = false;
+      recorded.graph.record(stream_.get(), [&] {
         enqueue_step(step, *sweeps_, {stream_.get(), overlaps_, data.copy_count()});
       });
-      recorded_ = step;
-      is_recorded_ = true;
+      recorded.step = step;
+      recorded.is_valid = true;
     }
-    graph_.launch(stream_.get());
+    recorded.graph.launch(stream_.get());
+  }
+
+  void forget_recorded() {
+    for (Recorded& each : recorded_) {
+      each.is_valid = false;
+    }
   }
 
   static StepReport to_report(const StepSums& sums) {
@@ -451,15 +489,18 @@ class CudaBackend final : public Backend {
   std::uint64_t stiffest_revision_ = 0;
   PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]
   PinnedBuffer<Vec3<float>> watched_;  // [copy][watched]
-  StepGraph graph_;
-  DeviceStep recorded_;      // in the graph, if it is recorded
-  bool is_planned_ = false;  // stages and records follow the data
-  bool is_recorded_ = false;
+  bool is_planned_ = false;         // stages and records follow the data
   bool have_rows_changed_ = false;  // since the last step
   // Of steps that one kernel takes, see StepInput: it soon starts anew, lest that be a rare event.
   Index moves_before_ = TileArrays::kCountBits - 100;
   bool follows_on_ = false;  // the last step was such a step, and nothing has changed since
   bool has_grown_ = false;   // edits brought constraints before: plans have room for more
+  struct Recorded {
+    StepGraph graph;
+    DeviceStep step;  // in the graph, if it is recorded
+    bool is_valid = false;
+  };
+  std::array<Recorded, 4> recorded_;  // of parts of steps: [is first + 2 * is last]
 };
 
 }  // namespace

@@ -157,6 +157,22 @@ void step_explicitly(const ExplicitSubsteps& substeps, const DeviceState& state,
                  push_kernel(tiles.parts, substeps.stays), state, vertices, tiles, boxes, input);
 }
 
+/// Where vertices are heading for: see HeadingAccess.
+struct DeviceHeading {
+  const Particle* bases;
+  const Velocity* velocities;
+  Vec3<float> own_base;
+  float time;  ///< s
+  Index lane;
+
+  [[nodiscard]] __device__ float load(const float* numbers) const { return __ldg(numbers + lane); }
+  [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
+    const ParticleOffset corner = __ldg(corners + lane);
+    return (position_of(load_particle(&at(bases, corner))) - own_base) +
+           time * load_velocity(&at(velocities, corner));
+  }
+};
+
 /// As stiffest_vertex().
 template <int kParts>
 __global__ void __launch_bounds__(kBlockThreads)
@@ -173,19 +189,24 @@ __global__ void __launch_bounds__(kBlockThreads)
     if (lane >= block.lane_count) {
       block = {};  // rows of idle lanes may name vertices that are gone
     }
-    const DeviceStart access{state.particles, state.carries,
-                             position_of(load_particle(&at(state.particles, corner))), lane};
+    const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
+    const float heading = input->heading;
+    const float share = __ldg(vertices.stiffness_shares + index * kBlockLanes + lane);
     const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                           vertices.hinges};
-    VolumeStiffness<float> stiffness;
-    add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
+#pragma unroll 1
+    for (int side = 0; side < 2; ++side) {
+      const DeviceHeading access{state.particles, state.velocities, base,
+                                 side == 0 ? heading : -heading, lane};
+      VolumeStiffness<float> stiffness;
+      add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
 #pragma unroll
-    for (int distance = kParts / 2; distance > 0; distance /= 2) {
-      stiffness.trace += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.trace, distance);
+      for (int distance = kParts / 2; distance > 0; distance /= 2) {
+        stiffness.trace += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.trace, distance);
+      }
+      const float there = share * stiffness.trace;
+      square = there > square ? there : square;  // nor what is no number
     }
-    const float here =
-        __ldg(vertices.stiffness_shares + index * kBlockLanes + lane) * stiffness.trace;
-    square = here > 0 ? here : 0.0F;  // nor what is no number
   }
   const Index most = over_warp([](Index a, Index b) { return a < b ? b : a; },
                                __float_as_int(square));  // ordered as the floats are

@@ -59,7 +59,7 @@ struct VertexSweeps {
   Index block_count;      ///< of threads, for each copy: all copies' are on the device at once
 };
 
-/// How to launch all substeps of an explicit step, StepInput::substep_count of them.
+/// How to launch all substeps of a part of an explicit step, StepInput::substep_count of them.
 struct ExplicitSubsteps {
   Index block_count;  ///< as in VertexSweeps
   bool stays;         ///< whether these have a warp for each tile
@@ -113,7 +113,7 @@ struct StepKernels {
   void (*push_vertices)(const DeviceState&, const VertexArrays&, const ToolArrays&, StepInput*,
                         Index substep, bool has_tools, const Launch&);
 
-  /// Likewise: finds the stiffest vertex after a step.
+  /// Likewise: finds the stiffest vertex after a part of a step.
   void (*measure_stiffness)(const DeviceState&, const VertexArrays&, StepInput*, const Launch&);
 
   /// Makes ready for sweep_vertices(). Enqueues nothing.
@@ -142,8 +142,8 @@ struct StepKernels {
   /// @return  as prepare_sweep_of_vertices()
   Index (*prepare_explicit_step)(const TileArrays&);
 
-  /// All substeps of an explicit step in which no tool touches or holds anything, from the state at
-  /// its start to that at its end. See sweep_vertices() for mailboxes.
+  /// All substeps of a part of an explicit step in which no tool touches or holds anything, from
+  /// the state at its start to that at its end. See sweep_vertices() for mailboxes.
   void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
                           const TileArrays&, const Mailboxes&, StepInput*, const Launch&);
 

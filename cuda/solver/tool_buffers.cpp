@@ -14,6 +14,7 @@
 #include "cuda/solver/longest_wait.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/vertex_motion.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/load_store.h"
 
 namespace pbdsurg::cuda {
@@ -84,7 +85,7 @@ void ToolBuffers::take_over(const SolverData& data, Index vertex_room) {
 std::size_t ToolBuffers::lay_out(const SolverData& data, std::size_t copy, std::size_t end,
                                  StepInput& input) const {
   const CopyTools& tools = copies_[copy];
-  const auto substeps = static_cast<std::size_t>(data.division.substeps);
+  const auto substeps = static_cast<std::size_t>(data.part.division.substeps);
   const auto attachments = static_cast<std::size_t>(tools.attachment_count);
   const auto place = [&](std::size_t bytes) {
     const std::size_t offset = end - copy * sizeof(StepInput);
@@ -129,7 +130,7 @@ void ToolBuffers::write_substep(const CopyState& copy, Index substep, StepInput*
   }
 }
 
-void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int substeps,
+void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
                               StepInput* input) {
   Index pusher = 0;
   Index attachment = 0;
@@ -138,11 +139,12 @@ void ToolBuffers::write_tools(CopyState& copy, const CopyTools& tools, int subst
     const auto held = static_cast<Index>(tool.attachments.size());
     table<ToolInput>(input, input->tools)[t] = {is_pusher(tool) ? pusher++ : kInvalidIndex,
                                                 attachment, held, 0};
-    table<Vec3<float>>(input, input->forces)[t] = {};
+    table<Vec3<float>>(input, input->forces)[t] =
+        part.is_first() ? Vec3<float>{} : load(tool.force);
     attachment += held;
   }
-  for (int substep = 0; substep < substeps && !copy.tools.empty(); ++substep) {
-    place_tools(copy, static_cast<float>(substep + 1) / static_cast<float>(substeps));
+  for (int substep = 0; substep < part.division.substeps && !copy.tools.empty(); ++substep) {
+    place_tools(copy, part.done_after(substep));
     write_substep(copy, substep, input);
   }
   std::ranges::copy(tools.held, table<HeldInput>(input, input->held));
@@ -158,32 +160,32 @@ bool are_alike(const FreeMotion<float>& a, const FreeMotion<float>& b) {
 
 // Of the first substep and of later ones.
 // @return  whether these differ
-bool write_lengths(const SolverData& data, const CopyState& copy, float h, StepInput& input) {
-  const auto substeps = static_cast<float>(data.division.substeps);
-  const SubstepNumbers first = substep_numbers(data, copy, h, 0);
-  const SubstepNumbers later = substep_numbers(data, copy, h, 1);
+bool write_lengths(const SolverData& data, const CopyState& copy, StepInput& input) {
+  const StepPart& part = data.part;
+  const SubstepNumbers first = substep_numbers(data, copy, part.h, 0);
+  const SubstepNumbers later = substep_numbers(data, copy, part.h, 1);
   input.motion = first.motion;
   input.substep = first.lengths;
   input.past_share = first.past_share;
-  input.force_per_multiplier = first.lengths.inverse_dt_squared / substeps;
+  input.force_per_multiplier = part.force_per_multiplier(first.lengths.inverse_dt_squared);
   input.later_motion = later.motion;
   input.later_substep = later.lengths;
   input.later_past_share = later.past_share;
-  input.later_force_per_multiplier = later.lengths.inverse_dt_squared / substeps;
-  return data.division.substeps > 1 &&
+  input.later_force_per_multiplier = part.force_per_multiplier(later.lengths.inverse_dt_squared);
+  return part.division.substeps > 1 &&
          (!are_alike(first.motion, later.motion) || first.lengths != later.lengths ||
           first.past_share != later.past_share);
 }
 
 }  // namespace
 
-bool ToolBuffers::upload(SolverData& data, float dt, Index moves_before, cudaStream_t stream) {
-  const int substeps = data.division.substeps;
-  const float h = dt / static_cast<float>(substeps);
+bool ToolBuffers::upload(SolverData& data, const StepSums* before, Index moves_before,
+                         cudaStream_t stream) {
   StepInput header{};
   header.unit = data.vertex_blocks.unit();
-  header.inverse_h = 1 / h;
-  header.substep_count = data.division.substeps;
+  header.inverse_h = 1 / data.part.h;
+  header.heading = is_explicit(data.options) ? data.stable_substep.heading() : 0;
+  header.substep_count = data.part.division.substeps;
   header.moves_before = moves_before;
   header.longest_wait = longest_wait;
   header.vertex_count = static_cast<Index>(data.particles.size());
@@ -208,8 +210,9 @@ bool ToolBuffers::upload(SolverData& data, float dt, Index moves_before, cudaStr
   for (std::size_t copy = 0; copy < copies_.size(); ++copy) {
     CopyState& state = data.copy(static_cast<Index>(copy));
     size = lay_out(data, copy, size, header);
-    changes_lengths = write_lengths(data, state, h, header) || changes_lengths;
-    write_tools(state, copies_[copy], substeps, new (inputs + copy) StepInput(header));
+    changes_lengths = write_lengths(data, state, header) || changes_lengths;
+    header.sums.dropped_contacts = data.part.is_first() ? 0 : before[copy].dropped_contacts;
+    write_tools(state, copies_[copy], data.part, new (inputs + copy) StepInput(header));
   }
   PBDSURG_CUDA_CHECK(
       cudaMemcpyAsync(device_input_.reserve(room), inputs, size, cudaMemcpyHostToDevice, stream));

@@ -24,10 +24,12 @@ class ToolBuffers {
   /// @param vertex_room  at least as many as there are
   void take_over(const SolverData& data, Index vertex_room);
 
-  /// Computes what the host tells about a step, and enqueues its copy. No step may be at work.
+  /// Computes what the host tells about a part of a step, and enqueues its copy. No step may be at
+  /// work. Forces of tools go on from those that they have, but for the first part.
+  /// @param before  [copy] of the part before; not read for the first
   /// @param moves_before  see StepInput
-  /// @return              whether numbers of a copy change after the first substep
-  bool upload(SolverData& data, float dt, Index moves_before, cudaStream_t stream);
+  /// @return        whether numbers of a copy change after the first substep
+  bool upload(SolverData& data, const StepSums* before, Index moves_before, cudaStream_t stream);
 
   /// As taken over.
   [[nodiscard]] Index vertex_room() const noexcept { return vertex_room_; }
@@ -59,7 +61,8 @@ class ToolBuffers {
   static CopyTools find_tools(const SolverData& data, const CopyState& copy);
   std::size_t lay_out(const SolverData& data, std::size_t copy, std::size_t end,
                       StepInput& input) const;
-  static void write_tools(CopyState& copy, const CopyTools& tools, int substeps, StepInput* input);
+  static void write_tools(CopyState& copy, const CopyTools& tools, const StepPart& part,
+                          StepInput* input);
   static void write_substep(const CopyState& copy, Index substep, StepInput* input);
 
   std::vector<CopyTools> copies_;

@@ -262,10 +262,10 @@ struct alignas(16) HeldInput {
   Index unused;
 };
 
-/// What the host tells about a step, in one piece of memory: one of these for each copy, then the
-/// tables that they point to, each in bytes from its own start. Everything in it may differ from
-/// step to step without a kernel being launched another way. What has nothing to do with tools, or
-/// with the past of BDF2, is alike in all copies.
+/// What the host tells about a part of a step, in one piece of memory: one of these for each copy,
+/// then the tables that they point to, each in bytes from its own start. Everything in it may
+/// differ from step to step without a kernel being launched another way. What has nothing to do
+/// with tools, or with the past of BDF2, is alike in all copies.
 struct alignas(16) StepInput {
   FreeMotion<float> motion;
   Substep<float> substep;      ///< lengths
@@ -273,7 +273,8 @@ struct alignas(16) StepInput {
   float unit;                  ///< m, of fixed points
   float force_per_multiplier;  ///< 1/s^2
   float inverse_h;             ///< 1/s, h the length of a substep, in whatever share that counts
-  Index substep_count;         ///< of kernels that take all of a step
+  float heading;               ///< s, of explicit steps: see StableSubstep
+  Index substep_count;         ///< of kernels that take all of a part of a step
   Index moves_before;          ///< likewise, what the counts of points go on from
   std::uint32_t longest_wait;  ///< see there
   Index vertex_count;

@@ -199,19 +199,19 @@ void leave_out_held(const SolverData& data, const CopyState& copy, Ending& endin
   }
 }
 
-// One division for the time of a substep.
+// A step for the time of a substep.
 class OneSubstep {
  public:
-  OneSubstep(SolverData& data, int sweeps) : data_(data), before_(data.division) {
-    data.division = {1, sweeps};
+  OneSubstep(SolverData& data, float h, int sweeps) : data_(data), before_(data.part) {
+    data.part = whole_step(h, {1, sweeps});
   }
-  ~OneSubstep() { data_.division = before_; }
+  ~OneSubstep() { data_.part = before_; }
   OneSubstep(const OneSubstep&) = delete;
   OneSubstep& operator=(const OneSubstep&) = delete;
 
  private:
   SolverData& data_;
-  StepDivision before_;
+  StepPart before_;
 };
 
 }  // namespace
@@ -238,8 +238,9 @@ std::vector<Convergence> Solver::convergence(float dt, Index copy) {
   StepScratch scratch;
   scratch.fit_beside(data);
   {
-    const OneSubstep one(data, division.sweeps);
-    static_cast<void>(step_serially({data, probe, scratch}, h));
+    const OneSubstep one(data, h, division.sweeps);
+    StepReport report;
+    step_serially({data, probe, scratch}, report);
   }
 
   const std::size_t count = now.particles.size();

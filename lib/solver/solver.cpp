@@ -106,9 +106,10 @@ StepReport Solver::finish_step() {
   }
   data_->finish_running_step();
   data_->step_in_flight = SolverData::Step::none;
-  data_->report.substeps = data_->division.substeps;
+  const int substeps = data_->part.before + data_->part.division.substeps;
+  data_->report.substeps = substeps;
   for (Index i = 0; i < data_->copy_count(); ++i) {
-    data_->copy(i).last_report.substeps = data_->division.substeps;
+    data_->copy(i).last_report.substeps = substeps;
   }
   const Index interval = data_->options.convergence_interval;
   if (interval > 0 && ++data_->steps_since_convergence == interval) {

@@ -63,6 +63,13 @@ double with_sweeps(double limit, double friction_time, int sweeps) {
   return limit * limit / (half + std::sqrt(half * half + limit * limit));
 }
 
+// Of substeps or sweeps: a step of so many exactly needs no more of them.
+int whole(double number) {
+  constexpr double kRounding = 1e-4;
+  constexpr double kMost = 1e6;
+  return static_cast<int>(std::clamp(std::ceil(number - kRounding), 1.0, kMost));
+}
+
 struct BodyVolume {
   double volume = 0;  // m^3
   Index count = 0;    // of tetrahedra
@@ -149,18 +156,45 @@ void check_explicit_step(float dt, const SubstepRule& rule, const SolverOptions&
     std::ostringstream text;
     text << "dt is " << dt << " s in " << substeps << " substeps; explicit steps are stable up to "
          << rule.longest
-         << " s a substep as tissue is stretched now, and take as many as they need "
+         << " s a substep as tissue is stretched and moves now, and take as many as they need "
          << "where substeps are automatic";
     throw InvalidArgument(text.str());
   }
 }
 
+StepPart whole_step(float dt, const StepDivision& division) noexcept {
+  StepPart step;
+  step.division = division;
+  step.h = dt / static_cast<float>(division.substeps);
+  step.per_step = division.substeps;
+  return step;
+}
+
+StepPart first_part(const StepPart& step, int most) noexcept {
+  StepPart part = step;
+  if (step.division.substeps - most > most / 2) {
+    part.division.substeps = most;
+  }
+  part.after = step.division.substeps - part.division.substeps;
+  return part;
+}
+
+StepPart part_after(const StepPart& part, float dt, double longest, int most) noexcept {
+  StepPart next = part;
+  next.past_h = part.h;
+  next.start = part.start + part.division.substeps / part.per_step;
+  next.before = part.before + part.division.substeps;
+  const double left = part.after / part.per_step;  // of the step
+  const double time = left * double{dt};
+  next.division.substeps = std::max(part.after, whole(time / longest));
+  if (next.division.substeps > part.after) {
+    next.h = static_cast<float>(time / next.division.substeps);
+    next.per_step = next.division.substeps / left;
+  }
+  return first_part(next, most);
+}
+
 StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions& options) noexcept {
-  constexpr double kRounding = 1e-4;  // a step of so many substeps exactly needs no more of them
-  constexpr double kMost = 1e6;
-  const auto whole = [&](double number) {
-    return static_cast<int>(std::clamp(std::ceil(number - kRounding), 1.0, kMost));
-  };
   StepDivision division{options.substeps, options.iterations};
   if (options.substeps == kAutomatic) {
     division.substeps = whole(double{dt} / double{rule.longest});

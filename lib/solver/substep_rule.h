@@ -35,6 +35,46 @@ struct StepDivision {
   bool operator==(const StepDivision&) const = default;
 };
 
+/// Substeps that follow each other in a step and are alike. Most steps are one part.
+struct StepPart {
+  StepDivision division;
+  float h = 0;          ///< s, of a substep
+  float past_h = 0;     ///< s, of that before the first; zero: what each copy remembers
+  double start = 0;     ///< share of the step that is done before
+  double per_step = 1;  ///< substeps of this length that a whole step would have
+  int before = 0;       ///< substeps of the step that are done before
+  int after = 0;        ///< that are left after it, as long as these
+
+  [[nodiscard]] bool is_first() const noexcept { return before == 0; }
+  [[nodiscard]] bool is_last() const noexcept { return after == 0; }
+
+  /// (0, 1] of the step that is done after a substep of the part.
+  [[nodiscard]] float done_after(int substep) const noexcept {
+    return static_cast<float>(start + (substep + 1) / per_step);
+  }
+
+  /// 1/s^2, what a multiplier adds to the mean force of the step.
+  /// @param inverse_dt_squared  1/s^2, of the substep
+  [[nodiscard]] float force_per_multiplier(float inverse_dt_squared) const noexcept {
+    return inverse_dt_squared / static_cast<float>(per_step);
+  }
+};
+
+/// A whole step.
+/// @param dt  s, > 0
+[[nodiscard]] PBDSURG_API StepPart whole_step(float dt, const StepDivision& division) noexcept;
+
+/// The same, but for what comes after so many substeps; all of it if that is half as many at most,
+/// so that no part is short.
+[[nodiscard]] StepPart first_part(const StepPart& step, int most) noexcept;
+
+/// The next part, likewise: its substeps are as long, or shorter if they need it.
+/// @param part     which is not the last
+/// @param dt       s, of the step
+/// @param longest  s, of a substep from now on
+[[nodiscard]] StepPart part_after(const StepPart& part, float dt, double longest,
+                                  int most) noexcept;
+
 /// @param dt  s, > 0
 [[nodiscard]] PBDSURG_API StepDivision divide_step(float dt, const SubstepRule& rule,
                                                    const SolverOptions& options) noexcept;

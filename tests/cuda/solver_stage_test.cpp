@@ -42,7 +42,7 @@ struct Device {
     vertices.upload(data, false, stream.get());
     state.take_over(data, stream.get());
     tools.take_over(data, state.arrays().capacity);
-    tools.upload(data, kTimeStep, 0, stream.get());
+    tools.upload(data, nullptr, 0, stream.get());
   }
 
   std::vector<Particle> particles() { return of_places(state.arrays().particles); }
@@ -175,7 +175,7 @@ TEST_CASE("cuda step: every part of a strict step has the serial bits", "[device
   add_tools(solver);
   SolverData& data = inspect(solver);
   data.step_scratch.fit(data);
-  data.division = {2, 2};
+  data.part = whole_step(kTimeStep, {2, 2});
   carry_something(data);
   const StepContext step{data, data, data.step_scratch};
   const bool displaces = has_displacements(options);
@@ -353,7 +353,7 @@ TEST_CASE("cuda step: every part of a strict step of vertex blocks has the seria
   }
   SolverData& data = inspect(solver);
   data.step_scratch.fit(data);
-  data.division = {2, 2};
+  data.part = whole_step(kTimeStep, {2, 2});
   const StepContext step{data, data, data.step_scratch};
   carry_something(data);
   HostStages stages(data);

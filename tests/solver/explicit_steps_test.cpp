@@ -10,6 +10,7 @@
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/methods/stable_substep.h"
 #include "tests/support/catch.h"
 #include "tests/support/meshes.h"
 #include "tests/support/small_steps.h"
@@ -325,8 +326,123 @@ TEST_CASE("explicit steps: substeps get shorter as tissue is stretched", "[prope
   const float dt = 2 * given.plan().longest_substep;
   given.step(dt);
   given.write_positions(solver.positions());
-  CHECK_THROWS_WITH(given.step(dt), ContainsSubstring("as tissue is stretched now"));
+  CHECK_THROWS_WITH(given.step(dt), ContainsSubstring("as tissue is stretched and moves now"));
   given.step(dt / 4);
+}
+
+// Would catch substeps that stay what they were at the start of a step, while what is stiff swings
+// there and back several times in it, and a look at it at the instant at which it is soft: without
+// either, the bar bursts within 0.1 s.
+TEST_CASE("explicit steps: stiff tissue that is let go does not burst in long steps",
+          "[property]") {
+  const Scene scene = testing::make_uneven_bar();
+  const float dt = GENERATE(1e-3F, 5e-3F);
+  Solver solver(scene, explicit_options());
+  solver.write_positions(testing::stretched(scene, 1.3F));
+  double first = 0, most = 0;
+  int substeps = 0;
+  for (float t = 0; t < 0.1F; t += dt) {
+    substeps = std::max(substeps, solver.step(dt).substeps);
+    const double energy = kinetic_energy(solver);
+    REQUIRE(std::isfinite(energy));
+    (t < 0.02F ? first : most) = std::max(t < 0.02F ? first : most, energy);
+  }
+  CHECK(most > 0.1 * first);  // it swings on
+  CHECK(most < 1.5 * first);
+  CHECK(static_cast<float>(substeps) > 1.2F * dt / solver.plan().longest_substep);
+}
+
+// Would catch parts of a step in which an executor divides the rest another way, or begins the way
+// or the forces of tools anew, and copies that go apart.
+TEST_CASE("explicit steps: strict threads have the serial bits in steps of several parts",
+          "[golden]") {
+  const Scene scene = testing::make_uneven_bar();
+  const int copies = GENERATE(1, 3);
+  const auto trial = [&](const Executor& executor) {
+    SolverOptions options = explicit_options(1);
+    options.executor = executor;
+    options.math = MathMode::strict;
+    options.copies = copies;
+    Solver solver(scene, options);
+    solver.write_positions(testing::stretched(scene, 1.3F), copies - 1);
+    const Capsule ball{{0.012F, -0.012F, 0.003F}, {0.012F, -0.012F, 0.003F}, 0.0122F};
+    const ToolId pusher = solver.add_tool({&ball, 1}, ToolPose::Identity());
+    const ToolId holder = solver.add_tool({}, ToolPose::Identity());
+    solver.grasp(holder, std::array<Index, 2>{scene.vertex_count() - 1, 30}, 1e-4F, copies - 1);
+    ToolPose pose = ToolPose::Identity();
+    std::vector<float> forces;
+    std::vector<std::uint64_t> hashes;
+    Index contacts = 0;
+    for (const float dt : {1e-3F, 1.3e-3F, 1e-4F, 2e-3F, 0.9e-3F}) {
+      pose.translation().y() += 0.2F * dt;
+      solver.move_tool(pusher, pose, copies - 1);
+      solver.move_tool(holder, pose, copies - 1);
+      const StepReport report = solver.step(dt);
+      contacts += report.contacts;
+      for (const ToolId tool : {pusher, holder}) {
+        forces.push_back(solver.tool_force(tool, copies - 1).y());
+      }
+      hashes.push_back(static_cast<std::uint64_t>(report.substeps));
+      hashes.push_back(solver.state_hash(0));
+      hashes.push_back(solver.state_hash(copies - 1));
+    }
+    CHECK(contacts > 0);
+    CHECK(solver.last_report().substeps > 2 * StableSubstep::kUnseen);
+    return std::pair(hashes, forces);
+  };
+  const auto serial = trial(executor::serial());
+  CHECK(trial(executor::threads(1)) == serial);
+  CHECK(trial(executor::threads(3)) == serial);
+}
+
+// Would catch a part of a step that forgets the length of the substep before, counts time or the
+// forces of tools twice, or not at all, or moves tools at another speed than the step has.
+TEST_CASE("explicit steps: parts of a step are one step to what falls, hangs and is drawn",
+          "[validation]") {
+  Scene scene = testing::make_uneven_bar();
+  scene.set_gravity({0, -9.81F, 0});
+  const Index stone = scene.vertex_count();
+  const double mass = 1e-3;
+  scene.add_particles("stones", std::vector<Eigen::Vector3d>{{0, 0, 1}, {0, 0, 2}, {0, 0, 3}},
+                      mass);
+  SolverOptions options = explicit_options();
+  options.executor = GENERATE(executor::serial(), executor::threads(2));
+  Solver solver(scene, options);
+  std::vector<Eigen::Vector3f> x = solver.positions();
+  const std::vector<Eigen::Vector3f> longer = testing::stretched(scene, 1.3F);
+  std::copy(longer.begin(), longer.begin() + stone, x.begin());
+  solver.write_positions(x);
+  const ToolId still = solver.add_tool({}, ToolPose::Identity());
+  const ToolId drawn = solver.add_tool({}, ToolPose::Identity());
+  solver.grasp(still, std::array<Index, 1>{stone + 1});
+  solver.grasp(drawn, std::array<Index, 1>{stone + 2});
+  double t = 0;
+  ToolPose pose = ToolPose::Identity();
+  const auto step = [&](float dt) {
+    pose.translation().x() += 0.5F * dt;
+    solver.move_tool(drawn, pose);
+    CHECK(solver.step(dt).substeps > StableSubstep::kUnseen);
+    t += double{dt};
+    x = solver.positions();
+    CHECK(-x[stone].y() == Approx(9.81 / 2 * t * t).epsilon(1e-4));
+    CHECK(x[stone + 2].x() == Approx(pose.translation().x()).epsilon(1e-5));
+    CHECK(solver.velocities()[stone + 2].x() == Approx(0.5).epsilon(1e-2));
+  };
+  for (const float dt : {1e-3F, 3e-3F, 2e-3F, 5e-3F, 1e-3F}) {
+    step(dt);
+    if (t > 2e-3) {
+      CHECK(solver.tool_force(still).y() == Approx(-9.81 * mass).epsilon(5e-3));
+    }
+  }
+  solver.release(still);
+  solver.release(drawn);
+  const Snapshot before = solver.snapshot();
+  solver.step(2e-3F);
+  const std::uint64_t hash = solver.state_hash();
+  solver.step(1e-3F);
+  solver.restore(before);
+  solver.step(2e-3F);
+  CHECK(solver.state_hash() == hash);
 }
 
 TEST_CASE("explicit steps: what they cannot do is refused with the number", "[unit]") {

@@ -115,7 +115,7 @@ void FakeDevice::follow_edit(SolverData& data) noexcept {
   followed_ = {data.changes.constraints.size(), data.changes.tets.size()};
 }
 
-void FakeDevice::start_step(SolverData& data, float dt) {
+void FakeDevice::start_step(SolverData& data) {
   if (followed_ != std::pair(data.changes.constraints.size(), data.changes.tets.size())) {
     throw Error("of some changes this was not told when they were made");
   }
@@ -129,8 +129,7 @@ void FakeDevice::start_step(SolverData& data, float dt) {
       own_.copy(i).tools[t].target = data.copy(i).tools[t].target;
     }
   }
-  dt_ = dt;
-  own_.division = data.division;
+  own_.part = data.part;
   is_running_ = true;
   spoil(data);
 }
@@ -144,7 +143,7 @@ StepReport FakeDevice::finish_step(SolverState& data) {
   for (Index i = 0; i < own_.copy_count(); ++i) {
     state_.give(i, own_.copy(i), vertex_count_);
   }
-  serial_->start_step(own_, dt_);
+  serial_->start_step(own_);
   const StepReport report = serial_->finish_step(own_);
   for (Index i = 0; i < own_.copy_count(); ++i) {
     state_.take(i, own_.copy(i), vertex_count_);

@@ -33,7 +33,7 @@ class FakeDevice final : public Backend {
   [[nodiscard]] Maker maker() const override;
 
   void follow_edit(SolverData& data) noexcept override;
-  void start_step(SolverData& data, float dt) override;
+  void start_step(SolverData& data) override;
   StepReport finish_step(SolverState& data) override;
   void fetch_state(SolverState& data, Index index) override;
   void read_positions(const SolverState& data, Index copy, std::span<const Index> places,
@@ -73,7 +73,6 @@ class FakeDevice final : public Backend {
   VertexBlocks blocks_;  // as taken over: a step changes those in own_
   std::vector<Index> watched_;
   std::unique_ptr<Backend> serial_ = make_serial_backend();
-  float dt_ = 0;
   bool is_running_ = false;
   std::vector<Index> asked_;                       // while a step runs
   std::vector<std::vector<VertexMotion>> motion_;  // [copy][asked]

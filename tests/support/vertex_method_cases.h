@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 #include "pbdsurg/solver/solver.h"
 
@@ -35,6 +36,25 @@ inline Scene make_bar(const Material& material, std::array<Index, 3> cells = {8,
   scene.add_body("bar", make_box(cells, edge, 0.1), material);
   scene.fix_where(0, [&](const Eigen::Vector3d& x) { return x.x() < 0.5 * edge; });
   return scene;
+}
+
+/// A bar of stiff tissue, some of whose tetrahedra are worse than others. Let go from a stretch of
+/// 1.3, explicit substeps that are as at rest, or as at the start of a step, make it burst.
+inline Scene make_uneven_bar() {
+  Scene scene;
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  scene.add_body("bar", make_box({8, 3, 3}, 2e-3, 0.1, 5), neo_hookean(2.5e5F, 0.45F));
+  scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 1e-3; });
+  return scene;
+}
+
+/// m, of all vertices of a scene: longer along x than at rest.
+inline std::vector<Eigen::Vector3f> stretched(const Scene& scene, float stretch) {
+  std::vector<Eigen::Vector3f> x;
+  for (const Eigen::Vector3d& p : scene.positions()) {
+    x.emplace_back(p.cast<float>().cwiseProduct(Eigen::Vector3f(stretch, 1, 1)));
+  }
+  return x;
 }
 
 inline SolverOptions vertex_options(int substeps = 10, int iterations = 1, float damping = 0) {

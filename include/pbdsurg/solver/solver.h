@@ -113,7 +113,8 @@ class PBDSURG_API Solver {
   /// to do with tools or watched vertices, waits for the step first; finish_step() then still has
   /// its report. Edits that bring no vertices do not wait, see tissue() for the rare one that does:
   /// topology is the new one at once, and the next step is the first to follow it. So edits cost
-  /// nothing that a device's step is long enough to hide.
+  /// nothing that a device's step is long enough to hide. Of explicit steps of more than 24
+  /// automatic substeps this waits for all but the last 24 at most.
   /// @throws InvalidArgument  as step(), or if a step was begun and finish_step() not called
   void start_step(float dt);
 
@@ -204,7 +205,7 @@ class PBDSURG_API Solver {
   ///                          or a pose that is not a rotation and a translation
   ToolId add_tool(std::span<const Capsule> capsules, const ToolPose& pose);
 
-  /// Moves a tool: it travels there evenly over the substeps of the next step.
+  /// Moves a tool: it travels there evenly over the next step.
   /// @throws InvalidArgument  as add_tool(), and if there is no such tool
   void move_tool(ToolId tool, const ToolPose& pose, Index copy = 0);
 

@@ -32,9 +32,10 @@ enum class SolverMethod : std::uint8_t {
   /// substep is at most the longest that is stable: 0.91 times 2 / frequency of a bound of the
   /// highest mode, by Gershgorin's circles of
   /// each vertex at rest (StepPlan::longest_substep); shorter, in stages, as volumes have
-  /// stiffened since, which is found before each step: tissue that crosses several edges within one
-  /// may burst. Longer ones are refused. Tools hold and
-  /// push as with vertex_block. Compliance mode only, without inner friction, sweeps and BDF2; no
+  /// stiffened since, which is found before each step and, where substeps are automatic, within a
+  /// long one after every 16 of them. Flat tetrahedra of stiff tissue in violent motion may burst
+  /// all the same. Longer ones are refused before a step. Tools hold and push as with vertex_block.
+  /// Compliance mode only, without inner friction, sweeps and BDF2; no
   /// compliance may be zero.
   explicit_steps,
 };

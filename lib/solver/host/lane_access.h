@@ -29,6 +29,23 @@ struct LaneAccess {
   }
 };
 
+/// Where vertices are heading for: see StableSubstep.
+struct HeadingAccess {
+  using Scalar = float;
+
+  const Particle* bases;
+  const Velocity* velocities;
+  Vec3<float> own_base;  ///< m
+  float time;            ///< s
+  Index lane;
+
+  [[nodiscard]] float load(const float* numbers) const noexcept { return numbers[lane]; }
+  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
+    return (pbdsurg::load(at(bases, corners[lane])) - own_base) +
+           time * pbdsurg::load(at(velocities, corners[lane]));
+  }
+};
+
 /// At the start of a substep.
 struct StartAccess {
   using Scalar = float;

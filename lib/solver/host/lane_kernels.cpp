@@ -401,6 +401,25 @@ struct RegisterStart {
   }
 };
 
+// Likewise: see HeadingAccess.
+struct RegisterHeading {
+  using Scalar = Lanes;
+
+  const Particle* bases;
+  const Velocity* velocities;
+  Vec3<Lanes> own_base;
+  Lanes time;
+  Index lane;
+
+  [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
+    return load_lanes(numbers + lane);
+  }
+  [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
+    return (gather(bases, corners + lane).x - own_base) +
+           time * gather(velocities, corners + lane).x;
+  }
+};
+
 // The corners of the last face of a strip.
 struct StripFace {
   Vec3<Lanes> a, b, c;
@@ -506,18 +525,22 @@ HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& st
   return left;
 }
 
-HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases, const Carry* carries,
-                           const float* shares, Index first, Index last) {
+HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases,
+                           const Velocity* velocities, float heading, const float* shares,
+                           Index first, Index last) {
   Lanes largest(0);
   for (Index b = first; b < last; ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
-      VolumeStiffness<Lanes> stiffness;
-      add_tree(rows, block,
-               RegisterStart{bases, carries, gather(bases, block.corners + lane).x, lane},
-               stiffness);
-      const Lanes square = load_lanes(shares + b * kBlockLanes + lane) * stiffness.trace;
-      largest = select(square > largest, square, largest);
+      const Vec3<Lanes> base = gather(bases, block.corners + lane).x;
+      const Lanes share = hn::LoadU(Tag(), shares + b * kBlockLanes + lane);  // of a vector
+      for (const float time : {heading, -heading}) {
+        VolumeStiffness<Lanes> stiffness;
+        add_tree(rows, block, RegisterHeading{bases, velocities, base, Lanes(time), lane},
+                 stiffness);
+        const Lanes square = share * stiffness.trace;
+        largest = select(square > largest, square, largest);
+      }
     }
   }
   return hn::GetLane(hn::MaxOfLanes(Tag(), largest.value));

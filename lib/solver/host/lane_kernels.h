@@ -94,8 +94,8 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
 
   /// As stiffest_vertex(), of blocks [first, last). How a step is divided is to be the same for all
   /// executors, so the strict one of these serves both modes.
-  float (*stiffest)(const VertexRows&, const Particle* bases, const Carry*, const float* shares,
-                    Index first, Index last);
+  float (*stiffest)(const VertexRows&, const Particle* bases, const Velocity*, float heading,
+                    const float* shares, Index first, Index last);
 
   /// Finds how vertices of a block give way to their stiff links. Returns those of the lanes that
   /// it has left alone, as solve_vertices() does. It writes those that have no links, too.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/host/serial_step.h"
@@ -14,12 +16,17 @@ class SerialBackend final : public Backend {
  public:
   [[nodiscard]] const char* name() const noexcept override { return "serial"; }
 
-  void start_step(SolverData& data, float dt) override {
+  void start_step(SolverData& data) override {
     data.step_scratch.fit(data);
+    reports_.assign(static_cast<std::size_t>(data.copy_count()), {});
+    step_part(data);
+    while (!data.part.is_last()) {
+      data.go_on(stiffest(data));
+      step_part(data);
+    }
     report_ = {};
     for (Index i = 0; i < data.copy_count(); ++i) {
-      CopyState& copy = data.copy(i);
-      report_copy(i, step_serially({data, copy, data.step_scratch}, dt), copy, report_);
+      report_copy(i, reports_[i], data.copy(i), report_);
     }
   }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
@@ -29,6 +36,13 @@ class SerialBackend final : public Backend {
   }
 
  private:
+  void step_part(SolverData& data) {
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      step_serially({data, data.copy(i), data.step_scratch}, reports_[i]);
+    }
+  }
+
+  std::vector<StepReport> reports_;  // [copy]
   StepReport report_;
 };
 

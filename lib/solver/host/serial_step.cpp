@@ -21,30 +21,34 @@ namespace {
 // What each operation of a step means.
 class SerialStep {
  public:
-  SerialStep(const StepContext& step, float dt)
+  SerialStep(const StepContext& step, StepReport& report)
       : step_(step),
-        h_(dt / static_cast<float>(step.data.division.substeps)),
-        numbers_(substep_numbers(step.data, step.copy, h_, 0)) {}
+        part_(step.data.part),
+        numbers_(substep_numbers(step.data, step.copy, part_.h, 0)),
+        report_(report) {}
 
-  StepReport run() {
-    begin_tools(step_.copy);
-    run_step(step_program(step_.data.options, step_.data.division),
+  void run() {
+    if (part_.is_first()) {
+      begin_tools(step_.copy);
+    }
+    run_step(step_program(step_.data.options, part_.division),
              [&](StepOperation operation, int substep) { run(operation, substep); });
-    end_tools(step_.copy);
     drop_holds(step_);
+    if (!part_.is_last()) {
+      return;
+    }
+    end_tools(step_.copy);
     report_vertices(step_.data, step_.copy, report_);
     report_constraints(step_.data, step_.copy, report_);
     report_tubes(step_.data, step_.copy, report_);
-    return report_;
   }
 
  private:
   void run(StepOperation operation, int substep) {
-    const auto substeps = static_cast<float>(step_.data.division.substeps);
     const auto vertex_count = static_cast<Index>(step_.copy.particles.size());
     switch (operation) {
       case StepOperation::take_lengths:
-        numbers_ = substep_numbers(step_.data, step_.copy, h_, substep);
+        numbers_ = substep_numbers(step_.data, step_.copy, part_.h, substep);
         break;
       case StepOperation::recall_past:
         recall_past(step_, numbers_.past_share, 0, vertex_count);
@@ -63,7 +67,7 @@ class SerialStep {
         });
         break;
       case StepOperation::find_contacts:
-        place_tools(step_.copy, static_cast<float>(substep + 1) / substeps);
+        place_tools(step_.copy, part_.done_after(substep));
         find_contacts(step_, report_);
         break;
       case StepOperation::gather_holds:
@@ -76,7 +80,7 @@ class SerialStep {
         begin_joints();
         break;
       case StepOperation::sweep:
-        for (int iteration = 0; iteration < step_.data.division.sweeps; ++iteration) {
+        for (int iteration = 0; iteration < part_.division.sweeps; ++iteration) {
           sweep(iteration);
         }
         break;
@@ -94,7 +98,8 @@ class SerialStep {
         }
         break;
       case StepOperation::collect_forces:
-        collect_tool_forces(step_.copy, numbers_.lengths.inverse_dt_squared / substeps);
+        collect_tool_forces(step_.copy,
+                            part_.force_per_multiplier(numbers_.lengths.inverse_dt_squared));
         break;
       case StepOperation::update_velocities:
         update_velocities(step_, numbers_.motion);
@@ -106,7 +111,7 @@ class SerialStep {
         keep_past(step_, 0, vertex_count);
         break;
       case StepOperation::ease_contacts:
-        ease_contacts(step_.copy, h_);
+        ease_contacts(step_.copy, part_.h);
         break;
     }
   }
@@ -130,7 +135,7 @@ class SerialStep {
   void sweep(int iteration) {
     const VertexState state = vertex_state(
         step_, numbers_.lengths,
-        relaxation_of(step_.data.options.over_relaxation, iteration, step_.data.division.sweeps));
+        relaxation_of(step_.data.options.over_relaxation, iteration, part_.division.sweeps));
     for (const Phase& phase : step_.data.plan.phases) {
       if (phase.kind == PhaseKind::vertex) {
         solve_vertices(step_, state, phase.color);
@@ -141,15 +146,15 @@ class SerialStep {
   }
 
   StepContext step_;
-  float h_;  // s, of a substep
+  const StepPart& part_;
   SubstepNumbers numbers_;
-  StepReport report_;
+  StepReport& report_;
 };
 
 }  // namespace
 
-StepReport step_serially(const StepContext& step, float dt) {
-  return SerialStep(step, dt).run();
+void step_serially(const StepContext& step, StepReport& report) {
+  SerialStep(step, report).run();
 }
 
 }  // namespace pbdsurg

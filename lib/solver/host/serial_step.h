@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// A step by one thread: what each operation of a step means.
+/// A part of a step by one thread: what each operation of a step means.
 
 #include "pbdsurg/solver/step_report.h"
 
@@ -10,9 +10,9 @@
 
 namespace pbdsurg {
 
-/// A whole step of one copy, of SolverData::division.
-/// @param step  whose scratch fits
-/// @param dt    s
-[[nodiscard]] StepReport step_serially(const StepContext& step, float dt);
+/// SolverData::part of a step of one copy.
+/// @param step    whose scratch fits
+/// @param report  of the parts before; complete after the last
+void step_serially(const StepContext& step, StepReport& report);
 
 }  // namespace pbdsurg

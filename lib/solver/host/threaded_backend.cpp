@@ -49,7 +49,7 @@ class ThreadedBackend final : public Backend {
       : kernels_(kernels),
         strict_kernels_(strict_kernels),
         executor_(options.executor),
-        residuals_(static_cast<std::size_t>(executor_.state()->most_threads())),
+        findings_(static_cast<std::size_t>(executor_.state()->most_threads())),
         name_("threaded, " + executor_.name() + ", " + kernels_.name) {
     if (executor_.state()->is_to_choose()) {
       const int most = executor_.state()->most_threads();
@@ -59,14 +59,13 @@ class ThreadedBackend final : public Backend {
 
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
 
-  void start_step(SolverData& data, float dt) override {
+  void start_step(SolverData& data) override {
     report_ = {};
     data.step_scratch.fit(data);
     if (data.copy_count() > 1) {
-      step_copies(data, dt);
+      step_copies(data);
     } else {
-      const StepContext step{data, data, data.step_scratch};
-      report_copy(0, step_together(step, dt), data, report_);
+      report_copy(0, step_together({data, data, data.step_scratch}), data, report_);
     }
   }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
@@ -74,11 +73,7 @@ class ThreadedBackend final : public Backend {
   [[nodiscard]] float stiffest(SolverData& data) override {
     float largest = 0;
     for (Index i = 0; i < data.copy_count(); ++i) {
-      const CopyState& copy = data.copy(i);
-      largest = std::max(
-          largest, strict_kernels_.stiffest(
-                       data.vertex_blocks.rows(), copy.particles.data(), copy.carries.data(),
-                       data.stable_substep.shares().data(), 0, data.vertex_blocks.block_count()));
+      largest = std::max(largest, stiffest(data, data.copy(i), 0, 1));
     }
     return largest;
   }
@@ -99,8 +94,10 @@ class ThreadedBackend final : public Backend {
   using Clock = std::chrono::steady_clock;
   using Seconds = std::chrono::duration<double>;
 
-  struct alignas(128) ThreadResidual {
-    Residual distances, volumes, neo_hookeans;
+  // What a thread finds after a part of a step.
+  struct alignas(128) ThreadFindings {
+    Residual distances, volumes, neo_hookeans;  // after the last part
+    float stiffest = 0;                         // after others: see stiffest_vertex()
   };
 
   // Of the copies that are a worker's first.
@@ -115,7 +112,6 @@ class ThreadedBackend final : public Backend {
     ProjectionState state;
     FreeMotion<float> motion;
     float past_share;  // of BDF2, see SubstepNumbers
-    float h;           // s, of a substep
     VertexRange vertices;
     int thread;
     int threads;  // that share the work; 0 once another has taken over this one's part
@@ -125,7 +121,7 @@ class ThreadedBackend final : public Backend {
   };
 
   // One copy, by all threads that pay.
-  StepReport step_together(const StepContext& step, float dt) {
+  StepReport step_together(const StepContext& step) {
     const Clock::time_point start = Clock::now();
     const int wanted = choice_ ? choice_->threads() : executor_.state()->most_threads();
     const TeamLease lease(executor_.state(), wanted);
@@ -135,25 +131,36 @@ class ThreadedBackend final : public Backend {
     if (choice_ && choice_->limit() < kLongestLimit) {
       deadline_ = start + std::chrono::duration_cast<Clock::duration>(Seconds(choice_->limit()));
     }
-    std::ranges::fill(residuals_, ThreadResidual{});
-    stages_.plan(step.data, threads_);
     StepReport report;
-    if (team != nullptr) {
-      team->run(threads_, [&](int thread) {
-        residuals_[thread] = take_turn(make_turn(step, dt, team, thread, report));
-      });
-    } else {
-      residuals_[0] = take_turn(make_turn(step, dt, nullptr, 0, report));
+    step_part(step, team, report);
+    while (!step.data.part.is_last()) {
+      if (deadline_ < Clock::now()) {
+        threads_ = 1;
+      }
+      step.data.go_on(std::ranges::max(findings_, {}, &ThreadFindings::stiffest).stiffest);
+      step_part(step, threads_ > 1 ? team : nullptr, report);
     }
-    drop_holds(step);
-    end_report(step, residuals_, report);
+    end_report(step, findings_, report);
     learn(lease, wanted, start);
     return report;
   }
 
+  void step_part(const StepContext& step, StepTeam* team, StepReport& report) {
+    std::ranges::fill(findings_, ThreadFindings{});
+    stages_.plan(step.data, threads_);
+    if (team != nullptr) {
+      team->run(threads_, [&](int thread) {
+        findings_[thread] = take_turn(make_turn(step, team, thread, report));
+      });
+    } else {
+      findings_[0] = take_turn(make_turn(step, nullptr, 0, report));
+    }
+    drop_holds(step);
+  }
+
   // Each by one thread: first those that it had in the last step, whose state is near it, then what
   // others have left.
-  void step_copies(SolverData& data, float dt) {
+  void step_copies(SolverData& data) {
     const Index copies = data.copy_count();
     const Clock::time_point start = Clock::now();
     const int most = std::min<int>(copies, executor_.state()->most_threads());
@@ -169,11 +176,9 @@ class ThreadedBackend final : public Backend {
     threads_ = 1;
     stages_.plan(data, threads_);
     reports_.assign(static_cast<std::size_t>(copies), {});
+    copy_findings_.assign(static_cast<std::size_t>(copies), {});
     while (handed_out_.size() < static_cast<std::size_t>(workers)) {
       handed_out_.emplace_back();
-    }
-    for (int w = 0; w < workers; ++w) {
-      handed_out_[w].next = part_of(copies, w, workers).first;
     }
     const auto work = [&](int worker) {
       StepScratch& scratch = worker == 0 ? data.step_scratch : scratches_[worker - 1];
@@ -182,14 +187,24 @@ class ThreadedBackend final : public Backend {
         std::atomic<Index>& next = handed_out_[owner].next;
         const Index end = part_of(copies, owner, workers).last;
         for (Index i = next.fetch_add(1); i < end; i = next.fetch_add(1)) {
-          reports_[i] = step_alone({data, data.copy(i), scratch}, dt);
+          copy_findings_[i] = step_alone({data, data.copy(i), scratch}, reports_[i]);
         }
       }
     };
-    if (lease.team() != nullptr) {
-      lease.team()->run(workers, work);
-    } else {
-      work(0);
+    const auto step_part = [&] {
+      for (int w = 0; w < workers; ++w) {
+        handed_out_[w].next = part_of(copies, w, workers).first;
+      }
+      if (lease.team() != nullptr) {
+        lease.team()->run(workers, work);
+      } else {
+        work(0);
+      }
+    };
+    step_part();
+    while (!data.part.is_last()) {
+      data.go_on(std::ranges::max(copy_findings_, {}, &ThreadFindings::stiffest).stiffest);
+      step_part();
     }
     for (Index i = 0; i < copies; ++i) {
       report_copy(i, reports_[i], data.copy(i), report_);
@@ -204,32 +219,31 @@ class ThreadedBackend final : public Backend {
     }
   }
 
-  StepReport step_alone(const StepContext& step, float dt) {
-    StepReport report;
-    const ThreadResidual residual = take_turn(make_turn(step, dt, nullptr, 0, report));
+  ThreadFindings step_alone(const StepContext& step, StepReport& report) {
+    const ThreadFindings findings = take_turn(make_turn(step, nullptr, 0, report));
     drop_holds(step);
-    end_report(step, {&residual, 1}, report);
-    return report;
+    if (step.data.part.is_last()) {
+      end_report(step, {&findings, 1}, report);
+    }
+    return findings;
   }
 
-  static void end_report(const StepContext& step, std::span<const ThreadResidual> residuals,
+  static void end_report(const StepContext& step, std::span<const ThreadFindings> findings,
                          StepReport& report) {
     report_vertices(step.data, step.copy, report);
     report_tubes(step.data, step.copy, report);
-    for (const ThreadResidual& residual : residuals) {
-      report.distance_residual = std::max(report.distance_residual, residual.distances.largest);
-      report.volume_residual = std::max(report.volume_residual, residual.volumes.largest);
-      report.volume_residual = std::max(report.volume_residual, residual.neo_hookeans.largest);
-      report.inverted_tets += residual.volumes.inverted + residual.neo_hookeans.inverted;
+    for (const ThreadFindings& found : findings) {
+      report.distance_residual = std::max(report.distance_residual, found.distances.largest);
+      report.volume_residual = std::max(report.volume_residual, found.volumes.largest);
+      report.volume_residual = std::max(report.volume_residual, found.neo_hookeans.largest);
+      report.inverted_tets += found.volumes.inverted + found.neo_hookeans.inverted;
     }
   }
 
-  Turn make_turn(const StepContext& step, float dt, StepTeam* team, int thread,
-                 StepReport& report) const {
+  Turn make_turn(const StepContext& step, StepTeam* team, int thread, StepReport& report) const {
     const SolverData& data = step.data;
-    const float h = dt / static_cast<float>(data.division.substeps);
     const MovingVertices moving = moving_vertices(step);
-    const SubstepNumbers numbers = substep_numbers(data, step.copy, h, 0);
+    const SubstepNumbers numbers = substep_numbers(data, step.copy, data.part.h, 0);
     return {step,
             team,
             {moving.moving, moving.bases, step.copy.carries.data(), numbers.lengths, moving.points,
@@ -237,23 +251,24 @@ class ThreadedBackend final : public Backend {
              data.vertex_blocks.unit()},
             numbers.motion,
             numbers.past_share,
-            h,
             vertices_of(step, thread, threads_),
             thread,
             threads_,
             report};
   }
 
-  // What one thread does in a step. Thread 0 alone looks after tools and small phases. Each thread
-  // has the same vertices in all operations, so it waits for others only where it needs theirs.
-  ThreadResidual take_turn(Turn turn) {
-    const ConstraintSets& sets = turn.step.data.sets;
-    if (turn.thread == 0) {
+  // What one thread does in a part of a step. Thread 0 alone looks after tools and small phases.
+  // Each thread has the same vertices in all operations, so it waits for others only where it needs
+  // theirs.
+  ThreadFindings take_turn(Turn turn) {
+    const SolverData& data = turn.step.data;
+    const ConstraintSets& sets = data.sets;
+    if (turn.thread == 0 && data.part.is_first()) {
       begin_tools(turn.step.copy);
     }
-    run_step(step_program(turn.step.data.options, turn.step.data.division),
+    run_step(step_program(data.options, data.part.division),
              [&](StepOperation operation, int substep) { run(operation, substep, turn); });
-    if (turn.thread == 0) {
+    if (turn.thread == 0 && data.part.is_last()) {
       end_tools(turn.step.copy);
     }
     if (!turn.is_idle() && has_displacements(turn.step.data.options)) {
@@ -262,9 +277,22 @@ class ThreadedBackend final : public Backend {
     if (turn.is_idle()) {
       return {};
     }
+    if (!data.part.is_last()) {
+      return {{}, {}, {}, stiffest(data, turn.step.copy, turn.thread, turn.threads)};
+    }
     return {measure(sets.of<DistanceConstraint>(), turn),
             measure(sets.of<VolumeConstraint>(), turn),
-            measure(sets.of<NeoHookeanConstraint>(), turn)};
+            measure(sets.of<NeoHookeanConstraint>(), turn), 0};
+  }
+
+  // Of a thread's share of the blocks.
+  [[nodiscard]] float stiffest(const SolverData& data, const CopyState& copy, int thread,
+                               int threads) const {
+    const VertexBlocks& vertices = data.vertex_blocks;
+    const Part part = part_of(static_cast<std::size_t>(vertices.block_count()), thread, threads);
+    return strict_kernels_.stiffest(vertices.rows(), copy.particles.data(), copy.velocities.data(),
+                                    data.stable_substep.heading(),
+                                    data.stable_substep.shares().data(), part.first, part.last);
   }
 
   // All threads meet; the first thread then does the rest of the step alone if that takes too long.
@@ -290,7 +318,7 @@ class ThreadedBackend final : public Backend {
     }
     const StepContext& step = turn.step;
     const SolverData& data = step.data;
-    const auto substeps = static_cast<float>(data.division.substeps);
+    const StepPart& part = data.part;
     const int thread = turn.thread;
     const Substep<float>& lengths = turn.state.substep;
     switch (operation) {
@@ -316,7 +344,7 @@ class ThreadedBackend final : public Backend {
       case StepOperation::find_contacts:
         meet(turn);
         if (thread == 0) {
-          place_tools(step.copy, static_cast<float>(substep + 1) / substeps);
+          place_tools(step.copy, part.done_after(substep));
           find_contacts(step, turn.report);
         }
         break;
@@ -332,10 +360,10 @@ class ThreadedBackend final : public Backend {
         begin_joints(vertex_state(step, lengths, 1), turn);
         break;
       case StepOperation::sweep:
-        for (int iteration = 0; iteration < data.division.sweeps; ++iteration) {
+        for (int iteration = 0; iteration < part.division.sweeps; ++iteration) {
           sweep(vertex_state(
                     step, lengths,
-                    relaxation_of(data.options.over_relaxation, iteration, data.division.sweeps)),
+                    relaxation_of(data.options.over_relaxation, iteration, part.division.sweeps)),
                 turn);
         }
         if (!turn.is_idle()) {
@@ -359,7 +387,7 @@ class ThreadedBackend final : public Backend {
         break;
       case StepOperation::collect_forces:  // of thread 0, too
         if (thread == 0) {
-          collect_tool_forces(step.copy, lengths.inverse_dt_squared / substeps);
+          collect_tool_forces(step.copy, part.force_per_multiplier(lengths.inverse_dt_squared));
         }
         break;
       case StepOperation::update_velocities:
@@ -378,7 +406,8 @@ class ThreadedBackend final : public Backend {
   }
 
   static void take_lengths(int substep, Turn& turn) {
-    const SubstepNumbers numbers = substep_numbers(turn.step.data, turn.step.copy, turn.h, substep);
+    const SolverData& data = turn.step.data;
+    const SubstepNumbers numbers = substep_numbers(data, turn.step.copy, data.part.h, substep);
     turn.motion = numbers.motion;
     turn.state.substep = numbers.lengths;
     turn.past_share = numbers.past_share;
@@ -392,7 +421,7 @@ class ThreadedBackend final : public Backend {
     }
     meet(turn);
     if (turn.thread == 0) {
-      ease_contacts(turn.step.copy, turn.h);
+      ease_contacts(turn.step.copy, turn.step.data.part.h);
     }
     if (!turn.is_idle()) {
       meet(turn);
@@ -635,10 +664,11 @@ class ThreadedBackend final : public Backend {
   int threads_ = 1;                                 // that begin a step
   std::chrono::steady_clock::time_point deadline_;  // from which one of them goes on alone
   ThreadStages stages_;
-  std::vector<ThreadResidual> residuals_;  // [thread]
-  std::deque<HandedOut> handed_out_;       // [worker]
-  std::vector<StepScratch> scratches_;     // of workers on copies, beside the first
-  std::vector<StepReport> reports_;        // [copy]
+  std::vector<ThreadFindings> findings_;       // [thread]
+  std::deque<HandedOut> handed_out_;           // [worker]
+  std::vector<StepScratch> scratches_;         // of workers on copies, beside the first
+  std::vector<StepReport> reports_;            // [copy]
+  std::vector<ThreadFindings> copy_findings_;  // [copy]
   StepReport report_;
   std::string name_;
 };

@@ -95,6 +95,10 @@ double StableSubstep::longest() const {
   return longest(0);
 }
 
+float StableSubstep::heading() const {
+  return static_cast<float>(kHeading * longest());
+}
+
 double StableSubstep::longest(float stiffest) const {
   const double at_rest = squares_.empty() ? 0 : *std::ranges::max_element(squares_);
   if (!(at_rest > 0)) {
@@ -223,17 +227,21 @@ void StableSubstep::measure_vertex(const SolverData& data, Index place) {
 float stiffest_vertex(const SolverData& data, const CopyState& copy) {
   const VertexRows rows = data.vertex_blocks.rows();
   const std::span<const float> shares = data.stable_substep.shares();
+  const float heading = data.stable_substep.heading();
   float largest = 0;
   for (Index b = 0; b < data.vertex_blocks.block_count(); ++b) {
     const VertexBlock& block = rows.blocks[b];
     for (Index lane = 0; lane < block.lane_count; ++lane) {
-      const StartAccess access{copy.particles.data(), copy.carries.data(),
-                               load(at(copy.particles.data(), block.corners[lane])), lane};
-      VolumeStiffness<float> stiffness;
-      add_tree(rows, block, access, stiffness);
-      const float square =
-          shares[static_cast<std::size_t>(b * kBlockLanes + lane)] * stiffness.trace;
-      largest = square > largest ? square : largest;
+      const Vec3<float> base = load(at(copy.particles.data(), block.corners[lane]));
+      const float share = shares[static_cast<std::size_t>(b * kBlockLanes + lane)];
+      for (const float time : {heading, -heading}) {
+        VolumeStiffness<float> stiffness;
+        add_tree(rows, block,
+                 HeadingAccess{copy.particles.data(), copy.velocities.data(), base, time, lane},
+                 stiffness);
+        const float square = share * stiffness.trace;
+        largest = square > largest ? square : largest;
+      }
     }
   }
   return largest;

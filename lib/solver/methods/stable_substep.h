@@ -14,8 +14,11 @@
 /// more than w^2: that, and kFirstGrowth, are left to what follows.
 ///
 /// Tissue gets stiffer as it is stretched: what a volume adds grows with the square of its faces.
-/// So before each step the sum of every vertex is taken to grow as the trace of its volumes' part
-/// has (VolumeStiffness): one pass over rows, of the same bits for all executors.
+/// So before each step, and every kUnseen substeps within one, the sum of every vertex is taken to
+/// grow as the trace of its volumes' part has (VolumeStiffness): passes over rows, of the same bits
+/// for all executors. What is stiffest swings in some substeps, so at an instant it may be where it
+/// is soft. Of an undamped swing, displacement and velocity together tell how far it goes: the
+/// trace is that where vertices would be some substeps later or earlier, the larger of both.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -36,6 +39,10 @@ class StableSubstep {
   /// In steps, for substeps whose length changes all the time feed energy into what swings as fast.
   static constexpr double kFirstGrowth = 1.2;
   static constexpr double kNextGrowth = 1.5;
+  /// Substeps, between two looks.
+  static constexpr int kUnseen = 16;
+  /// In longest substeps at rest, how far ahead and back: a swing at the bound takes some three.
+  static constexpr double kHeading = 2;
   /// Beyond, no tissue is left to be saved, and nobody is to wait for its substeps.
   static constexpr double kMostGrowth = 16;
 
@@ -54,6 +61,9 @@ class StableSubstep {
 
   /// s, with a stiffest_vertex().
   [[nodiscard]] double longest(float stiffest) const;
+
+  /// s, how far ahead and back a look goes.
+  [[nodiscard]] float heading() const;
 
   /// [block][lane] 1/(kg) the sum of a vertex over the trace of its volumes, at rest: zero where it
   /// has none. Idle lanes have zero.
@@ -85,7 +95,8 @@ class StableSubstep {
   std::vector<Eigen::Matrix3d> blocks_;  // N/m, with each
 };
 
-/// 1/s^2, the largest share of a vertex times its trace now; of vertices that are finite.
+/// 1/s^2, the largest share of a vertex times its trace, ahead or back; of vertices that are
+/// finite.
 [[nodiscard]] float stiffest_vertex(const SolverData& data, const CopyState& copy);
 
 }  // namespace pbdsurg

@@ -34,7 +34,8 @@ SubstepNumbers substep_numbers(const SolverData& data, const CopyState& copy, fl
   if (!has_past_lengths(data.options)) {
     return {free_motion(data, h), {1 / h, 1 / (h * h)}};
   }
-  const float past = substep > 0 ? h : copy.past_substep;
+  const float before = data.part.past_h > 0 ? data.part.past_h : copy.past_substep;
+  const float past = substep > 0 ? h : before;
   if (is_explicit(data.options)) {
     const float between = (past + h) / 2;  // velocities
     SubstepNumbers numbers{free_motion(data, between), {1 / h, 1 / (h * between)}};

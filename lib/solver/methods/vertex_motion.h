@@ -51,7 +51,7 @@ struct MovingVertices {
 /// Explicit steps know velocities half-way through substeps, so that of a first one, when nothing
 /// was before, half its length changes them; of others, half of both.
 /// @param h        s, of each substep
-/// @param substep  of the step, >= 0
+/// @param substep  of the part of the step, >= 0
 [[nodiscard]] PBDSURG_API SubstepNumbers substep_numbers(const SolverData& data,
                                                          const CopyState& copy, float h,
                                                          int substep) noexcept;

@@ -43,12 +43,14 @@ class PBDSURG_API Backend {
   /// Who it is, for example "cuda, NVIDIA H200, graph, fast".
   [[nodiscard]] virtual const char* name() const noexcept = 0;
 
-  /// Begins a step; may return before it is done. If it throws, what it keeps elsewhere may be part
-  /// of a step on.
-  /// @param dt  s, positive and finite
-  virtual void start_step(SolverData& data, float dt) = 0;
+  /// Begins a step, and waits for all parts of it but the last; may return before that is done. If
+  /// it throws, what it keeps elsewhere may be part of a step on.
+  /// @param data  whose `part` is the first of the step; go_on() makes it the next, until it is
+  ///              the last
+  virtual void start_step(SolverData& data) = 0;
 
-  /// Of explicit steps, before a step: the largest stiffest_vertex() of the copies.
+  /// Of explicit steps, before a step, or between parts of one on a host: the largest
+  /// stiffest_vertex() of the copies.
   [[nodiscard]] virtual float stiffest(SolverData& data);
 
   /// Waits for the step and ends it: poses and forces of tools are then those after it. Called once

@@ -47,11 +47,11 @@ struct StepProgram {
   }
 };
 
-/// What the method of the options does in a step that is so divided.
+/// What the method of the options does in a step, or a part of one, that is so divided.
 [[nodiscard]] PBDSURG_API StepProgram step_program(const SolverOptions& options,
                                                    const StepDivision& division) noexcept;
 
-/// The loop over substeps, of every executor.
+/// The loop over substeps of a part of a step, of every executor.
 /// @param run  called with an operation and its substep, 0 to substeps - 1
 template <class Run>
 void run_step(const StepProgram& program, Run run) {

@@ -2,6 +2,7 @@
 #include "lib/solver/state/solver_data.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "lib/solver/methods/vertex_follower.h"
 #include "lib/solver/methods/vertex_motion.h"
@@ -56,6 +57,12 @@ class ProgramFollower final : public Follower {
   SubstepRule rule_before_;  // before the last edit
 };
 
+// Of a part of a step. Who says how many there are gets no more.
+int most_substeps(const SolverOptions& options) noexcept {
+  return is_explicit(options) && options.substeps == kAutomatic ? StableSubstep::kUnseen
+                                                                : std::numeric_limits<int>::max();
+}
+
 }  // namespace
 
 struct SolverData::Followers {
@@ -103,10 +110,10 @@ void SolverData::start_step(float dt) {
     rule.longest = static_cast<float>(stable_substep.longest(backend->stiffest(*this)));
     check_explicit_step(dt, rule, options);
   }
-  division = divide_step(dt, rule, options);
+  part = first_part(whole_step(dt, divide_step(dt, rule, options)), most_substeps(options));
   step_length = dt;
   if (!backend->keeps_state()) {
-    backend->start_step(*this, dt);
+    backend->start_step(*this);
     report = backend->finish_step(*this);
     for (Index i = 0; i < copy_count(); ++i) {
       CopyState& each = copy(i);
@@ -117,7 +124,7 @@ void SolverData::start_step(float dt) {
     }
   } else {
     try {
-      backend->start_step(*this, dt);
+      backend->start_step(*this);
     } catch (...) {  // part of it may be done: what the host has is the state
       for (Index i = 0; i < copy_count(); ++i) {
         changes.state[i] = changes.state[i] || copy(i).is_state_current;
@@ -129,10 +136,14 @@ void SolverData::start_step(float dt) {
     }
   }
   for (Index i = 0; i < copy_count() && has_past_lengths(options); ++i) {
-    copy(i).past_substep = dt / static_cast<float>(division.substeps);
+    copy(i).past_substep = part.h;
   }
   step_in_flight = Step::running;
   changes.clear();
+}
+
+void SolverData::go_on(float stiffest) noexcept {
+  part = part_after(part, step_length, stable_substep.longest(stiffest), most_substeps(options));
 }
 
 void SolverData::rebuild_plan() {

@@ -56,6 +56,10 @@ class SolverData : public SolverState {
   /// @param dt  s, as Solver::step() takes it
   void start_step(float dt);
 
+  /// To the next part of the step, after one that is not the last.
+  /// @param stiffest  the largest stiffest_vertex() of the copies
+  void go_on(float stiffest) noexcept;
+
   /// Phases follow what tools of any copy hold and what is left, so this is called after each
   /// grasp, release or removal. Cost: O(phases + tools of all copies).
   void rebuild_plan();

@@ -90,7 +90,7 @@ class VertexBlocks;
 struct SolverState : CopyState {
   SolverOptions options;
   SubstepRule substep_rule;
-  StepDivision division;  // of the step that runs
+  StepPart part;  // of the step that runs
   Eigen::Vector3f gravity;
   std::vector<Index> place_of_vertex;  // [vertex_count]
   std::vector<CopyState> others;       // [copies - 1] copy 1 and on
