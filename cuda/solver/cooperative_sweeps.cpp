@@ -109,9 +109,10 @@ class CooperativeSweeps final : public Sweeps {
 
   // Tools need contacts found in each substep, damping its rows written, and so on: then there is a
   // launch for each part of it. One substep alone is faster without the ends of a step.
-  [[nodiscard]] bool takes_whole_step(const SweepArrays& arrays, int substeps) const override {
+  [[nodiscard]] bool takes_whole_step(const SweepArrays& arrays, int substeps,
+                                      bool changes_lengths) const override {
     return !arrays.has_tools() &&
-           (is_explicit_ || (substeps > 1 && !arrays.vertices.is_damped &&
+           (is_explicit_ || (substeps > 1 && !changes_lengths && !arrays.vertices.is_damped &&
                              arrays.state.ways == nullptr && arrays.free_pieces.count == 0));
   }
 

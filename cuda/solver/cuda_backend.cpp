@@ -419,9 +419,10 @@ class CudaBackend final : public Backend {
       sweeps_->follow_rows(vertices_.arrays(), apart);
       have_rows_changed_ = false;
     }
-    if (!changes_lengths && sweeps_->takes_whole_step(step.arrays, data.part.division.substeps)) {
+    if (sweeps_->takes_whole_step(step.arrays, data.part.division.substeps, changes_lengths)) {
       step.is_whole = true;
-      step.program.division = {};  // which its input has, so that a graph serves any
+      step.changes_lengths = false;  // which its input has, too
+      step.program.division = {};    // which its input has, so that a graph serves any
       if (!follows_on_) {
         sweeps_->begin_steps(step.arrays, apart);
       }
@@ -430,7 +431,7 @@ class CudaBackend final : public Backend {
           TileArrays::kCountBits;
     }
     follows_on_ = step.is_whole;
-    if (strategy_ == DeviceStrategy::stream || changes_lengths) {  // the latter is rare
+    if (strategy_ == DeviceStrategy::stream || step.changes_lengths) {  // the latter is rare
       enqueue_step(step, *sweeps_, apart);
       return;
     }
@@ -489,8 +490,8 @@ class CudaBackend final : public Backend {
   std::uint64_t stiffest_revision_ = 0;
   PinnedBuffer<Vec3<float>> forces_;   // [copy][tool]
   PinnedBuffer<Vec3<float>> watched_;  // [copy][watched]
-  bool is_planned_ = false;         // stages and records follow the data
-  bool have_rows_changed_ = false;  // since the last step
+  bool is_planned_ = false;            // stages and records follow the data
+  bool have_rows_changed_ = false;     // since the last step
   // Of steps that one kernel takes, see StepInput: it soon starts anew, lest that be a rare event.
   Index moves_before_ = TileArrays::kCountBits - 100;
   bool follows_on_ = false;  // the last step was such a step, and nothing has changed since

@@ -63,8 +63,8 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
   const Index of_warp = static_cast<Index>(threadIdx.x) % kTileThreads;
   const Ways ways(all_ways + static_cast<Index>(threadIdx.x) / kParts *
                                  ways_room(kParts, tiles.most_neighbors));
-  const FreeMotion<float> motion = input->motion;
-  const float inverse_dt_squared = input->substep.inverse_dt_squared;
+  FreeMotion<float> motion = input->motion;
+  float inverse_dt_squared = input->substep.inverse_dt_squared;
   const float unit = input->unit;
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
@@ -87,6 +87,10 @@ __global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
     const NextTile<kParts> tile = next;
     const ParticleOffset corner = tile.own & ~kNeighborFlags;
     const Index substep = walk.sweep();
+    if (substep == 1) {  // the first may begin with another kick
+      motion = input->later_motion;
+      inverse_dt_squared = input->later_substep.inverse_dt_squared;
+    }
     const Index count = moves_before + substep;
     const bool is_even = (count & 1) == 0;  // which box the last step has left
     const FixedPoint* const points = boxes.points[is_even ? 0 : 1];

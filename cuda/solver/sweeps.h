@@ -94,8 +94,9 @@ class Sweeps {
 
   /// Whether it does all substeps of a step at once, with all that belongs to them, and as many as
   /// StepInput says.
-  [[nodiscard]] virtual bool takes_whole_step(const SweepArrays& /*arrays*/,
-                                              int /*substeps*/) const {
+  /// @param changes_lengths  after the first substep
+  [[nodiscard]] virtual bool takes_whole_step(const SweepArrays& /*arrays*/, int /*substeps*/,
+                                              bool /*changes_lengths*/) const {
     return false;
   }
 
