@@ -170,10 +170,10 @@ struct DeviceHeading {
   Index lane;
 
   [[nodiscard]] __device__ float load(const float* numbers) const { return __ldg(numbers + lane); }
-  [[nodiscard]] __device__ Vec3<float> position(const ParticleOffset* corners) const {
+  [[nodiscard]] __device__ Heading<float> position(const ParticleOffset* corners) const {
     const ParticleOffset corner = __ldg(corners + lane);
-    return (position_of(load_particle(&at(bases, corner))) - own_base) +
-           time * load_velocity(&at(velocities, corner));
+    return {position_of(load_particle(&at(bases, corner))) - own_base,
+            time * load_velocity(&at(velocities, corner))};
   }
 };
 
@@ -194,23 +194,18 @@ __global__ void __launch_bounds__(kBlockThreads)
       block = {};  // rows of idle lanes may name vertices that are gone
     }
     const Vec3<float> base = position_of(load_particle(&at(state.particles, corner)));
-    const float heading = input->heading;
     const float share = __ldg(vertices.stiffness_shares + index * kBlockLanes + lane);
+    const DeviceHeading access{state.particles, state.velocities, base, input->heading, lane};
     const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                           vertices.hinges};
-#pragma unroll 1
-    for (int side = 0; side < 2; ++side) {
-      const DeviceHeading access{state.particles, state.velocities, base,
-                                 side == 0 ? heading : -heading, lane};
-      VolumeStiffness<float> stiffness;
-      add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
+    VolumeStiffness<float> stiffness;
+    add_rows(rows, block, access, stiffness, {thread_index() % kParts, kParts});
 #pragma unroll
-      for (int distance = kParts / 2; distance > 0; distance /= 2) {
-        stiffness.trace += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.trace, distance);
-      }
-      const float there = share * stiffness.trace;
-      square = there > square ? there : square;  // nor what is no number
+    for (int distance = kParts / 2; distance > 0; distance /= 2) {
+      stiffness.ahead += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.ahead, distance);
+      stiffness.back += __shfl_xor_sync(mask_of_parts<kParts>(), stiffness.back, distance);
     }
+    square = stiffness.most(share, 0.0F);  // nor what is no number
   }
   const Index most = over_warp([](Index a, Index b) { return a < b ? b : a; },
                                __float_as_int(square));  // ordered as the floats are

@@ -8,6 +8,7 @@
 #include "pbdsurg/base/vec3.h"
 
 #include "lib/solver/methods/fixed_point.h"
+#include "lib/solver/methods/vertex_kernel.h"
 #include "lib/solver/state/load_store.h"
 #include "lib/solver/state/particle.h"
 
@@ -40,9 +41,9 @@ struct HeadingAccess {
   Index lane;
 
   [[nodiscard]] float load(const float* numbers) const noexcept { return numbers[lane]; }
-  [[nodiscard]] Vec3<float> position(const ParticleOffset* corners) const noexcept {
-    return (pbdsurg::load(at(bases, corners[lane])) - own_base) +
-           time * pbdsurg::load(at(velocities, corners[lane]));
+  [[nodiscard]] Heading<float> position(const ParticleOffset* corners) const noexcept {
+    return {pbdsurg::load(at(bases, corners[lane])) - own_base,
+            time * pbdsurg::load(at(velocities, corners[lane]))};
   }
 };
 

@@ -414,9 +414,9 @@ struct RegisterHeading {
   [[nodiscard]] HWY_INLINE Lanes load(const float* numbers) const {
     return load_lanes(numbers + lane);
   }
-  [[nodiscard]] HWY_INLINE Vec3<Lanes> position(const ParticleOffset* corners) const {
-    return (gather(bases, corners + lane).x - own_base) +
-           time * gather(velocities, corners + lane).x;
+  [[nodiscard]] HWY_INLINE Heading<Lanes> position(const ParticleOffset* corners) const {
+    return {gather(bases, corners + lane).x - own_base,
+            time * gather(velocities, corners + lane).x};
   }
 };
 
@@ -534,13 +534,10 @@ HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases,
     for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
       const Vec3<Lanes> base = gather(bases, block.corners + lane).x;
       const Lanes share = hn::LoadU(Tag(), shares + b * kBlockLanes + lane);  // of a vector
-      for (const float time : {heading, -heading}) {
-        VolumeStiffness<Lanes> stiffness;
-        add_tree(rows, block, RegisterHeading{bases, velocities, base, Lanes(time), lane},
-                 stiffness);
-        const Lanes square = share * stiffness.trace;
-        largest = select(square > largest, square, largest);
-      }
+      VolumeStiffness<Lanes> stiffness;
+      add_tree(rows, block, RegisterHeading{bases, velocities, base, Lanes(heading), lane},
+               stiffness);
+      largest = stiffness.most(share, largest);
     }
   }
   return hn::GetLane(hn::MaxOfLanes(Tag(), largest.value));

@@ -234,14 +234,11 @@ float stiffest_vertex(const SolverData& data, const CopyState& copy) {
     for (Index lane = 0; lane < block.lane_count; ++lane) {
       const Vec3<float> base = load(at(copy.particles.data(), block.corners[lane]));
       const float share = shares[static_cast<std::size_t>(b * kBlockLanes + lane)];
-      for (const float time : {heading, -heading}) {
-        VolumeStiffness<float> stiffness;
-        add_tree(rows, block,
-                 HeadingAccess{copy.particles.data(), copy.velocities.data(), base, time, lane},
-                 stiffness);
-        const float square = share * stiffness.trace;
-        largest = square > largest ? square : largest;
-      }
+      VolumeStiffness<float> stiffness;
+      add_tree(rows, block,
+               HeadingAccess{copy.particles.data(), copy.velocities.data(), base, heading, lane},
+               stiffness);
+      largest = stiffness.most(share, largest);
     }
   }
   return largest;

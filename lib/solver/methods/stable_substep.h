@@ -15,10 +15,10 @@
 ///
 /// Tissue gets stiffer as it is stretched: what a volume adds grows with the square of its faces.
 /// So before each step, and every kUnseen substeps within one, the sum of every vertex is taken to
-/// grow as the trace of its volumes' part has (VolumeStiffness): passes over rows, of the same bits
-/// for all executors. What is stiffest swings in some substeps, so at an instant it may be where it
-/// is soft. Of an undamped swing, displacement and velocity together tell how far it goes: the
-/// trace is that where vertices would be some substeps later or earlier, the larger of both.
+/// grow as the trace of its volumes' part has (VolumeStiffness): one pass over rows, of the same
+/// bits for all executors. What is stiffest swings in some substeps, so at an instant it may be
+/// where it is soft. Of an undamped swing, displacement and velocity together tell how far it goes:
+/// the trace is that where vertices would be some substeps later or earlier, the larger of both.
 
 #include <Eigen/Core>
 #include <cstddef>

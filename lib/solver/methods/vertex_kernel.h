@@ -112,20 +112,39 @@ PBDSURG_DEVICE inline void add_tree(const VertexRows& rows, const VertexBlock& b
   energy = sums[0];
 }
 
+/// Where a vertex is, and how far it gets in a while.
+template <class Scalar>
+struct Heading {
+  Vec3<Scalar> x, way;  ///< m
+};
+
 /// How stiffly volumes hold a vertex, taken up as its energy is: the trace of what they add to its
-/// Hessian. See StableSubstep.
+/// Hessian, where all vertices get in a while and where they were as long ago. See StableSubstep.
 template <class Scalar>
 struct VolumeStiffness {
   using Number = Scalar;
   static constexpr bool kHasMore = false;
 
-  Scalar trace{};  ///< N/m
+  Scalar ahead{}, back{};  ///< N/m
 
-  PBDSURG_HOST_DEVICE void add(const VolumeStiffness& other) { trace = trace + other.trace; }
-  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar, const Vec3<Scalar>& a,
-                                      const Vec3<Scalar>& b, const Vec3<Scalar>& c) {
-    const Vec3<Scalar> face = cross(b - a, c - a);
-    trace = trace + stiffness * dot(face, face);
+  PBDSURG_HOST_DEVICE void add(const VolumeStiffness& other) {
+    ahead = ahead + other.ahead;
+    back = back + other.back;
+  }
+  PBDSURG_HOST_DEVICE void add_volume(Scalar stiffness, Scalar, const Heading<Scalar>& a,
+                                      const Heading<Scalar>& b, const Heading<Scalar>& c) {
+    const Vec3<Scalar> ab = b.x - a.x, ac = c.x - a.x;
+    const Vec3<Scalar> way_ab = b.way - a.way, way_ac = c.way - a.way;
+    const Vec3<Scalar> face = cross(ab + way_ab, ac + way_ac);
+    const Vec3<Scalar> face_before = cross(ab - way_ab, ac - way_ac);
+    ahead = ahead + stiffness * dot(face, face);
+    back = back + stiffness * dot(face_before, face_before);
+  }
+
+  /// The larger of both times the share, or what there is if neither is larger.
+  [[nodiscard]] PBDSURG_HOST_DEVICE Scalar most(Scalar share, Scalar most_before) const {
+    const Scalar with_ahead = select(share * ahead > most_before, share * ahead, most_before);
+    return select(share * back > with_ahead, share * back, with_ahead);
   }
 };
 
