@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "pbdsurg/base/random.h"
+#include "lib/coloring/color_walk.h"
 
 namespace pbdsurg {
 namespace {
@@ -100,20 +100,17 @@ class RingSearch {
   std::int64_t effort_;
 };
 
-class ColorWalk {
+class ColorSearch {
  public:
-  ColorWalk(const IndexLists& conflicts, std::uint64_t seed)
-      : conflicts_(conflicts), seed_(seed), effort_(effort_for(conflicts)) {}
+  ColorSearch(const IndexLists& conflicts, std::uint64_t seed)
+      : conflicts_(conflicts), walk_(seed, effort_for(conflicts)) {}
 
   // Whether it could; else nothing has changed.
   bool empty_smallest(Coloring& coloring) {
     Coloring tried = coloring;
     take_smallest(tried);
-    users_.resize(static_cast<std::size_t>(tried.color_count));
-    while (!uncolored_.empty() && effort_ > 0) {
-      move(tried.color_of);
-    }
-    if (!uncolored_.empty()) {
+    if (!walk_.run(tried.color_of, uncolored_, tried.color_count,
+                   [&](Index c) { return conflicts_[c]; })) {
       return false;
     }
     coloring = std::move(tried);
@@ -138,51 +135,9 @@ class ColorWalk {
     }
   }
 
-  void move(std::vector<Index>& color_of) {
-    const std::uint64_t bits = random_bits(seed_, draws_++);
-    Index& drawn = uncolored_[((bits >> 32) * uncolored_.size()) >> 32];
-    const Index c = std::exchange(drawn, uncolored_.back());
-    uncolored_.pop_back();
-    std::ranges::fill(users_, 0);
-    for (const Index neighbor : conflicts_[c]) {
-      if (color_of[neighbor] != kInvalidIndex) {
-        ++users_[color_of[neighbor]];
-      }
-    }
-    effort_ -= static_cast<std::int64_t>(conflicts_[c].size()) + 1;
-    const Index color = draw_color(bits);
-    color_of[c] = color;
-    for (const Index neighbor : conflicts_[c]) {
-      if (users_[color] > 0 && color_of[neighbor] == color) {
-        color_of[neighbor] = kInvalidIndex;
-        uncolored_.push_back(neighbor);
-      }
-    }
-  }
-
-  [[nodiscard]] Index draw_color(std::uint64_t bits) const {
-    const auto weight = [](Index users) {
-      constexpr Index kMost = 8;
-      return std::uint64_t{1} << (3 * std::max(kMost - users, 0));
-    };
-    std::uint64_t sum = 0;
-    for (const Index users : users_) {
-      sum += weight(users);
-    }
-    std::uint64_t left = bits % sum;
-    Index color = 0;
-    while (left >= weight(users_[color])) {
-      left -= weight(users_[color++]);
-    }
-    return color;
-  }
-
   const IndexLists& conflicts_;
-  std::uint64_t seed_;
-  std::uint64_t draws_ = 0;
-  std::int64_t effort_;
+  ColorWalk walk_;
   std::vector<Index> uncolored_;
-  std::vector<Index> users_;  // [color] of the neighbours of who moves
 };
 
 }  // namespace
@@ -223,8 +178,8 @@ void find_fewer_colors(Coloring& coloring, const ConstraintVertices& constraints
     return coloring.color_count > bound &&
            (coloring.color_count != kColorsAtOddRing || !has_odd_ring(conflicts));
   };
-  ColorWalk walk(conflicts, seed);
-  while (may_have_fewer() && walk.empty_smallest(coloring)) {
+  ColorSearch search(conflicts, seed);
+  while (may_have_fewer() && search.empty_smallest(coloring)) {
   }
 }
 

@@ -23,13 +23,7 @@ namespace pbdsurg {
 [[nodiscard]] bool has_odd_ring(const IndexLists& conflicts);
 
 /// Empties the smallest colour by a random walk, and the next, down to the clique bound where it
-/// can: partial colourings as PartialCol has (Bloechliger, Zufferey 2008, "A graph coloring
-/// heuristic using partial solutions and a reactive tabu scheme"), with chance in place of a tabu
-/// list.
-///
-/// One of those without a colour is drawn and takes any; neighbours of that colour lose it and are
-/// without one in turn. A colour is eight times less likely for each neighbour that would lose it:
-/// with four times the walk spreads, with twelve it gets stuck.
+/// can (color_walk.h).
 ///
 /// The colouring stays valid and never gains a colour; where a colour cannot be emptied, it is as
 /// before that was tried. Ends where has_odd_ring() leaves no hope, and after a look at a hundred
