@@ -121,10 +121,9 @@ TEST_CASE("edited plan: after 200 cuts few colours more than a fresh one", "[pro
   }
 }
 
-// Would catch a colour for each vertex that finds all others taken by its neighbours. A fresh plan
-// has searched for its colours; edits search for none.
-TEST_CASE("edited plan: after 200 cuts two colours of vertices more than a fresh one",
-          "[property]") {
+// Would catch a colour for each vertex that finds all others taken by its neighbours, walks that
+// end too early, and colours that stay once few vertices have them.
+TEST_CASE("edited plan: after 200 cuts no colour of vertices more than a fresh one", "[property]") {
   const TetMesh mesh = small_liver();
   Scene scene;
   scene.add_body("liver", mesh, elastic_material(mesh, 1000, 5000));
@@ -134,9 +133,9 @@ TEST_CASE("edited plan: after 200 cuts two colours of vertices more than a fresh
   for (int cuts = 1; cuts <= 200; ++cuts) {
     INFO(cuts << " cuts");
     solver.tissue().apply(strokes.next());
-    CHECK(phase_count(solver, PhaseKind::vertex) <= 8);
+    CHECK(phase_count(solver, PhaseKind::vertex) <= 7);
     if (cuts % 10 == 0) {
-      CHECK(excess(solver, PhaseKind::vertex) <= 2);
+      CHECK(excess(solver, PhaseKind::vertex) <= 0);
     }
   }
 }

@@ -388,6 +388,39 @@ TEST_CASE("vertex blocks: what edits bring is laid out as if it had been there",
   }
 }
 
+// Would catch one new colour for all that find none, and one that stays open without vertices.
+TEST_CASE("vertex blocks: vertices that are all joined get as many colours, and undo closes them",
+          "[unit]") {
+  constexpr Index kCount = 9, kBefore = 3;
+  std::vector<bool> moves(kCount, false);
+  std::fill_n(moves.begin(), kBefore, true);
+  VertexBlocks blocks(moves, {}, {{{0, 1}, 1, 1, 0}, {{1, 2}, 1, 1, 0}}, {}, {});
+  REQUIRE(blocks.color_count() == 2);
+  for (const bool is_again : {false, true}) {
+    INFO(is_again);
+    blocks.begin_edit();
+    for (Index v = kBefore; v < kCount; ++v) {
+      blocks.set_free(v);
+      for (Index other = 0; other < v; ++other) {
+        blocks.add_spring({{other, v}, 1, 1, 0});
+      }
+    }
+    blocks.refresh();
+    CHECK(blocks.color_count() == kCount - 1);
+    std::vector<bool> is_taken(kCount, false);
+    for (Index v = kBefore; v < kCount; ++v) {
+      CHECK_FALSE(is_taken[blocks.color_of(v)]);
+      is_taken[blocks.color_of(v)] = true;
+      for (Index other = 0; other < kBefore; ++other) {
+        CHECK(blocks.color_of(v) != blocks.color_of(other));
+      }
+    }
+    blocks.undo();
+    blocks.refresh();
+    CHECK(blocks.color_count() == 2);
+  }
+}
+
 // Would catch one who keeps a copy of the lanes and goes on with that of a vertex which has none.
 TEST_CASE("vertex blocks: what an undo leaves without a block is told", "[unit]") {
   const std::vector<VertexSpring> springs{{{0, 1}, 1, 1, 0}};

@@ -113,6 +113,10 @@ VertexBlocks::VertexBlocks(const std::vector<bool>& moves, std::vector<VertexTet
   }
   first_block_.push_back(block_count());
   open_.resize(static_cast<std::size_t>(color_count()));
+  color_sizes_.resize(static_cast<std::size_t>(color_count()));
+  for (const Index v : order) {
+    ++color_sizes_[color_of_[v]];
+  }
   touched_.reserve(moves.size());
   refreshed_.reserve(moves.size());
   begin_edit();
@@ -592,6 +596,7 @@ std::size_t VertexBlocks::memory_bytes() const noexcept {
   };
   return tets_.memory_bytes() + given_.memory_bytes() + given_hinges_.memory_bytes() +
          tets_at_.memory_bytes() + springs_at_.memory_bytes() + hinges_at_.memory_bytes() +
+         local_walk_.memory_bytes() +
          bytes(color_of_, blocks_, pulls_, springs_, volumes_, hinges_, damped_springs_,
                damped_volumes_, damped_hinges_, strips_, damped_strips_, rooms_, left_rooms_,
                places_, needs_, touched_, refreshed_, changed_blocks_, list_changes_,

@@ -16,6 +16,7 @@
 #include "pbdsurg/solver/solver_options.h"
 
 #include "lib/base/list_pool.h"
+#include "lib/coloring/local_walk.h"
 #include "lib/solver/methods/fixed_point.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/methods/vertex_strip.h"
@@ -55,9 +56,11 @@ struct VertexHinge {
 /// colour, unless all move at once.
 ///
 /// What edits bring finds its place without the rest: a new vertex gets the first colour that its
-/// neighbours leave it, or that one of them can leave to it; a vertex with more rows than its block
-/// has room for moves to another block of its colour. Colours follow each other without gaps: where
-/// one gets a block, each behind it moves its first to its end.
+/// neighbours leave it, or one by a walk that moves some of them to other colours (local_walk.h),
+/// and opens one only where that fails; a colour that few vertices have is emptied where such a
+/// walk can. A vertex with more rows than its block has room for moves to another block of its
+/// colour. Colours follow each other without gaps: where one gets a block, each behind it moves its
+/// first to its end. A colour that is empty stays, without blocks, and is the next to open.
 ///
 /// Damping resists the rate at which lengths and volumes change and never a rigid motion: over a
 /// substep of length h, a dashpot c adds (c / h) / 2 (l - l_start)^2 to the energy. Together with
@@ -189,7 +192,8 @@ class VertexBlocks {
   }
 
   /// Rebuilds the rows of vertices at what has changed. Cost: proportional to the neighbours of
-  /// those vertices; and, where a colour gets or loses a block, to the colours.
+  /// those vertices, and of those that a walk moves; and, where a colour gets or loses a block, to
+  /// the colours.
   void refresh();
 
   /// Vertices whose rows were rebuilt since begin_edit() or undo(), that are in other lanes, or
@@ -288,8 +292,13 @@ class VertexBlocks {
   // vertex_growth.cpp
   [[nodiscard]] bool is_fresh(Index vertex) const noexcept;
   void give_colors();
-  void find_neighbor_colors(Index vertex);
-  [[nodiscard]] Index choose_color(Index vertex);
+  void find_neighbors(Index vertex);
+  [[nodiscard]] Index free_color(Index vertex);
+  void rearrange_colors();
+  void append_vertices(Index color, std::vector<Index>& vertices) const;
+  bool walk(std::span<const Index> colors, std::int64_t effort);
+  void open_color(Index color);
+  void change_color(Index vertex, Index color);
   void set_color(Index vertex, Index color);
   void take_lane(Index vertex);
   void leave_lane(Index vertex) noexcept;
@@ -311,6 +320,7 @@ class VertexBlocks {
 
   std::vector<bool> is_free_;             // [vertex_count]
   std::vector<Index> color_of_;           // [vertex_count] kInvalidIndex where it has none
+  std::vector<Index> color_sizes_;        // [color_count] vertices that have it
   std::vector<Index> first_block_{0};     // [color_count + 1]
   std::vector<std::vector<Index>> open_;  // [color] blocks with idle lanes
   std::vector<VertexBlock> blocks_;
@@ -340,9 +350,12 @@ class VertexBlocks {
   std::vector<ListChange> list_changes_;
   std::vector<ColorChange> color_changes_;
 
-  std::vector<Index> near_;         // neighbours of the vertex at hand
-  std::vector<Index> color_users_;  // [color] how many of them have it
-  Neighborhood neighborhood_;       // of the vertex at hand
+  std::vector<Index> near_;          // neighbours of the vertex at hand
+  std::vector<bool> is_near_;        // [vertex_count] of these, while they are sought
+  std::vector<bool> is_color_free_;  // [color] at the vertex at hand
+  std::vector<Index> uncolored_;     // of the edit at hand
+  LocalWalk local_walk_;
+  Neighborhood neighborhood_;  // of the vertex at hand
   struct StripEntry {
     Index corner;
     float stiffness, target, weight;  // as in StripRow

@@ -17,6 +17,14 @@ namespace {
 constexpr Index kSparePulls = 4, kSpareSprings = 4, kSpareVolumes = 8, kSpareHinges = 2,
                 kSpareStrips = 12;
 
+// Of a walk for those without a colour: neighbours that it may look at, for each vertex whose rows
+// an edit changes, and in all. Most take some hundred; the most take as long as an edit.
+constexpr std::int64_t kEffort = 4000, kMostEffort = 100'000;
+
+// A colour of so few may be emptied, with a share of that.
+constexpr Index kFewVertices = 2 * kBlockLanes;
+constexpr std::int64_t kShareToEmpty = 20;
+
 // How many places are looked at for one with room; behind these, one that is new is as well.
 constexpr Index kMostTries = 16;
 
@@ -75,67 +83,138 @@ bool VertexBlocks::is_fresh(Index vertex) const noexcept {
 void VertexBlocks::give_colors() {
   std::ranges::sort(conflicts_);
   for (const Index v : conflicts_) {
-    find_neighbor_colors(v);
-    if (is_free_[v] && color_users_[color_of_[v]] > 0) {
-      set_color(v, choose_color(v));
+    find_neighbors(v);
+    const auto has_its_color = [&](Index other) { return color_of_[other] == color_of_[v]; };
+    if (is_free_[v] && color_of_[v] != kInvalidIndex && std::ranges::any_of(near_, has_its_color)) {
+      set_color(v, kInvalidIndex);
     }
   }
   conflicts_.clear();
-  for (std::size_t i = 0; i < touched_.size(); ++i) {  // a neighbour that makes way joins them
+  uncolored_.clear();
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
     const Index v = touched_[i];
-    if (is_fresh(v)) {
-      set_color(v, at_once_ ? 0 : choose_color(v));
+    if (!is_fresh(v)) {
+      continue;
     }
+    if (const Index color = at_once_ ? 0 : free_color(v); color != kInvalidIndex) {
+      set_color(v, color);
+    } else {
+      uncolored_.push_back(v);
+    }
+  }
+  if (!at_once_) {
+    rearrange_colors();
   }
 }
 
-void VertexBlocks::find_neighbor_colors(Index vertex) {
+// Those that must have another colour.
+void VertexBlocks::find_neighbors(Index vertex) {
   near_.clear();
+  is_near_.resize(places_.size());
+  is_near_[vertex] = true;
   const auto visit = [&](const auto& elements, std::span<const Index> ids) {
     for (const Index id : ids) {
       const auto& element = elements[id];
-      if (has_terms(element)) {
-        near_.insert(near_.end(), element.vertices.begin(), element.vertices.end());
+      if (!has_terms(element)) {
+        continue;
+      }
+      for (const Index v : element.vertices) {
+        if (!is_near_[v] && is_free_[v]) {
+          is_near_[v] = true;
+          near_.push_back(v);
+        }
       }
     }
   };
   visit(tets_, tets_at(vertex));
   visit(given_, springs_at(vertex));
   visit(given_hinges_, hinges_at(vertex));
-  std::ranges::sort(near_);
-  const auto repeated = std::ranges::unique(near_);
-  near_.erase(repeated.begin(), repeated.end());
-  std::erase_if(near_, [&](Index v) { return v == vertex || color_of_[v] == kInvalidIndex; });
-  color_users_.assign(static_cast<std::size_t>(color_count()), 0);
+  is_near_[vertex] = false;
   for (const Index v : near_) {
-    ++color_users_[color_of_[v]];
+    is_near_[v] = false;
   }
 }
 
-// The first that no neighbour has; else one that its only user can leave; else a new one.
-Index VertexBlocks::choose_color(Index vertex) {
-  find_neighbor_colors(vertex);
-  const auto unused = [&] {
-    return static_cast<Index>(std::ranges::find(color_users_, 0) - color_users_.begin());
+// The first that no neighbour has, if any.
+Index VertexBlocks::free_color(Index vertex) {
+  find_neighbors(vertex);
+  is_color_free_.assign(color_sizes_.begin(), color_sizes_.end());  // one of no vertex is closed
+  for (const Index v : near_) {
+    if (color_of_[v] != kInvalidIndex) {
+      is_color_free_[color_of_[v]] = false;
+    }
+  }
+  const auto found = std::ranges::find(is_color_free_, true);
+  return found == is_color_free_.end() ? kInvalidIndex
+                                       : static_cast<Index>(found - is_color_free_.begin());
+}
+
+// Of those without one; and of a colour that few have, if all of these can do without.
+void VertexBlocks::rearrange_colors() {
+  std::vector<Index> colors;
+  for (Index color = 0; color < color_count(); ++color) {
+    if (color_sizes_[color] > 0) {
+      colors.push_back(color);
+    }
+  }
+  const std::int64_t effort =
+      std::min(kEffort * static_cast<std::int64_t>(touched_.size()), kMostEffort);
+  const bool is_grown = vertex_count() > counts_before_.vertices;
+  if (colors.size() > 1 && (is_grown || !uncolored_.empty())) {
+    const auto size_of = [&](Index color) { return color_sizes_[color]; };
+    const auto rarest = std::ranges::min_element(colors, {}, size_of);
+    if (const Index color = *rarest; size_of(color) <= kFewVertices) {
+      const std::size_t count = uncolored_.size();
+      append_vertices(color, uncolored_);
+      std::ranges::sort(uncolored_.begin() + static_cast<std::ptrdiff_t>(count), uncolored_.end());
+      colors.erase(rarest);
+      if (walk(colors, effort / kShareToEmpty)) {
+        uncolored_.clear();
+      } else {
+        uncolored_.resize(count);
+        colors.push_back(color);
+        std::ranges::sort(colors);
+      }
+    }
+  }
+  Index closed = 0;  // the next
+  while (!uncolored_.empty() && !walk(colors, effort)) {
+    while (closed < color_count() && color_sizes_[closed] > 0) {
+      ++closed;
+    }
+    open_color(closed);
+    colors.push_back(closed++);
+  }
+  local_walk_.forget_conflicts();
+}
+
+// Of one that there is.
+void VertexBlocks::append_vertices(Index color, std::vector<Index>& vertices) const {
+  const auto [first, count] = blocks(color);
+  for (const VertexBlock& block : std::span(blocks_).subspan(first, count)) {
+    for (Index lane = 0; lane < block.lane_count; ++lane) {
+      vertices.push_back(place_at(block.corners[lane]));
+    }
+  }
+  for (const Index v : touched_) {  // who has no lane yet
+    if (color_of_[v] == color && places_[v].block == kInvalidIndex) {
+      vertices.push_back(v);
+    }
+  }
+}
+
+bool VertexBlocks::walk(std::span<const Index> colors, std::int64_t effort) {
+  const auto neighbors_of = [&](Index v) {
+    find_neighbors(v);
+    return std::span<const Index>(near_);
   };
-  if (const Index color = unused(); color < color_count()) {
-    return color;
+  if (!local_walk_.run(uncolored_, colors, color_of_, neighbors_of, effort)) {
+    return false;
   }
-  const std::vector<Index> near = near_;
-  const std::vector<Index> users = color_users_;
-  for (const Index neighbor : near) {
-    const Index color = color_of_[neighbor];
-    if (users[color] != 1) {
-      continue;
-    }
-    find_neighbor_colors(neighbor);
-    ++color_users_[color];
-    if (const Index other = unused(); other < color_count()) {
-      set_color(neighbor, other);
-      return color;
-    }
+  for (const auto& [vertex, color] : local_walk_.changes()) {
+    set_color(vertex, color);
   }
-  return color_count();
+  return true;
 }
 
 void VertexBlocks::set_color(Index vertex, Index color) {
@@ -143,12 +222,29 @@ void VertexBlocks::set_color(Index vertex, Index color) {
   if (places_[vertex].block != kInvalidIndex) {
     leave_lane(vertex);
   }
+  if (color != kInvalidIndex) {
+    open_color(color);
+  }
+  change_color(vertex, color);
+  touch({&vertex, 1});
+}
+
+void VertexBlocks::open_color(Index color) {
   if (color == color_count()) {
     first_block_.push_back(block_count());
     open_.emplace_back();
+    color_sizes_.push_back(0);
+  }
+}
+
+void VertexBlocks::change_color(Index vertex, Index color) {
+  if (const Index before = color_of_[vertex]; before != kInvalidIndex) {
+    --color_sizes_[before];
+  }
+  if (color != kInvalidIndex) {
+    ++color_sizes_[color];
   }
   color_of_[vertex] = color;
-  touch({&vertex, 1});
 }
 
 void VertexBlocks::take_lane(Index vertex) {
@@ -303,7 +399,7 @@ void VertexBlocks::undo() {
     if (places_[vertex].block != kInvalidIndex) {
       leave_lane(vertex);
     }
-    color_of_[vertex] = before;
+    change_color(vertex, before);
     is_free_[vertex] = before != kInvalidIndex;
     touch({&vertex, 1});
     refreshed_.push_back(vertex);  // which may have no rows any more
@@ -311,6 +407,7 @@ void VertexBlocks::undo() {
   color_changes_.clear();
   first_block_.resize(static_cast<std::size_t>(counts_before_.colors) + 1);
   open_.resize(static_cast<std::size_t>(counts_before_.colors));
+  color_sizes_.resize(static_cast<std::size_t>(counts_before_.colors));
 
   const auto touch_new = [&](const auto& elements, Index before) {
     for (Index id = before; id < elements.size(); ++id) {
@@ -395,6 +492,8 @@ void VertexBlocks::reserve(const SpareRoom& spare) {
   color_of_.reserve(color_of_.size() + vertices);
   touched_.reserve(places_.size() + vertices);
   refreshed_.reserve(places_.size() + vertices);
+  local_walk_.reserve(places_.size() + vertices);
+  is_near_.reserve(places_.size() + vertices);
   places_.reserve(places_.size() + vertices);
   needs_.reserve(needs_.size() + vertices);
   is_free_.reserve(is_free_.size() + vertices);
