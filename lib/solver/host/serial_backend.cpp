@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstddef>
 #include <memory>
-#include <vector>
 
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/host/serial_step.h"
@@ -18,7 +16,9 @@ class SerialBackend final : public Backend {
 
   void start_step(SolverData& data) override {
     data.step_scratch.fit(data);
-    reports_.assign(static_cast<std::size_t>(data.copy_count()), {});
+    for (Index i = 0; i < data.copy_count(); ++i) {
+      data.copy(i).last_report = {};
+    }
     step_part(data);
     while (!data.part.is_last()) {
       data.go_on(stiffest(data));
@@ -26,7 +26,7 @@ class SerialBackend final : public Backend {
     }
     report_ = {};
     for (Index i = 0; i < data.copy_count(); ++i) {
-      report_copy(i, reports_[i], data.copy(i), report_);
+      report_copy(i, data.copy(i).last_report, data.copy(i), report_);
     }
   }
   StepReport finish_step(SolverState& /*state*/) override { return report_; }
@@ -38,11 +38,10 @@ class SerialBackend final : public Backend {
  private:
   void step_part(SolverData& data) {
     for (Index i = 0; i < data.copy_count(); ++i) {
-      step_serially({data, data.copy(i), data.step_scratch}, reports_[i]);
+      step_serially({data, data.copy(i), data.step_scratch}, data.copy(i).last_report);
     }
   }
 
-  std::vector<StepReport> reports_;  // [copy]
   StepReport report_;
 };
 
