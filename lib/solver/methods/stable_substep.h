@@ -26,6 +26,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 
 namespace pbdsurg {
@@ -63,7 +64,7 @@ class StableSubstep {
   [[nodiscard]] double longest(float stiffest) const;
 
   /// s, how far ahead and back a look goes.
-  [[nodiscard]] float heading() const;
+  [[nodiscard]] PBDSURG_API float heading() const;
 
   /// [block][lane] 1/(kg) the sum of a vertex over the trace of its volumes, at rest: zero where it
   /// has none. Idle lanes have zero.

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/undo_array.h"
 #include "pbdsurg/coloring/color.h"
@@ -111,14 +112,14 @@ class VertexBlocks {
     Index number;  ///< below room_count()
     RowRange pulls, springs, volumes, hinges;
   };
-  [[nodiscard]] BlockRoom room_of(Index block) const noexcept;
+  [[nodiscard]] PBDSURG_API BlockRoom room_of(Index block) const noexcept;
   [[nodiscard]] Index room_count() const noexcept { return room_count_; }
 
   /// How much more of each array an edit may need that brings so much: in none that is empty.
   struct Growth {
     std::size_t blocks = 0, pulls = 0, springs = 0, volumes = 0, hinges = 0, strips = 0;
   };
-  [[nodiscard]] Growth expected_growth(const SpareRoom& spare) const noexcept;
+  [[nodiscard]] PBDSURG_API Growth expected_growth(const SpareRoom& spare) const noexcept;
 
   /// All arrays, for those who keep a copy of them.
   struct Arrays {

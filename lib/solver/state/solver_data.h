@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/methods/free_pieces.h"
@@ -58,7 +59,7 @@ class SolverData : public SolverState {
 
   /// To the next part of the step, after one that is not the last.
   /// @param stiffest  the largest stiffest_vertex() of the copies
-  void go_on(float stiffest) noexcept;
+  PBDSURG_API void go_on(float stiffest) noexcept;
 
   /// Phases follow what tools of any copy hold and what is left, so this is called after each
   /// grasp, release or removal. Cost: O(phases + tools of all copies).
