@@ -35,7 +35,7 @@ constexpr StepKernels all_kernels() {
           &pack_rows,
           &pack_numbers,
           &sweep_vertices,
-          &fill_mailboxes_of,
+          &fill_mailboxes,
           &prepare_explicit_step,
           &step_explicitly,
           &prepare_cluster,

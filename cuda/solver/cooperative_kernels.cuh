@@ -397,7 +397,7 @@ __device__ inline Mailboxes of_copy(Mailboxes boxes, Index capacity) {
 
 /// Where vertices are, with the count that the step goes on from.
 __global__ void __launch_bounds__(kVertexThreads)
-    fill_mailboxes(DeviceState state, Mailboxes boxes, const StepInput* input) {
+    fill_points(DeviceState state, Mailboxes boxes, const StepInput* input) {
   const Index i = thread_index();
   if (i >= vertex_count(input)) {
     return;
@@ -411,10 +411,10 @@ __global__ void __launch_bounds__(kVertexThreads)
   store_counted(boxes.points[1] + i, point, input->moves_before);
 }
 
-void fill_mailboxes_of(const DeviceState& state, const Mailboxes& boxes, const StepInput* input,
-                       const Launch& how) {
+void fill_mailboxes(const DeviceState& state, const Mailboxes& boxes, const StepInput* input,
+                    const Launch& how) {
   launch(how, "launching where vertices are", blocks_for(state.capacity, kVertexThreads),
-         kVertexThreads, fill_mailboxes, state, boxes, input);
+         kVertexThreads, fill_points, state, boxes, input);
 }
 
 /// All sweeps. Threads of a warp stay together.

@@ -106,7 +106,8 @@ StepReport Solver::finish_step() {
   }
   data_->finish_running_step();
   data_->step_in_flight = SolverData::Step::none;
-  const int substeps = data_->part.before + data_->part.division.substeps;
+  const int substeps =
+      data_->report.stalled ? 0 : data_->part.before + data_->part.division.substeps;
   data_->report.substeps = substeps;
   for (Index i = 0; i < data_->copy_count(); ++i) {
     data_->copy(i).last_report.substeps = substeps;

@@ -595,6 +595,7 @@ TEST_CASE("cuda solver: a step that stalls is given up, and the next goes launch
     return;
   }
   REQUIRE(report.stalled);
+  CHECK(report.substeps == 0);
   CHECK(report.non_finite_vertices == 0);
   CHECK(device.tool_force(ToolId(0), 1) == Eigen::Vector3f::Zero());
   for (int i = 0; i < 3; ++i) {

@@ -233,4 +233,13 @@ TEST_CASE("world: followers of a program's own come and go", "[unit]") {
   CHECK(world.tissue().is_tet_alive(4));
 }
 
+// Would catch a step that did not happen and a frame that does not tell.
+TEST_CASE("frame: of a step that was given up it says so") {
+  Frame frame;
+  CHECK(frame.ok());
+  frame.report.stalled = true;
+  CHECK_FALSE(frame.ok());
+  CHECK_THAT(frame.why(), ContainsSubstring("gave the step up"));
+}
+
 }  // namespace pbdsurg

@@ -22,7 +22,7 @@ struct StepReport {
   /// The largest Convergence::ratio() of a body of the first copy, if this step is one of those
   /// that SolverOptions::convergence_interval names; else 0.
   float convergence = 0;
-  int substeps = 0;  ///< that the step took
+  int substeps = 0;  ///< that the step took; none of one that was given up
   /// A device did not go on for half a second, as no driver should let it: the step was given up.
   /// The state is that before it, no force is on a tool, and steps from now on go to the device
   /// launch by launch, which in fast mode have other bits.

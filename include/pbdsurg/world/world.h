@@ -64,7 +64,7 @@ struct Frame {
         readback = 0;  ///< surfaces
   } times;             ///< of this step
 
-  /// Whether positions are finite and nothing was refused.
+  /// Whether positions are finite, nothing was refused and the solver took the step.
   [[nodiscard]] PBDSURG_API bool ok() const noexcept;
   /// What is not, in one sentence; empty if all is.
   [[nodiscard]] PBDSURG_API std::string why() const;
