@@ -46,7 +46,8 @@ constexpr std::uint32_t kNoLane = static_cast<std::uint32_t>(kInvalidIndex);
 template <class Element>
 Words words_of(std::span<const Element> elements) {
   Words words(elements.size_bytes() / sizeof(std::uint32_t));
-  std::memcpy(words.data(), elements.data(), elements.size_bytes());
+  if (!elements.empty())  // memcpy takes no null pointer, not even for no bytes
+    std::memcpy(words.data(), elements.data(), elements.size_bytes());
   return words;
 }
 
