@@ -104,6 +104,10 @@ std::vector<Setting> make_settings() {
     options.integration = TimeIntegration::bdf2;
     return options;
   };
+  const auto corrected = [](SolverOptions options) {
+    options.coarse_correction = true;
+    return options;
+  };
   const auto explicit_steps = [](int substeps) {
     SolverOptions options;
     options.method = SolverMethod::explicit_steps;
@@ -129,7 +133,12 @@ std::vector<Setting> make_settings() {
           {"vertex blocks", bdf2(blocks(1, 5, 1))},
           {"vertex blocks", bdf2(blocks(1, 10, 1))},
           {"vertex blocks", bdf2(blocks(5, 2, 1.3F))},
-          {"vertex blocks", bdf2(blocks(10, 2, 1.3F))}};
+          {"vertex blocks", bdf2(blocks(10, 2, 1.3F))},
+          {"coarse correction", corrected(blocks(1, 2, 1))},
+          {"coarse correction", bdf2(corrected(blocks(1, 2, 1)))},
+          {"coarse correction", bdf2(corrected(blocks(1, 3, 1.3F)))},
+          {"coarse correction", bdf2(corrected(blocks(2, 2, 1.3F)))},
+          {"coarse correction", bdf2(corrected(blocks(5, 2, 1.3F)))}};
 }
 
 Accuracy measure(const Scenario& scenario, SolverOptions options, double dt) {

@@ -110,6 +110,13 @@ void check_option_readers(const SolverOptions& options) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
+  if (options.coarse_correction && options.method != SolverMethod::vertex_block) {
+    refuse_unread("coarse_correction is on", "it needs the vertex-block method");
+  }
+  if (options.coarse_correction && options.iterations == 1) {
+    refuse_unread("coarse_correction is on and iterations is 1",
+                  "it takes a sweep before and one after: 2 or more, or automatic ones");
+  }
   if (options.device_strategy == DeviceStrategy::cooperative && !moves_vertices(options)) {
     refuse_unread("device_strategy is cooperative", "it needs the vertex-block method");
   }

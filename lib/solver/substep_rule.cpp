@@ -204,6 +204,9 @@ StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions&
   } else if (options.iterations == kAutomatic) {
     const double h = double{dt} / division.substeps, share = h / double{rule.longest};
     division.sweeps = whole(share * share + h * double{rule.friction});
+    if (options.coarse_correction) {  // between two of them
+      division.sweeps = std::max(division.sweeps, 2);
+    }
   }
   return division;
 }

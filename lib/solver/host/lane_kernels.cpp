@@ -366,6 +366,23 @@ HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& singl
   });
 }
 
+HWY_FLATTEN void displace(const VertexRange& range, Particle* moves) {
+  const Lanes unit(range.unit), inverse_unit(1 / range.unit);
+  for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
+    const ParticleLanes move = QuadLanes(moves, first, count).load();
+    QuadLanes displacements(range.displacements, first, count);
+    QuadLanes points(range.fixed_points, first, count);
+    ParticleLanes u = displacements.load();
+    const ParticleLanes point = points.load();
+    const LaneMask moves_on = move.w > Lanes(0);
+    const Vec3<Lanes> before = u.x;
+    u.x = select(moves_on, before + move.x, before);
+    displacements.store(u);
+    const ParticleLanes after = moved_point(point, before, u.x, unit, inverse_unit);
+    points.store({select(moves_on, after.x, point.x), select(moves_on, after.w, point.w)});
+  });
+}
+
 // kLanes lanes of a block, from one on, within sweeps.
 struct RegisterAccess {
   using Scalar = Lanes;
@@ -523,6 +540,32 @@ HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& st
     left |= ~((bits_of(is_finite) << lane) & asked) & (bits_of(moves) << lane);
   }
   return left;
+}
+
+HWY_FLATTEN void find_residuals(const VertexRows& rows, const VertexState& state, Index block_index,
+                                Particle* residuals) {
+  const VertexBlock& block = rows.blocks[block_index];
+  const Lanes infinity(std::numeric_limits<float>::infinity());
+  for (Index lane = 0; lane < block.lane_count; lane += kLanes) {
+    const ParticleLanes own = gather(state.displacements, block.corners + lane);
+    const ParticleLanes point = gather(state.fixed_points, block.corners + lane);
+    const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
+    const LaneMask moves = own.w > Lanes(0);
+    const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
+    VertexForce<Lanes> sum;
+    if constexpr (kFast) {
+      add_rows_by_strips(rows, block, access, sum);
+    } else {
+      add_tree(rows, block, access, sum);
+    }
+    const Lanes weight = select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1));
+    const Vec3<Lanes> residual = weight * (flight - own.x) + sum.force;
+    const LaneMask counts = moves & (dot(residual, residual) < infinity) & (point.w > Lanes(0)) &
+                            mask_of(~state.left_out[block_index] >> lane);
+    scatter({select(counts, residual, Vec3<Lanes>{Lanes(0), Lanes(0), Lanes(0)}),
+             select(counts, Lanes(1), Lanes(0))},
+            residuals, block.corners + lane);
+  }
 }
 
 HWY_FLATTEN float stiffest(const VertexRows& rows, const Particle* bases,
@@ -696,6 +739,8 @@ constinit const LaneKernels kernels{all_kernels(ForAllConstraints<AllConstraintK
                                     &settle,
                                     &solve_vertices,
                                     &push_vertices,
+                                    &find_residuals,
+                                    &displace,
                                     &stiffest,
                                     &find_loose_ends,
                                     &begin_joints,

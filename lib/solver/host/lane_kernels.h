@@ -92,6 +92,12 @@ struct LaneKernels : ForAllConstraints<AllConstraintKernels> {
   /// Likewise of explicit steps, by the forces where the substep starts.
   LaneBits (*push_vertices)(const VertexRows&, const VertexState&, Index block);
 
+  /// As find_residuals() of the vertices of a block.
+  void (*find_residuals)(const VertexRows&, const VertexState&, Index block, Particle* residuals);
+
+  /// As displace(), of a range.
+  void (*displace)(const VertexRange&, Particle* moves);
+
   /// As stiffest_vertex(), of blocks [first, last). How a step is divided is to be the same for all
   /// executors, so the strict one of these serves both modes.
   float (*stiffest)(const VertexRows&, const Particle* bases, const Velocity*, float heading,

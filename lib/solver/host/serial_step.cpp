@@ -5,6 +5,7 @@
 #include <ranges>
 
 #include "lib/solver/host/serial_phases.h"
+#include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
@@ -82,6 +83,9 @@ class SerialStep {
       case StepOperation::sweep:
         for (int iteration = 0; iteration < part_.division.sweeps; ++iteration) {
           sweep(iteration);
+          if (iteration == 0 && has_correction(step_.data, part_.division.sweeps)) {
+            correct();
+          }
         }
         break;
       case StepOperation::push:
@@ -130,6 +134,34 @@ class SerialStep {
         pbdsurg::begin_joints(step_, state, phase.color);
       }
     }
+  }
+
+  void correct() {
+    const VertexState state = vertex_state(step_, numbers_.lengths, 1);
+    const auto find_all_residuals = [&] {
+      for (Index block = 0; block < step_.data.vertex_blocks.block_count(); ++block) {
+        find_residuals(step_, state, block);
+      }
+    };
+    const auto for_each_part = [&](const auto& work) {
+      for (Index part = 0; part < kCoarseParts; ++part) {
+        work(part);
+      }
+    };
+    find_all_residuals();
+    for_each_part([&](Index part) { project_residuals(step_, part); });
+    solve_coarse(step_, state.inverse_dt_squared);
+    for_each_part([&](Index part) {
+      find_moves(step_, part);
+      displace(step_, state, part);
+    });
+    find_all_residuals();
+    for_each_part([&](Index part) { weigh_moves(step_, part); });
+    for_each_part([&](Index part) {
+      if (turn_back_moves(step_, part)) {
+        displace(step_, state, part);
+      }
+    });
   }
 
   void sweep(int iteration) {

@@ -16,6 +16,7 @@
 #include "lib/solver/host/serial_phases.h"
 #include "lib/solver/host/thread_choice.h"
 #include "lib/solver/host/thread_stages.h"
+#include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/contact_stage.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stiff_links.h"
@@ -365,6 +366,9 @@ class ThreadedBackend final : public Backend {
                     step, lengths,
                     relaxation_of(data.options.over_relaxation, iteration, part.division.sweeps)),
                 turn);
+          if (iteration == 0 && has_correction(data, part.division.sweeps)) {
+            correct(vertex_state(step, lengths, 1), turn);
+          }
         }
         if (!turn.is_idle()) {
           meet(turn);
@@ -518,6 +522,49 @@ class ThreadedBackend final : public Backend {
           project(turn, stage, thread, threads);
         }
       });
+    }
+  }
+
+  // See coarse_correction.h; all meet before each stage, and at the end.
+  void correct(const VertexState& state, Turn& turn) {
+    const StepContext& step = turn.step;
+    const auto stage = [&](Index count, const auto& work) {
+      if (!turn.is_idle()) {
+        meet(turn);
+      }
+      for (Index i = turn.thread; !turn.is_idle() && i < count; i += turn.threads) {
+        work(i);
+      }
+    };
+    const auto find_residuals = [&] {
+      const VertexRows rows = vertex_rows(step);
+      stage(step.data.vertex_blocks.block_count(), [&](Index block) {
+        kernels_.find_residuals(rows, state, block, step.scratch.coarse.residuals.data());
+      });
+    };
+    find_residuals();
+    stage(kCoarseParts, [&](Index part) { project_residuals(step, part); });
+    stage(1, [&](Index) { solve_coarse(step, state.inverse_dt_squared); });
+    const auto displace = [&](Index part) {
+      VertexRange range = turn.vertices;
+      const auto [first, last] = coarse_part(step, part);
+      range.first = first;
+      range.last = last;
+      kernels_.displace(range, step.scratch.coarse.moves.data());
+    };
+    stage(kCoarseParts, [&](Index part) {
+      find_moves(step, part);
+      displace(part);
+    });
+    find_residuals();
+    stage(kCoarseParts, [&](Index part) { weigh_moves(step, part); });
+    stage(kCoarseParts, [&](Index part) {
+      if (turn_back_moves(step, part)) {
+        displace(part);
+      }
+    });
+    if (!turn.is_idle()) {
+      meet(turn);
     }
   }
 

@@ -31,6 +31,10 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
     return;
   }
   VertexBlocks& blocks = data_.vertex_blocks;
+  if (data_.options.coarse_correction) {
+    data_.coarse_space.add(change.edit.new_vertices, data_.place_of_vertex);
+    data_.coarse_space.resize(data_.particles.size());
+  }
   blocks.begin_edit();
   before_growth_.reset();
   has_grown_ = change.adds();
@@ -176,6 +180,9 @@ void VertexFollower::regrow(const Tissue& tissue, const TissueChange& change) {
 void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
   if (!moves_vertices(data_.options)) {
     return;
+  }
+  if (data_.options.coarse_correction) {
+    data_.coarse_space.resize(data_.particles.size());
   }
   if (before_growth_) {
     data_.vertex_blocks = std::move(*before_growth_);

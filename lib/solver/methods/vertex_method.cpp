@@ -269,6 +269,25 @@ void push_vertices(const StepContext& step, const VertexState& state) {
   }
 }
 
+void find_residuals(const StepContext& step, const VertexState& state, Index block_index) {
+  const VertexRows rows = vertex_rows(step);
+  const VertexBlock& block = rows.blocks[block_index];
+  for (Index lane = 0; lane < block.lane_count; ++lane) {
+    const ParticleOffset corner = block.corners[lane];
+    const Particle& p = at(state.displacements, corner);
+    const FixedPoint& point = at(state.fixed_points, corner);
+    VertexForce<float> sum;
+    add_tree(rows, block, LaneAccess{state.fixed_points, point, lane}, sum);
+    const Vec3<float> residual =
+        (state.inverse_dt_squared / p.w) * (load(at(state.flights, corner)) - load(p)) + sum.force;
+    const bool is_held = (state.left_out[block_index] >> lane & 1) != 0;
+    at(step.scratch.coarse.residuals.data(), corner) =
+        p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual)
+            ? Particle{residual.x, residual.y, residual.z, 1}
+            : Particle{};
+  }
+}
+
 bool has_holds_to_settle(const StepContext& step) noexcept {
   return !step.scratch.holds.empty() && has_stiff_links(step.data.plan);
 }

@@ -65,6 +65,9 @@ void solve_lanes(const StepContext& step, const VertexState& state, Index block,
 void push_lanes(const StepContext& step, const VertexState& state, Index block, LaneBits lanes);
 void push_vertices(const StepContext& step, const VertexState& state);
 
+/// Finds the forces out of balance at the vertices of a block, N; of a coarse correction.
+void find_residuals(const StepContext& step, const VertexState& state, Index block);
+
 /// Whether what tools touch or hold has to move once more after the sweeps: a stiff link at such a
 /// vertex pulls it last, and tools have not felt that yet.
 [[nodiscard]] bool has_holds_to_settle(const StepContext& step) noexcept;

@@ -43,6 +43,9 @@ void StepScratch::fit(const SolverData& data) {
   fit_list(first_holds, places, room, kInvalidIndex);
   held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
   reserve_holds(data);
+  if (data.options.coarse_correction) {
+    coarse.fit(data);
+  }
   fit_links(data);
 }
 
@@ -103,7 +106,8 @@ std::size_t StepScratch::memory_bytes() const noexcept {
                       bytes_of(fixed_points) + bytes_of(first_holds) + bytes_of(holds) +
                       bytes_of(held) + bytes_of(end_ways) + bytes_of(end_gives) +
                       bytes_of(end_shears) + bytes_of(linked) + bytes_of(lone_ends) +
-                      bytes_of(springs) + bytes_of(volumes) + bytes_of(hinges) + bytes_of(strips);
+                      coarse.memory_bytes() + bytes_of(springs) + bytes_of(volumes) +
+                      bytes_of(hinges) + bytes_of(strips);
   multipliers.for_each([&](const auto& groups) {
     for (const auto& blocks : groups) {
       bytes += bytes_of(blocks);

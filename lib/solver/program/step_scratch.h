@@ -12,6 +12,7 @@
 
 #include "pbdsurg/base/export.h"
 
+#include "lib/solver/methods/coarse_correction.h"
 #include "lib/solver/methods/vertex_rows.h"
 #include "lib/solver/sets/constraint_block.h"
 #include "lib/solver/sets/constraint_kinds.h"
@@ -70,6 +71,7 @@ struct PBDSURG_API StepScratch {
   std::vector<Index> first_holds;        ///< [place] or kInvalidIndex
   std::vector<VertexHold> holds;         ///< of the current substep
   std::vector<LaneBits> held;            ///< [block] lanes of vertices with holds
+  CoarseScratch coarse;                  ///< of its coarse correction, if it has one
   // of its stiff links, if there are any
   std::vector<Particle> end_ways, end_gives, end_shears;  ///< [place] see LinkEnds
   std::vector<LaneBits> linked;                           ///< [block] lanes of their ends

@@ -12,6 +12,7 @@
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/tissue/tissue.h"
 
+#include "lib/solver/methods/coarse_space.h"
 #include "lib/solver/methods/free_pieces.h"
 #include "lib/solver/methods/stable_substep.h"
 #include "lib/solver/methods/vertex_blocks.h"
@@ -41,6 +42,7 @@ class SolverData : public SolverState {
   ConstraintSets sets{*this};
   VertexBlocks vertex_blocks;       ///< of methods that move vertices, else empty
   std::uint64_t rows_revision = 0;  ///< changes with these, by an undo, too
+  CoarseSpace coarse_space;         ///< of the vertex-block method, if it is asked for
   FreePieces free_pieces;  ///< of the vertex-block method, likewise; as of the step that began last
   StableSubstep stable_substep;  ///< of explicit steps, else empty
   StepPlan plan;

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A move of all vertices at once by the modes of a CoarseSpace, after the first sweep of a
+/// substep. With r the forces that sweeps have left out of balance, inertia among them, and
+/// P the modes, turned as their piece of tissue is turned now:
+///
+///     u += t P (1 / h^2 + stiffnesses)^-1 P^T r,
+///
+/// which for t = 1 is the least energy along these modes, were tissue as stiff as at rest. Forces
+/// at t = 1 say whether that went too far; t then is where they balance, by the secant. So a step
+/// that a wrong stiffness makes too long is shortened, and shaken tissue comes to rest. t is of a
+/// piece.
+///
+/// Vertices that tools touch or hold, fixed ones, and those at which something is not finite stay
+/// where sweeps have left them.
+///
+/// Stages, each over all blocks or all parts of vertices, by any number of workers that meet in
+/// between; the numbers are the same for any number:
+///
+///     find_residuals()              blocks
+///     project_residuals()           parts
+///     solve_coarse()                one worker
+///     find_moves(), displace()      parts
+///     find_residuals()              blocks
+///     weigh_moves()                 parts
+///     turn_back_moves(), displace() parts
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+
+#include "lib/solver/methods/vertex_rows.h"
+
+namespace pbdsurg {
+
+class SolverData;
+struct StepContext;
+
+/// So many parts of vertices, for any number of workers.
+inline constexpr Index kCoarseParts = 16;
+
+/// Sums over vertices of a vector and a 1, each times 1, X, Y and Z of CoarseVertex::place.
+struct alignas(16) AffineSums {
+  std::array<std::array<float, 4>, 4> of{};
+};
+
+/// What moves would gain: their power against residuals before and after, J, by its sign.
+struct PieceGain {
+  double before = 0, after = 0;
+};
+
+/// Of one worker.
+struct CoarseScratch {
+  std::vector<Particle> residuals;       ///< [place] N; w: 1 where the vertex takes part, else 0
+  std::vector<Particle> moves;           ///< [place] m, for t = 1; w: 1 where there is one, else 0
+  std::vector<AffineSums> part_loads;    ///< [part][node] N, of residuals
+  std::vector<AffineSums> part_shapes;   ///< [part][piece] m, of positions from the part's first
+  std::vector<PieceGain> part_gains;     ///< [part][piece]
+  std::vector<float> loads, amplitudes;  ///< [number], [mode]
+  std::vector<float> numbers;            ///< [number]
+  std::vector<AffineSums> nodes;         ///< [node] m, how each moves what is near
+  std::vector<std::array<float, 9>> turns;  ///< [piece] rotation from rest, row by row
+  std::uint64_t rows_revision = 0;
+
+  /// Part of StepScratch::fit().
+  void fit(const SolverData& data);
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+};
+
+/// Whether a substep has it: it takes a sweep before and one after.
+[[nodiscard]] bool has_correction(const SolverData& data, int sweeps) noexcept;
+
+/// Places [first, last) of a part.
+struct CoarsePart {
+  Index first, last;
+};
+[[nodiscard]] CoarsePart coarse_part(const StepContext& step, Index part) noexcept;
+
+void project_residuals(const StepContext& step, Index part);
+void solve_coarse(const StepContext& step, float inverse_dt_squared);
+void find_moves(const StepContext& step, Index part);
+void displace(const StepContext& step, const VertexState& state, Index part);
+void weigh_moves(const StepContext& step, Index part);
+
+/// Makes moves the way back to where t wants them. Whether any goes back.
+[[nodiscard]] bool turn_back_moves(const StepContext& step, Index part);
+
+}  // namespace pbdsurg

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The slow, wide motions of a scene, which sweeps over vertices take many rounds to find: a few
+/// nodes spread over the tissue, each moving what is near it affinely, as in a deformation graph
+/// (Sumner, Schmid, Pauly 2007, "Embedded Deformation for Shape Manipulation"). Of these motions
+/// the softest modes at rest are kept. What moves by them: coarse_correction.h.
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/base/types.h"
+#include "pbdsurg/tissue/topology_edit.h"
+
+namespace pbdsurg {
+
+class SolverData;
+
+inline constexpr int kCoarseNodes = 4;     ///< that move a vertex
+inline constexpr int kAffineNumbers = 12;  ///< of a node: for 1, X, Y and Z, a vector each
+
+/// How nodes move a vertex: by sum_a weights_a (Y_a0 + X Y_a1 + Y Y_a2 + Z Y_a3).
+struct CoarseVertex {
+  std::array<Index, kCoarseNodes> nodes{};
+  std::array<float, kCoarseNodes> weights{};  ///< sum 1; or all 0: it does not take part
+  std::array<float, 3> place{};  ///< X, Y, Z: where it is at rest in its piece, from -1 to 1
+  Index piece = 0;               ///< of tissue that hangs together
+
+  [[nodiscard]] bool takes_part() const noexcept { return weights[0] > 0; }
+};
+
+class CoarseSpace {
+ public:
+  CoarseSpace() = default;
+
+  /// Cost: O(V log V + T) and the eigenvectors of a matrix of 576 rows: about a second.
+  /// @param data  with rows of vertices, at rest; inverse masses say which of these are free
+  explicit CoarseSpace(const SolverData& data);
+
+  [[nodiscard]] std::span<const CoarseVertex> vertices() const noexcept { return vertices_; }
+  [[nodiscard]] Index node_count() const noexcept {
+    return static_cast<Index>(piece_of_node_.size());
+  }
+  [[nodiscard]] Index piece_count() const noexcept { return piece_count_; }
+  [[nodiscard]] Index piece_of(Index node) const noexcept { return piece_of_node_[node]; }
+
+  /// 1/s^2, of each mode: its stiffness over its mass.
+  [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
+
+  /// 1/sqrt(kg), numbers of a mode: [node][1, X, Y, Z][axis].
+  [[nodiscard]] std::span<const float> mode(Index mode) const noexcept {
+    return {modes_.data() + mode * number_count(), static_cast<std::size_t>(number_count())};
+  }
+
+  /// The same number of all modes.
+  [[nodiscard]] std::span<const float> numbers(Index number) const noexcept {
+    return {numbers_.data() + number * stiffnesses_.size(), stiffnesses_.size()};
+  }
+
+  // Edits. What they cut or remove stays in the modes, which are then too stiff and no less good a
+  // direction; new bodies take no part.
+
+  /// @param place_of_vertex  of what there is, with the new ones
+  void add(std::span<const NewVertex> vertices, std::span<const Index> place_of_vertex);
+
+  /// New places take no part; an undo takes the last away.
+  void resize(std::size_t place_count) { vertices_.resize(place_count); }
+  void reserve(std::size_t more) { vertices_.reserve(vertices_.size() + more); }
+
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
+ private:
+  [[nodiscard]] Index number_count() const noexcept { return kAffineNumbers * node_count(); }
+
+  std::vector<CoarseVertex> vertices_;  // [place]
+  std::vector<Index> piece_of_node_;
+  Index piece_count_ = 0;
+  std::vector<float> stiffnesses_;  // [mode] ascending
+  std::vector<float> modes_;        // [mode][number]
+  std::vector<float> numbers_;      // [number][mode]
+};
+
+}  // namespace pbdsurg
