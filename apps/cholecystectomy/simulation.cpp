@@ -92,12 +92,17 @@ pbdsurg::ToolPose Instrument::pose() const {
 }
 
 pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool paper) {
-  pbdsurg::SolverOptions options =
-      paper ? pbdsurg::SolverOptions::paper()
-            : pbdsurg::SolverOptions{.method = pbdsurg::SolverMethod::vertex_block,
-                                     .substeps = 1,
-                                     .iterations = 10,
-                                     .over_relaxation = 1.7F};
+  pbdsurg::SolverOptions options{
+      .method = pbdsurg::SolverMethod::vertex_block, .substeps = 1, .iterations = 10};
+  if (paper) {
+    options = pbdsurg::SolverOptions::paper();
+  } else if (executor && executor.kind() == pbdsurg::ExecutorKind::device) {
+    options.over_relaxation = 1.7F;
+  } else {
+    options.iterations = 3;
+    options.over_relaxation = 1.2F;
+    options.coarse_correction = true;
+  }
   options.damping = paper ? 60 : 20;
   options.executor = executor;
   return options;

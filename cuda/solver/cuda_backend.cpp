@@ -513,9 +513,6 @@ std::unique_ptr<Backend> make_backend(const SolverData& data) {
       throw BackendUnavailable("the CUDA backend takes " + std::to_string(kMostCopies) +
                                " copies at most; there are " + std::to_string(data.copy_count()));
     }
-    if (data.options.coarse_correction) {
-      throw BackendUnavailable("the CUDA backend has no coarse correction");
-    }
     return std::make_unique<CudaBackend>(data);
   } catch (const DeviceError& error) {
     throw BackendUnavailable(std::string("the CUDA backend cannot take this scene: ") +

@@ -53,13 +53,17 @@ TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
 TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
+  const bool coarse_correction = method == SolverMethod::vertex_block && GENERATE(false, true);
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));
   scene.fix_where(0, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * kEdge; });
   const Index copies = GENERATE(1, 3);
-  Solver solver(scene,
-                testing::small_steps({.method = method, .copies = copies, .executor = executor}));
+  Solver solver(scene, testing::small_steps({.method = method,
+                                             .iterations = 2,
+                                             .coarse_correction = coarse_correction,
+                                             .copies = copies,
+                                             .executor = executor}));
   solver.watch(std::array<Index, 3>{5, 1, 40});
   const Capsule capsule{{0, 0, 0}, {0.02F, 0, 0}, 4e-3F};
   ToolPose pose = ToolPose::Identity();

@@ -125,6 +125,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
   const TetMesh mesh = testing::make_box({9, 6, 5}, kEdge, 0.1);
   Material soft = neo_hookean(2e4F, 0.45F);
   soft.damping = GENERATE(0.0F, 5e-4F);
+  const bool coarse_correction = GENERATE(false, true);
   Scene scene;
   scene.add_body("liver", mesh, soft);
   scene.add_body("duct", testing::make_box({4, 2, 2}, kEdge, 0.1, 2), soft_springs(mesh));
@@ -153,6 +154,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
     options.executor = executor;
     options.math = math;
     options.over_relaxation = 1.2F;
+    options.coarse_correction = coarse_correction;
     Solver solver(scene, options);
     const float top = 6.2F * static_cast<float>(kEdge);
     ToolPose pose = ToolPose::Identity();
@@ -269,7 +271,9 @@ TEST_CASE("vertex method: a body pressed flat or turned inside out recovers", "[
   const float factor = GENERATE(0.0F, -0.3F);
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F), {6, 3, 3});
   scene.set_gravity(Eigen::Vector3f::Zero());
-  Solver solver(scene, vertex_options(2, 10, 20));
+  SolverOptions options = vertex_options(2, 10, 20);
+  options.coarse_correction = GENERATE(false, true);
+  Solver solver(scene, options);
   const auto rest = solver.positions();
   auto x = rest;
   for (Index v = 0; v < scene.vertex_count(); ++v) {

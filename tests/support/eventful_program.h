@@ -336,6 +336,7 @@ struct Variant {
   float over_relaxation = 1;
   Index contact_capacity = 4096;
   TimeIntegration integration = TimeIntegration::implicit_euler;
+  bool coarse_correction = false;
 };
 
 inline SolverOptions options_of(const Variant& variant) {
@@ -345,6 +346,7 @@ inline SolverOptions options_of(const Variant& variant) {
                         .iterations = variant.iterations,
                         .damping = 2,
                         .over_relaxation = variant.over_relaxation,
+                        .coarse_correction = variant.coarse_correction,
                         .integration = variant.integration,
                         .contact_capacity = variant.contact_capacity,
                         .math = MathMode::strict,

@@ -144,6 +144,12 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix(phase.color);
   }
   mix_vertices(digest, data.vertex_blocks);
+  for (const CoarseVertex& vertex : data.coarse_space.vertices()) {
+    digest.mix_all(vertex.nodes);
+    digest.mix_all(vertex.weights);
+    digest.mix_all(vertex.place);
+    digest.mix(vertex.piece);
+  }
   for (Index i = 0; i < data.copy_count(); ++i) {
     const CopyState& copy = data.copy(i);
     if (copy.is_state_current) {

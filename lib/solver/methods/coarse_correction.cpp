@@ -108,7 +108,9 @@ double length_of(const PieceGain& gain) {
 
 void CoarseScratch::fit(const SolverData& data) {
   const CoarseSpace& space = data.coarse_space;
-  const std::size_t places = data.particles.size();
+  const std::size_t places = data.particles.size(), room = data.particles.capacity();
+  residuals.reserve(room);
+  moves.reserve(room);
   if (rows_revision != data.rows_revision || residuals.size() != places) {
     residuals.assign(places, {});  // of vertices that no block has any more
     rows_revision = data.rows_revision;
