@@ -136,9 +136,9 @@ std::vector<Setting> make_settings() {
           {"vertex blocks", bdf2(blocks(10, 2, 1.3F))},
           {"coarse correction", corrected(blocks(1, 2, 1))},
           {"coarse correction", bdf2(corrected(blocks(1, 2, 1)))},
-          {"coarse correction", bdf2(corrected(blocks(1, 3, 1.3F)))},
-          {"coarse correction", bdf2(corrected(blocks(2, 2, 1.3F)))},
-          {"coarse correction", bdf2(corrected(blocks(5, 2, 1.3F)))}};
+          {"coarse correction", bdf2(corrected(blocks(1, 3, 1.2F)))},
+          {"coarse correction", bdf2(corrected(blocks(2, 2, 1)))},
+          {"coarse correction", bdf2(corrected(blocks(5, 2, 1)))}};
 }
 
 Accuracy measure(const Scenario& scenario, SolverOptions options, double dt) {

@@ -24,7 +24,9 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 // Of the measured ones (docs/guide/method.md) that which pays best: more find little more.
 constexpr Index kMostNodes = 48;
-constexpr Index kModesPerNode = 4;
+constexpr Index kVerticesOfNode = 16;  // in the mean, at least
+constexpr Index kModesOfNode = 4;      // in the mean, where there are more than
+constexpr Index kLeastModes = 48;
 constexpr double kNegligible = 1e-5;  // of the mass of the heaviest motion
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -72,7 +74,10 @@ std::vector<Index> choose_nodes(const Graph& graph, const SolverData& data) {
   std::vector<Index> nodes;
   using Entry = std::pair<double, Index>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  while (static_cast<Index>(nodes.size()) < kMostNodes) {
+  const auto free = static_cast<Index>(
+      std::ranges::count_if(data.particles, [](const Particle& p) { return p.w > 0; }));
+  const Index most = std::clamp(free / kVerticesOfNode, 1, kMostNodes);
+  while (static_cast<Index>(nodes.size()) < most) {
     Index furthest = kInvalidIndex;
     for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {
       const bool counts = data.particles[v].w > 0 && !graph.neighbors[v].empty();
@@ -363,7 +368,8 @@ CoarseSpace::CoarseSpace(const SolverData& data) {
   const Sparse pulled = stiffness_at_rest(data.vertex_blocks, graph.positions) * interpolation;
   const MatrixXd stiffness(Sparse(interpolation.transpose() * pulled));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(motions.transpose() * stiffness * motions);
-  const auto count = std::min<Eigen::Index>(kModesPerNode * node_count(), motions.cols());
+  const auto count =
+      std::min<Eigen::Index>(std::max(kLeastModes, kModesOfNode * node_count()), motions.cols());
   const Eigen::MatrixXf modes = (motions * solver.eigenvectors().leftCols(count)).cast<float>();
   for (Eigen::Index m = 0; m < count; ++m) {
     stiffnesses_.push_back(static_cast<float>(std::max(0.0, solver.eigenvalues()[m])));
