@@ -36,10 +36,18 @@ struct NamedOptions {
 };
 
 std::vector<NamedOptions> named_options() {
+  const auto corrected = [](int substeps, int sweeps) {
+    return SolverOptions{.method = SolverMethod::vertex_block,
+                         .substeps = substeps,
+                         .iterations = sweeps,
+                         .coarse_correction = true};
+  };
   return {{"small steps, 10 x 1",
            {.method = SolverMethod::projection, .substeps = 10, .iterations = 1}},
           {"vertex blocks, 1 x 10",
-           {.method = SolverMethod::vertex_block, .substeps = 1, .iterations = 10}}};
+           {.method = SolverMethod::vertex_block, .substeps = 1, .iterations = 10}},
+          {"coarse correction, 1 x 2", corrected(1, 2)},
+          {"coarse correction, 4 x 2", corrected(4, 2)}};
 }
 
 // With half to four times the sweeps of a step that the default chose: half of them in each

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -162,6 +163,25 @@ TEST_CASE("coarse correction: crumpled tissue comes to rest", "[validation]") {
   }
   CHECK(fastest < 1e-3F);  // m/s
   CHECK(solver.convergence(5e-3F)[0].ratio() < 0.01);
+}
+
+// Would catch a move that takes a lost vertex for one in balance.
+TEST_CASE("coarse correction: a vertex that is lost takes nothing else along", "[unit]") {
+  const Scene scene = make_bar(neo_hookean(2e4F, 0.4F));
+  Solver solver(scene, corrected(3));
+  Start velocities(solver.positions().size(), Eigen::Vector3f::Zero());
+  velocities.back().setConstant(std::numeric_limits<float>::max());
+  solver.write_velocities(velocities);
+  CHECK(solver.step(1.5F).non_finite_vertices == 1);  // all fall by metres
+
+  const StepReport report = run(solver, 300);
+
+  CHECK(report.non_finite_vertices == 1);
+  float fastest = 0;
+  for (const Eigen::Vector3f& v : solver.velocities()) {
+    fastest = std::max(fastest, v.allFinite() ? v.norm() : 0.0F);
+  }
+  CHECK(fastest < 1);  // m/s
 }
 
 // Would catch a device that leaves it out without a word.

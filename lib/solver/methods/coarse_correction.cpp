@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "pbdsurg/base/vec3.h"
@@ -253,8 +254,10 @@ void weigh_moves(const StepContext& step, Index part) {
   const std::span<PieceGain> gains = share_of(scratch.part_gains, part);
   const auto [first, last] = coarse_part(step, part);
   for (Index v = first; v < last; ++v) {
+    const bool is_overflown = scratch.moves[v].w > 0 && !(scratch.residuals[v].w > 0);
     gains[step.data.coarse_space.vertices()[v].piece].after +=
-        power(scratch.residuals[v], scratch.moves[v]);
+        is_overflown ? -std::numeric_limits<double>::infinity()
+                     : power(scratch.residuals[v], scratch.moves[v]);
   }
 }
 

@@ -80,10 +80,19 @@ struct CoarsePart {
 };
 [[nodiscard]] CoarsePart coarse_part(const StepContext& step, Index part) noexcept;
 
+/// Sums up what residuals do to nodes, and how pieces lie.
 void project_residuals(const StepContext& step, Index part);
+
+/// From these sums, finds how nodes move.
 void solve_coarse(const StepContext& step, float inverse_dt_squared);
+
+/// And so vertices, for t = 1.
 void find_moves(const StepContext& step, Index part);
+
+/// Moves them. Kernels on registers stand in for it.
 void displace(const StepContext& step, const VertexState& state, Index part);
+
+/// Takes what residuals are now into account.
 void weigh_moves(const StepContext& step, Index part);
 
 /// Makes moves the way back to where t wants them. Whether any goes back.

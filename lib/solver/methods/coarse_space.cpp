@@ -161,12 +161,13 @@ void set_weights(const std::vector<NearNode>& near, CoarseVertex& vertex) {
   }
 }
 
-// The pieces of a graph, and where vertices lie in them.
+// The pieces that have nodes, and where vertices lie in them.
 // @return  their number
-Index set_places(const Graph& graph, std::vector<CoarseVertex>& vertices) {
+Index set_places(const Graph& graph, const std::vector<Index>& nodes,
+                 std::vector<CoarseVertex>& vertices) {
   std::vector<Index> piece(vertices.size(), kInvalidIndex), members;
   Index count = 0;
-  for (Index start = 0; start < static_cast<Index>(vertices.size()); ++start) {
+  for (const Index start : nodes) {
     if (piece[start] != kInvalidIndex) {
       continue;
     }
@@ -181,9 +182,6 @@ Index set_places(const Graph& graph, std::vector<CoarseVertex>& vertices) {
           members.push_back(next.place);
         }
       }
-    }
-    if (members.size() == 1) {  // without tissue
-      continue;
     }
     const double scale = 2 / box.sizes().maxCoeff();
     for (const Index v : members) {
@@ -352,7 +350,7 @@ CoarseSpace::CoarseSpace(const SolverData& data) {
   const Graph graph = make_graph(data);
   const std::vector<Index> nodes = choose_nodes(graph, data);
   vertices_.resize(graph.positions.size());
-  piece_count_ = set_places(graph, vertices_);
+  piece_count_ = set_places(graph, nodes, vertices_);
   const std::vector<std::vector<NearNode>> near = find_near_nodes(graph, nodes);
   for (std::size_t v = 0; v < vertices_.size(); ++v) {
     set_weights(near[v], vertices_[v]);

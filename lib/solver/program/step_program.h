@@ -27,7 +27,7 @@ enum class StepOperation : std::uint8_t {
   gather_holds,           ///< finds what tools do to each vertex
   damp_rows,              ///< gives the rows of vertices this substep's damping
   begin_joints,           ///< finds the forces of stiff links
-  sweep,                  ///< all sweeps: the phases of the StepPlan, again and again
+  sweep,                  ///< all sweeps of all phases; a coarse correction after the first
   push,               ///< of explicit steps: vertices follow the forces of the start, all at once
   settle_holds,       ///< what tools touch or hold answers what stiff links did last
   keep_momentum,      ///< of pieces that nothing holds: see momentum.h
