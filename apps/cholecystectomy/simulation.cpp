@@ -99,7 +99,7 @@ pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool pa
   } else if (executor && executor.kind() == pbdsurg::ExecutorKind::device) {
     options.over_relaxation = 1.7F;
   } else {
-    options.iterations = 3;
+    options.iterations = 4;
     options.over_relaxation = 1.2F;
     options.coarse_correction = true;
   }

@@ -48,7 +48,7 @@ const std::vector<Column>& columns() {
 constexpr const char* kLegend = R"(# Table 3
 
 - liver and gallbladder joined by a membrane; one whole step of the solver: 30 sweeps of 0.2 ms from a stretch of 10 %, fractions 0.4 and 1, the liver's upper part fixed; medians
-- vertex blocks: one step of three sweeps, over-relaxed by 1.2, and a coarse correction, with the moduli of the tissue library, from the same start
+- vertex blocks: one step of four sweeps, over-relaxed by 1.2, and a coarse correction, with the moduli of the tissue library, from the same start
 - the CPU's plan is the fastest of greedy + repair on all threads, separate, joint or nested, balanced or not
 - each step's end state is hashed: runs of one backend agree, fast steps on one thread and on all, and strict ones with the serial backend's
 - printed: frames a second with all that is beside the step (Pan et al.: GTX 980 Ti; Kim et al., as cited there); the first line's gallbladder is as small as one with a wall can be

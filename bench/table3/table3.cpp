@@ -22,7 +22,7 @@ struct Arguments {
 SolverOptions vertex_blocks() {
   return {.method = SolverMethod::vertex_block,
           .substeps = 1,
-          .iterations = 3,
+          .iterations = 4,
           .over_relaxation = 1.2F,
           .coarse_correction = true};
 }

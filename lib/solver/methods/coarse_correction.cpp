@@ -26,7 +26,7 @@ std::span<Element> share_of(std::vector<Element>& all, Index part) {
 }
 
 // sum += share * numbers: in the order of calls, so that registers of any width give the same bits.
-void add(float share, std::span<const float> numbers, std::vector<float>& sum) {
+void add(float share, std::span<const float> numbers, std::span<float> sum) {
   const float* const from = numbers.data();
   float* const to = sum.data();
   const std::size_t count = sum.size();
@@ -93,6 +93,114 @@ Vec3<float> turned_back(const std::array<float, 9>& r, const Vec3<float>& v) {
           r[2] * v.x + r[5] * v.y + r[8] * v.z};
 }
 
+// Tissue that a tool holds near a node: a spring at the mean of its vertices.
+struct CoarseHold {
+  Index node;
+  float stiffness;  // N/m
+};
+
+using CoarseHolds = std::array<CoarseHold, kCoarseHolds>;
+
+// [1, X, Y, Z] of a node
+std::span<float, 4> hold_share(const StepContext& step, Index hold, Index node) {
+  const Index nodes = step.data.coarse_space.node_count();
+  return std::span<float, 4>(step.scratch.coarse.hold_shares.data() + 4 * (hold * nodes + node), 4);
+}
+
+// @return  their number
+Index gather_coarse_holds(const StepContext& step, CoarseHolds& holds) {
+  std::ranges::fill(step.scratch.coarse.hold_shares, 0.0F);
+  Index count = 0;
+  for (const VertexHold& each : step.scratch.holds) {
+    const CoarseVertex& vertex = step.data.coarse_space.vertices()[each.place];
+    if (!vertex.takes_part()) {
+      continue;
+    }
+    const auto end = holds.begin() + count;
+    const auto known = std::find_if(
+        holds.begin(), end, [&](const CoarseHold& hold) { return hold.node == vertex.nodes[0]; });
+    const auto hold = static_cast<Index>(known - holds.begin());
+    if (known == end) {
+      if (count == kCoarseHolds) {
+        continue;
+      }
+      holds[count++] = {vertex.nodes[0], 0};
+    }
+    holds[hold].stiffness += vertex.stiffness;
+    for (int i = 0; i < kCoarseNodes; ++i) {
+      const std::span<float, 4> share = hold_share(step, hold, vertex.nodes[i]);
+      const float weight = vertex.stiffness * vertex.weights[i];
+      share[0] += weight;
+      for (int k = 0; k < 3; ++k) {
+        share[k + 1] += weight * vertex.place[k];
+      }
+    }
+  }
+  return count;
+}
+
+// Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
+// pieces as they are at rest.
+// @param inertia  1/s^2
+void oppose_holds(const StepContext& step, float inertia) {
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
+                               3 * kCoarseHolds, 3 * kCoarseHolds>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kCoarseHolds, 1>;
+  CoarseScratch& scratch = step.scratch.coarse;
+  const CoarseSpace& space = step.data.coarse_space;
+  CoarseHolds holds;
+  const Index count = gather_coarse_holds(step, holds);
+  if (count == 0) {
+    return;
+  }
+  const std::size_t modes = scratch.amplitudes.size();
+  const auto mode_moves = [&](Index row) {
+    return std::span<float>(scratch.hold_modes.data() + static_cast<std::size_t>(row) * modes,
+                            modes);
+  };
+  for (Index hold = 0; hold < count; ++hold) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::ranges::fill(mode_moves(3 * hold + axis), 0.0F);
+    }
+    for (Index node = 0; node < space.node_count(); ++node) {
+      const std::span<float, 4> share = hold_share(step, hold, node);
+      for (int k = 0; k < 4 && share[0] > 0; ++k) {
+        for (int axis = 0; axis < 3; ++axis) {
+          add(share[k] / holds[hold].stiffness, space.numbers(kAffineNumbers * node + 3 * k + axis),
+              mode_moves(3 * hold + axis));
+        }
+      }
+    }
+  }
+  // (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
+  // springs
+  Matrix gives = Matrix::Zero(3 * count, 3 * count);
+  Vector moves = Vector::Zero(3 * count);
+  for (Index row = 0; row < 3 * count; ++row) {
+    const std::span<const float> own = mode_moves(row);
+    for (std::size_t m = 0; m < modes; ++m) {
+      moves[row] += double{own[m]} * scratch.amplitudes[m];
+    }
+    for (Index other = 0; other <= row; ++other) {
+      const std::span<const float> theirs = mode_moves(other);
+      double sum = 0;
+      for (std::size_t m = 0; m < modes; ++m) {
+        sum += double{own[m]} * theirs[m] / (double{inertia} + space.stiffnesses()[m]);
+      }
+      gives(row, other) = gives(other, row) = sum;
+    }
+    gives(row, row) += 1 / double{holds[row / 3].stiffness};
+  }
+  const Vector forces = gives.ldlt().solve(moves);
+  for (Index row = 0; row < 3 * count; ++row) {
+    const std::span<const float> own = mode_moves(row);
+    const auto force = static_cast<float>(forces[row]);
+    for (std::size_t m = 0; m < modes; ++m) {
+      scratch.amplitudes[m] -= force * own[m] / (inertia + space.stiffnesses()[m]);
+    }
+  }
+}
+
 double power(const Particle& force, const Particle& way) {
   return double{force.x} * way.x + double{force.y} * way.y + double{force.z} * way.z;
 }
@@ -127,12 +235,16 @@ void CoarseScratch::fit(const SolverData& data) {
   loads.resize(kAffineNumbers * node_count);
   numbers.resize(kAffineNumbers * node_count);
   amplitudes.resize(space.stiffnesses().size());
+  hold_shares.resize(4 * kCoarseHolds * node_count);
+  hold_modes.resize(3 * kCoarseHolds * amplitudes.size());
 }
 
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
          (part_loads.capacity() + part_shapes.capacity() + nodes.capacity()) * sizeof(AffineSums) +
-         (loads.capacity() + amplitudes.capacity() + numbers.capacity()) * sizeof(float) +
+         (loads.capacity() + amplitudes.capacity() + numbers.capacity() + hold_shares.capacity() +
+          hold_modes.capacity()) *
+             sizeof(float) +
          part_gains.capacity() * sizeof(PieceGain) + turns.capacity() * sizeof(turns[0]);
 }
 
@@ -199,10 +311,13 @@ void solve_coarse(const StepContext& step, float inverse_dt_squared) {
   for (std::size_t n = 0; n < scratch.loads.size(); ++n) {
     add(scratch.loads[n], space.numbers(static_cast<Index>(n)), scratch.amplitudes);
   }
+  for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
+    scratch.amplitudes[m] /= inverse_dt_squared + space.stiffnesses()[m];
+  }
+  oppose_holds(step, inverse_dt_squared);
   std::ranges::fill(scratch.numbers, 0.0F);
   for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
-    add(scratch.amplitudes[m] / (inverse_dt_squared + space.stiffnesses()[m]),
-        space.mode(static_cast<Index>(m)), scratch.numbers);
+    add(scratch.amplitudes[m], space.mode(static_cast<Index>(m)), scratch.numbers);
   }
   for (Index node = 0; node < space.node_count(); ++node) {
     for (int k = 0; k < 4; ++k) {

@@ -14,7 +14,8 @@
 /// piece.
 ///
 /// Vertices that tools touch or hold, fixed ones, and those at which something is not finite stay
-/// where sweeps have left them.
+/// where sweeps have left them. What would move those that tools hold is opposed by springs, as
+/// stiff as tissue around them: one for all holds near a node, at their mean.
 ///
 /// Stages, each over all blocks or all parts of vertices, by any number of workers that meet in
 /// between; the numbers are the same for any number:
@@ -40,6 +41,9 @@ namespace pbdsurg {
 class SolverData;
 struct StepContext;
 
+/// Nodes near which something may be held; near more, corrections know of none.
+inline constexpr Index kCoarseHolds = 16;
+
 /// So many parts of vertices, for any number of workers.
 inline constexpr Index kCoarseParts = 16;
 
@@ -61,6 +65,8 @@ struct CoarseScratch {
   std::vector<AffineSums> part_shapes;   ///< [part][piece] m, of positions from the part's first
   std::vector<PieceGain> part_gains;     ///< [part][piece]
   std::vector<float> loads, amplitudes;  ///< [number], [mode]
+  std::vector<float> hold_shares;        ///< [hold][node][1, X, Y, Z] of what is near one node
+  std::vector<float> hold_modes;         ///< [hold][axis][mode] how modes move it
   std::vector<float> numbers;            ///< [number]
   std::vector<AffineSums> nodes;         ///< [node] m, how each moves what is near
   std::vector<std::array<float, 9>> turns;  ///< [piece] rotation from rest, row by row

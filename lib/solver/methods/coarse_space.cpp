@@ -363,7 +363,13 @@ CoarseSpace::CoarseSpace(const SolverData& data) {
   }
   const MatrixXd motions = along_axes(unit_motions(vertices_, data, node_count()));
   const Sparse interpolation = make_interpolation(vertices_, data, node_count(), 3);
-  const Sparse pulled = stiffness_at_rest(data.vertex_blocks, graph.positions) * interpolation;
+  const Sparse of_vertices = stiffness_at_rest(data.vertex_blocks, graph.positions);
+  const Eigen::VectorXd diagonal = of_vertices.diagonal();
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {
+    vertices_[v].stiffness =
+        static_cast<float>(diagonal.segment<3>(static_cast<Eigen::Index>(3 * v)).mean());
+  }
+  const Sparse pulled = of_vertices * interpolation;
   const MatrixXd stiffness(Sparse(interpolation.transpose() * pulled));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(motions.transpose() * stiffness * motions);
   const auto count =

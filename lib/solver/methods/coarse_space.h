@@ -28,6 +28,7 @@ struct CoarseVertex {
   std::array<float, kCoarseNodes> weights{};  ///< sum 1; or all 0: it does not take part
   std::array<float, 3> place{};  ///< X, Y, Z: where it is at rest in its piece, from -1 to 1
   Index piece = 0;               ///< of tissue that hangs together
+  float stiffness = 0;           ///< N/m, with which its neighbours hold it at rest
 
   [[nodiscard]] bool takes_part() const noexcept { return weights[0] > 0; }
 };
