@@ -141,63 +141,56 @@ Index gather_coarse_holds(const StepContext& step, CoarseHolds& holds) {
 
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
 // pieces as they are at rest.
-// @param inertia  1/s^2
-void oppose_holds(const StepContext& step, float inertia) {
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                               3 * kCoarseHolds, 3 * kCoarseHolds>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kCoarseHolds, 1>;
+void oppose_holds(const StepContext& step) {
+  constexpr Index kRows = 3 * kCoarseHolds;  // an axis of a hold each
+  using Matrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kRows, kRows>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRows, 1>;
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
   CoarseHolds holds;
-  const Index count = gather_coarse_holds(step, holds);
+  const Index count = gather_coarse_holds(step, holds), rows = 3 * count;
   if (count == 0) {
     return;
   }
   const std::size_t modes = scratch.amplitudes.size();
-  const auto mode_moves = [&](Index row) {
-    return std::span<float>(scratch.hold_modes.data() + static_cast<std::size_t>(row) * modes,
-                            modes);
-  };
-  for (Index hold = 0; hold < count; ++hold) {
-    for (int axis = 0; axis < 3; ++axis) {
-      std::ranges::fill(mode_moves(3 * hold + axis), 0.0F);
-    }
+  std::ranges::fill(scratch.hold_modes, 0.0F);
+  for (Index row = 0; row < rows; ++row) {
+    const float stiffness = holds[row / 3].stiffness;
     for (Index node = 0; node < space.node_count(); ++node) {
-      const std::span<float, 4> share = hold_share(step, hold, node);
+      const std::span<float, 4> share = hold_share(step, row / 3, node);
       for (int k = 0; k < 4 && share[0] > 0; ++k) {
-        for (int axis = 0; axis < 3; ++axis) {
-          add(share[k] / holds[hold].stiffness, space.numbers(kAffineNumbers * node + 3 * k + axis),
-              mode_moves(3 * hold + axis));
+        const std::span<const float> moves = space.numbers(kAffineNumbers * node + 3 * k + row % 3);
+        for (std::size_t m = 0; m < modes; ++m) {
+          scratch.hold_modes[m * kRows + row] += share[k] / stiffness * moves[m];
         }
       }
     }
   }
   // (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
   // springs
-  Matrix gives = Matrix::Zero(3 * count, 3 * count);
-  Vector moves = Vector::Zero(3 * count);
-  for (Index row = 0; row < 3 * count; ++row) {
-    const std::span<const float> own = mode_moves(row);
-    for (std::size_t m = 0; m < modes; ++m) {
-      moves[row] += double{own[m]} * scratch.amplitudes[m];
-    }
-    for (Index other = 0; other <= row; ++other) {
-      const std::span<const float> theirs = mode_moves(other);
-      double sum = 0;
-      for (std::size_t m = 0; m < modes; ++m) {
-        sum += double{own[m]} * theirs[m] / (double{inertia} + space.stiffnesses()[m]);
+  Matrix gives = Matrix::Zero(rows, rows);
+  Vector moves = Vector::Zero(rows);
+  for (std::size_t m = 0; m < modes; ++m) {
+    const float* const of_mode = scratch.hold_modes.data() + m * kRows;
+    for (Index row = 0; row < rows; ++row) {
+      moves[row] += double{of_mode[row]} * scratch.amplitudes[m];
+      const double give = double{scratch.gives[m]} * of_mode[row];
+      for (Index other = 0; other < rows; ++other) {
+        gives(row, other) += give * double{of_mode[other]};
       }
-      gives(row, other) = gives(other, row) = sum;
     }
+  }
+  for (Index row = 0; row < rows; ++row) {
     gives(row, row) += 1 / double{holds[row / 3].stiffness};
   }
   const Vector forces = gives.ldlt().solve(moves);
-  for (Index row = 0; row < 3 * count; ++row) {
-    const std::span<const float> own = mode_moves(row);
-    const auto force = static_cast<float>(forces[row]);
-    for (std::size_t m = 0; m < modes; ++m) {
-      scratch.amplitudes[m] -= force * own[m] / (inertia + space.stiffnesses()[m]);
+  for (std::size_t m = 0; m < modes; ++m) {
+    double load = 0;
+    for (Index row = 0; row < rows; ++row) {
+      load += double{scratch.hold_modes[m * kRows + row]} * forces[row];
     }
+    scratch.amplitudes[m] -= scratch.gives[m] * static_cast<float>(load);
   }
 }
 
@@ -235,6 +228,7 @@ void CoarseScratch::fit(const SolverData& data) {
   loads.resize(kAffineNumbers * node_count);
   numbers.resize(kAffineNumbers * node_count);
   amplitudes.resize(space.stiffnesses().size());
+  gives.resize(amplitudes.size());
   hold_shares.resize(4 * kCoarseHolds * node_count);
   hold_modes.resize(3 * kCoarseHolds * amplitudes.size());
 }
@@ -242,8 +236,8 @@ void CoarseScratch::fit(const SolverData& data) {
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
          (part_loads.capacity() + part_shapes.capacity() + nodes.capacity()) * sizeof(AffineSums) +
-         (loads.capacity() + amplitudes.capacity() + numbers.capacity() + hold_shares.capacity() +
-          hold_modes.capacity()) *
+         (loads.capacity() + amplitudes.capacity() + gives.capacity() + numbers.capacity() +
+          hold_shares.capacity() + hold_modes.capacity()) *
              sizeof(float) +
          part_gains.capacity() * sizeof(PieceGain) + turns.capacity() * sizeof(turns[0]);
 }
@@ -312,9 +306,10 @@ void solve_coarse(const StepContext& step, float inverse_dt_squared) {
     add(scratch.loads[n], space.numbers(static_cast<Index>(n)), scratch.amplitudes);
   }
   for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
-    scratch.amplitudes[m] /= inverse_dt_squared + space.stiffnesses()[m];
+    scratch.gives[m] = 1 / (inverse_dt_squared + space.stiffnesses()[m]);
+    scratch.amplitudes[m] *= scratch.gives[m];
   }
-  oppose_holds(step, inverse_dt_squared);
+  oppose_holds(step);
   std::ranges::fill(scratch.numbers, 0.0F);
   for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
     add(scratch.amplitudes[m], space.mode(static_cast<Index>(m)), scratch.numbers);

@@ -65,8 +65,9 @@ struct CoarseScratch {
   std::vector<AffineSums> part_shapes;   ///< [part][piece] m, of positions from the part's first
   std::vector<PieceGain> part_gains;     ///< [part][piece]
   std::vector<float> loads, amplitudes;  ///< [number], [mode]
+  std::vector<float> gives;              ///< [mode] s^2, over the inertia and stiffness of a unit
   std::vector<float> hold_shares;        ///< [hold][node][1, X, Y, Z] of what is near one node
-  std::vector<float> hold_modes;         ///< [hold][axis][mode] how modes move it
+  std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move it
   std::vector<float> numbers;            ///< [number]
   std::vector<AffineSums> nodes;         ///< [node] m, how each moves what is near
   std::vector<std::array<float, 9>> turns;  ///< [piece] rotation from rest, row by row
