@@ -96,7 +96,12 @@ Vec3<float> turned_back(const std::array<float, 9>& r, const Vec3<float>& v) {
 // Tissue that a tool holds near a node: a spring at the mean of its vertices.
 struct CoarseHold {
   Index node;
-  float stiffness;  // N/m
+  Index count;
+  float sum;  // N/m, of the stiffnesses of vertices
+
+  // N/m, of the tissue around all of them: it goes with their extent, so with a root of their
+  // number
+  [[nodiscard]] double stiffness() const { return double{sum} / std::sqrt(double(count)); }
 };
 
 using CoarseHolds = std::array<CoarseHold, kCoarseHolds>;
@@ -124,9 +129,10 @@ Index gather_coarse_holds(const StepContext& step, CoarseHolds& holds) {
       if (count == kCoarseHolds) {
         continue;
       }
-      holds[count++] = {vertex.nodes[0], 0};
+      holds[count++] = {vertex.nodes[0], 0, 0};
     }
-    holds[hold].stiffness += vertex.stiffness;
+    ++holds[hold].count;
+    holds[hold].sum += vertex.stiffness;
     for (int i = 0; i < kCoarseNodes; ++i) {
       const std::span<float, 4> share = hold_share(step, hold, vertex.nodes[i]);
       const float weight = vertex.stiffness * vertex.weights[i];
@@ -156,13 +162,13 @@ void oppose_holds(const StepContext& step) {
   const std::size_t modes = scratch.amplitudes.size();
   std::ranges::fill(scratch.hold_modes, 0.0F);
   for (Index row = 0; row < rows; ++row) {
-    const float stiffness = holds[row / 3].stiffness;
+    const float sum = holds[row / 3].sum;
     for (Index node = 0; node < space.node_count(); ++node) {
       const std::span<float, 4> share = hold_share(step, row / 3, node);
       for (int k = 0; k < 4 && share[0] > 0; ++k) {
         const std::span<const float> moves = space.numbers(kAffineNumbers * node + 3 * k + row % 3);
         for (std::size_t m = 0; m < modes; ++m) {
-          scratch.hold_modes[m * kRows + row] += share[k] / stiffness * moves[m];
+          scratch.hold_modes[m * kRows + row] += share[k] / sum * moves[m];
         }
       }
     }
@@ -182,7 +188,7 @@ void oppose_holds(const StepContext& step) {
     }
   }
   for (Index row = 0; row < rows; ++row) {
-    gives(row, row) += 1 / double{holds[row / 3].stiffness};
+    gives(row, row) += 1 / holds[row / 3].stiffness();
   }
   const Vector forces = gives.ldlt().solve(moves);
   for (std::size_t m = 0; m < modes; ++m) {
