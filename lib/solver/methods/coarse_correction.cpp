@@ -118,7 +118,7 @@ Index gather_coarse_holds(const StepContext& step, CoarseHolds& holds) {
   Index count = 0;
   for (const VertexHold& each : step.scratch.holds) {
     const CoarseVertex& vertex = step.data.coarse_space.vertices()[each.place];
-    if (!vertex.takes_part()) {
+    if (!vertex.takes_part() || !(vertex.stiffness > 0)) {
       continue;
     }
     const auto end = holds.begin() + count;
