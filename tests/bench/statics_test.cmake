@@ -8,7 +8,8 @@ set(cases
   "hanging bar, 20 kPa"
   "square bar of 1:6 and 20 kPa, twisted, 2 cells across"
   "standing column of 20 kPa, Poisson's ratio 0")
-# row by row, of steps of 0.2 ms and else of 5 ms; the first six are within 2 % of the static solution
+# row by row, of steps of 0.2 ms and else of 5 ms; the first six and the last two are within 2 % of the
+# static solution
 set(rows
   "default|vertex blocks"
   "default|vertex blocks"
@@ -17,9 +18,11 @@ set(rows
   "twice the default's sweeps|vertex blocks"
   "four times the default's sweeps|vertex blocks"
   "small steps, 10 x 1|projections"
-  "vertex blocks, 1 x 10|vertex blocks")
+  "vertex blocks, 1 x 10|vertex blocks"
+  "coarse correction, 1 x 2|vertex blocks"
+  "coarse correction, 4 x 2|vertex blocks")
 string(JSON count LENGTH "${json}" statics)
-expect("rows" "${count}" 24)
+expect("rows" "${count}" 30)
 set(row 0)
 foreach(case IN LISTS cases)
   set(number 0)
@@ -35,7 +38,7 @@ foreach(case IN LISTS cases)
       message(SEND_ERROR "row ${row} is of steps of ${step} ms")
     endif()
     string(JSON error GET "${json}" statics ${row} error_percent)
-    if(number LESS 6 AND (error LESS -2 OR error GREATER 2))
+    if((number LESS 6 OR number GREATER 7) AND (error LESS -2 OR error GREATER 2))
       message(SEND_ERROR "${case}, ${text} is ${error} % off the static solution")
     endif()
     math(EXPR row "${row} + 1")
@@ -52,11 +55,11 @@ string(JSON type TYPE "${json}" statics 0 closed_form)
 expect("closed form of a bar whose end is held" "${type}" "NULL")
 # two cells across are stiffer than the bar, by more than the 38 % of four; a column without
 # transverse strain is exact on any mesh
-string(JSON error GET "${json}" statics 8 mesh_percent)
+string(JSON error GET "${json}" statics 10 mesh_percent)
 if(error LESS 40 OR error GREATER 200)
   message(SEND_ERROR "a mesh of two cells is ${error} % stiffer in torsion")
 endif()
-string(JSON error GET "${json}" statics 16 mesh_percent)
+string(JSON error GET "${json}" statics 20 mesh_percent)
 if(error LESS -0.2 OR error GREATER 0.2)
   message(SEND_ERROR "a column is ${error} % off rho g L^2 / 2E")
 endif()
