@@ -97,7 +97,7 @@ pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool pa
   if (paper) {
     options = pbdsurg::SolverOptions::paper();
   } else if (executor && executor.kind() == pbdsurg::ExecutorKind::device) {
-    options.over_relaxation = 1.7F;
+    options.over_relaxation = 1.7F;  // it has no coarse correction
   } else {
     options.iterations = 4;
     options.over_relaxation = 1.2F;

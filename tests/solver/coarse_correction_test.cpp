@@ -58,6 +58,17 @@ Start turned(Start positions, float angle) {
   return positions;
 }
 
+// Of a bar of 16 cells.
+std::vector<Index> tip_of(const Scene& scene) {
+  std::vector<Index> tip;
+  for (Index v = 0; v < scene.vertex_count(); ++v) {
+    if (scene.positions()[v].x() > 15.5 * kEdge) {
+      tip.push_back(v);
+    }
+  }
+  return tip;
+}
+
 Scene weightless(Scene scene) {
   scene.set_gravity(Eigen::Vector3f::Zero());
   return scene;
@@ -112,13 +123,7 @@ TEST_CASE("coarse correction: a held bar rests as it does without, with the same
   const auto rest = [&](const SolverOptions& options) {
     Solver solver(scene, options);
     const ToolId tool = solver.add_tool({}, ToolPose::Identity());
-    std::vector<Index> tip;
-    for (Index v = 0; v < scene.vertex_count(); ++v) {
-      if (scene.positions()[v].x() > 15.5 * kEdge) {
-        tip.push_back(v);
-      }
-    }
-    solver.grasp(tool, tip);
+    solver.grasp(tool, tip_of(scene));
     ToolPose pose = ToolPose::Identity();
     pose.translation() = Eigen::Vector3f(0.01F, 0.02F, 0);
     solver.move_tool(tool, pose);
@@ -139,13 +144,7 @@ TEST_CASE("coarse correction: crumpled tissue comes to rest", "[validation]") {
   const Scene scene = make_bar(neo_hookean(1e4F, 0.45F), {16, 4, 4});
   Solver solver(scene, corrected(4));
   const ToolId tool = solver.add_tool({}, ToolPose::Identity());
-  std::vector<Index> tip;
-  for (Index v = 0; v < scene.vertex_count(); ++v) {
-    if (scene.positions()[v].x() > 15.5 * kEdge) {
-      tip.push_back(v);
-    }
-  }
-  solver.grasp(tool, tip);
+  solver.grasp(tool, tip_of(scene));
   for (int i = 1; i <= 60; ++i) {
     const float share = static_cast<float>(i) / 60;
     ToolPose pose(

@@ -130,7 +130,7 @@ struct PBDSURG_API SolverOptions {
   /// of a coarse space together (48 nodes for a scene, each with the affine motions of what is near
   /// it; Sumner et al. 2007), so that slow, wide motions need no sweeps. At rest 4 substeps of 2
   /// sweeps come within 1 % in steps of 1 to 33 ms, whatever the stiffness (`statics`). Takes 2
-  /// sweeps or more, and as long as 3.5 of them; a solver takes a second longer to make. Automatic
+  /// sweeps or more, and as long as 4 of them; a solver takes a second longer to make. Automatic
   /// substeps do not count on it. On a CPU alone: a CUDA device refuses it (BackendUnavailable).
   bool coarse_correction = false;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only

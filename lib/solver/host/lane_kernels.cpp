@@ -513,6 +513,18 @@ HWY_FLATTEN LaneBits solve_vertices(const VertexRows& rows, const VertexState& s
   return left;
 }
 
+// N, of the rows of a block.
+HWY_INLINE Vec3<Lanes> force_on(const VertexRows& rows, const VertexBlock& block,
+                                const RegisterAccess& access) {
+  VertexForce<Lanes> sum;
+  if constexpr (kFast) {
+    add_rows_by_strips(rows, block, access, sum);
+  } else {
+    add_tree(rows, block, access, sum);
+  }
+  return sum.force;
+}
+
 HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& state,
                                    Index block_index) {
   const VertexBlock& block = rows.blocks[block_index];
@@ -524,16 +536,11 @@ HWY_FLATTEN LaneBits push_vertices(const VertexRows& rows, const VertexState& st
     const ParticleLanes flight = gather(state.flights, block.corners + lane);
     const LaneMask moves = own.w > Lanes(0);
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
-    VertexForce<Lanes> sum;
-    if constexpr (kFast) {
-      add_rows_by_strips(rows, block, access, sum);
-    } else {
-      add_tree(rows, block, access, sum);
-    }
+    const Vec3<Lanes> force = force_on(rows, block, access);
     const Vec3<Lanes> moved =
-        flight.x + pushed_flight(sum.force, own.w, Lanes(state.inverse_dt_squared));
-    const LaneMask is_finite = (dot(moved, moved) < infinity) &
-                               (dot(sum.force, sum.force) < infinity) & (point.w > Lanes(0));
+        flight.x + pushed_flight(force, own.w, Lanes(state.inverse_dt_squared));
+    const LaneMask is_finite =
+        (dot(moved, moved) < infinity) & (dot(force, force) < infinity) & (point.w > Lanes(0));
     const LaneBits asked = ~state.left_out[block_index];
     own.x = select(moves & is_finite & mask_of(asked >> lane), moved, own.x);
     scatter(own, state.displacements, block.corners + lane);
@@ -552,14 +559,9 @@ HWY_FLATTEN void find_residuals(const VertexRows& rows, const VertexState& state
     const Vec3<Lanes> flight = gather(state.flights, block.corners + lane).x;
     const LaneMask moves = own.w > Lanes(0);
     const RegisterAccess access{state.fixed_points, bits_as_int(point.x), lane};
-    VertexForce<Lanes> sum;
-    if constexpr (kFast) {
-      add_rows_by_strips(rows, block, access, sum);
-    } else {
-      add_tree(rows, block, access, sum);
-    }
+    const Vec3<Lanes> force = force_on(rows, block, access);
     const Lanes weight = select(moves, Lanes(state.inverse_dt_squared) / own.w, Lanes(1));
-    const Vec3<Lanes> residual = weight * (flight - own.x) + sum.force;
+    const Vec3<Lanes> residual = weight * (flight - own.x) + force;
     const LaneMask counts = moves & (dot(residual, residual) < infinity) & (point.w > Lanes(0)) &
                             mask_of(~state.left_out[block_index] >> lane);
     scatter({select(counts, residual, Vec3<Lanes>{Lanes(0), Lanes(0), Lanes(0)}),

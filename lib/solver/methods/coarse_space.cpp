@@ -22,7 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// Of the measured ones (docs/guide/method.md) that which pays best: more find little more.
+// From 16 nodes to 48 the error of a motion in 1 ms steps falls by a fifth, from 48 to 96 by a
+// tenth; all modes of 48 nodes take off 2 % more than four a node.
 constexpr Index kMostNodes = 48;
 constexpr Index kVerticesOfNode = 16;  // in the mean, at least
 constexpr Index kModesOfNode = 4;      // in the mean, where there are more than
