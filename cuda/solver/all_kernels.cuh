@@ -5,6 +5,7 @@
 /// All kernels of a step, for one of its two compilations.
 
 #include "cuda/solver/cluster_launch.cuh"
+#include "cuda/solver/coarse_kernels.cuh"
 #include "cuda/solver/cooperative_kernels.cuh"
 #include "cuda/solver/explicit_kernels.cuh"
 #include "cuda/solver/momentum_kernels.cuh"
@@ -38,6 +39,7 @@ constexpr StepKernels all_kernels() {
           &fill_mailboxes,
           &prepare_explicit_step,
           &step_explicitly,
+          &correct_coarsely,
           &prepare_cluster,
           &sweep_cluster,
           &keep_momentum,

@@ -446,9 +446,9 @@ __global__ void __launch_bounds__(kBlockThreads)
                         vertices.hinges};
   FixedPoint* points = state.fixed_points;
   FixedPoint* next_points = nullptr;
-  Index all_sweeps = sweeps.count;
-  Index first_sweep = 0;   // of the substep
-  Index moves_before = 0;  // the first of these
+  Index all_sweeps = sweeps.end - sweeps.first;
+  Index first_sweep = -sweeps.first;  // of the substep
+  Index moves_before = sweeps.first;  // those of this kernel
   if constexpr (kStep) {
     boxes = of_copy(boxes, state.capacity);
     points = boxes.points[0];

@@ -104,7 +104,16 @@ class CooperativeSweeps final : public Sweeps {
     if (arrays.vertices.is_damped) {
       kernels_.pack_numbers(arrays.vertices, tiles_, launch);
     }
-    sweep(arrays.has_tools() ? Reach::held_substep : Reach::substep, arrays, substep, launch);
+    const Reach reach = arrays.has_tools() ? Reach::held_substep : Reach::substep;
+    const Index count = arrays.sweep_count;
+    if (!arrays.has_correction()) {
+      sweep(reach, arrays, substep, {0, count}, launch);
+      return;
+    }
+    sweep(reach, arrays, substep, {0, 1}, launch);
+    kernels_.correct_coarsely(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
+                              arrays.has_tools(), launch);
+    sweep(reach, arrays, substep, {1, count}, launch);
   }
 
   // Tools need contacts found in each substep, damping its rows written, and so on: then there is a
@@ -113,7 +122,8 @@ class CooperativeSweeps final : public Sweeps {
                                       bool changes_lengths) const override {
     return !arrays.has_tools() &&
            (is_explicit_ || (substeps > 1 && !changes_lengths && !arrays.vertices.is_damped &&
-                             arrays.state.ways == nullptr && arrays.free_pieces.count == 0));
+                             arrays.state.ways == nullptr && arrays.free_pieces.count == 0 &&
+                             !arrays.has_correction()));
   }
 
   [[nodiscard]] Index moves_in_substep(const SweepArrays& arrays) const override {
@@ -129,7 +139,7 @@ class CooperativeSweeps final : public Sweeps {
       kernels_.step_explicitly({thread_blocks_for(vertex_blocks_), stays()}, arrays.state,
                                arrays.vertices, tiles_, mailboxes(arrays), arrays.input, launch);
     } else {
-      sweep(Reach::step, arrays, 0, launch);
+      sweep(Reach::step, arrays, 0, {0, arrays.sweep_count}, launch);
     }
   }
 
@@ -145,17 +155,22 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
-  void sweep(Reach reach, const SweepArrays& arrays, Index substep, const Launch& launch) const {
+  struct SweepRange {
+    Index first, end;
+  };
+
+  void sweep(Reach reach, const SweepArrays& arrays, Index substep, const SweepRange& range,
+             const Launch& launch) const {
     VertexColors colors{};
     Index largest = 1;
     for (const Stage& stage : arrays.stages) {
       colors.blocks[colors.count++] = {stage.first, stage.count};
       largest = std::max(largest, stage.count);
     }
-    kernels_.sweep_vertices(
-        {reach, substep, arrays.sweep_count, over_relaxation_, thread_blocks_for(largest)}, colors,
-        arrays.state, arrays.vertices, tiles_, arrays.tools, mailboxes(arrays), arrays.input,
-        launch);
+    kernels_.sweep_vertices({reach, substep, arrays.sweep_count, range.first, range.end,
+                             over_relaxation_, thread_blocks_for(largest)},
+                            colors, arrays.state, arrays.vertices, tiles_, arrays.tools,
+                            mailboxes(arrays), arrays.input, launch);
   }
 
   [[nodiscard]] Mailboxes mailboxes(const SweepArrays& arrays) const {

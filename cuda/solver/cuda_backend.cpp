@@ -11,6 +11,7 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "cuda/solver/coarse_buffers.h"
 #include "cuda/solver/constraint_buffers.h"
 #include "cuda/solver/device_step.h"
 #include "cuda/solver/state_buffers.h"
@@ -200,7 +201,7 @@ class CudaBackend final : public Backend {
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     return state_.memory_bytes() + constraints_.memory_bytes() + tools_.memory_bytes() +
            start_.memory_bytes() + watched_places_.memory_bytes() + vertices_.memory_bytes() +
-           free_pieces_.memory_bytes() + sweeps_->memory_bytes();
+           free_pieces_.memory_bytes() + coarse_.memory_bytes() + sweeps_->memory_bytes();
   }
 
  private:
@@ -218,6 +219,7 @@ class CudaBackend final : public Backend {
     constraints_.upload(records, remembers && strategy_ != DeviceStrategy::cluster,
                         data.copy_count(), stream_.get());
     vertices_.upload(data, has_grown_, stream_.get());
+    coarse_.upload(data, static_cast<std::size_t>(state_.arrays().capacity), stream_.get());
     have_rows_changed_ = true;
     is_planned_ = true;
   }
@@ -304,6 +306,8 @@ class CudaBackend final : public Backend {
       forget_recorded();
     }
     add_vertex_changes(data, changes.vertices);
+    coarse_.follow(data, static_cast<std::size_t>(state_.arrays().capacity), words_.last(),
+                   stream_.get());
     write_changes(data);
     follows_on_ = follows_on_ && !have_rows_changed_ && changes.moved.empty() &&
                   changes.vertices.empty() && !std::ranges::count(changes.state, true);
@@ -343,8 +347,8 @@ class CudaBackend final : public Backend {
     arrays.copy_count = data.copy_count();
     for (int a = 0; a < kDeviceArrayCount; ++a) {
       const auto array = static_cast<DeviceArray>(a);
-      for (std::uint32_t* const start :
-           {constraints_.start(array), vertices_.start(array), sweeps_->start(array)}) {
+      for (std::uint32_t* const start : {constraints_.start(array), vertices_.start(array),
+                                         sweeps_->start(array), coarse_.start(array)}) {
         arrays.starts[a] = start != nullptr ? start : arrays.starts[a];
       }
       arrays.strides[a] = vertices_.stride(array);
@@ -401,15 +405,15 @@ class CudaBackend final : public Backend {
 
   void enqueue(const SolverData& data, bool changes_lengths) {
     const bool has_cluster = strategy_ == DeviceStrategy::cluster;  // which has all in its program
-    DeviceStep step{
-        &kernels_of(data.options),
-        {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
-         has_cluster ? std::span<const Stage>() : plan_.open_stages(), tools_.has_pushers(),
-         tools_.has_attachments(), vertices_.arrays(), data.part.division.sweeps,
-         has_stiff_links(data.plan), free_pieces_.arrays(), has_cluster ? 0 : plan_.revision()},
-        {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
-        step_program(data.options, data.part.division),
-        changes_lengths};
+    DeviceStep step{&kernels_of(data.options),
+                    {state_.arrays(), constraints_.arrays(), tools_.arrays(), tools_.input(),
+                     has_cluster ? std::span<const Stage>() : plan_.open_stages(),
+                     tools_.has_pushers(), tools_.has_attachments(), vertices_.arrays(),
+                     data.part.division.sweeps, has_stiff_links(data.plan), free_pieces_.arrays(),
+                     coarse_.arrays(), has_cluster ? 0 : plan_.revision()},
+                    {sums_.get(), forces_.get(), watched_.get(), watched_places_.get()},
+                    step_program(data.options, data.part.division),
+                    changes_lengths};
     if (strategy_ == DeviceStrategy::cooperative && data.part.is_first()) {
       step.start = start_.make_room(step.arrays.state, static_cast<std::size_t>(data.copy_count()));
       kept_ = step.start;
@@ -417,6 +421,7 @@ class CudaBackend final : public Backend {
     const Launch apart{stream_.get(), false, data.copy_count()};
     if (have_rows_changed_) {
       sweeps_->follow_rows(vertices_.arrays(), apart);
+      coarse_.clear_residuals(stream_.get());
       have_rows_changed_ = false;
     }
     if (sweeps_->takes_whole_step(step.arrays, data.part.division.substeps, changes_lengths)) {
@@ -481,6 +486,7 @@ class CudaBackend final : public Backend {
   ConstraintBuffers constraints_;
   VertexBuffers vertices_;
   FreePieceBuffers free_pieces_;
+  CoarseBuffers coarse_;
   ToolBuffers tools_;
   WordBatches words_;
   PinnedBuffer<WordChange> shared_words_;  // those that a step writes first

@@ -144,6 +144,14 @@ __device__ inline bool is_last_block(std::uint32_t* blocks_done) {
   return is_last;
 }
 
+/// Shared memory for what has initial values elsewhere: here it has none.
+template <class T>
+struct SharedRoom {
+  alignas(T) unsigned char bytes[sizeof(T)];
+
+  __device__ T& get() { return *reinterpret_cast<T*>(bytes); }
+};
+
 /// Of the current device.
 inline int device_attribute(cudaDeviceAttr which) {
   int device = 0;

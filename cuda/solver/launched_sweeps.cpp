@@ -35,8 +35,12 @@ class LaunchedSweeps final : public Sweeps {
                            launch);
         }
       }
-      if (moves_vertices(options_)) {
-        continue;  // tools act on vertices as these move
+      if (moves_vertices(options_)) {  // tools act on vertices as these move
+        if (is_first && arrays.has_correction()) {
+          kernels_.correct_coarsely(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
+                                    arrays.has_tools(), launch);
+        }
+        continue;
       }
       if (arrays.has_attachments) {
         kernels_.project_attachments(arrays.state, arrays.tools, arrays.input, substep, is_first,

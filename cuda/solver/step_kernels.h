@@ -3,7 +3,8 @@
 
 /// @file
 /// The kernels of a step, compiled twice from one source (all_kernels.cuh): strict, with the bits
-/// of the serial backend, and fast. Each function enqueues one kernel.
+/// of the serial backend, and fast. Each function enqueues one kernel, if it does not say
+/// otherwise.
 
 #include <cstdint>
 
@@ -50,11 +51,12 @@ enum class Reach : std::uint8_t {
   step,  ///< StepInput::substep_count substeps, from the state at the start to that at the end
 };
 
-/// All sweeps of a substep of the vertex-block method, or of a step.
+/// Sweeps of a substep of the vertex-block method, or all of a step.
 struct VertexSweeps {
   Reach reach;
   Index substep;          ///< 0 to substeps - 1
   Index count;            ///< of sweeps in a substep
+  Index first, end;       ///< which of these; of a step all
   float over_relaxation;  ///< see relaxation_of()
   Index block_count;      ///< of threads, for each copy: all copies' are on the device at once
 };
@@ -128,7 +130,8 @@ struct StepKernels {
   /// Likewise of all, where no row has come or gone, but damping has changed their numbers.
   void (*pack_numbers)(const VertexArrays&, const TileArrays&, const Launch&);
 
-  /// Moves all vertices, colour by colour and sweep by sweep.
+  /// Moves all vertices, colour by colour and sweep by sweep. Points count the sweeps of a substep
+  /// before.
   /// @param Mailboxes  of a step: as the last one or fill_mailboxes() left them
   void (*sweep_vertices)(const VertexSweeps&, const VertexColors&, const DeviceState&,
                          const VertexArrays&, const TileArrays&, const ToolArrays&,
@@ -146,6 +149,10 @@ struct StepKernels {
   /// the state at its start to that at its end. See sweep_vertices() for mailboxes.
   void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
                           const TileArrays&, const Mailboxes&, StepInput*, const Launch&);
+
+  /// Between two sweeps of a substep: see coarse_correction.h. Several kernels.
+  void (*correct_coarsely)(const DeviceState&, const VertexArrays&, const CoarseArrays&, StepInput*,
+                           bool has_tools, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

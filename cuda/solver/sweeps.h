@@ -34,9 +34,14 @@ struct SweepArrays {
   Index sweep_count = 1;         ///< of a substep
   bool has_stiff_links = false;  ///< that live: else some stages have none left
   FreePieceArrays free_pieces{};
+  CoarseArrays coarse{};
   std::uint64_t stages_revision = 0;  ///< changes with the stages
 
   [[nodiscard]] bool has_tools() const noexcept { return has_pushers || has_attachments; }
+  /// Of each substep, after its first sweep.
+  [[nodiscard]] bool has_correction() const noexcept {
+    return coarse.node_count > 0 && sweep_count > 1;
+  }
 
   bool operator==(const SweepArrays& other) const {
     return state == other.state && constraints == other.constraints && tools == other.tools &&
@@ -44,7 +49,8 @@ struct SweepArrays {
            stages.size() == other.stages.size() && has_pushers == other.has_pushers &&
            has_attachments == other.has_attachments && vertices == other.vertices &&
            sweep_count == other.sweep_count && has_stiff_links == other.has_stiff_links &&
-           free_pieces == other.free_pieces && stages_revision == other.stages_revision;
+           free_pieces == other.free_pieces && coarse == other.coarse &&
+           stages_revision == other.stages_revision;
   }
 };
 
@@ -87,8 +93,8 @@ class Sweeps {
     return nullptr;
   }
 
-  /// Enqueues all sweeps of one substep, with what tools do in them. Called while a graph records
-  /// the stream, so it neither waits nor allocates.
+  /// Enqueues all sweeps of one substep, with what tools do in them and with its correction. Called
+  /// while a graph records the stream, so it neither waits nor allocates.
   /// @param substep  0 to substeps - 1
   virtual void enqueue(const SweepArrays& arrays, Index substep, const Launch& launch) = 0;
 

@@ -155,6 +155,10 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
       return words(shares_.get());
     case DeviceArray::tile_blocks:
     case DeviceArray::tile_neighbors:
+    case DeviceArray::coarse_vertices:
+    case DeviceArray::coarse_member_counts:
+    case DeviceArray::coarse_member_places:
+    case DeviceArray::coarse_member_shares:
     case DeviceArray::distances:
     case DeviceArray::distance_damping:
     case DeviceArray::volumes:

@@ -13,6 +13,7 @@
 #include "pbdsurg/constraints/projection.h"
 
 #include "lib/device/records.h"
+#include "lib/solver/methods/coarse_kernel.h"
 #include "lib/solver/methods/contact_geometry.h"
 #include "lib/solver/methods/displacement.h"
 #include "lib/solver/methods/vertex_rows.h"
@@ -78,6 +79,34 @@ struct FreePieceArrays {
   Index count = 0;                ///< zero if there are no pieces
 
   bool operator==(const FreePieceArrays&) const = default;
+};
+
+/// A CoarseSpace, and what CoarseScratch has of each copy. No nodes where there is no correction.
+struct CoarseArrays {
+  const CoarseVertex* vertices = nullptr;       ///< [vertex_room]
+  const Index* member_counts = nullptr;         ///< [node]
+  const Index* member_places = nullptr;         ///< [node][member_room]
+  const CoarseShares* member_shares = nullptr;  ///< [node][member_room]
+  const Index* pieces = nullptr;                ///< [node]
+  const float* stiffnesses = nullptr;           ///< [mode]
+  const float* modes = nullptr;                 ///< [mode][number]
+  const float* numbers = nullptr;               ///< [number][mode]
+  Particle* residuals = nullptr;                ///< [copy][vertex_room], as the following
+  Particle* moves = nullptr;
+  NodeSums* sums = nullptr;  ///< [copy][node], as the following
+  AffineNumbers* moves_of_nodes = nullptr;
+  CoarseGain* gains = nullptr;
+  Turn* turns = nullptr;              ///< [copy][node] of pieces
+  float* amplitudes = nullptr;        ///< [copy][mode]
+  float* gives = nullptr;             ///< [copy][mode]
+  float* hold_modes = nullptr;        ///< [copy][mode][row] in room for kHoldRows
+  CoarseHolds* holds = nullptr;       ///< [copy]
+  CoarseShares* hold_sums = nullptr;  ///< [copy][node near which it is][node that moves it] N/m
+  Index* hold_counts = nullptr;       ///< [copy][node]
+  Index node_count = 0, piece_count = 0, mode_count = 0;
+  Index vertex_room = 0, member_room = 0;
+
+  bool operator==(const CoarseArrays&) const = default;
 };
 
 /// A row as a thread reads it that shares a vertex with others: see VertexTiles. Neighbours go by

@@ -42,8 +42,12 @@ enum class DeviceArray : std::uint32_t {
   stiffness_shares,  ///< of explicit steps
   tile_blocks,       ///< of one kernel for all sweeps: see VertexTiles
   tile_neighbors,
+  coarse_vertices,  ///< of a coarse correction, as the following: see CoarseArrays
+  coarse_member_counts,
+  coarse_member_places,
+  coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 24;
+inline constexpr int kDeviceArrayCount = 28;
 
 /// One 4-byte word that changes.
 struct WordChange {

@@ -54,9 +54,6 @@ std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverO
   if (device == nullptr) {
     throw BackendUnavailable(options.executor.name() + " steps no solvers");
   }
-  if (options.coarse_correction) {
-    throw BackendUnavailable(options.executor.name() + " has no coarse correction; a CPU has");
-  }
   std::unique_ptr<SolverData> data = make_data_for_device(tissue, options);
   data->set_backend(device->make_backend(*data));
   return data;

@@ -79,10 +79,12 @@ TEST_CASE("cuda cuts: many cuts and their undo have the serial bits", "[device]"
   const float damping = GENERATE(0.0F, 1e-3F);
   const auto copies = GENERATE(1, 3);
   const Index spare = GENERATE(0, 300);
-  if (method == SolverMethod::explicit_steps && damping > 0) {
+  const bool is_corrected = GENERATE(false, true);
+  if (method == SolverMethod::explicit_steps && (damping > 0 || is_corrected)) {
     return;  // has none
   }
-  SolverOptions options{.method = method, .damping = 1, .copies = copies};
+  SolverOptions options{
+      .method = method, .damping = 1, .coarse_correction = is_corrected, .copies = copies};
   if (method == SolverMethod::vertex_block) {
     options.substeps = 2;
     options.iterations = 2;
@@ -123,7 +125,10 @@ TEST_CASE("cuda cuts: many cuts and their undo have the serial bits", "[device]"
 TEST_CASE("cuda cuts: those that come while a step runs have the serial bits", "[device]") {
   const auto strategy = GENERATE(DeviceStrategy::graph, DeviceStrategy::cooperative);
   const float damping = GENERATE(0.0F, 1e-3F);
-  SolverOptions options{.method = SolverMethod::vertex_block, .substeps = 2, .iterations = 2};
+  SolverOptions options{.method = SolverMethod::vertex_block,
+                        .substeps = 2,
+                        .iterations = 2,
+                        .coarse_correction = GENERATE(false, true)};
   Pair pair(make_plate(damping), options, strategy);
   for (std::uint64_t round = 0; round < 40; round += 2) {
     INFO(pair.device.backend_name() << ", damping " << damping << ", round " << round);
@@ -146,6 +151,7 @@ TEST_CASE("cuda cuts: tools at cut tissue have the serial bits", "[device]") {
   if (method == SolverMethod::vertex_block) {
     options.substeps = 2;
     options.iterations = 2;
+    options.coarse_correction = GENERATE(false, true);
   }
   Pair pair(make_plate(0), options, strategy);
   const Capsule ball{{0.03F, 0.02F, 0.012F}, {0.03F, 0.02F, 0.012F}, 0.006F};

@@ -59,7 +59,13 @@ TEST_CASE("cuda solver: strict has the serial bits through all that changes", "[
                Variant{.method = SolverMethod::vertex_block,
                        .damping = 0.01F,
                        .over_relaxation = 1.5F,
-                       .integration = TimeIntegration::bdf2});
+                       .integration = TimeIntegration::bdf2},
+               Variant{.method = SolverMethod::vertex_block, .coarse_correction = true},
+               Variant{.method = SolverMethod::vertex_block,
+                       .damping = 0.01F,
+                       .over_relaxation = 1.2F,
+                       .integration = TimeIntegration::bdf2,
+                       .coarse_correction = true});
   const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
                                  DeviceStrategy::cluster, DeviceStrategy::cooperative);
   if (!testing::suits(strategy, variant.method) ||

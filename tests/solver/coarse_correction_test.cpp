@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/coarse_correction.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -15,7 +17,6 @@
 
 #include "tests/support/catch.h"
 #include "tests/support/cuts.h"
-#include "tests/support/fake_device.h"
 #include "tests/support/inspect.h"
 #include "tests/support/meshes.h"
 #include "tests/support/vertex_method_cases.h"
@@ -183,13 +184,84 @@ TEST_CASE("coarse correction: a vertex that is lost takes nothing else along", "
   CHECK(fastest < 1);  // m/s
 }
 
-// Would catch a device that leaves it out without a word.
-TEST_CASE("coarse correction: a device refuses it", "[unit]") {
-  SolverOptions options = corrected(3);
-  options.executor = testing::fake_device();
-  const Scene scene = make_bar(neo_hookean(2e4F, 0.45F));
-  CHECK_THROWS_AS(Solver(scene, options), BackendUnavailable);
-  CHECK_THROWS_WITH(Solver(scene, options), ContainsSubstring("has no coarse correction"));
+// Would catch a wrong sign in a quaternion, mirror images, and rounds that end too early.
+TEST_CASE("coarse correction: turns are those of a singular value decomposition", "[unit]") {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 200; ++i) {
+    Eigen::Matrix3d product;
+    for (double& number : product.reshaped()) {
+      number = normal(random);
+    }
+    if (i % 3 == 0) {  // flat
+      product.col(2) = product.col(0) - 2 * product.col(1);
+    }
+    product *= std::pow(10.0, i % 11 - 5);
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d u = svd.matrixU();
+    u.col(2) *= (u * svd.matrixV().transpose()).determinant();
+    const Eigen::Matrix3d expected = u * svd.matrixV().transpose();
+    double numbers[3][3];
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        numbers[row][column] = product(row, column);
+      }
+    }
+
+    const Turn turn = nearest_turn(numbers);
+
+    CAPTURE(i, product);
+    const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> found(turn.of);
+    REQUIRE((found.cast<double>() - expected).norm() < 1e-6);
+  }
+}
+
+TEST_CASE("coarse correction: what lies at one place or nowhere does not turn", "[unit]") {
+  const double scale = GENERATE(0.0, std::numeric_limits<double>::infinity(),
+                                std::numeric_limits<double>::quiet_NaN());
+  const double numbers[3][3] = {{scale, 0, 0}, {0, scale, 0}, {0, 0, scale}};
+  const Turn turn = nearest_turn(numbers);
+  CHECK(std::ranges::equal(turn.of, Turn{}.of));
+}
+
+// Would catch a factorisation that reads what it has overwritten.
+TEST_CASE("coarse correction: springs at holds hold as the whole system says", "[unit]") {
+  constexpr Index kModes = 20;
+  CoarseHolds holds;
+  holds.count = 4;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(0.5F, 2);
+  for (Index hold = 0; hold < holds.count; ++hold) {
+    holds.nodes[hold] = hold;
+    holds.sums[hold] = 10 * uniform(random);
+    holds.counts[hold] = hold + 1;
+  }
+  const Index rows = 3 * holds.count;
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> moves(kModes, rows);
+  for (float& number : moves.reshaped()) {
+    number = uniform(random) - 1.2F;
+  }
+  Eigen::VectorXf gives(kModes), loads(kModes);
+  for (Index m = 0; m < kModes; ++m) {
+    gives[m] = uniform(random);
+    loads[m] = uniform(random) - 1;
+  }
+  const Eigen::VectorXf amplitudes = gives.cwiseProduct(loads);
+  Eigen::MatrixXd whole = gives.cast<double>().cwiseInverse().asDiagonal();
+  for (Index row = 0; row < rows; ++row) {
+    const Eigen::VectorXd of_row = moves.col(row).cast<double>();
+    whole += of_row * of_row.transpose() / holds.give(row / 3);
+  }
+  const Eigen::VectorXd expected = whole.ldlt().solve(loads.cast<double>());
+
+  HoldSystem system;
+  system.solve(OneWorker{}, holds, kModes, amplitudes.data(), gives.data(), moves.data());
+
+  for (Index m = 0; m < kModes; ++m) {
+    CAPTURE(m);
+    CHECK(amplitudes[m] - system.taken(rows, gives[m], moves.data() + m * rows) ==
+          Approx(expected[m]).margin(1e-5));
+  }
 }
 
 // Would catch places without a node near, and lists that are empty.

@@ -43,9 +43,6 @@ TEST_CASE("copies: each moves as it would alone", "[unit][long]") {
                Variant{.method = SolverMethod::vertex_block, .coarse_correction = true});
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
-  if (variant.coarse_correction && executor.kind() == ExecutorKind::device) {
-    return;  // no device has one
-  }
   SolverOptions options = testing::options_of(variant);
   options.contact_capacity = 20;
   options.executor = executor;

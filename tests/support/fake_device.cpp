@@ -122,6 +122,7 @@ void FakeDevice::start_step(SolverData& data) {
   followed_ = {};
   take_over(data);
   static_cast<PieceLists&>(own_.free_pieces) = data.free_pieces;
+  own_.coarse_space = data.coarse_space;
   for (Index i = 0; i < data.copy_count(); ++i) {
     own_.copy(i).past_substep = data.copy(i).past_substep;
     for (std::size_t t = 0; t < own_.tools.size(); ++t) {

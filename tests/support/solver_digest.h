@@ -148,7 +148,9 @@ inline std::uint64_t digest_of(const SolverData& data) {
     digest.mix_all(vertex.nodes);
     digest.mix_all(vertex.weights);
     digest.mix_all(vertex.place);
-    digest.mix(vertex.piece);
+  }
+  for (Index node = 0; node < data.coarse_space.node_count(); ++node) {
+    digest.mix_all(data.coarse_space.members(node).places);
   }
   for (Index i = 0; i < data.copy_count(); ++i) {
     const CopyState& copy = data.copy(i);

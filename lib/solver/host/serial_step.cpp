@@ -148,15 +148,20 @@ class SerialStep {
         work(part);
       }
     };
+    const auto for_each_node = [&](const auto& work) {
+      for (Index node = 0; node < step_.data.coarse_space.node_count(); ++node) {
+        work(node);
+      }
+    };
     find_all_residuals();
-    for_each_part([&](Index part) { project_residuals(step_, part); });
+    for_each_node([&](Index node) { project_residuals(step_, node); });
     solve_coarse(step_, state.inverse_dt_squared);
     for_each_part([&](Index part) {
       find_moves(step_, part);
       displace(step_, state, part);
     });
     find_all_residuals();
-    for_each_part([&](Index part) { weigh_moves(step_, part); });
+    for_each_node([&](Index node) { weigh_moves(step_, node); });
     for_each_part([&](Index part) {
       if (turn_back_moves(step_, part)) {
         displace(step_, state, part);

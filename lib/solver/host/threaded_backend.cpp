@@ -543,7 +543,8 @@ class ThreadedBackend final : public Backend {
       });
     };
     find_residuals();
-    stage(kCoarseParts, [&](Index part) { project_residuals(step, part); });
+    const Index nodes = step.data.coarse_space.node_count();
+    stage(nodes, [&](Index node) { project_residuals(step, node); });
     stage(1, [&](Index) { solve_coarse(step, state.inverse_dt_squared); });
     const auto displace = [&](Index part) {
       VertexRange range = turn.vertices;
@@ -557,7 +558,7 @@ class ThreadedBackend final : public Backend {
       displace(part);
     });
     find_residuals();
-    stage(kCoarseParts, [&](Index part) { weigh_moves(step, part); });
+    stage(nodes, [&](Index node) { weigh_moves(step, node); });
     stage(kCoarseParts, [&](Index part) {
       if (turn_back_moves(step, part)) {
         displace(part);

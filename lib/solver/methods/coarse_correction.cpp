@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/methods/coarse_correction.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <span>
 
@@ -17,13 +16,6 @@
 
 namespace pbdsurg {
 namespace {
-
-// Those of a part.
-template <class Element>
-std::span<Element> share_of(std::vector<Element>& all, Index part) {
-  const std::size_t count = all.size() / kCoarseParts;
-  return {all.data() + static_cast<std::size_t>(part) * count, count};
-}
 
 // sum += share * numbers: in the order of calls, so that registers of any width give the same bits.
 void add(float share, std::span<const float> numbers, std::span<float> sum) {
@@ -42,174 +34,165 @@ ConstQuad quad_of(const Particle& p) {
   return ConstQuad(&p.x);
 }
 
-// Adds share times the products of a vector and 1, X, Y and Z.
-void add(float share, const Eigen::Array4f& vector, const std::array<float, 3>& place,
-         AffineSums& sums) {
-  const Eigen::Array4f v = share * vector;
-  Quad(sums.of[0].data()) += v;
-  for (int k = 0; k < 3; ++k) {
-    Quad(sums.of[k + 1].data()) += place[k] * v;
+// Adds a vector times shares.
+void add(const Eigen::Array4f& vector, const CoarseShares& shares, AffineNumbers& sum) {
+  for (int k = 0; k < 4; ++k) {
+    Quad(sum.of[k]) += shares.of[k] * vector;
   }
 }
 
-// From rest to now, of a piece; one of those that do where it is flat.
-std::array<float, 9> turn_of(const StepContext& step, Index piece) {
-  Eigen::Vector4d count_and_places = Eigen::Vector4d::Zero();
-  Eigen::Matrix<double, 3, 4> products = decltype(products)::Zero();  // of positions
-  for (Index part = 0; part < kCoarseParts; ++part) {
-    const AffineSums& sums = share_of(step.scratch.coarse.part_shapes, part)[piece];
-    const Particle& origin = step.copy.particles[coarse_part(step, part).first];
-    const Eigen::Vector3d from(origin.x, origin.y, origin.z);
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector4d sum = Eigen::Vector4f(sums.of[k].data()).cast<double>();
-      count_and_places[k] += sum.w();
-      products.col(k) += sum.head<3>() + sum.w() * from;
+// To the first of these, half by half.
+template <class Sums, class Add>
+void add_halves(Sums& sums, const Add& add) {
+  for (Index half = kNodeSums / 2; half > 0; half /= 2) {
+    for (Index i = 0; i < half; ++i) {
+      add(sums[i + half], sums[i]);
     }
   }
-  const Eigen::Matrix3d product =
-      products.rightCols<3>() -
-      products.col(0) * count_and_places.tail<3>().transpose() / std::max(1.0, count_and_places[0]);
-  Eigen::Matrix<float, 3, 3, Eigen::RowMajor> turn = decltype(turn)::Identity();
-  if (product.allFinite()) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Matrix3d u = svd.matrixU();
-    if ((u * svd.matrixV().transpose()).determinant() < 0) {
-      u.col(2) *= -1;
-    }
-    turn = (u * svd.matrixV().transpose()).cast<float>();
+}
+
+void add(const AffineNumbers& more, AffineNumbers& sum) {
+  for (int k = 0; k < 4; ++k) {
+    Quad(sum.of[k]) += ConstQuad(more.of[k]);
   }
-  std::array<float, 9> result;
-  std::copy_n(turn.data(), 9, result.begin());
-  return result;
 }
 
-Vec3<float> turned(const std::array<float, 9>& r, const Vec3<float>& v) {
-  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
-          r[6] * v.x + r[7] * v.y + r[8] * v.z};
-}
-
-Vec3<float> turned_back(const std::array<float, 9>& r, const Vec3<float>& v) {
-  return {r[0] * v.x + r[3] * v.y + r[6] * v.z, r[1] * v.x + r[4] * v.y + r[7] * v.z,
-          r[2] * v.x + r[5] * v.y + r[8] * v.z};
-}
-
-// Tissue that a tool holds near a node: a spring at the mean of its vertices.
-struct CoarseHold {
-  Index node;
-  Index count;
-  float sum;  // N/m, of the stiffnesses of vertices
-
-  // N/m, of the tissue around all of them: it goes with their extent, so with a root of their
-  // number
-  [[nodiscard]] double stiffness() const { return double{sum} / std::sqrt(double(count)); }
-};
-
-using CoarseHolds = std::array<CoarseHold, kCoarseHolds>;
-
-// [1, X, Y, Z] of a node
-std::span<float, 4> hold_share(const StepContext& step, Index hold, Index node) {
-  const Index nodes = step.data.coarse_space.node_count();
-  return std::span<float, 4>(step.scratch.coarse.hold_shares.data() + 4 * (hold * nodes + node), 4);
-}
-
-// @return  their number
-Index gather_coarse_holds(const StepContext& step, CoarseHolds& holds) {
-  std::ranges::fill(step.scratch.coarse.hold_shares, 0.0F);
-  Index count = 0;
-  for (const VertexHold& each : step.scratch.holds) {
-    const CoarseVertex& vertex = step.data.coarse_space.vertices()[each.place];
-    if (!vertex.takes_part() || !(vertex.stiffness > 0)) {
-      continue;
+// sum_i shares_i numbers_i, in kCoarseSums and then half by half.
+// @param numbers_of  (Index) as long as the sum
+template <class NumbersOf>
+void sum_up(std::span<const float> shares, const NumbersOf& numbers_of, std::vector<float>& sums,
+            std::span<float> sum) {
+  const std::size_t size = sum.size();
+  std::fill_n(sums.begin(), kCoarseSums * size, 0.0F);
+  const auto nth = [&](std::size_t n) { return std::span(sums.data() + n * size, size); };
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    add(shares[i], numbers_of(static_cast<Index>(i)), nth(i % kCoarseSums));
+  }
+  for (std::size_t half = kCoarseSums / 2; half > 0; half /= 2) {
+    for (std::size_t n = 0; n < half; ++n) {
+      add(1, nth(n + half), nth(n));
     }
-    const auto end = holds.begin() + count;
-    const auto known = std::find_if(
-        holds.begin(), end, [&](const CoarseHold& hold) { return hold.node == vertex.nodes[0]; });
-    const auto hold = static_cast<Index>(known - holds.begin());
-    if (known == end) {
-      if (count == kCoarseHolds) {
+  }
+  std::ranges::copy(nth(0), sum.begin());
+}
+
+Index number_of(Index node, int k, int axis) {
+  return kAffineNumbers * node + 3 * k + axis;
+}
+
+// From rest to now.
+void find_turns(const StepContext& step) {
+  CoarseScratch& scratch = step.scratch.coarse;
+  const CoarseSpace& space = step.data.coarse_space;
+  for (Index piece = 0; piece < space.piece_count(); ++piece) {
+    double sums[4][4] = {};
+    for (Index node = 0; node < space.node_count(); ++node) {
+      if (space.piece_of(node) != piece || space.members(node).places.empty()) {
         continue;
       }
-      holds[count++] = {vertex.nodes[0], 0, 0};
+      const AffineNumbers& shape = scratch.sums[node].shape;
+      const Particle& origin = step.copy.particles[space.members(node).places[0]];
+      const float from[3] = {origin.x, origin.y, origin.z};
+      for (int k = 0; k < 4; ++k) {
+        const double count{shape.of[k][3]};
+        for (int axis = 0; axis < 3; ++axis) {
+          sums[k][axis] += double{shape.of[k][axis]} + count * double{from[axis]};
+        }
+        sums[k][3] += count;
+      }
     }
-    ++holds[hold].count;
-    holds[hold].sum += vertex.stiffness;
-    for (int i = 0; i < kCoarseNodes; ++i) {
-      const std::span<float, 4> share = hold_share(step, hold, vertex.nodes[i]);
+    scratch.turns[piece] = turn_of(sums);
+  }
+}
+
+// Of a hold, and a node that moves some of it: in [0], times 1, X, Y and Z.
+AffineNumbers& hold_sum(const StepContext& step, Index hold, Index node) {
+  return step.scratch.coarse.hold_sums[hold * step.data.coarse_space.node_count() + node];
+}
+
+CoarseHolds gather_coarse_holds(const StepContext& step) {
+  CoarseScratch& scratch = step.scratch.coarse;
+  scratch.held.clear();
+  for (const VertexHold& each : step.scratch.holds) {
+    scratch.held.push_back(each.place);
+  }
+  std::ranges::sort(scratch.held);
+  const auto repeated = std::ranges::unique(scratch.held);
+  scratch.held.erase(repeated.begin(), repeated.end());
+
+  CoarseHolds holds;
+  const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
+  const auto is_opposed = [](const CoarseVertex& vertex) {
+    return vertex.takes_part() && vertex.stiffness > 0;
+  };
+  Index counts[kMostNodes] = {};
+  for (const Index place : scratch.held) {
+    counts[vertices[place].nodes[0]] += is_opposed(vertices[place]) ? 1 : 0;
+  }
+  Index hold_of[kMostNodes];
+  for (Index node = 0; node < step.data.coarse_space.node_count(); ++node) {
+    hold_of[node] = kInvalidIndex;
+    if (counts[node] > 0 && holds.count < kCoarseHolds) {
+      hold_of[node] = holds.count;
+      holds.counts[holds.count] = counts[node];
+      holds.sums[holds.count] = 0;
+      ++holds.count;
+    }
+  }
+  std::ranges::fill(scratch.hold_sums, AffineNumbers{});
+  for (const Index place : scratch.held) {
+    const CoarseVertex& vertex = vertices[place];
+    const Index hold = is_opposed(vertex) ? hold_of[vertex.nodes[0]] : kInvalidIndex;
+    for (int i = 0; i < kCoarseNodes && hold != kInvalidIndex; ++i) {
+      float(&sum)[4] = hold_sum(step, hold, vertex.nodes[i]).of[0];
       const float weight = vertex.stiffness * vertex.weights[i];
-      share[0] += weight;
+      sum[0] += weight;
       for (int k = 0; k < 3; ++k) {
-        share[k + 1] += weight * vertex.place[k];
+        sum[k + 1] += weight * vertex.place[k];
       }
     }
   }
-  return count;
+  for (Index hold = 0; hold < holds.count; ++hold) {
+    for (Index node = 0; node < step.data.coarse_space.node_count(); ++node) {
+      holds.sums[hold] += hold_sum(step, hold, node).of[0][0];
+    }
+  }
+  return holds;
 }
 
 // Takes off the amplitudes what would move what is held. Springs act alike along all axes, so in
 // pieces as they are at rest.
 void oppose_holds(const StepContext& step) {
-  constexpr Index kRows = 3 * kCoarseHolds;  // an axis of a hold each
-  using Matrix =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kRows, kRows>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRows, 1>;
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
-  CoarseHolds holds;
-  const Index count = gather_coarse_holds(step, holds), rows = 3 * count;
-  if (count == 0) {
+  if (step.scratch.holds.empty()) {
     return;
   }
-  const std::size_t modes = scratch.amplitudes.size();
-  std::ranges::fill(scratch.hold_modes, 0.0F);
+  const CoarseHolds holds = gather_coarse_holds(step);
+  const Index rows = 3 * holds.count;
+  const auto modes = static_cast<Index>(scratch.amplitudes.size());
   for (Index row = 0; row < rows; ++row) {
-    const float sum = holds[row / 3].sum;
+    for (Index m = 0; m < modes; ++m) {
+      scratch.hold_modes[m * rows + row] = 0;
+    }
     for (Index node = 0; node < space.node_count(); ++node) {
-      const std::span<float, 4> share = hold_share(step, row / 3, node);
-      for (int k = 0; k < 4 && share[0] > 0; ++k) {
-        const std::span<const float> moves = space.numbers(kAffineNumbers * node + 3 * k + row % 3);
-        for (std::size_t m = 0; m < modes; ++m) {
-          scratch.hold_modes[m * kRows + row] += share[k] / sum * moves[m];
+      const float(&sum)[4] = hold_sum(step, row / 3, node).of[0];
+      for (int k = 0; k < 4 && sum[0] > 0; ++k) {
+        const std::span<const float> moves = space.numbers(number_of(node, k, row % 3));
+        const float share = sum[k] / holds.sums[row / 3];
+        for (Index m = 0; m < modes; ++m) {
+          scratch.hold_modes[m * rows + row] += share * moves[m];
         }
       }
     }
   }
-  // (D + V^T K V)^-1 by Woodbury's identity: D of the modes, V how they move what is held, K
-  // springs
-  Matrix gives = Matrix::Zero(rows, rows);
-  Vector moves = Vector::Zero(rows);
-  for (std::size_t m = 0; m < modes; ++m) {
-    const float* const of_mode = scratch.hold_modes.data() + m * kRows;
-    for (Index row = 0; row < rows; ++row) {
-      moves[row] += double{of_mode[row]} * scratch.amplitudes[m];
-      const double give = double{scratch.gives[m]} * of_mode[row];
-      for (Index other = 0; other < rows; ++other) {
-        gives(row, other) += give * double{of_mode[other]};
-      }
-    }
+  HoldSystem system;
+  system.solve(OneWorker{}, holds, modes, scratch.amplitudes.data(), scratch.gives.data(),
+               scratch.hold_modes.data());
+  for (Index m = 0; m < modes; ++m) {
+    scratch.amplitudes[m] -=
+        system.taken(rows, scratch.gives[m], scratch.hold_modes.data() + m * rows);
   }
-  for (Index row = 0; row < rows; ++row) {
-    gives(row, row) += 1 / holds[row / 3].stiffness();
-  }
-  const Vector forces = gives.ldlt().solve(moves);
-  for (std::size_t m = 0; m < modes; ++m) {
-    double load = 0;
-    for (Index row = 0; row < rows; ++row) {
-      load += double{scratch.hold_modes[m * kRows + row]} * forces[row];
-    }
-    scratch.amplitudes[m] -= scratch.gives[m] * static_cast<float>(load);
-  }
-}
-
-double power(const Particle& force, const Particle& way) {
-  return double{force.x} * way.x + double{force.y} * way.y + double{force.z} * way.z;
-}
-
-// t; none of what is not finite.
-double length_of(const PieceGain& gain) {
-  constexpr double kFurthest = 0.5;  // beyond the balance, as a share of the way there
-  const double length =
-      gain.after >= -kFurthest * gain.before ? 1 : gain.before / (gain.before - gain.after);
-  return gain.before > 0 && length > 0 && length <= 1 ? length : 0;
 }
 
 }  // namespace
@@ -226,26 +209,27 @@ void CoarseScratch::fit(const SolverData& data) {
   moves.resize(places);
   const auto node_count = static_cast<std::size_t>(space.node_count());
   const auto pieces = static_cast<std::size_t>(space.piece_count());
-  part_loads.resize(kCoarseParts * node_count);
-  part_shapes.resize(kCoarseParts * pieces);
-  part_gains.resize(kCoarseParts * pieces);
+  sums.resize(node_count);
+  gains.resize(node_count);
   turns.resize(pieces);
-  nodes.resize(node_count);
+  moves_of_nodes.resize(node_count);
   loads.resize(kAffineNumbers * node_count);
   numbers.resize(kAffineNumbers * node_count);
   amplitudes.resize(space.stiffnesses().size());
   gives.resize(amplitudes.size());
-  hold_shares.resize(4 * kCoarseHolds * node_count);
-  hold_modes.resize(3 * kCoarseHolds * amplitudes.size());
+  sums_of_all.resize(kCoarseSums * std::max(amplitudes.size(), numbers.size()));
+  hold_sums.resize(kCoarseHolds * node_count);
+  hold_modes.resize(kHoldRows * amplitudes.size());
 }
 
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
-         (part_loads.capacity() + part_shapes.capacity() + nodes.capacity()) * sizeof(AffineSums) +
-         (loads.capacity() + amplitudes.capacity() + gives.capacity() + numbers.capacity() +
-          hold_shares.capacity() + hold_modes.capacity()) *
+         sums.capacity() * sizeof(NodeSums) + gains.capacity() * sizeof(CoarseGain) +
+         (hold_sums.capacity() + moves_of_nodes.capacity()) * sizeof(AffineNumbers) +
+         (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
+          numbers.capacity() + hold_modes.capacity()) *
              sizeof(float) +
-         part_gains.capacity() * sizeof(PieceGain) + turns.capacity() * sizeof(turns[0]);
+         held.capacity() * sizeof(Index) + turns.capacity() * sizeof(Turn);
 }
 
 bool has_correction(const SolverData& data, int sweeps) noexcept {
@@ -258,73 +242,64 @@ CoarsePart coarse_part(const StepContext& step, Index part) noexcept {
           static_cast<Index>(count * (part + 1) / kCoarseParts)};
 }
 
-void project_residuals(const StepContext& step, Index part) {
+void project_residuals(const StepContext& step, Index node) {
   CoarseScratch& scratch = step.scratch.coarse;
-  const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
-  const std::span<AffineSums> loads = share_of(scratch.part_loads, part);
-  const std::span<AffineSums> shapes = share_of(scratch.part_shapes, part);
-  std::ranges::fill(loads, AffineSums{});
-  std::ranges::fill(shapes, AffineSums{});
-  AffineSums shape;  // of the piece last seen: near vertices are of one
-  Index piece = 0;
-  const auto [first, last] = coarse_part(step, part);
-  for (Index v = first; v < last; ++v) {
-    const Particle& force = scratch.residuals[v];
-    const CoarseVertex& vertex = vertices[v];
-    if (!(force.w > 0) || !vertex.takes_part()) {
-      continue;
+  const NodeMembers& members = step.data.coarse_space.members(node);
+  const auto count = static_cast<Index>(members.places.size());
+  NodeSums sums[kNodeSums];
+  for (Index i = 0; i < count; ++i) {
+    const Index v = members.places[i];
+    const Particle& residual = scratch.residuals[v];
+    if (residual.w > 0) {
+      NodeSums& sum = sums[i % kNodeSums];
+      add(quad_of(residual), members.shares[i], sum.load);
+      Eigen::Array4f x =
+          quad_of(step.copy.particles[v]) - quad_of(step.copy.particles[members.places[0]]);
+      x[3] = 1;
+      add(x, members.shares[i], sum.shape);
     }
-    if (vertex.piece != piece) {
-      shapes[piece] = shape;
-      piece = vertex.piece;
-      shape = shapes[piece];
-    }
-    for (int i = 0; i < kCoarseNodes; ++i) {
-      add(vertex.weights[i], quad_of(force), vertex.place, loads[vertex.nodes[i]]);
-    }
-    Eigen::Array4f x = quad_of(step.copy.particles[v]) - quad_of(step.copy.particles[first]);
-    x[3] = 1;
-    add(1, x, vertex.place, shape);
   }
-  shapes[piece] = shape;
+  add_halves(sums, [](const NodeSums& more, NodeSums& sum) {
+    add(more.load, sum.load);
+    add(more.shape, sum.shape);
+  });
+  scratch.sums[node] = sums[0];
 }
 
 void solve_coarse(const StepContext& step, float inverse_dt_squared) {
   CoarseScratch& scratch = step.scratch.coarse;
   const CoarseSpace& space = step.data.coarse_space;
-  for (Index piece = 0; piece < space.piece_count(); ++piece) {
-    scratch.turns[piece] = turn_of(step, piece);
-  }
+  find_turns(step);
   for (Index node = 0; node < space.node_count(); ++node) {
     for (int k = 0; k < 4; ++k) {
-      Eigen::Array4f sum = Eigen::Array4f::Zero();
-      for (Index part = 0; part < kCoarseParts; ++part) {
-        sum += ConstQuad(share_of(scratch.part_loads, part)[node].of[k].data());
-      }
-      const Vec3<float> load =
-          turned_back(scratch.turns[space.piece_of(node)], {sum[0], sum[1], sum[2]});
-      std::ranges::copy(std::array{load.x, load.y, load.z},
-                        scratch.loads.begin() + kAffineNumbers * node + 3 * k);
+      const float(&sum)[4] = scratch.sums[node].load.of[k];
+      const Vec3<float> load = scratch.turns[space.piece_of(node)].back({sum[0], sum[1], sum[2]});
+      float* const loads = scratch.loads.data() + number_of(node, k, 0);
+      loads[0] = load.x;
+      loads[1] = load.y;
+      loads[2] = load.z;
     }
   }
-  std::ranges::fill(scratch.amplitudes, 0.0F);
-  for (std::size_t n = 0; n < scratch.loads.size(); ++n) {
-    add(scratch.loads[n], space.numbers(static_cast<Index>(n)), scratch.amplitudes);
-  }
+  sum_up(
+      scratch.loads, [&](Index number) { return space.numbers(number); }, scratch.sums_of_all,
+      scratch.amplitudes);
   for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
     scratch.gives[m] = 1 / (inverse_dt_squared + space.stiffnesses()[m]);
     scratch.amplitudes[m] *= scratch.gives[m];
   }
   oppose_holds(step);
-  std::ranges::fill(scratch.numbers, 0.0F);
-  for (std::size_t m = 0; m < scratch.amplitudes.size(); ++m) {
-    add(scratch.amplitudes[m], space.mode(static_cast<Index>(m)), scratch.numbers);
-  }
+  sum_up(
+      scratch.amplitudes, [&](Index mode) { return space.mode(mode); }, scratch.sums_of_all,
+      scratch.numbers);
   for (Index node = 0; node < space.node_count(); ++node) {
     for (int k = 0; k < 4; ++k) {
-      const float* const v = scratch.numbers.data() + kAffineNumbers * node + 3 * k;
-      const Vec3<float> now = turned(scratch.turns[space.piece_of(node)], {v[0], v[1], v[2]});
-      scratch.nodes[node].of[k] = {now.x, now.y, now.z, 0};
+      const float* const v = scratch.numbers.data() + number_of(node, k, 0);
+      const Vec3<float> now = scratch.turns[space.piece_of(node)]({v[0], v[1], v[2]});
+      float(&move)[4] = scratch.moves_of_nodes[node].of[k];
+      move[0] = now.x;
+      move[1] = now.y;
+      move[2] = now.z;
+      move[3] = 0;
     }
   }
 }
@@ -332,8 +307,6 @@ void solve_coarse(const StepContext& step, float inverse_dt_squared) {
 void find_moves(const StepContext& step, Index part) {
   CoarseScratch& scratch = step.scratch.coarse;
   const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
-  const std::span<PieceGain> gains = share_of(scratch.part_gains, part);
-  std::ranges::fill(gains, PieceGain{});
   const auto [first, last] = coarse_part(step, part);
   for (Index v = first; v < last; ++v) {
     const CoarseVertex& vertex = vertices[v];
@@ -341,14 +314,13 @@ void find_moves(const StepContext& step, Index part) {
     for (int k = 0; k < 4; ++k) {
       Eigen::Array4f blend = Eigen::Array4f::Zero();
       for (int i = 0; i < kCoarseNodes; ++i) {
-        blend += vertex.weights[i] * ConstQuad(scratch.nodes[vertex.nodes[i]].of[k].data());
+        blend += vertex.weights[i] * ConstQuad(scratch.moves_of_nodes[vertex.nodes[i]].of[k]);
       }
       way += (k == 0 ? 1 : vertex.place[k - 1]) * blend;
     }
     const bool moves = scratch.residuals[v].w > 0 && vertex.takes_part() &&
                        is_finite_way({way[0], way[1], way[2]});
     scratch.moves[v] = moves ? Particle{way[0], way[1], way[2], 1} : Particle{};
-    gains[vertex.piece].before += power(scratch.residuals[v], scratch.moves[v]);
   }
 }
 
@@ -365,45 +337,46 @@ void displace(const StepContext& step, const VertexState& state, Index part) {
   }
 }
 
-void weigh_moves(const StepContext& step, Index part) {
+void weigh_moves(const StepContext& step, Index node) {
   CoarseScratch& scratch = step.scratch.coarse;
-  const std::span<PieceGain> gains = share_of(scratch.part_gains, part);
-  const auto [first, last] = coarse_part(step, part);
-  for (Index v = first; v < last; ++v) {
-    const bool is_overflown = scratch.moves[v].w > 0 && !(scratch.residuals[v].w > 0);
-    gains[step.data.coarse_space.vertices()[v].piece].after +=
-        is_overflown ? -std::numeric_limits<double>::infinity()
-                     : power(scratch.residuals[v], scratch.moves[v]);
+  const NodeMembers& members = step.data.coarse_space.members(node);
+  const auto count = static_cast<Index>(members.places.size());
+  AffineNumbers loads[kNodeSums];
+  for (Index i = 0; i < count; ++i) {
+    const Index v = members.places[i];
+    const Particle& residual = scratch.residuals[v];
+    if (residual.w > 0) {
+      add(quad_of(residual), members.shares[i], loads[i % kNodeSums]);
+    } else if (scratch.moves[v].w > 0) {  // the move has made it overflow
+      loads[i % kNodeSums].of[0][0] = std::numeric_limits<float>::quiet_NaN();
+    }
   }
+  add_halves(loads, [](const AffineNumbers& more, AffineNumbers& sum) { add(more, sum); });
+  const AffineNumbers& move = scratch.moves_of_nodes[node];
+  scratch.gains[node] = {power(scratch.sums[node].load, move), power(loads[0], move)};
 }
 
 bool turn_back_moves(const StepContext& step, Index part) {
   CoarseScratch& scratch = step.scratch.coarse;
-  const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
-  const auto way_back = [&](Index piece) {
-    PieceGain gain;
-    for (Index each = 0; each < kCoarseParts; ++each) {
-      const PieceGain& more = share_of(scratch.part_gains, each)[piece];
-      gain.before += more.before;
-      gain.after += more.after;
-    }
-    return static_cast<float>(length_of(gain) - 1);
-  };
+  const CoarseSpace& space = step.data.coarse_space;
+  CoarseGain gains[kMostNodes];  // [piece]
+  for (Index node = 0; node < space.node_count(); ++node) {
+    CoarseGain& gain = gains[space.piece_of(node)];
+    gain.before += scratch.gains[node].before;
+    gain.after += scratch.gains[node].after;
+  }
+  float backs[kMostNodes];
   bool goes_back = false;
-  for (Index piece = 0; piece < step.data.coarse_space.piece_count(); ++piece) {
-    goes_back = goes_back || way_back(piece) < 0;
+  for (Index piece = 0; piece < space.piece_count(); ++piece) {
+    backs[piece] = static_cast<float>(gains[piece].length() - 1);
+    goes_back = goes_back || backs[piece] < 0;
   }
   if (!goes_back) {
     return false;
   }
-  Index piece = kInvalidIndex;  // the last seen: near vertices are of one
-  float back = 0;
   const auto [first, last] = coarse_part(step, part);
   for (Index v = first; v < last; ++v) {
-    if (vertices[v].piece != piece) {
-      piece = vertices[v].piece;
-      back = way_back(piece);
-    }
+    const float back = backs[space.piece_of(space.vertices()[v].nodes[0])];
     Particle& move = scratch.moves[v];
     move = {back * move.x, back * move.y, back * move.z, back < 0 ? move.w : 0};
   }

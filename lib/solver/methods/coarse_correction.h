@@ -17,23 +17,23 @@
 /// where sweeps have left them. What would move those that tools hold is opposed by springs, as
 /// stiff as tissue around them: one for all holds near a node, at their mean.
 ///
-/// Stages, each over all blocks or all parts of vertices, by any number of workers that meet in
-/// between; the numbers are the same for any number:
+/// Stages, each over all blocks, nodes or parts of vertices, by any number of workers that meet in
+/// between; the numbers are the same for any number, and on a device:
 ///
 ///     find_residuals()              blocks
-///     project_residuals()           parts
+///     project_residuals()           nodes
 ///     solve_coarse()                one worker
 ///     find_moves(), displace()      parts
 ///     find_residuals()              blocks
-///     weigh_moves()                 parts
+///     weigh_moves()                 nodes
 ///     turn_back_moves(), displace() parts
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
 
+#include "lib/solver/methods/coarse_kernel.h"
 #include "lib/solver/methods/vertex_rows.h"
 
 namespace pbdsurg {
@@ -41,36 +41,24 @@ namespace pbdsurg {
 class SolverData;
 struct StepContext;
 
-/// Nodes near which something may be held; near more, corrections know of none.
-inline constexpr Index kCoarseHolds = 16;
-
 /// So many parts of vertices, for any number of workers.
 inline constexpr Index kCoarseParts = 16;
-
-/// Sums over vertices of a vector and a 1, each times 1, X, Y and Z of CoarseVertex::place.
-struct alignas(16) AffineSums {
-  std::array<std::array<float, 4>, 4> of{};
-};
-
-/// What moves would gain: their power against residuals before and after, J, by its sign.
-struct PieceGain {
-  double before = 0, after = 0;
-};
 
 /// Of one worker.
 struct CoarseScratch {
   std::vector<Particle> residuals;       ///< [place] N; w: 1 where the vertex takes part, else 0
   std::vector<Particle> moves;           ///< [place] m, for t = 1; w: 1 where there is one, else 0
-  std::vector<AffineSums> part_loads;    ///< [part][node] N, of residuals
-  std::vector<AffineSums> part_shapes;   ///< [part][piece] m, of positions from the part's first
-  std::vector<PieceGain> part_gains;     ///< [part][piece]
+  std::vector<NodeSums> sums;            ///< [node] before the move
+  std::vector<CoarseGain> gains;         ///< [node]
   std::vector<float> loads, amplitudes;  ///< [number], [mode]
+  std::vector<float> sums_of_all;        ///< [kCoarseSums][mode or number]
   std::vector<float> gives;              ///< [mode] s^2, over the inertia and stiffness of a unit
-  std::vector<float> hold_shares;        ///< [hold][node][1, X, Y, Z] of what is near one node
-  std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move it
+  std::vector<Index> held;               ///< places that tools hold, ascending
+  std::vector<AffineNumbers> hold_sums;  ///< [hold][node] N/m of what is near one node; in [0]
+  std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move them
   std::vector<float> numbers;            ///< [number]
-  std::vector<AffineSums> nodes;         ///< [node] m, how each moves what is near
-  std::vector<std::array<float, 9>> turns;  ///< [piece] rotation from rest, row by row
+  std::vector<AffineNumbers> moves_of_nodes;  ///< [node] m, how each moves what is near
+  std::vector<Turn> turns;                    ///< [piece]
   std::uint64_t rows_revision = 0;
 
   /// Part of StepScratch::fit().
@@ -87,8 +75,8 @@ struct CoarsePart {
 };
 [[nodiscard]] CoarsePart coarse_part(const StepContext& step, Index part) noexcept;
 
-/// Sums up what residuals do to nodes, and how pieces lie.
-void project_residuals(const StepContext& step, Index part);
+/// Sums up what residuals do to a node, and how what it moves lies.
+void project_residuals(const StepContext& step, Index node);
 
 /// From these sums, finds how nodes move.
 void solve_coarse(const StepContext& step, float inverse_dt_squared);
@@ -100,7 +88,7 @@ void find_moves(const StepContext& step, Index part);
 void displace(const StepContext& step, const VertexState& state, Index part);
 
 /// Takes what residuals are now into account.
-void weigh_moves(const StepContext& step, Index part);
+void weigh_moves(const StepContext& step, Index node);
 
 /// Makes moves the way back to where t wants them. Whether any goes back.
 [[nodiscard]] bool turn_back_moves(const StepContext& step, Index part);

@@ -22,13 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// From 16 nodes to 48 the error of a motion in 1 ms steps falls by a fifth, from 48 to 96 by a
-// tenth; all modes of 48 nodes take off 2 % more than four a node.
-constexpr Index kMostNodes = 48;
 constexpr Index kVerticesOfNode = 16;  // in the mean, at least
-constexpr Index kModesOfNode = 4;      // in the mean, where there are more than
-constexpr Index kLeastModes = 48;
-constexpr double kNegligible = 1e-5;  // of the mass of the heaviest motion
+constexpr double kNegligible = 1e-5;   // of the mass of the heaviest motion
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 struct Neighbor {
@@ -162,10 +157,10 @@ void set_weights(const std::vector<NearNode>& near, CoarseVertex& vertex) {
   }
 }
 
-// The pieces that have nodes, and where vertices lie in them.
-// @return  their number
-Index set_places(const Graph& graph, const std::vector<Index>& nodes,
-                 std::vector<CoarseVertex>& vertices) {
+// Where vertices lie in their pieces, if these have nodes.
+// @return  the piece of each node
+std::vector<Index> set_places(const Graph& graph, const std::vector<Index>& nodes,
+                              std::vector<CoarseVertex>& vertices) {
   std::vector<Index> piece(vertices.size(), kInvalidIndex), members;
   Index count = 0;
   for (const Index start : nodes) {
@@ -187,13 +182,17 @@ Index set_places(const Graph& graph, const std::vector<Index>& nodes,
     const double scale = 2 / box.sizes().maxCoeff();
     for (const Index v : members) {
       const Vector3d place = scale * (graph.positions[v] - box.center());
-      vertices[v].place = {static_cast<float>(place.x()), static_cast<float>(place.y()),
-                           static_cast<float>(place.z())};
-      vertices[v].piece = count;
+      for (int k = 0; k < 3; ++k) {
+        vertices[v].place[k] = static_cast<float>(place[k]);
+      }
     }
     ++count;
   }
-  return count;
+  std::vector<Index> piece_of_node;
+  for (const Index node : nodes) {
+    piece_of_node.push_back(piece[node]);
+  }
+  return piece_of_node;
 }
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
@@ -350,25 +349,28 @@ MatrixXd along_axes(const MatrixXd& motions) {
 CoarseSpace::CoarseSpace(const SolverData& data) {
   const Graph graph = make_graph(data);
   const std::vector<Index> nodes = choose_nodes(graph, data);
-  vertices_.resize(graph.positions.size());
-  piece_count_ = set_places(graph, nodes, vertices_);
-  const std::vector<std::vector<NearNode>> near = find_near_nodes(graph, nodes);
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    set_weights(near[v], vertices_[v]);
-  }
-  for (const Index node : nodes) {
-    piece_of_node_.push_back(vertices_[node].piece);
-  }
+  std::vector<CoarseVertex> vertices(graph.positions.size());
+  piece_of_node_ = set_places(graph, nodes, vertices);
+  members_.resize(nodes.size());
   if (nodes.empty()) {
+    vertices_ = std::move(vertices);
     return;
   }
-  const MatrixXd motions = along_axes(unit_motions(vertices_, data, node_count()));
-  const Sparse interpolation = make_interpolation(vertices_, data, node_count(), 3);
+  piece_count_ = 1 + *std::ranges::max_element(piece_of_node_);
+  const std::vector<std::vector<NearNode>> near = find_near_nodes(graph, nodes);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    set_weights(near[v], vertices[v]);
+  }
+  const MatrixXd motions = along_axes(unit_motions(vertices, data, node_count()));
+  const Sparse interpolation = make_interpolation(vertices, data, node_count(), 3);
   const Sparse of_vertices = stiffness_at_rest(data.vertex_blocks, graph.positions);
   const Eigen::VectorXd diagonal = of_vertices.diagonal();
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    vertices_[v].stiffness =
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    vertices[v].stiffness =
         static_cast<float>(diagonal.segment<3>(static_cast<Eigen::Index>(3 * v)).mean());
+  }
+  for (const CoarseVertex& vertex : vertices) {
+    add(vertex);
   }
   const Sparse pulled = of_vertices * interpolation;
   const MatrixXd stiffness(Sparse(interpolation.transpose() * pulled));
@@ -382,6 +384,7 @@ CoarseSpace::CoarseSpace(const SolverData& data) {
   modes_.assign(modes.data(), modes.data() + modes.size());
   const Eigen::MatrixXf numbers = modes.transpose();
   numbers_.assign(numbers.data(), numbers.data() + numbers.size());
+  first_changed_ = kMostParticles;  // all of this is the start
 }
 
 void CoarseSpace::add(std::span<const NewVertex> vertices, std::span<const Index> place_of_vertex) {
@@ -389,16 +392,65 @@ void CoarseSpace::add(std::span<const NewVertex> vertices, std::span<const Index
     const CoarseVertex first = vertices_[place_of_vertex[vertex.first]];
     const CoarseVertex second = vertices_[place_of_vertex[vertex.second]];
     CoarseVertex added = vertex.share < 0.5F ? first : second;
-    for (int k = 0; k < 3 && first.piece == second.piece; ++k) {
+    const bool is_between = first.takes_part() && second.takes_part() &&
+                            piece_of(first.nodes[0]) == piece_of(second.nodes[0]);
+    for (int k = 0; k < 3 && is_between; ++k) {
       added.place[k] = first.place[k] + vertex.share * (second.place[k] - first.place[k]);
     }
-    vertices_.push_back(added);
+    add(added);
+  }
+}
+
+void CoarseSpace::add(const CoarseVertex& vertex) {
+  const auto place = static_cast<Index>(vertices_.size());
+  first_changed_ = std::min(first_changed_, place);
+  vertices_.push_back(vertex);
+  for (int i = 0; i < kCoarseNodes; ++i) {
+    const float weight = vertex.weights[i];
+    if (weight > 0) {
+      NodeMembers& members = members_[vertex.nodes[i]];
+      members.places.push_back(place);
+      members.shares.push_back(
+          {weight, weight * vertex.place[0], weight * vertex.place[1], weight * vertex.place[2]});
+    }
+  }
+}
+
+void CoarseSpace::resize(std::size_t place_count) {
+  if (place_count != vertices_.size()) {
+    first_changed_ = std::min(
+        {first_changed_, static_cast<Index>(place_count), static_cast<Index>(vertices_.size())});
+  }
+  vertices_.resize(place_count);
+  for (NodeMembers& members : members_) {
+    while (!members.places.empty() && members.places.back() >= static_cast<Index>(place_count)) {
+      members.places.pop_back();
+      members.shares.pop_back();
+    }
+  }
+}
+
+Index CoarseSpace::take_first_changed() noexcept {
+  return std::exchange(first_changed_, kMostParticles);
+}
+
+void CoarseSpace::reserve(std::size_t more) {
+  vertices_.reserve(vertices_.size() + more);
+  for (NodeMembers& members : members_) {
+    members.places.reserve(members.places.size() + more);
+    members.shares.reserve(members.shares.size() + more);
   }
 }
 
 std::size_t CoarseSpace::memory_bytes() const noexcept {
-  return vertices_.capacity() * sizeof(CoarseVertex) + piece_of_node_.capacity() * sizeof(Index) +
-         (stiffnesses_.capacity() + modes_.capacity() + numbers_.capacity()) * sizeof(float);
+  std::size_t bytes =
+      vertices_.capacity() * sizeof(CoarseVertex) + piece_of_node_.capacity() * sizeof(Index) +
+      (stiffnesses_.capacity() + modes_.capacity() + numbers_.capacity()) * sizeof(float);
+  for (const NodeMembers& members : members_) {
+    bytes += members.places.capacity() * sizeof(Index) +
+             members.shares.capacity() * sizeof(CoarseShares);
+  }
+  return bytes;
 }
 
 }  // namespace pbdsurg

@@ -7,7 +7,6 @@
 /// (Sumner, Schmid, Pauly 2007, "Embedded Deformation for Shape Manipulation"). Of these motions
 /// the softest modes at rest are kept. What moves by them: coarse_correction.h.
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -15,22 +14,17 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/tissue/topology_edit.h"
 
+#include "lib/solver/methods/coarse_kernel.h"
+#include "lib/solver/state/particle.h"
+
 namespace pbdsurg {
 
 class SolverData;
 
-inline constexpr int kCoarseNodes = 4;     ///< that move a vertex
-inline constexpr int kAffineNumbers = 12;  ///< of a node: for 1, X, Y and Z, a vector each
-
-/// How nodes move a vertex: by sum_a weights_a (Y_a0 + X Y_a1 + Y Y_a2 + Z Y_a3).
-struct CoarseVertex {
-  std::array<Index, kCoarseNodes> nodes{};
-  std::array<float, kCoarseNodes> weights{};  ///< sum 1; or all 0: it does not take part
-  std::array<float, 3> place{};  ///< X, Y, Z: where it is at rest in its piece, from -1 to 1
-  Index piece = 0;               ///< of tissue that hangs together
-  float stiffness = 0;           ///< N/m, with which its neighbours hold it at rest
-
-  [[nodiscard]] bool takes_part() const noexcept { return weights[0] > 0; }
+/// What a node moves, ascending by place.
+struct NodeMembers {
+  std::vector<Index> places;
+  std::vector<CoarseShares> shares;
 };
 
 class CoarseSpace {
@@ -48,6 +42,8 @@ class CoarseSpace {
   [[nodiscard]] Index piece_count() const noexcept { return piece_count_; }
   [[nodiscard]] Index piece_of(Index node) const noexcept { return piece_of_node_[node]; }
 
+  [[nodiscard]] const NodeMembers& members(Index node) const noexcept { return members_[node]; }
+
   /// 1/s^2, of each mode: its stiffness over its mass.
   [[nodiscard]] std::span<const float> stiffnesses() const noexcept { return stiffnesses_; }
 
@@ -55,6 +51,10 @@ class CoarseSpace {
   [[nodiscard]] std::span<const float> mode(Index mode) const noexcept {
     return {modes_.data() + mode * number_count(), static_cast<std::size_t>(number_count())};
   }
+
+  /// [mode][number], and [number][mode]
+  [[nodiscard]] std::span<const float> all_modes() const noexcept { return modes_; }
+  [[nodiscard]] std::span<const float> all_numbers() const noexcept { return numbers_; }
 
   /// The same number of all modes.
   [[nodiscard]] std::span<const float> numbers(Index number) const noexcept {
@@ -68,17 +68,24 @@ class CoarseSpace {
   void add(std::span<const NewVertex> vertices, std::span<const Index> place_of_vertex);
 
   /// New places take no part; an undo takes the last away.
-  void resize(std::size_t place_count) { vertices_.resize(place_count); }
-  void reserve(std::size_t more) { vertices_.reserve(vertices_.size() + more); }
+  void resize(std::size_t place_count);
+  void reserve(std::size_t more);
+
+  /// The first place that has changed since it was last asked for; no place if none has.
+  [[nodiscard]] Index take_first_changed() noexcept;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
  private:
   [[nodiscard]] Index number_count() const noexcept { return kAffineNumbers * node_count(); }
 
+  void add(const CoarseVertex& vertex);
+
   std::vector<CoarseVertex> vertices_;  // [place]
+  std::vector<NodeMembers> members_;    // [node]
   std::vector<Index> piece_of_node_;
   Index piece_count_ = 0;
+  Index first_changed_ = kMostParticles;
   std::vector<float> stiffnesses_;  // [mode] ascending
   std::vector<float> modes_;        // [mode][number]
   std::vector<float> numbers_;      // [number][mode]

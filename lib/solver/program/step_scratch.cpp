@@ -45,6 +45,7 @@ void StepScratch::fit(const SolverData& data) {
   reserve_holds(data);
   if (data.options.coarse_correction) {
     coarse.fit(data);
+    coarse.held.reserve(holds.capacity());
   }
   fit_links(data);
 }

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/solver/coarse_buffers.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <span>
+
+#include "lib/device/vertex_counts.h"
+
+namespace pbdsurg::cuda {
+namespace {
+
+template <class T>
+void write(DeviceArray array, std::size_t first, const T& value, std::vector<WordChange>& words) {
+  constexpr std::size_t kWords = sizeof(T) / sizeof(std::uint32_t);
+  const auto of_value = std::bit_cast<std::array<std::uint32_t, kWords>>(value);
+  for (std::size_t w = 0; w < kWords; ++w) {
+    words.push_back({array, static_cast<std::uint32_t>(first * kWords + w), of_value[w]});
+  }
+}
+
+std::size_t most_members(const CoarseSpace& space) {
+  std::size_t most = 0;
+  for (Index node = 0; node < space.node_count(); ++node) {
+    most = std::max(most, space.members(node).places.size());
+  }
+  return most;
+}
+
+}  // namespace
+
+void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStream_t stream) {
+  const CoarseSpace& space = data.coarse_space;
+  if (space.node_count() == 0) {
+    arrays_ = {};
+    return;
+  }
+  const auto nodes = static_cast<std::size_t>(space.node_count());
+  const std::size_t modes = space.stiffnesses().size();
+  const std::size_t most = most_members(space);
+  const auto spare = static_cast<std::size_t>(data.options.spare.vertices);
+  const std::size_t room = most + part_to_grow(most) + std::min(spare, most);
+  copy_count_ = static_cast<std::size_t>(data.copy_count());
+
+  std::vector<Index> counts, pieces;
+  Index* const places = member_places_.reserve(nodes * room);
+  CoarseShares* const shares = member_shares_.reserve(nodes * room);
+  const auto copy = [&](auto* to, const auto& from) {
+    PBDSURG_CUDA_CHECK(cudaMemcpyAsync(to, from.data(), from.size() * sizeof(from[0]),
+                                       cudaMemcpyHostToDevice, stream));
+  };
+  for (Index node = 0; node < space.node_count(); ++node) {
+    const NodeMembers& members = space.members(node);
+    counts.push_back(static_cast<Index>(members.places.size()));
+    pieces.push_back(space.piece_of(node));
+    const std::size_t first = static_cast<std::size_t>(node) * room;
+    copy(places + first, members.places);
+    copy(shares + first, members.shares);
+  }
+  CoarseVertex* const vertices = vertices_.fill(capacity, 0, stream);
+  copy(vertices, space.vertices());
+  arrays_ = {vertices,
+             member_counts_.upload(counts, stream),
+             places,
+             shares,
+             pieces_.upload(pieces, stream),
+             stiffnesses_.upload(space.stiffnesses(), stream),
+             modes_.upload(space.all_modes(), stream),
+             numbers_.upload(space.all_numbers(), stream),
+             residuals_.fill(copy_count_ * capacity, 0, stream),
+             moves_.fill(copy_count_ * capacity, 0, stream),
+             sums_.reserve(copy_count_ * nodes),
+             moves_of_nodes_.reserve(copy_count_ * nodes),
+             gains_.reserve(copy_count_ * nodes),
+             turns_.reserve(copy_count_ * nodes),
+             amplitudes_.reserve(copy_count_ * modes),
+             gives_.reserve(copy_count_ * modes),
+             hold_modes_.reserve(copy_count_ * modes * kHoldRows),
+             holds_.reserve(copy_count_),
+             hold_sums_.reserve(copy_count_ * nodes * nodes),
+             hold_counts_.reserve(copy_count_ * nodes),
+             space.node_count(),
+             space.piece_count(),
+             static_cast<Index>(modes),
+             static_cast<Index>(capacity),
+             static_cast<Index>(room)};
+  PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // lists end here, and the space may change
+}
+
+void CoarseBuffers::follow(SolverData& data, std::size_t capacity, std::vector<WordChange>& words,
+                           cudaStream_t stream) {
+  CoarseSpace& space = data.coarse_space;
+  const Index first = space.take_first_changed();
+  const auto place_count = static_cast<Index>(space.vertices().size());
+  if (space.node_count() == 0) {
+    return;
+  }
+  if (static_cast<std::size_t>(arrays_.vertex_room) < capacity ||
+      static_cast<std::size_t>(arrays_.member_room) < most_members(space)) {
+    upload(data, capacity, stream);
+    return;
+  }
+  for (Index place = first; place < place_count; ++place) {
+    write(DeviceArray::coarse_vertices, static_cast<std::size_t>(place), space.vertices()[place],
+          words);
+  }
+  for (Index node = 0; node < space.node_count() && first <= place_count; ++node) {
+    const auto& [places, shares] = space.members(node);
+    const std::size_t start = static_cast<std::size_t>(node * arrays_.member_room);
+    const auto changed = std::ranges::lower_bound(places, first) - places.begin();
+    for (auto i = static_cast<std::size_t>(changed); i < places.size(); ++i) {
+      write(DeviceArray::coarse_member_places, start + i, places[i], words);
+      write(DeviceArray::coarse_member_shares, start + i, shares[i], words);
+    }
+    write(DeviceArray::coarse_member_counts, static_cast<std::size_t>(node),
+          static_cast<Index>(places.size()), words);
+  }
+}
+
+void CoarseBuffers::clear_residuals(cudaStream_t stream) {
+  if (arrays_.node_count > 0) {
+    residuals_.fill(copy_count_ * static_cast<std::size_t>(arrays_.vertex_room), 0, stream);
+  }
+}
+
+std::uint32_t* CoarseBuffers::start(DeviceArray array) const noexcept {
+  const auto words = [](auto* values) { return reinterpret_cast<std::uint32_t*>(values); };
+  return array == DeviceArray::coarse_vertices        ? words(vertices_.get())
+         : array == DeviceArray::coarse_member_counts ? words(member_counts_.get())
+         : array == DeviceArray::coarse_member_places ? words(member_places_.get())
+         : array == DeviceArray::coarse_member_shares ? words(member_shares_.get())
+                                                      : nullptr;
+}
+
+std::size_t CoarseBuffers::memory_bytes() const noexcept {
+  return vertices_.memory_bytes() + member_counts_.memory_bytes() + member_places_.memory_bytes() +
+         pieces_.memory_bytes() + member_shares_.memory_bytes() + stiffnesses_.memory_bytes() +
+         modes_.memory_bytes() + numbers_.memory_bytes() + residuals_.memory_bytes() +
+         moves_.memory_bytes() + sums_.memory_bytes() + moves_of_nodes_.memory_bytes() +
+         gains_.memory_bytes() + turns_.memory_bytes() + amplitudes_.memory_bytes() +
+         gives_.memory_bytes() + hold_modes_.memory_bytes() + holds_.memory_bytes() +
+         hold_sums_.memory_bytes() + hold_counts_.memory_bytes();
+}
+
+}  // namespace pbdsurg::cuda

@@ -1,0 +1,652 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The coarse correction of a substep, see coarse_correction.h: a kernel a stage. Sums have the
+/// order that they have on a host.
+
+#include <cstddef>
+
+#include "cuda/solver/cooperative_kernels.cuh"
+#include "cuda/solver/counted_points.cuh"
+#include "cuda/solver/kernel_support.cuh"
+#include "cuda/solver/vertex_block_kernels.cuh"
+#include "lib/solver/methods/coarse_kernel.h"
+#include "lib/solver/methods/fixed_point.h"
+
+namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE {
+namespace {
+
+constexpr int kSumThreads = 4 * kNodeSums;  // a sum for each of 1, X, Y and Z
+constexpr int kModesOfBlock = 32;           // of threads that find amplitudes
+constexpr int kModeThreads = kModesOfBlock * kCoarseSums;
+constexpr int kNodesOfBlock = 4;  // of threads that find how they move
+constexpr int kNumbersOfBlock = kAffineNumbers * kNodesOfBlock;
+constexpr int kNumberThreads = kNumbersOfBlock * kCoarseSums;
+constexpr int kHoldThreads = 768;
+static_assert(kHoldThreads >= 4 * kMostNodes && kNumberThreads >= kMostNodes &&
+              kModeThreads >= kMostNodes && kVertexThreads >= kMostNodes);
+
+__device__ inline CoarseArrays of_copy(CoarseArrays coarse) {
+  const std::size_t copy = copy_index();
+  const std::size_t vertices = copy * static_cast<std::size_t>(coarse.vertex_room);
+  const std::size_t nodes = copy * static_cast<std::size_t>(coarse.node_count);
+  const std::size_t modes = copy * static_cast<std::size_t>(coarse.mode_count);
+  coarse.residuals += vertices;
+  coarse.moves += vertices;
+  coarse.sums += nodes;
+  coarse.moves_of_nodes += nodes;
+  coarse.gains += nodes;
+  coarse.turns += nodes;
+  coarse.amplitudes += modes;
+  coarse.gives += modes;
+  coarse.hold_modes += modes * kHoldRows;
+  coarse.hold_sums += nodes * static_cast<std::size_t>(coarse.node_count);
+  coarse.hold_counts += nodes;
+  coarse.holds += copy;
+  return coarse;
+}
+
+/// What a kernel of the step has written, past a cache that may be out of date.
+__device__ inline float4 load_quad(const void* quad) {
+  return __ldcg(static_cast<const float4*>(quad));
+}
+
+__device__ inline AffineNumbers load_numbers(const AffineNumbers& from) {
+  AffineNumbers numbers;
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    *reinterpret_cast<float4*>(numbers.of[k]) = load_quad(from.of[k]);
+  }
+  return numbers;
+}
+
+struct BlockOfWorkers {
+  Index first, stride;
+  __device__ void meet() const { __syncthreads(); }
+};
+
+/// Threads of a vertex as in move_blocks().
+template <int kParts>
+__global__ void __launch_bounds__(kBlockThreads)
+    find_residuals(DeviceState state, VertexArrays vertices, CoarseArrays coarse,
+                   const StepInput* input, bool has_tools) {
+  const Index vertex = thread_index() / kParts;
+  const Index part = thread_index() % kParts;
+  const Index index = vertex / kBlockLanes;
+  const Index lane = vertex % kBlockLanes;
+  VertexBlock block{};
+  ParticleOffset corner = 0;
+  if (index < vertices.block_count) {  // no kernel of this step writes them
+    block = load_ranges(vertices.blocks + index);
+    corner = __ldg(vertices.blocks[index].corners + lane);
+  }
+  vertices = of_copy(vertices);
+  wait_for_previous();
+  if (lane >= block.lane_count) {
+    return;
+  }
+  state = of_copy(state);
+  coarse = of_copy(coarse);
+  input += copy_index();
+  const FixedPoint point = without_count(load_counted(&at(state.fixed_points, corner)));
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
+  VertexForce<float> sum;
+  add_rows(rows, block, WaitingLane{state.fixed_points, point, lane}, sum, {part, kParts});
+  add_up<kParts>(sum, mask_of_parts<kParts>());
+  if (part > 0) {
+    return;
+  }
+  const Particle p = load_particle(&at(state.displacements, corner));
+  const Vec3<float> flight = position_of(load_particle(&at(state.flights, corner)));
+  const Vec3<float> residual =
+      (input->substep.inverse_dt_squared / p.w) * (flight - position_of(p)) + sum.force;
+  const bool is_held =
+      has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
+  const bool counts = p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual);
+  store_particle(&at(coarse.residuals, corner), counts ? residual : Vec3<float>{},
+                 counts ? 1.0F : 0.0F);
+}
+
+__device__ inline void add(const float4& more, float4& sum) {
+  sum.x += more.x;
+  sum.y += more.y;
+  sum.z += more.z;
+  sum.w += more.w;
+}
+
+/// sums[thread] becomes the sum over those that are a multiple of four apart, for the first four.
+__device__ inline float4 add_halves(float4 sum, float4 (&sums)[kSumThreads]) {
+  const unsigned thread = threadIdx.x;
+  for (unsigned half = kSumThreads / 2; half >= kWarp; half /= 2) {
+    if (thread >= half && thread < 2 * half) {
+      sums[thread] = sum;
+    }
+    __syncthreads();
+    if (thread < half) {
+      add(sums[thread + half], sum);
+    }
+  }
+  if (thread < kWarp) {
+#pragma unroll
+    for (int half = kWarp / 2; half >= 4; half /= 2) {
+      add({__shfl_down_sync(~0U, sum.x, half), __shfl_down_sync(~0U, sum.y, half),
+           __shfl_down_sync(~0U, sum.z, half), __shfl_down_sync(~0U, sum.w, half)},
+          sum);
+    }
+  }
+  return sum;
+}
+
+/// What residuals do to a node, a block each; after the move what that gains.
+template <bool kAfter>
+__global__ void __launch_bounds__(kSumThreads)
+    sum_nodes(const Particle* particles, Index capacity, CoarseArrays coarse) {
+  __shared__ float4 sums[kSumThreads];
+  __shared__ SharedRoom<AffineNumbers> room_of_all;
+  AffineNumbers& all = room_of_all.get();
+  wait_for_previous();
+  coarse = of_copy(coarse);
+  particles += copy_index() * static_cast<std::size_t>(capacity);
+  const auto node = static_cast<Index>(blockIdx.x);
+  const auto k = static_cast<Index>(threadIdx.x % 4);
+  const std::size_t first = static_cast<std::size_t>(node) * coarse.member_room;
+  const Index* const places = coarse.member_places + first;
+  const CoarseShares* const shares = coarse.member_shares + first;
+  const Index count = coarse.member_counts[node];
+  float4 load{}, shape{};
+  Vec3<float> origin;
+  if (!kAfter && count > 0) {
+    origin = position_of(load_particle(particles + places[0]));
+  }
+#pragma unroll 4
+  for (auto i = static_cast<Index>(threadIdx.x / 4); i < count; i += kNodeSums) {
+    const Index place = places[i];
+    const float share = shares[i].of[k];
+    const Particle residual = load_particle(coarse.residuals + place);
+    if constexpr (kAfter) {
+      const float w = __ldcg(&coarse.moves[place].w);
+      if (residual.w > 0) {
+        add({share * residual.x, share * residual.y, share * residual.z, 0}, load);
+      } else if (w > 0) {  // the move has made it overflow
+        load.x = __int_as_float(0x7fffffff);
+      }
+    } else {
+      const Vec3<float> x = position_of(load_particle(particles + place)) - origin;
+      if (residual.w > 0) {
+        add({share * residual.x, share * residual.y, share * residual.z, 0}, load);
+        add({share * x.x, share * x.y, share * x.z, share}, shape);
+      }
+    }
+  }
+  load = add_halves(load, sums);
+  if constexpr (kAfter) {
+    if (threadIdx.x < 4) {
+      *reinterpret_cast<float4*>(all.of[k]) = load;
+    }
+    __syncthreads();
+    if (threadIdx.x == 0) {
+      const AffineNumbers before = load_numbers(coarse.sums[node].load);
+      const AffineNumbers move = load_numbers(coarse.moves_of_nodes[node]);
+      coarse.gains[node] = {power(before, move), power(all, move)};
+    }
+  } else {
+    __syncthreads();
+    shape = add_halves(shape, sums);
+    if (threadIdx.x < 4) {
+      *reinterpret_cast<float4*>(coarse.sums[node].load.of[k]) = load;
+      *reinterpret_cast<float4*>(coarse.sums[node].shape.of[k]) = shape;
+    }
+  }
+}
+
+/// What tools hold of what a node moves, a block each: for each node that it is near to.
+__global__ void __launch_bounds__(kHoldThreads)
+    sum_holds(VertexArrays vertices, CoarseArrays coarse) {
+  struct Held {
+    Index node;
+    float weight;
+    float place[3];
+  };
+  __shared__ Held held[kHoldThreads];
+  __shared__ Index ends[kHoldThreads / kWarp];
+  wait_for_previous();
+  vertices = of_copy(vertices);
+  coarse = of_copy(coarse);
+  const auto node = static_cast<Index>(blockIdx.x);
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Index near = thread / 4, k = thread % 4;  // of the first threads, which sum up
+  const std::size_t first = static_cast<std::size_t>(node) * coarse.member_room;
+  const Index count = coarse.member_counts[node];
+  float sum = 0;
+  Index held_near = 0;
+  for (Index start = 0; start < count; start += kHoldThreads) {
+    Held own{};
+    bool is_held = false;
+    if (start + thread < count) {
+      const Index place = coarse.member_places[first + start + thread];
+      const Index lane = __ldg(vertices.lane_of_place + place);
+      if (lane != kInvalidIndex && __ldcg(vertices.holds + lane) != kInvalidIndex) {
+        const CoarseVertex vertex = load_constant(coarse.vertices + place);
+        is_held = vertex.takes_part() && vertex.stiffness > 0;
+        own = {vertex.nodes[0],
+               vertex.stiffness * coarse.member_shares[first + start + thread].of[0],
+               {vertex.place[0], vertex.place[1], vertex.place[2]}};
+      }
+    }
+    // those that are held, one after another
+    const unsigned before = __ballot_sync(~0U, is_held);
+    if (thread % kWarp == 0) {
+      ends[thread / kWarp] = __popc(before);
+    }
+    __syncthreads();
+    Index at = __popc(before & ((1U << thread % kWarp) - 1)), end = 0;
+    for (Index warp = 0; warp < kHoldThreads / kWarp; ++warp) {
+      at += warp < thread / kWarp ? ends[warp] : 0;
+      end += ends[warp];
+    }
+    if (is_held) {
+      held[at] = own;
+    }
+    __syncthreads();
+    for (Index i = 0; i < end && near < coarse.node_count; ++i) {
+      const Held& each = held[i];
+      if (each.node == near) {
+        sum += k == 0 ? each.weight : each.weight * each.place[k - 1];
+        ++held_near;
+      }
+    }
+    __syncthreads();  // the list, and the ends
+  }
+  if (near < coarse.node_count) {
+    coarse.hold_sums[near * coarse.node_count + node].of[k] = sum;
+  }
+  if (near == node && k == 0) {
+    coarse.hold_counts[node] = held_near;
+  }
+}
+
+/// The holds near the first nodes that have any, and how nodes move them. All threads of a block
+/// call it, and meet in it.
+struct ListedHolds {
+  CoarseHolds holds;
+  float4 sums[kCoarseHolds][kMostNodes];
+
+  __device__ void find(const CoarseArrays& coarse) {
+    const auto thread = static_cast<Index>(threadIdx.x);
+    if (thread < kWarp) {
+      const auto count_of = [&](Index node) {
+        return node < coarse.node_count ? __ldcg(coarse.hold_counts + node) : 0;
+      };
+      static_assert(kMostNodes <= 2 * kWarp);
+      const Index counts[2] = {count_of(thread), count_of(thread + kWarp)};
+      const unsigned low = __ballot_sync(~0U, counts[0] > 0);
+      const unsigned high = __ballot_sync(~0U, counts[1] > 0);
+      const unsigned before = (1U << thread) - 1;
+      const Index places[2] = {__popc(low & before), __popc(low) + __popc(high & before)};
+      for (Index half = 0; half < 2; ++half) {
+        if (counts[half] > 0 && places[half] < kCoarseHolds) {
+          holds.nodes[places[half]] = thread + half * kWarp;
+          holds.counts[places[half]] = counts[half];
+        }
+      }
+      if (thread == 0) {
+        const Index all = __popc(low) + __popc(high);
+        holds.count = all < kCoarseHolds ? all : kCoarseHolds;
+      }
+    }
+    __syncthreads();
+    for (Index i = thread; i < holds.count * coarse.node_count;
+         i += static_cast<Index>(blockDim.x)) {
+      const Index hold = i / coarse.node_count, node = i % coarse.node_count;
+      sums[hold][node] = load_quad(coarse.hold_sums + holds.nodes[hold] * coarse.node_count + node);
+    }
+    __syncthreads();
+    if (thread < holds.count) {
+      float sum = 0;
+      for (Index node = 0; node < coarse.node_count; ++node) {
+        sum += sums[thread][node].x;
+      }
+      holds.sums[thread] = sum;
+    }
+    __syncthreads();
+  }
+};
+
+/// The sum of a number of some threads of a block, in the order of kCoarseSums: that of thread i
+/// is with thread i, and the others a stride apart.
+template <int kStride>
+__device__ inline float add_sums(float sum, float (&sums)[kStride * kCoarseSums]) {
+  const auto thread = static_cast<int>(threadIdx.x);
+#pragma unroll
+  for (int half = kStride * kCoarseSums / 2; half >= kStride; half /= 2) {
+    if (thread >= half && thread < 2 * half) {
+      sums[thread] = sum;
+    }
+    __syncthreads();
+    if (thread < half) {
+      sum += sums[thread + half];
+    }
+  }
+  return sum;
+}
+
+/// How pieces are turned. All threads of a block call it, and meet in it.
+struct TurnedPieces {
+  NodeSums sums[kMostNodes];
+  float origins[kMostNodes][3];
+  Index pieces[kMostNodes];  // of nodes; none of those that move nothing
+  double of_pieces[kMostNodes][4][4];
+  Turn turns[kMostNodes];
+
+  __device__ void find(const Particle* particles, const CoarseArrays& coarse) {
+    const auto thread = static_cast<Index>(threadIdx.x);
+    const auto threads = static_cast<Index>(blockDim.x);
+    constexpr Index kQuads = sizeof(NodeSums) / sizeof(float4);
+    for (Index i = thread; i < coarse.node_count * kQuads; i += threads) {
+      reinterpret_cast<float4*>(sums)[i] =
+          load_quad(reinterpret_cast<const float4*>(coarse.sums) + i);
+    }
+    if (thread < coarse.node_count) {
+      pieces[thread] = kInvalidIndex;
+      if (coarse.member_counts[thread] > 0) {
+        const std::size_t first = static_cast<std::size_t>(thread) * coarse.member_room;
+        const Particle origin = load_particle(particles + coarse.member_places[first]);
+        origins[thread][0] = origin.x;
+        origins[thread][1] = origin.y;
+        origins[thread][2] = origin.z;
+        pieces[thread] = __ldg(coarse.pieces + thread);
+      }
+    }
+    __syncthreads();
+    for (Index i = thread; i < 16 * coarse.piece_count; i += threads) {
+      const Index piece = i / 16, k = i / 4 % 4, axis = i % 4;
+      double sum = 0;
+      for (Index node = 0; node < coarse.node_count; ++node) {
+        const double count{sums[node].shape.of[k][3]};
+        const double more =
+            axis == 3 ? count
+                      : double{sums[node].shape.of[k][axis]} + count * double{origins[node][axis]};
+        sum += pieces[node] == piece ? more : 0.0;
+      }
+      of_pieces[piece][k][axis] = sum;
+    }
+    __syncthreads();
+    for (Index piece = thread; piece < coarse.piece_count; piece += threads) {
+      turns[piece] = turn_of(of_pieces[piece]);
+    }
+    __syncthreads();
+  }
+};
+
+/// How far some modes move, were it not for what tools hold; and how they move that.
+template <bool kTools>
+__global__ void __launch_bounds__(kModeThreads)
+    find_amplitudes(const Particle* particles, Index capacity, CoarseArrays coarse,
+                    const StepInput* input) {
+  __shared__ SharedRoom<TurnedPieces> room_of_turned;
+  TurnedPieces& turned = room_of_turned.get();
+  __shared__ float loads[kAffineNumbers * kMostNodes];
+  __shared__ float partial[kModeThreads];
+  wait_for_previous();
+  coarse = of_copy(coarse);
+  particles += copy_index() * static_cast<std::size_t>(capacity);
+  input += copy_index();
+  const auto thread = static_cast<Index>(threadIdx.x);
+  turned.find(particles, coarse);
+  for (Index i = thread; i < 4 * coarse.node_count; i += kModeThreads) {
+    const float(&sum)[4] = turned.sums[i / 4].load.of[i % 4];
+    const Vec3<float> load =
+        turned.turns[__ldg(coarse.pieces + i / 4)].back({sum[0], sum[1], sum[2]});
+    loads[3 * i] = load.x;
+    loads[3 * i + 1] = load.y;
+    loads[3 * i + 2] = load.z;
+  }
+  for (Index piece = thread; piece < coarse.piece_count && blockIdx.x == 0; piece += kModeThreads) {
+    coarse.turns[piece] = turned.turns[piece];
+  }
+  __syncthreads();
+  const Index mode = static_cast<Index>(blockIdx.x) * kModesOfBlock + thread % kModesOfBlock;
+  const bool is_there = mode < coarse.mode_count;
+  float sum = 0;
+  if (is_there) {
+    const float* const from = coarse.numbers + mode;
+#pragma unroll 36
+    for (Index n = thread / kModesOfBlock; n < kAffineNumbers * coarse.node_count;
+         n += kCoarseSums) {
+      sum += loads[n] * __ldg(from + n * coarse.mode_count);
+    }
+  }
+  sum = add_sums<kModesOfBlock>(sum, partial);
+  if (is_there && thread < kModesOfBlock) {
+    const float give = 1 / (input->substep.inverse_dt_squared + __ldg(coarse.stiffnesses + mode));
+    coarse.gives[mode] = give;
+    coarse.amplitudes[mode] = sum * give;
+  }
+  if constexpr (kTools) {
+    __shared__ SharedRoom<ListedHolds> room_of_listed;
+    ListedHolds& listed = room_of_listed.get();
+    listed.find(coarse);
+    if (blockIdx.x == 0 && thread == 0) {
+      *coarse.holds = listed.holds;
+    }
+    const Index rows = 3 * listed.holds.count;
+    for (Index row = thread / kModesOfBlock; is_there && row < rows; row += kCoarseSums) {
+      float move = 0;
+      for (Index node = 0; node < coarse.node_count; ++node) {
+        const float4 hold = listed.sums[row / 3][node];
+        if (hold.x > 0) {
+          const float shares[4] = {hold.x, hold.y, hold.z, hold.w};
+#pragma unroll
+          for (Index k = 0; k < 4; ++k) {
+            const Index number = kAffineNumbers * node + 3 * k + row % 3;
+            move += shares[k] / listed.holds.sums[row / 3] *
+                    __ldg(coarse.numbers + number * coarse.mode_count + mode);
+          }
+        }
+      }
+      coarse.hold_modes[mode * rows + row] = move;
+    }
+  }
+}
+
+/// Takes off what would move that. All threads of a block call it, and meet in it.
+__device__ inline void oppose_holds(const CoarseArrays& coarse, float (&amplitudes)[kMostModes]) {
+  __shared__ float gives[kMostModes];
+  __shared__ float hold_modes[kMostModes * kHoldRows];
+  __shared__ HoldSystem system;
+  __shared__ SharedRoom<CoarseHolds> room_of_holds;
+  CoarseHolds& holds = room_of_holds.get();
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const auto threads = static_cast<Index>(blockDim.x);
+  constexpr Index kWords = sizeof(CoarseHolds) / sizeof(Index);
+  for (Index i = thread; i < kWords; i += threads) {
+    reinterpret_cast<Index*>(&holds)[i] = __ldcg(reinterpret_cast<const Index*>(coarse.holds) + i);
+  }
+  __syncthreads();
+  const Index rows = 3 * holds.count;
+  if (rows == 0) {
+    return;
+  }
+  for (Index m = thread; m < coarse.mode_count; m += threads) {
+    gives[m] = __ldcg(coarse.gives + m);
+  }
+  for (Index i = thread; i < coarse.mode_count * rows; i += threads) {
+    hold_modes[i] = __ldcg(coarse.hold_modes + i);
+  }
+  __syncthreads();
+  system.solve(BlockOfWorkers{thread, threads}, holds, coarse.mode_count, amplitudes, gives,
+               hold_modes);
+  for (Index m = thread; m < coarse.mode_count; m += threads) {
+    amplitudes[m] -= system.taken(rows, gives[m], hold_modes + m * rows);
+  }
+  __syncthreads();
+}
+
+/// And so some nodes.
+template <bool kTools>
+__global__ void __launch_bounds__(kNumberThreads) move_nodes(CoarseArrays coarse) {
+  __shared__ float amplitudes[kMostModes];
+  __shared__ float partial[kNumberThreads];
+  __shared__ float moves[kNumbersOfBlock];
+  wait_for_previous();
+  coarse = of_copy(coarse);
+  const auto thread = static_cast<Index>(threadIdx.x);
+  for (Index m = thread; m < coarse.mode_count; m += kNumberThreads) {
+    amplitudes[m] = __ldcg(coarse.amplitudes + m);
+  }
+  __syncthreads();
+  if constexpr (kTools) {
+    oppose_holds(coarse, amplitudes);
+  }
+  const Index first = static_cast<Index>(blockIdx.x) * kNodesOfBlock;
+  const Index number = kAffineNumbers * first + thread % kNumbersOfBlock;
+  const Index number_count = kAffineNumbers * coarse.node_count;
+  float sum = 0;
+  if (number < number_count) {
+    const float* const from = coarse.modes + number;
+#pragma unroll 24
+    for (Index m = thread / kNumbersOfBlock; m < coarse.mode_count; m += kCoarseSums) {
+      sum += amplitudes[m] * __ldg(from + m * number_count);
+    }
+  }
+  sum = add_sums<kNumbersOfBlock>(sum, partial);
+  if (thread < kNumbersOfBlock) {
+    moves[thread] = sum;
+  }
+  __syncthreads();
+  const Index node = first + thread / 4, k = thread % 4;
+  if (thread < 4 * kNodesOfBlock && node < coarse.node_count) {
+    Turn turn;
+    const Turn* const from = coarse.turns + __ldg(coarse.pieces + node);
+#pragma unroll
+    for (int i = 0; i < 9; ++i) {
+      turn.of[i] = __ldcg(from->of + i);
+    }
+    const float* const v = moves + 3 * thread;
+    const Vec3<float> now = turn({v[0], v[1], v[2]});
+    *reinterpret_cast<float4*>(coarse.moves_of_nodes[node].of[k]) =
+        make_float4(now.x, now.y, now.z, 0);
+  }
+}
+
+/// A vertex goes so far, and its point, whose count stays.
+__device__ inline void displace(const DeviceState& state, Index place, const Vec3<float>& move) {
+  const Particle p = load_particle(state.displacements + place);
+  const Vec3<float> before = position_of(p), after = before + move;
+  store_particle(state.displacements + place, after, p.w);
+  const FixedPoint counted = load_counted(state.fixed_points + place);
+  const FixedPoint point = moved_point(without_count(counted), before, after);
+  store_counted(state.fixed_points + place, point,
+                static_cast<Index>(__float_as_uint(counted.unit) & kCountBits));
+}
+
+__global__ void __launch_bounds__(kVertexThreads)
+    move_coarsely(DeviceState state, CoarseArrays coarse, const StepInput* input) {
+  __shared__ float4 nodes[4 * kMostNodes];
+  const Index count = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  coarse = of_copy(coarse);
+  for (auto i = static_cast<Index>(threadIdx.x); i < 4 * coarse.node_count; i += kVertexThreads) {
+    nodes[i] = load_quad(reinterpret_cast<const float4*>(coarse.moves_of_nodes) + i);
+  }
+  __syncthreads();
+  const Index place = thread_index();
+  if (place >= count) {
+    return;
+  }
+  const CoarseVertex vertex = load_constant(coarse.vertices + place);
+  Vec3<float> way{0, 0, 0};
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    Vec3<float> blend{0, 0, 0};
+#pragma unroll
+    for (int i = 0; i < kCoarseNodes; ++i) {
+      const float4 node = nodes[4 * vertex.nodes[i] + k];
+      blend = blend + vertex.weights[i] * Vec3<float>{node.x, node.y, node.z};
+    }
+    way = way + (k == 0 ? 1.0F : vertex.place[k - 1]) * blend;
+  }
+  const bool moves =
+      __ldcg(&coarse.residuals[place].w) > 0 && vertex.takes_part() && is_finite_way(way);
+  store_particle(coarse.moves + place, moves ? way : Vec3<float>{}, moves ? 1.0F : 0.0F);
+  if (moves) {
+    displace(state, place, way);
+  }
+}
+
+__global__ void __launch_bounds__(kVertexThreads)
+    turn_back(DeviceState state, CoarseArrays coarse, const StepInput* input) {
+  __shared__ float backs[kMostNodes];  // [piece]
+  __shared__ Index pieces[kMostNodes];
+  __shared__ SharedRoom<CoarseGain[kMostNodes]> room_of_gains;
+  CoarseGain(&gains)[kMostNodes] = room_of_gains.get();
+  const Index count = vertex_count(input);
+  wait_for_previous();
+  state = of_copy(state);
+  coarse = of_copy(coarse);
+  const auto thread = static_cast<Index>(threadIdx.x);
+  if (thread < coarse.node_count) {
+    pieces[thread] = __ldg(coarse.pieces + thread);
+    gains[thread] = {__ldcg(&coarse.gains[thread].before), __ldcg(&coarse.gains[thread].after)};
+  }
+  __syncthreads();
+  bool goes_back = false;
+  if (thread < coarse.piece_count) {
+    CoarseGain gain;
+    for (Index node = 0; node < coarse.node_count; ++node) {
+      if (pieces[node] == thread) {
+        gain.before += gains[node].before;
+        gain.after += gains[node].after;
+      }
+    }
+    backs[thread] = static_cast<float>(gain.length() - 1);
+    goes_back = backs[thread] < 0;
+  }
+  if (__syncthreads_or(goes_back) == 0) {
+    return;
+  }
+  const Index place = thread_index();
+  if (place >= count) {
+    return;
+  }
+  const Particle move = load_particle(coarse.moves + place);
+  const float back = backs[__ldg(coarse.pieces + coarse.vertices[place].nodes[0])];
+  if (move.w > 0 && back < 0) {
+    displace(state, place, back * position_of(move));
+  }
+}
+
+void correct_coarsely(const DeviceState& state, const VertexArrays& vertices,
+                      const CoarseArrays& coarse, StepInput* input, bool has_tools,
+                      const Launch& how) {
+  const auto find = [&] {
+    launch(how, "launching what finds residuals",
+           blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
+           kBlockThreads, find_residuals<kVertexParts>, state, vertices, coarse, input, has_tools);
+  };
+  find();
+  launch(how, "launching sums of residuals", coarse.node_count, kSumThreads, sum_nodes<false>,
+         state.particles, state.capacity, coarse);
+  if (has_tools) {
+    launch(how, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
+           vertices, coarse);
+  }
+  launch(how, "launching what finds amplitudes", blocks_for(coarse.mode_count, kModesOfBlock),
+         kModeThreads, has_tools ? find_amplitudes<true> : find_amplitudes<false>, state.particles,
+         state.capacity, coarse, input);
+  launch(how, "launching moves of nodes", blocks_for(coarse.node_count, kNodesOfBlock),
+         kNumberThreads, has_tools ? move_nodes<true> : move_nodes<false>, coarse);
+  launch(how, "launching a coarse move", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
+         move_coarsely, state, coarse, input);
+  find();
+  launch(how, "launching gains of a coarse move", coarse.node_count, kSumThreads, sum_nodes<true>,
+         state.particles, state.capacity, coarse);
+  launch(how, "launching what turns back", blocks_for(state.capacity, kVertexThreads),
+         kVertexThreads, turn_back, state, coarse, input);
+}
+
+}  // namespace
+}  // namespace pbdsurg::cuda::PBDSURG_KERNELS_NAMESPACE
