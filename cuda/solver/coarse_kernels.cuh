@@ -66,11 +66,32 @@ struct BlockOfWorkers {
   __device__ void meet() const { __syncthreads(); }
 };
 
-/// Threads of a vertex as in move_blocks().
+/// What is out of balance at a vertex, to where sums find it. That a move has made it overflow
+/// makes these sums no numbers.
+/// @param force     N, of its rows
+/// @param is_after  the move
+__device__ inline void store_residual(const DeviceState& state, const CoarseArrays& coarse,
+                                      float inverse_dt_squared, ParticleOffset corner,
+                                      const FixedPoint& point, const Vec3<float>& force,
+                                      bool is_held, bool is_after) {
+  const Particle p = load_particle(&at(state.displacements, corner));
+  const Vec3<float> flight = position_of(load_particle(&at(state.flights, corner)));
+  const Vec3<float> residual = (inverse_dt_squared / p.w) * (flight - position_of(p)) + force;
+  Particle* const to = &at(coarse.residuals, corner);
+  if (p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual)) {
+    store_particle(to, residual, 1);
+  } else if (is_after && load_particle(&at(coarse.moves, corner)).w > 0) {
+    store_particle(to, {__int_as_float(0x7fffffff), 0, 0}, 1);
+  } else {
+    store_particle(to, {}, 0);
+  }
+}
+
+/// By rows; threads of a vertex as in move_blocks().
 template <int kParts>
 __global__ void __launch_bounds__(kBlockThreads)
-    find_residuals(DeviceState state, VertexArrays vertices, CoarseArrays coarse,
-                   const StepInput* input, bool has_tools) {
+    find_residuals_of_blocks(DeviceState state, VertexArrays vertices, CoarseArrays coarse,
+                             const StepInput* input, bool has_tools, bool is_after) {
   const Index vertex = thread_index() / kParts;
   const Index part = thread_index() % kParts;
   const Index index = vertex / kBlockLanes;
@@ -87,26 +108,85 @@ __global__ void __launch_bounds__(kBlockThreads)
     return;
   }
   state = of_copy(state);
-  coarse = of_copy(coarse);
-  input += copy_index();
   const FixedPoint point = without_count(load_counted(&at(state.fixed_points, corner)));
   const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
                         vertices.hinges};
   VertexForce<float> sum;
   add_rows(rows, block, WaitingLane{state.fixed_points, point, lane}, sum, {part, kParts});
   add_up<kParts>(sum, mask_of_parts<kParts>());
-  if (part > 0) {
+  if (part == 0) {
+    const bool is_held =
+        has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
+    store_residual(state, of_copy(coarse), input[copy_index()].substep.inverse_dt_squared, corner,
+                   point, sum.force, is_held, is_after);
+  }
+}
+
+/// By tiles, each a warp's, as in sweep_tiles(); nobody moves, so nobody waits.
+template <int kParts>
+__global__ void __launch_bounds__(kBlockThreads)
+    find_residuals_of_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles,
+                            CoarseArrays coarse, StepInput* input, bool has_tools, bool is_after) {
+  using Shape = TileShape<kParts>;
+  constexpr Index kFirstCount = 0;  // that all points have
+  extern __shared__ float4 all_ways[];
+  const Index of_warp = static_cast<Index>(threadIdx.x) % kTileThreads;
+  const Index tile_index = thread_index() / kTileThreads;
+  const Index index = tile_index / Shape::kTiles;
+  const Index thread = tile_index % Shape::kTiles * kTileThreads + of_warp;
+  NextTile<kParts> tile;
+  if (index < vertices.block_count) {  // no kernel of this step writes them
+    tile.load_block(tiles, index);
+    tile.load_names(tiles, thread);
+  }
+  wait_for_previous();
+  if (index >= vertices.block_count) {
     return;
   }
-  const Particle p = load_particle(&at(state.displacements, corner));
-  const Vec3<float> flight = position_of(load_particle(&at(state.flights, corner)));
-  const Vec3<float> residual =
-      (input->substep.inverse_dt_squared / p.w) * (flight - position_of(p)) + sum.force;
-  const bool is_held =
-      has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
-  const bool counts = p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual);
-  store_particle(&at(coarse.residuals, corner), counts ? residual : Vec3<float>{},
-                 counts ? 1.0F : 0.0F);
+  state = of_copy(state);
+  tiles = of_copy(tiles, vertices);
+  vertices = of_copy(vertices);
+  input += copy_index();
+  const Ways ways(all_ways + static_cast<Index>(threadIdx.x) / kParts *
+                                 ways_room(kParts, tiles.most_neighbors));
+  const FixedPoint* const points = state.fixed_points;
+  FixedPoint met[Shape::kNeighbors];
+#pragma unroll
+  for (int k = 0; k < Shape::kNeighbors; ++k) {
+    met[k] = load_neighbor(points, tile.names[k]);
+  }
+  const ParticleOffset corner = tile.own & ~kNeighborFlags;
+  const FixedPoint own = without_count(load_counted(&at(points, corner)));
+  UsualRows<kParts> usual;
+  usual.load(tiles.pulls + first_record(tile.firsts.y, thread),
+             tiles.volumes + first_record(tile.firsts.w, thread));
+  wait_for<kParts>(points, tile.names, kFirstCount, met, own, 1 + of_warp % kParts, ways, input);
+  wait_for_more<kParts>(points, tiles, tile, kFirstCount, index, thread, own, ways, input);
+  __syncwarp();
+  const Index lane = thread / kParts;
+  const VertexRows rows{vertices.blocks, vertices.pulls, vertices.springs, vertices.volumes,
+                        vertices.hinges};
+  VertexForce<float> sum;
+  add_tile<kParts>(usual, tiles, tile, rows, index, thread, ways, WaitingLane{points, own, lane},
+                   sum);
+  add_up<kParts>(sum, ~0U);
+  if (of_warp % kParts == 0 && (tile.own & kIsIdle) == 0) {
+    const bool is_held =
+        has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
+    store_residual(state, of_copy(coarse), input->substep.inverse_dt_squared, corner, own,
+                   sum.force, is_held, is_after);
+  }
+}
+
+template <int kParts>
+constexpr auto* residual_kernel() {
+  return find_residuals_of_tiles<kParts>;
+}
+
+auto* residual_kernel(Index parts) {
+  return parts == 16  ? residual_kernel<16>()
+         : parts == 8 ? residual_kernel<8>()
+                      : residual_kernel<4>();
 }
 
 __device__ inline void add(const float4& more, float4& sum) {
@@ -155,28 +235,33 @@ __global__ void __launch_bounds__(kSumThreads)
   const Index* const places = coarse.member_places + first;
   const CoarseShares* const shares = coarse.member_shares + first;
   const Index count = coarse.member_counts[node];
+  constexpr int kBatch = 8;  // members that a thread asks for at once
   float4 load{}, shape{};
   Vec3<float> origin;
   if (!kAfter && count > 0) {
     origin = position_of(load_particle(particles + places[0]));
   }
-#pragma unroll 4
-  for (auto i = static_cast<Index>(threadIdx.x / 4); i < count; i += kNodeSums) {
-    const Index place = places[i];
-    const float share = shares[i].of[k];
-    const Particle residual = load_particle(coarse.residuals + place);
-    if constexpr (kAfter) {
-      const float w = __ldcg(&coarse.moves[place].w);
-      if (residual.w > 0) {
-        add({share * residual.x, share * residual.y, share * residual.z, 0}, load);
-      } else if (w > 0) {  // the move has made it overflow
-        load.x = __int_as_float(0x7fffffff);
-      }
-    } else {
-      const Vec3<float> x = position_of(load_particle(particles + place)) - origin;
-      if (residual.w > 0) {
-        add({share * residual.x, share * residual.y, share * residual.z, 0}, load);
-        add({share * x.x, share * x.y, share * x.z, share}, shape);
+  for (auto i = static_cast<Index>(threadIdx.x / 4); i < count; i += kBatch * kNodeSums) {
+    float share[kBatch];
+    Particle residual[kBatch], at[kBatch];
+#pragma unroll
+    for (int n = 0; n < kBatch; ++n) {
+      const Index member = i + n * kNodeSums;
+      const Index place = member < count ? places[member] : 0;
+      residual[n] = load_particle(coarse.residuals + place);
+      at[n] = kAfter ? Particle{} : load_particle(particles + place);
+      share[n] = member < count ? shares[member].of[k] : 0.0F;
+      residual[n].w = member < count ? residual[n].w : 0.0F;
+    }
+#pragma unroll
+    for (int n = 0; n < kBatch; ++n) {
+      if (residual[n].w > 0) {
+        const Vec3<float> x = share[n] * position_of(residual[n]);
+        add({x.x, x.y, x.z, 0}, load);
+        if constexpr (!kAfter) {
+          const Vec3<float> y = share[n] * (position_of(at[n]) - origin);
+          add({y.x, y.y, y.z, share[n]}, shape);
+        }
       }
     }
   }
@@ -619,15 +704,31 @@ __global__ void __launch_bounds__(kVertexThreads)
   }
 }
 
-void correct_coarsely(const DeviceState& state, const VertexArrays& vertices,
-                      const CoarseArrays& coarse, StepInput* input, bool has_tools,
-                      const Launch& how) {
-  const auto find = [&] {
-    launch(how, "launching what finds residuals",
-           blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
-           kBlockThreads, find_residuals<kVertexParts>, state, vertices, coarse, input, has_tools);
-  };
-  find();
+void find_residuals(const DeviceState& state, const VertexArrays& vertices,
+                    const CoarseArrays& coarse, const StepInput* input, bool has_tools,
+                    bool is_after, const Launch& how) {
+  launch(how, "launching what finds residuals",
+         blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
+         kBlockThreads, find_residuals_of_blocks<kVertexParts>, state, vertices, coarse, input,
+         has_tools, is_after);
+}
+
+Index prepare_residuals(const TileArrays& tiles) {
+  return blocks_at_once(tiles, {residual_kernel(tiles.parts)});
+}
+
+void find_residuals_by_tiles(const DeviceState& state, const VertexArrays& vertices,
+                             const TileArrays& tiles, const CoarseArrays& coarse, StepInput* input,
+                             bool has_tools, bool is_after, const Launch& how) {
+  const Index threads = vertices.block_count * tiles_of_block(tiles.parts) * kTileThreads;
+  launch_with_memory(how, "launching what finds residuals", blocks_for(threads, kBlockThreads),
+                     kBlockThreads, shared_bytes(tiles), residual_kernel(tiles.parts), state,
+                     vertices, tiles, coarse, input, has_tools, is_after);
+}
+
+void move_by_modes(const DeviceState& state, const VertexArrays& vertices,
+                   const CoarseArrays& coarse, const StepInput* input, bool has_tools,
+                   const Launch& how) {
   launch(how, "launching sums of residuals", coarse.node_count, kSumThreads, sum_nodes<false>,
          state.particles, state.capacity, coarse);
   if (has_tools) {
@@ -641,7 +742,10 @@ void correct_coarsely(const DeviceState& state, const VertexArrays& vertices,
          kNumberThreads, has_tools ? move_nodes<true> : move_nodes<false>, coarse);
   launch(how, "launching a coarse move", blocks_for(state.capacity, kVertexThreads), kVertexThreads,
          move_coarsely, state, coarse, input);
-  find();
+}
+
+void turn_back_moves(const DeviceState& state, const CoarseArrays& coarse, const StepInput* input,
+                     const Launch& how) {
   launch(how, "launching gains of a coarse move", coarse.node_count, kSumThreads, sum_nodes<true>,
          state.particles, state.capacity, coarse);
   launch(how, "launching what turns back", blocks_for(state.capacity, kVertexThreads),

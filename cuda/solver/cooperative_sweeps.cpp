@@ -111,8 +111,11 @@ class CooperativeSweeps final : public Sweeps {
       return;
     }
     sweep(reach, arrays, substep, {0, 1}, launch);
-    kernels_.correct_coarsely(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
-                              arrays.has_tools(), launch);
+    find_residuals(arrays, false, launch);
+    kernels_.move_by_modes(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
+                           arrays.has_tools(), launch);
+    find_residuals(arrays, true, launch);
+    kernels_.turn_back_moves(arrays.state, arrays.coarse, arrays.input, launch);
     sweep(reach, arrays, substep, {1, count}, launch);
   }
 
@@ -155,6 +158,12 @@ class CooperativeSweeps final : public Sweeps {
   }
 
  private:
+  // Of a coarse correction.
+  void find_residuals(const SweepArrays& arrays, bool is_after, const Launch& launch) const {
+    kernels_.find_residuals_by_tiles(arrays.state, arrays.vertices, tiles_, arrays.coarse,
+                                     arrays.input, arrays.has_tools(), is_after, launch);
+  }
+
   struct SweepRange {
     Index first, end;
   };
@@ -189,6 +198,9 @@ class CooperativeSweeps final : public Sweeps {
         is_explicit_ ? kernels_.prepare_explicit_step : kernels_.prepare_sweep_of_vertices;
     tiles_.most_neighbors = layout_.most_neighbors;
     block_count_ = prepare_kernels(tiles_) / data.copy_count();
+    if (data.coarse_space.node_count() > 0 && kernels_.prepare_residuals(tiles_) == 0) {
+      block_count_ = 0;
+    }
   }
 
   [[nodiscard]] static bool can_sweep(std::span<const Stage> stages) {

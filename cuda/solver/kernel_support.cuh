@@ -174,19 +174,29 @@ inline int blocks_for(Index count, int threads) {
 
 /// @param name    for the message if it fails
 /// @param blocks  for each copy
+/// @param memory  bytes of dynamic shared memory
 template <class... Parameters, class... Arguments>
-void launch(const Launch& how, const char* name, int blocks, int threads,
-            void (*kernel)(Parameters...), Arguments&&... arguments) {
+void launch_with_memory(const Launch& how, const char* name, int blocks, int threads,
+                        std::size_t memory, void (*kernel)(Parameters...),
+                        Arguments&&... arguments) {
   cudaLaunchAttribute overlap{};
   overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   overlap.val.programmaticStreamSerializationAllowed = 1;
   cudaLaunchConfig_t config{};
   config.gridDim = dim3(static_cast<unsigned>(blocks), static_cast<unsigned>(how.copies));
   config.blockDim = dim3(static_cast<unsigned>(threads));
+  config.dynamicSmemBytes = memory;
   config.stream = how.stream;
   config.attrs = &overlap;
   config.numAttrs = how.overlaps ? 1 : 0;
   check(cudaLaunchKernelEx(&config, kernel, std::forward<Arguments>(arguments)...), name);
+}
+
+/// Likewise without such memory.
+template <class... Parameters, class... Arguments>
+void launch(const Launch& how, const char* name, int blocks, int threads,
+            void (*kernel)(Parameters...), Arguments&&... arguments) {
+  launch_with_memory(how, name, blocks, threads, 0, kernel, std::forward<Arguments>(arguments)...);
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <tuple>
+
 #include "cuda/solver/sweeps.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/solver_options.h"
@@ -37,8 +39,7 @@ class LaunchedSweeps final : public Sweeps {
       }
       if (moves_vertices(options_)) {  // tools act on vertices as these move
         if (is_first && arrays.has_correction()) {
-          kernels_.correct_coarsely(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
-                                    arrays.has_tools(), launch);
+          correct(arrays, launch);
         }
         continue;
       }
@@ -53,6 +54,15 @@ class LaunchedSweeps final : public Sweeps {
   }
 
  private:
+  void correct(const SweepArrays& arrays, const Launch& launch) const {
+    const auto& [state, vertices, coarse] = std::tie(arrays.state, arrays.vertices, arrays.coarse);
+    const bool has_tools = arrays.has_tools();
+    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, false, launch);
+    kernels_.move_by_modes(state, vertices, coarse, arrays.input, has_tools, launch);
+    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, true, launch);
+    kernels_.turn_back_moves(state, coarse, arrays.input, launch);
+  }
+
   const StepKernels& kernels_;
   bool is_damped_;
   SolverOptions options_;

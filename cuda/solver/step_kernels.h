@@ -150,9 +150,23 @@ struct StepKernels {
   void (*step_explicitly)(const ExplicitSubsteps&, const DeviceState&, const VertexArrays&,
                           const TileArrays&, const Mailboxes&, StepInput*, const Launch&);
 
-  /// Between two sweeps of a substep: see coarse_correction.h. Several kernels.
-  void (*correct_coarsely)(const DeviceState&, const VertexArrays&, const CoarseArrays&, StepInput*,
-                           bool has_tools, const Launch&);
+  // Of a coarse correction, between two sweeps of a substep: finds residuals, moves vertices by
+  // modes, finds residuals again, and turns back what went too far. See coarse_correction.h. The
+  // last two functions enqueue a few kernels each.
+
+  /// By rows of vertices.
+  void (*find_residuals)(const DeviceState&, const VertexArrays&, const CoarseArrays&,
+                         const StepInput*, bool has_tools, bool is_after, const Launch&);
+  /// Makes ready for find_residuals_by_tiles(). Enqueues nothing.
+  /// @return  as prepare_sweep_of_vertices()
+  Index (*prepare_residuals)(const TileArrays&);
+  /// By records of tiles.
+  void (*find_residuals_by_tiles)(const DeviceState&, const VertexArrays&, const TileArrays&,
+                                  const CoarseArrays&, StepInput*, bool has_tools, bool is_after,
+                                  const Launch&);
+  void (*move_by_modes)(const DeviceState&, const VertexArrays&, const CoarseArrays&,
+                        const StepInput*, bool has_tools, const Launch&);
+  void (*turn_back_moves)(const DeviceState&, const CoarseArrays&, const StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.
   /// @return  how many such clusters the current device runs at a time

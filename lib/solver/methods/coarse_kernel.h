@@ -95,75 +95,94 @@ struct Turn {
   }
 };
 
-/// The rotation that brings places nearest to positions; one of these where they lie on a line.
-/// Horn 1987, "Closed-form solution of absolute orientation using unit quaternions": the
-/// eigenvector of a symmetric matrix, here by Jacobi's rotations.
-/// @param p  [axis][axis] sums of positions times places, both from their means
-PBDSURG_HOST_DEVICE inline Turn nearest_turn(const double (&p)[3][3]) {
-  constexpr int kRounds = 8;  // each squares what is left; a half of these do
-  double a[4][4] = {
-      {p[0][0] + p[1][1] + p[2][2], p[2][1] - p[1][2], p[0][2] - p[2][0], p[1][0] - p[0][1]},
-      {0, p[0][0] - p[1][1] - p[2][2], p[1][0] + p[0][1], p[0][2] + p[2][0]},
-      {0, 0, p[1][1] - p[0][0] - p[2][2], p[2][1] + p[1][2]},
-      {0, 0, 0, p[2][2] - p[0][0] - p[1][1]}};
-  double q[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};  // columns
-  double size = 0;
-  for (int i = 0; i < 4; ++i) {
-    size += a[i][i] * a[i][i];
-    for (int j = i + 1; j < 4; ++j) {
-      a[j][i] = a[i][j];
-      size += 2 * (a[i][j] * a[i][j]);
+/// Of a matrix: what its entry is multiplied with in its determinant.
+PBDSURG_HOST_DEVICE inline double cofactor(const double (&m)[4][4], int row, int column) {
+  const int a = (row + 1) % 4, b = (row + 2) % 4, c = (row + 3) % 4;
+  const int x = (column + 1) % 4, y = (column + 2) % 4, z = (column + 3) % 4;
+  const double minor = m[a][x] * (m[b][y] * m[c][z] - m[b][z] * m[c][y]) -
+                       m[a][y] * (m[b][x] * m[c][z] - m[b][z] * m[c][x]) +
+                       m[a][z] * (m[b][x] * m[c][y] - m[b][y] * m[c][x]);
+  return (row + column) % 2 == 0 ? minor : -minor;
+}
+
+/// The rotation that brings places nearest to positions; where they lie on a line, the least turn
+/// of those. Horn 1987, "Closed-form solution of absolute orientation using unit quaternions": an
+/// eigenvector of a symmetric matrix, here from the largest root of its characteristic polynomial
+/// (Theobald 2005, "Rapid calculation of RMSDs using a quaternion-based characteristic
+/// polynomial").
+/// @param products  [axis][axis] sums of positions times places, both from their means
+PBDSURG_HOST_DEVICE inline Turn nearest_turn(const double (&products)[3][3]) {
+  constexpr double kBias = 1e-7;  // towards no turn, as a share
+  constexpr int kMostSteps = 60;  // of Newton's method; some six where places fill space
+  constexpr double kSumOfMost = 1.7320508075688774;  // singular values of a matrix of norm 1
+  double square = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      square += products[i][j] * products[i][j];
     }
   }
-  if (!(size > 0 && size < 1e300)) {
+  if (!(square > 0 && square < 1e300)) {
     return {};
   }
-  for (int round = 0; round < kRounds; ++round) {
-    double rest = 0;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i + 1; j < 4; ++j) {
-        rest += a[i][j] * a[i][j];
-        if (!(a[i][j] * a[i][j] > 1e-32 * size)) {
-          continue;
-        }
-        const double half = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double t = (half < 0 ? -1 : 1) / (std::fabs(half) + std::sqrt(half * half + 1));
-        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        for (int k = 0; k < 4; ++k) {
-          const double ki = a[k][i], kj = a[k][j];
-          a[k][i] = c * ki - s * kj;
-          a[k][j] = s * ki + c * kj;
-        }
-        for (int k = 0; k < 4; ++k) {
-          const double ik = a[i][k], jk = a[j][k];
-          a[i][k] = c * ik - s * jk;
-          a[j][k] = s * ik + c * jk;
-          const double qi = q[k][i], qj = q[k][j];
-          q[k][i] = c * qi - s * qj;
-          q[k][j] = s * qi + c * qj;
-        }
-      }
+  const double scale = 1 / std::sqrt(square);
+  double p[3][3];
+  double norm = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      p[i][j] = scale * products[i][j] + (i == j ? kBias : 0);
+      norm += p[i][j] * p[i][j];
     }
-    if (!(rest > 1e-24 * size)) {
+  }
+  double m[4][4] = {
+      {p[0][0] + p[1][1] + p[2][2], p[2][1] - p[1][2], p[0][2] - p[2][0], p[1][0] - p[0][1]},
+      {p[2][1] - p[1][2], p[0][0] - p[1][1] - p[2][2], p[1][0] + p[0][1], p[0][2] + p[2][0]},
+      {p[0][2] - p[2][0], p[1][0] + p[0][1], p[1][1] - p[0][0] - p[2][2], p[2][1] + p[1][2]},
+      {p[1][0] - p[0][1], p[0][2] + p[2][0], p[2][1] + p[1][2], p[2][2] - p[0][0] - p[1][1]}};
+  // root^4 + c2 root^2 + c1 root + c0
+  const double c2 = -2 * norm;
+  const double c1 = -8 * (p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+                          p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+                          p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]));
+  const double c0 = m[0][0] * cofactor(m, 0, 0) + m[0][1] * cofactor(m, 0, 1) +
+                    m[0][2] * cofactor(m, 0, 2) + m[0][3] * cofactor(m, 0, 3);
+  double root = kSumOfMost * std::sqrt(norm);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double squared = root * root;
+    const double value = (squared + c2) * squared + c1 * root + c0;
+    const double next = root - value / ((4 * squared + 2 * c2) * root + c1);
+    if (!(next < root)) {  // it comes from above, up to rounding
       break;
     }
+    root = next;
   }
-  double most = a[0][0], w = q[0][0], x = q[1][0], y = q[2][0], z = q[3][0];
-  for (int k = 1; k < 4; ++k) {
-    if (a[k][k] > most) {
-      most = a[k][k];
-      w = q[0][k];
-      x = q[1][k];
-      y = q[2][k];
-      z = q[3][k];
+  for (int i = 0; i < 4; ++i) {
+    m[i][i] -= root;
+  }
+  // any row of cofactors is the eigenvector, up to a factor; the longest has lost least
+  double w = 0, x = 0, y = 0, z = 0, longest = 0;
+  for (int row = 0; row < 4; ++row) {
+    const double q[4] = {cofactor(m, row, 0), cofactor(m, row, 1), cofactor(m, row, 2),
+                         cofactor(m, row, 3)};
+    const double length = std::fabs(q[row]);  // its square, up to a factor
+    if (length > longest) {
+      longest = length;
+      w = q[0];
+      x = q[1];
+      y = q[2];
+      z = q[3];
     }
   }
+  const double length = w * w + x * x + y * y + z * z;
+  if (!(length > 0)) {
+    return {};
+  }
+  const double twice = 2 / length;
   return {
-      {static_cast<float>(w * w + x * x - y * y - z * z), static_cast<float>(2 * (x * y - w * z)),
-       static_cast<float>(2 * (x * z + w * y)), static_cast<float>(2 * (x * y + w * z)),
-       static_cast<float>(w * w - x * x + y * y - z * z), static_cast<float>(2 * (y * z - w * x)),
-       static_cast<float>(2 * (x * z - w * y)), static_cast<float>(2 * (y * z + w * x)),
-       static_cast<float>(w * w - x * x - y * y + z * z)}};
+      {static_cast<float>(1 - twice * (y * y + z * z)), static_cast<float>(twice * (x * y - w * z)),
+       static_cast<float>(twice * (x * z + w * y)), static_cast<float>(twice * (x * y + w * z)),
+       static_cast<float>(1 - twice * (x * x + z * z)), static_cast<float>(twice * (y * z - w * x)),
+       static_cast<float>(twice * (x * z - w * y)), static_cast<float>(twice * (y * z + w * x)),
+       static_cast<float>(1 - twice * (x * x + y * y))}};
 }
 
 /// Sums over the nodes of a piece, of which nearest_turn() is made.
