@@ -28,6 +28,11 @@ std::size_t most_members(const CoarseSpace& space) {
   return most;
 }
 
+// Of an ascending list.
+std::size_t number_before(const std::vector<Index>& places, Index first) {
+  return static_cast<std::size_t>(std::ranges::lower_bound(places, first) - places.begin());
+}
+
 }  // namespace
 
 void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStream_t stream) {
@@ -43,7 +48,8 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
   const std::size_t room = most + part_to_grow(most) + std::min(spare, most);
   copy_count_ = static_cast<std::size_t>(data.copy_count());
 
-  std::vector<Index> counts, pieces;
+  std::vector<Index> own_counts, counts, pieces;
+  Index* const own_places = own_places_.reserve(nodes * room);
   Index* const places = member_places_.reserve(nodes * room);
   CoarseShares* const shares = member_shares_.reserve(nodes * room);
   const auto copy = [&](auto* to, const auto& from) {
@@ -52,15 +58,19 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
   };
   for (Index node = 0; node < space.node_count(); ++node) {
     const NodeMembers& members = space.members(node);
+    own_counts.push_back(static_cast<Index>(members.own.size()));
     counts.push_back(static_cast<Index>(members.places.size()));
     pieces.push_back(space.piece_of(node));
     const std::size_t first = static_cast<std::size_t>(node) * room;
+    copy(own_places + first, members.own);
     copy(places + first, members.places);
     copy(shares + first, members.shares);
   }
   CoarseVertex* const vertices = vertices_.fill(capacity, 0, stream);
   copy(vertices, space.vertices());
   arrays_ = {vertices,
+             own_counts_.upload(own_counts, stream),
+             own_places,
              member_counts_.upload(counts, stream),
              places,
              shares,
@@ -106,13 +116,18 @@ void CoarseBuffers::follow(SolverData& data, std::size_t capacity, std::vector<W
           words);
   }
   for (Index node = 0; node < space.node_count() && first <= place_count; ++node) {
-    const auto& [places, shares] = space.members(node);
-    const std::size_t start = static_cast<std::size_t>(node * arrays_.member_room);
-    const auto changed = std::ranges::lower_bound(places, first) - places.begin();
-    for (auto i = static_cast<std::size_t>(changed); i < places.size(); ++i) {
+    const auto& [own, places, shares] = space.members(node);
+    const std::size_t start =
+        static_cast<std::size_t>(node) * static_cast<std::size_t>(arrays_.member_room);
+    for (auto i = number_before(own, first); i < own.size(); ++i) {
+      write(DeviceArray::coarse_own_places, start + i, own[i], words);
+    }
+    for (auto i = number_before(places, first); i < places.size(); ++i) {
       write(DeviceArray::coarse_member_places, start + i, places[i], words);
       write(DeviceArray::coarse_member_shares, start + i, shares[i], words);
     }
+    write(DeviceArray::coarse_own_counts, static_cast<std::size_t>(node),
+          static_cast<Index>(own.size()), words);
     write(DeviceArray::coarse_member_counts, static_cast<std::size_t>(node),
           static_cast<Index>(places.size()), words);
   }
@@ -127,6 +142,8 @@ void CoarseBuffers::clear_residuals(cudaStream_t stream) {
 std::uint32_t* CoarseBuffers::start(DeviceArray array) const noexcept {
   const auto words = [](auto* values) { return reinterpret_cast<std::uint32_t*>(values); };
   return array == DeviceArray::coarse_vertices        ? words(vertices_.get())
+         : array == DeviceArray::coarse_own_counts    ? words(own_counts_.get())
+         : array == DeviceArray::coarse_own_places    ? words(own_places_.get())
          : array == DeviceArray::coarse_member_counts ? words(member_counts_.get())
          : array == DeviceArray::coarse_member_places ? words(member_places_.get())
          : array == DeviceArray::coarse_member_shares ? words(member_shares_.get())
@@ -134,13 +151,14 @@ std::uint32_t* CoarseBuffers::start(DeviceArray array) const noexcept {
 }
 
 std::size_t CoarseBuffers::memory_bytes() const noexcept {
-  return vertices_.memory_bytes() + member_counts_.memory_bytes() + member_places_.memory_bytes() +
-         pieces_.memory_bytes() + member_shares_.memory_bytes() + stiffnesses_.memory_bytes() +
-         modes_.memory_bytes() + numbers_.memory_bytes() + residuals_.memory_bytes() +
-         moves_.memory_bytes() + sums_.memory_bytes() + moves_of_nodes_.memory_bytes() +
-         gains_.memory_bytes() + turns_.memory_bytes() + amplitudes_.memory_bytes() +
-         gives_.memory_bytes() + hold_modes_.memory_bytes() + holds_.memory_bytes() +
-         hold_sums_.memory_bytes() + hold_counts_.memory_bytes();
+  return vertices_.memory_bytes() + own_counts_.memory_bytes() + own_places_.memory_bytes() +
+         member_counts_.memory_bytes() + member_places_.memory_bytes() + pieces_.memory_bytes() +
+         member_shares_.memory_bytes() + stiffnesses_.memory_bytes() + modes_.memory_bytes() +
+         numbers_.memory_bytes() + residuals_.memory_bytes() + moves_.memory_bytes() +
+         sums_.memory_bytes() + moves_of_nodes_.memory_bytes() + gains_.memory_bytes() +
+         turns_.memory_bytes() + amplitudes_.memory_bytes() + gives_.memory_bytes() +
+         hold_modes_.memory_bytes() + holds_.memory_bytes() + hold_sums_.memory_bytes() +
+         hold_counts_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

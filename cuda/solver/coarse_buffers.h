@@ -39,7 +39,7 @@ class CoarseBuffers {
 
  private:
   DeviceBuffer<CoarseVertex> vertices_;
-  DeviceBuffer<Index> member_counts_, member_places_, pieces_;
+  DeviceBuffer<Index> own_counts_, own_places_, member_counts_, member_places_, pieces_;
   DeviceBuffer<CoarseShares> member_shares_;
   DeviceBuffer<float> stiffnesses_, modes_, numbers_;
   DeviceBuffer<Particle> residuals_, moves_;

@@ -66,32 +66,25 @@ struct BlockOfWorkers {
   __device__ void meet() const { __syncthreads(); }
 };
 
-/// What is out of balance at a vertex, to where sums find it. That a move has made it overflow
-/// makes these sums no numbers.
-/// @param force     N, of its rows
-/// @param is_after  the move
+/// What is out of balance at a vertex, to where sums find it.
+/// @param force  N, of its rows
 __device__ inline void store_residual(const DeviceState& state, const CoarseArrays& coarse,
                                       float inverse_dt_squared, ParticleOffset corner,
                                       const FixedPoint& point, const Vec3<float>& force,
-                                      bool is_held, bool is_after) {
+                                      bool is_held) {
   const Particle p = load_particle(&at(state.displacements, corner));
   const Vec3<float> flight = position_of(load_particle(&at(state.flights, corner)));
   const Vec3<float> residual = (inverse_dt_squared / p.w) * (flight - position_of(p)) + force;
-  Particle* const to = &at(coarse.residuals, corner);
-  if (p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual)) {
-    store_particle(to, residual, 1);
-  } else if (is_after && load_particle(&at(coarse.moves, corner)).w > 0) {
-    store_particle(to, {__int_as_float(0x7fffffff), 0, 0}, 1);
-  } else {
-    store_particle(to, {}, 0);
-  }
+  const bool counts = p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual);
+  store_particle(&at(coarse.residuals, corner), counts ? residual : Vec3<float>{},
+                 counts ? 1.0F : 0.0F);
 }
 
 /// By rows; threads of a vertex as in move_blocks().
 template <int kParts>
 __global__ void __launch_bounds__(kBlockThreads)
     find_residuals_of_blocks(DeviceState state, VertexArrays vertices, CoarseArrays coarse,
-                             const StepInput* input, bool has_tools, bool is_after) {
+                             const StepInput* input, bool has_tools) {
   const Index vertex = thread_index() / kParts;
   const Index part = thread_index() % kParts;
   const Index index = vertex / kBlockLanes;
@@ -118,7 +111,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     const bool is_held =
         has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
     store_residual(state, of_copy(coarse), input[copy_index()].substep.inverse_dt_squared, corner,
-                   point, sum.force, is_held, is_after);
+                   point, sum.force, is_held);
   }
 }
 
@@ -126,7 +119,7 @@ __global__ void __launch_bounds__(kBlockThreads)
 template <int kParts>
 __global__ void __launch_bounds__(kBlockThreads)
     find_residuals_of_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles,
-                            CoarseArrays coarse, StepInput* input, bool has_tools, bool is_after) {
+                            CoarseArrays coarse, StepInput* input, bool has_tools) {
   using Shape = TileShape<kParts>;
   constexpr Index kFirstCount = 0;  // that all points have
   extern __shared__ float4 all_ways[];
@@ -174,7 +167,7 @@ __global__ void __launch_bounds__(kBlockThreads)
     const bool is_held =
         has_tools && __ldcg(vertices.holds + index * kBlockLanes + lane) != kInvalidIndex;
     store_residual(state, of_copy(coarse), input->substep.inverse_dt_squared, corner, own,
-                   sum.force, is_held, is_after);
+                   sum.force, is_held);
   }
 }
 
@@ -219,70 +212,96 @@ __device__ inline float4 add_halves(float4 sum, float4 (&sums)[kSumThreads]) {
   return sum;
 }
 
-/// What residuals do to a node, a block each; after the move what that gains.
-template <bool kAfter>
+/// What residuals do to a node, a block each, and how its own vertices lie, a block more.
 __global__ void __launch_bounds__(kSumThreads)
     sum_nodes(const Particle* particles, Index capacity, CoarseArrays coarse) {
+  constexpr int kBatch = 8;  // vertices that a thread asks for at once
   __shared__ float4 sums[kSumThreads];
-  __shared__ SharedRoom<AffineNumbers> room_of_all;
-  AffineNumbers& all = room_of_all.get();
   wait_for_previous();
   coarse = of_copy(coarse);
   particles += copy_index() * static_cast<std::size_t>(capacity);
-  const auto node = static_cast<Index>(blockIdx.x);
+  const bool is_of_shape = static_cast<Index>(blockIdx.x) >= coarse.node_count;
+  const Index node = static_cast<Index>(blockIdx.x) - (is_of_shape ? coarse.node_count : 0);
   const auto k = static_cast<Index>(threadIdx.x % 4);
   const std::size_t first = static_cast<std::size_t>(node) * coarse.member_room;
-  const Index* const places = coarse.member_places + first;
+  const Index* const places = (is_of_shape ? coarse.own_places : coarse.member_places) + first;
   const CoarseShares* const shares = coarse.member_shares + first;
-  const Index count = coarse.member_counts[node];
-  constexpr int kBatch = 8;  // members that a thread asks for at once
-  float4 load{}, shape{};
+  const Index count = (is_of_shape ? coarse.own_counts : coarse.member_counts)[node];
+  float4 sum{};
   Vec3<float> origin;
-  if (!kAfter && count > 0) {
+  if (is_of_shape && count > 0) {
     origin = position_of(load_particle(particles + places[0]));
   }
   for (auto i = static_cast<Index>(threadIdx.x / 4); i < count; i += kBatch * kNodeSums) {
-    float share[kBatch];
-    Particle residual[kBatch], at[kBatch];
+    float share[kBatch], w[kBatch];
+    Particle vector[kBatch];
 #pragma unroll
     for (int n = 0; n < kBatch; ++n) {
       const Index member = i + n * kNodeSums;
-      const Index place = member < count ? places[member] : 0;
-      residual[n] = load_particle(coarse.residuals + place);
-      at[n] = kAfter ? Particle{} : load_particle(particles + place);
-      share[n] = member < count ? shares[member].of[k] : 0.0F;
-      residual[n].w = member < count ? residual[n].w : 0.0F;
-    }
-#pragma unroll
-    for (int n = 0; n < kBatch; ++n) {
-      if (residual[n].w > 0) {
-        const Vec3<float> x = share[n] * position_of(residual[n]);
-        add({x.x, x.y, x.z, 0}, load);
-        if constexpr (!kAfter) {
-          const Vec3<float> y = share[n] * (position_of(at[n]) - origin);
-          add({y.x, y.y, y.z, share[n]}, shape);
+      w[n] = 0;
+      if (member < count) {
+        const Index place = places[member];
+        const Particle residual = load_particle(coarse.residuals + place);
+        w[n] = residual.w;
+        if (is_of_shape) {
+          vector[n] = load_particle(particles + place);
+          share[n] = k == 0 ? 1.0F : __ldg(coarse.vertices[place].place + (k - 1));
+        } else {
+          vector[n] = residual;
+          share[n] = shares[member].of[k];
         }
       }
     }
+#pragma unroll
+    for (int n = 0; n < kBatch; ++n) {
+      if (w[n] > 0) {
+        const Vec3<float> x =
+            share[n] * (is_of_shape ? position_of(vector[n]) - origin : position_of(vector[n]));
+        add({x.x, x.y, x.z, share[n]}, sum);
+      }
+    }
   }
-  load = add_halves(load, sums);
-  if constexpr (kAfter) {
-    if (threadIdx.x < 4) {
-      *reinterpret_cast<float4*>(all.of[k]) = load;
-    }
-    __syncthreads();
-    if (threadIdx.x == 0) {
-      const AffineNumbers before = load_numbers(coarse.sums[node].load);
-      const AffineNumbers move = load_numbers(coarse.moves_of_nodes[node]);
-      coarse.gains[node] = {power(before, move), power(all, move)};
-    }
-  } else {
-    __syncthreads();
-    shape = add_halves(shape, sums);
-    if (threadIdx.x < 4) {
-      *reinterpret_cast<float4*>(coarse.sums[node].load.of[k]) = load;
-      *reinterpret_cast<float4*>(coarse.sums[node].shape.of[k]) = shape;
-    }
+  sum = add_halves(sum, sums);
+  if (threadIdx.x < 4) {
+    NodeSums& to = coarse.sums[node];
+    *reinterpret_cast<float4*>((is_of_shape ? to.shape : to.load).of[k]) = sum;
+  }
+}
+
+/// What moves have gained near a node, a block each.
+__global__ void __launch_bounds__(kNodeSums) weigh_nodes(CoarseArrays coarse) {
+  static_assert(kNodeSums == 2 * kWarp);
+  __shared__ double upper[kWarp];
+  wait_for_previous();
+  coarse = of_copy(coarse);
+  const auto node = static_cast<Index>(blockIdx.x);
+  const auto thread = static_cast<Index>(threadIdx.x);
+  const Index* const places =
+      coarse.own_places + static_cast<std::size_t>(node) * coarse.member_room;
+  const Index count = coarse.own_counts[node];
+  double after = 0;
+#pragma unroll 4
+  for (Index i = thread; i < count; i += kNodeSums) {
+    const Index place = places[i];
+    after +=
+        power_after(load_particle(coarse.residuals + place), load_particle(coarse.moves + place));
+  }
+  if (thread >= kWarp) {
+    upper[thread - kWarp] = after;
+  }
+  __syncthreads();
+  if (thread >= kWarp) {
+    return;
+  }
+  after += upper[thread];
+#pragma unroll
+  for (int half = kWarp / 2; half > 0; half /= 2) {
+    after += __shfl_down_sync(~0U, after, half);
+  }
+  if (thread == 0) {
+    coarse.gains[node] = {
+        power(load_numbers(coarse.sums[node].load), load_numbers(coarse.moves_of_nodes[node])),
+        after};
   }
 }
 
@@ -421,7 +440,7 @@ __device__ inline float add_sums(float sum, float (&sums)[kStride * kCoarseSums]
 struct TurnedPieces {
   NodeSums sums[kMostNodes];
   float origins[kMostNodes][3];
-  Index pieces[kMostNodes];  // of nodes; none of those that move nothing
+  Index pieces[kMostNodes];  // of nodes; none of those without own vertices
   double of_pieces[kMostNodes][4][4];
   Turn turns[kMostNodes];
 
@@ -435,9 +454,9 @@ struct TurnedPieces {
     }
     if (thread < coarse.node_count) {
       pieces[thread] = kInvalidIndex;
-      if (coarse.member_counts[thread] > 0) {
+      if (coarse.own_counts[thread] > 0) {
         const std::size_t first = static_cast<std::size_t>(thread) * coarse.member_room;
-        const Particle origin = load_particle(particles + coarse.member_places[first]);
+        const Particle origin = load_particle(particles + coarse.own_places[first]);
         origins[thread][0] = origin.x;
         origins[thread][1] = origin.y;
         origins[thread][2] = origin.z;
@@ -706,11 +725,11 @@ __global__ void __launch_bounds__(kVertexThreads)
 
 void find_residuals(const DeviceState& state, const VertexArrays& vertices,
                     const CoarseArrays& coarse, const StepInput* input, bool has_tools,
-                    bool is_after, const Launch& how) {
+                    const Launch& how) {
   launch(how, "launching what finds residuals",
          blocks_for(vertices.block_count * kBlockLanes * kVertexParts, kBlockThreads),
          kBlockThreads, find_residuals_of_blocks<kVertexParts>, state, vertices, coarse, input,
-         has_tools, is_after);
+         has_tools);
 }
 
 Index prepare_residuals(const TileArrays& tiles) {
@@ -719,17 +738,17 @@ Index prepare_residuals(const TileArrays& tiles) {
 
 void find_residuals_by_tiles(const DeviceState& state, const VertexArrays& vertices,
                              const TileArrays& tiles, const CoarseArrays& coarse, StepInput* input,
-                             bool has_tools, bool is_after, const Launch& how) {
+                             bool has_tools, const Launch& how) {
   const Index threads = vertices.block_count * tiles_of_block(tiles.parts) * kTileThreads;
   launch_with_memory(how, "launching what finds residuals", blocks_for(threads, kBlockThreads),
                      kBlockThreads, shared_bytes(tiles), residual_kernel(tiles.parts), state,
-                     vertices, tiles, coarse, input, has_tools, is_after);
+                     vertices, tiles, coarse, input, has_tools);
 }
 
 void move_by_modes(const DeviceState& state, const VertexArrays& vertices,
                    const CoarseArrays& coarse, const StepInput* input, bool has_tools,
                    const Launch& how) {
-  launch(how, "launching sums of residuals", coarse.node_count, kSumThreads, sum_nodes<false>,
+  launch(how, "launching sums of residuals", 2 * coarse.node_count, kSumThreads, sum_nodes,
          state.particles, state.capacity, coarse);
   if (has_tools) {
     launch(how, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
@@ -746,8 +765,8 @@ void move_by_modes(const DeviceState& state, const VertexArrays& vertices,
 
 void turn_back_moves(const DeviceState& state, const CoarseArrays& coarse, const StepInput* input,
                      const Launch& how) {
-  launch(how, "launching gains of a coarse move", coarse.node_count, kSumThreads, sum_nodes<true>,
-         state.particles, state.capacity, coarse);
+  launch(how, "launching gains of a coarse move", coarse.node_count, kNodeSums, weigh_nodes,
+         coarse);
   launch(how, "launching what turns back", blocks_for(state.capacity, kVertexThreads),
          kVertexThreads, turn_back, state, coarse, input);
 }

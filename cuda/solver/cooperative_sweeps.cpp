@@ -111,10 +111,10 @@ class CooperativeSweeps final : public Sweeps {
       return;
     }
     sweep(reach, arrays, substep, {0, 1}, launch);
-    find_residuals(arrays, false, launch);
+    find_residuals(arrays, launch);
     kernels_.move_by_modes(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
                            arrays.has_tools(), launch);
-    find_residuals(arrays, true, launch);
+    find_residuals(arrays, launch);
     kernels_.turn_back_moves(arrays.state, arrays.coarse, arrays.input, launch);
     sweep(reach, arrays, substep, {1, count}, launch);
   }
@@ -159,9 +159,9 @@ class CooperativeSweeps final : public Sweeps {
 
  private:
   // Of a coarse correction.
-  void find_residuals(const SweepArrays& arrays, bool is_after, const Launch& launch) const {
+  void find_residuals(const SweepArrays& arrays, const Launch& launch) const {
     kernels_.find_residuals_by_tiles(arrays.state, arrays.vertices, tiles_, arrays.coarse,
-                                     arrays.input, arrays.has_tools(), is_after, launch);
+                                     arrays.input, arrays.has_tools(), launch);
   }
 
   struct SweepRange {

@@ -57,9 +57,9 @@ class LaunchedSweeps final : public Sweeps {
   void correct(const SweepArrays& arrays, const Launch& launch) const {
     const auto& [state, vertices, coarse] = std::tie(arrays.state, arrays.vertices, arrays.coarse);
     const bool has_tools = arrays.has_tools();
-    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, false, launch);
+    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
     kernels_.move_by_modes(state, vertices, coarse, arrays.input, has_tools, launch);
-    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, true, launch);
+    kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
     kernels_.turn_back_moves(state, coarse, arrays.input, launch);
   }
 

@@ -156,14 +156,13 @@ struct StepKernels {
 
   /// By rows of vertices.
   void (*find_residuals)(const DeviceState&, const VertexArrays&, const CoarseArrays&,
-                         const StepInput*, bool has_tools, bool is_after, const Launch&);
+                         const StepInput*, bool has_tools, const Launch&);
   /// Makes ready for find_residuals_by_tiles(). Enqueues nothing.
   /// @return  as prepare_sweep_of_vertices()
   Index (*prepare_residuals)(const TileArrays&);
   /// By records of tiles.
   void (*find_residuals_by_tiles)(const DeviceState&, const VertexArrays&, const TileArrays&,
-                                  const CoarseArrays&, StepInput*, bool has_tools, bool is_after,
-                                  const Launch&);
+                                  const CoarseArrays&, StepInput*, bool has_tools, const Launch&);
   void (*move_by_modes)(const DeviceState&, const VertexArrays&, const CoarseArrays&,
                         const StepInput*, bool has_tools, const Launch&);
   void (*turn_back_moves)(const DeviceState&, const CoarseArrays&, const StepInput*, const Launch&);

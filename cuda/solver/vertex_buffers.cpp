@@ -156,6 +156,8 @@ std::uint32_t* VertexBuffers::start(DeviceArray array) const noexcept {
     case DeviceArray::tile_blocks:
     case DeviceArray::tile_neighbors:
     case DeviceArray::coarse_vertices:
+    case DeviceArray::coarse_own_counts:
+    case DeviceArray::coarse_own_places:
     case DeviceArray::coarse_member_counts:
     case DeviceArray::coarse_member_places:
     case DeviceArray::coarse_member_shares:

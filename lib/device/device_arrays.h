@@ -84,6 +84,8 @@ struct FreePieceArrays {
 /// A CoarseSpace, and what CoarseScratch has of each copy. No nodes where there is no correction.
 struct CoarseArrays {
   const CoarseVertex* vertices = nullptr;       ///< [vertex_room]
+  const Index* own_counts = nullptr;            ///< [node] see NodeMembers
+  const Index* own_places = nullptr;            ///< [node][member_room]
   const Index* member_counts = nullptr;         ///< [node]
   const Index* member_places = nullptr;         ///< [node][member_room]
   const CoarseShares* member_shares = nullptr;  ///< [node][member_room]

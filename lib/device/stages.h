@@ -43,11 +43,13 @@ enum class DeviceArray : std::uint32_t {
   tile_blocks,       ///< of one kernel for all sweeps: see VertexTiles
   tile_neighbors,
   coarse_vertices,  ///< of a coarse correction, as the following: see CoarseArrays
+  coarse_own_counts,
+  coarse_own_places,
   coarse_member_counts,
   coarse_member_places,
   coarse_member_shares,
 };
-inline constexpr int kDeviceArrayCount = 28;
+inline constexpr int kDeviceArrayCount = 30;
 
 /// One 4-byte word that changes.
 struct WordChange {

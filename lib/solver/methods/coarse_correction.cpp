@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <limits>
+#include <array>
 #include <span>
 
 #include "pbdsurg/base/vec3.h"
@@ -34,27 +34,46 @@ ConstQuad quad_of(const Particle& p) {
   return ConstQuad(&p.x);
 }
 
-// Adds a vector times shares.
-void add(const Eigen::Array4f& vector, const CoarseShares& shares, AffineNumbers& sum) {
-  for (int k = 0; k < 4; ++k) {
-    Quad(sum.of[k]) += shares.of[k] * vector;
-  }
-}
+// A vector times shares, summed up in registers.
+struct SharedSum {
+  std::array<Eigen::Array4f, 4> of{Eigen::Array4f::Zero(), Eigen::Array4f::Zero(),
+                                   Eigen::Array4f::Zero(), Eigen::Array4f::Zero()};
 
-// To the first of these, half by half.
-template <class Sums, class Add>
-void add_halves(Sums& sums, const Add& add) {
-  for (Index half = kNodeSums / 2; half > 0; half /= 2) {
-    for (Index i = 0; i < half; ++i) {
-      add(sums[i + half], sums[i]);
+  void add(const Eigen::Array4f& vector, const CoarseShares& shares) {
+    for (int k = 0; k < 4; ++k) {
+      of[k] += shares.of[k] * vector;
     }
   }
-}
-
-void add(const AffineNumbers& more, AffineNumbers& sum) {
-  for (int k = 0; k < 4; ++k) {
-    Quad(sum.of[k]) += ConstQuad(more.of[k]);
+  void add(const SharedSum& more) {
+    for (int k = 0; k < 4; ++k) {
+      of[k] += more.of[k];
+    }
   }
+  void store(AffineNumbers& to) const {
+    for (int k = 0; k < 4; ++k) {
+      Quad(to.of[k]) = of[k];
+    }
+  }
+};
+
+// Over a list of a node, in the order of kNodeSums.
+// @param add  (std::size_t, Sum&)
+template <class Sum, class Add>
+Sum sum_of(const std::vector<Index>& list, const Add& add) {
+  std::array<Sum, kNodeSums> sums;
+  for (Index n = 0; n < kNodeSums; ++n) {
+    Sum sum;
+    for (auto i = static_cast<std::size_t>(n); i < list.size(); i += kNodeSums) {
+      add(i, sum);
+    }
+    sums[n] = sum;
+  }
+  for (Index half = kNodeSums / 2; half > 0; half /= 2) {
+    for (Index n = 0; n < half; ++n) {
+      sums[n].add(sums[n + half]);
+    }
+  }
+  return sums[0];
 }
 
 // sum_i shares_i numbers_i, in kCoarseSums and then half by half.
@@ -87,11 +106,11 @@ void find_turns(const StepContext& step) {
   for (Index piece = 0; piece < space.piece_count(); ++piece) {
     double sums[4][4] = {};
     for (Index node = 0; node < space.node_count(); ++node) {
-      if (space.piece_of(node) != piece || space.members(node).places.empty()) {
+      if (space.piece_of(node) != piece || space.members(node).own.empty()) {
         continue;
       }
       const AffineNumbers& shape = scratch.sums[node].shape;
-      const Particle& origin = step.copy.particles[space.members(node).places[0]];
+      const Particle& origin = step.copy.particles[space.members(node).own[0]];
       const float from[3] = {origin.x, origin.y, origin.z};
       for (int k = 0; k < 4; ++k) {
         const double count{shape.of[k][3]};
@@ -244,26 +263,26 @@ CoarsePart coarse_part(const StepContext& step, Index part) noexcept {
 
 void project_residuals(const StepContext& step, Index node) {
   CoarseScratch& scratch = step.scratch.coarse;
-  const NodeMembers& members = step.data.coarse_space.members(node);
-  const auto count = static_cast<Index>(members.places.size());
-  NodeSums sums[kNodeSums];
-  for (Index i = 0; i < count; ++i) {
-    const Index v = members.places[i];
-    const Particle& residual = scratch.residuals[v];
+  const auto& [own, places, shares] = step.data.coarse_space.members(node);
+  const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
+  const std::vector<Particle>& particles = step.copy.particles;
+  const auto load = sum_of<SharedSum>(places, [&](std::size_t i, SharedSum& sum) {
+    const Particle& residual = scratch.residuals[places[i]];
     if (residual.w > 0) {
-      NodeSums& sum = sums[i % kNodeSums];
-      add(quad_of(residual), members.shares[i], sum.load);
-      Eigen::Array4f x =
-          quad_of(step.copy.particles[v]) - quad_of(step.copy.particles[members.places[0]]);
-      x[3] = 1;
-      add(x, members.shares[i], sum.shape);
+      sum.add(quad_of(residual), shares[i]);
     }
-  }
-  add_halves(sums, [](const NodeSums& more, NodeSums& sum) {
-    add(more.load, sum.load);
-    add(more.shape, sum.shape);
   });
-  scratch.sums[node] = sums[0];
+  load.store(scratch.sums[node].load);
+  const Eigen::Array4f axes(1, 1, 1, 0), one(0, 0, 0, 1);
+  const auto shape = sum_of<SharedSum>(own, [&](std::size_t i, SharedSum& sum) {
+    const Index v = own[i];
+    if (scratch.residuals[v].w > 0) {
+      const auto& place = vertices[v].place;
+      sum.add((quad_of(particles[v]) - quad_of(particles[own[0]])) * axes + one,
+              {1, place[0], place[1], place[2]});
+    }
+  });
+  shape.store(scratch.sums[node].shape);
 }
 
 void solve_coarse(const StepContext& step, float inverse_dt_squared) {
@@ -338,22 +357,17 @@ void displace(const StepContext& step, const VertexState& state, Index part) {
 }
 
 void weigh_moves(const StepContext& step, Index node) {
+  struct Power {
+    double of = 0;  // J
+
+    void add(const Power& more) { of += more.of; }
+  };
   CoarseScratch& scratch = step.scratch.coarse;
-  const NodeMembers& members = step.data.coarse_space.members(node);
-  const auto count = static_cast<Index>(members.places.size());
-  AffineNumbers loads[kNodeSums];
-  for (Index i = 0; i < count; ++i) {
-    const Index v = members.places[i];
-    const Particle& residual = scratch.residuals[v];
-    if (residual.w > 0) {
-      add(quad_of(residual), members.shares[i], loads[i % kNodeSums]);
-    } else if (scratch.moves[v].w > 0) {  // the move has made it overflow
-      loads[i % kNodeSums].of[0][0] = std::numeric_limits<float>::quiet_NaN();
-    }
-  }
-  add_halves(loads, [](const AffineNumbers& more, AffineNumbers& sum) { add(more, sum); });
-  const AffineNumbers& move = scratch.moves_of_nodes[node];
-  scratch.gains[node] = {power(scratch.sums[node].load, move), power(loads[0], move)};
+  const std::vector<Index>& own = step.data.coarse_space.members(node).own;
+  const auto after = sum_of<Power>(own, [&](std::size_t i, Power& sum) {
+    sum.of += power_after(scratch.residuals[own[i]], scratch.moves[own[i]]);
+  });
+  scratch.gains[node] = {power(scratch.sums[node].load, scratch.moves_of_nodes[node]), after.of};
 }
 
 bool turn_back_moves(const StepContext& step, Index part) {

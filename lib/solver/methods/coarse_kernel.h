@@ -10,6 +10,9 @@
 #include "pbdsurg/base/host_device.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/base/vec3.h"
+#include "pbdsurg/constraints/projection.h"
+
+#include "lib/solver/state/particle.h"
 
 namespace pbdsurg {
 
@@ -22,7 +25,8 @@ inline constexpr Index kModesOfNode = 4;  ///< in the mean, where there are more
 inline constexpr Index kLeastModes = 48;  ///< or as many as there are
 inline constexpr Index kMostModes = kModesOfNode * kMostNodes;
 
-/// Member i of a node goes to sum i modulo this; then, half by half, sum i takes sum i + half.
+/// Member i of a node, or own vertex i, goes to sum i modulo this; then, half by half, sum i takes
+/// sum i + half.
 inline constexpr Index kNodeSums = 64;
 
 /// Likewise number i of all, or mode i, of which a sum over all is made.
@@ -52,13 +56,14 @@ struct alignas(16) AffineNumbers {
   float of[4][4]{};
 };
 
-/// Of what a node moves, each times its shares.
 struct NodeSums {
-  AffineNumbers load;   ///< N, of residuals
-  AffineNumbers shape;  ///< m, of positions from the first member's; and how many count
+  AffineNumbers load;  ///< N, of residuals of what a node moves, each times its shares
+  /// m, of positions of its own vertices from the first one's, each times its place; and how many
+  /// count.
+  AffineNumbers shape;
 };
 
-/// What moves gain: their power against residuals before and after, J, by its sign.
+/// What moves gain: their power against residuals before and after, J; positive: they go on.
 struct CoarseGain {
   double before = 0, after = 0;
 
@@ -79,6 +84,13 @@ PBDSURG_HOST_DEVICE inline double power(const AffineNumbers& load, const AffineN
     }
   }
   return sum;
+}
+
+/// Of a vertex after it has moved; infinitely far back if it has overflown.
+PBDSURG_HOST_DEVICE inline double power_after(const Particle& residual, const Particle& move) {
+  const double power = double{residual.x} * double{move.x} + double{residual.y} * double{move.y} +
+                       double{residual.z} * double{move.z};
+  return move.w > 0 && !(residual.w > 0) ? double{-kInfinity} : power;
 }
 
 /// From rest to now, of a piece: a rotation, row by row.

@@ -409,6 +409,9 @@ void CoarseSpace::add(const CoarseVertex& vertex) {
     const float weight = vertex.weights[i];
     if (weight > 0) {
       NodeMembers& members = members_[vertex.nodes[i]];
+      if (i == 0) {
+        members.own.push_back(place);
+      }
       members.places.push_back(place);
       members.shares.push_back(
           {weight, weight * vertex.place[0], weight * vertex.place[1], weight * vertex.place[2]});
@@ -427,6 +430,9 @@ void CoarseSpace::resize(std::size_t place_count) {
       members.places.pop_back();
       members.shares.pop_back();
     }
+    while (!members.own.empty() && members.own.back() >= static_cast<Index>(place_count)) {
+      members.own.pop_back();
+    }
   }
 }
 
@@ -437,6 +443,7 @@ Index CoarseSpace::take_first_changed() noexcept {
 void CoarseSpace::reserve(std::size_t more) {
   vertices_.reserve(vertices_.size() + more);
   for (NodeMembers& members : members_) {
+    members.own.reserve(members.own.size() + more);
     members.places.reserve(members.places.size() + more);
     members.shares.reserve(members.shares.size() + more);
   }
@@ -447,7 +454,7 @@ std::size_t CoarseSpace::memory_bytes() const noexcept {
       vertices_.capacity() * sizeof(CoarseVertex) + piece_of_node_.capacity() * sizeof(Index) +
       (stiffnesses_.capacity() + modes_.capacity() + numbers_.capacity()) * sizeof(float);
   for (const NodeMembers& members : members_) {
-    bytes += members.places.capacity() * sizeof(Index) +
+    bytes += (members.own.capacity() + members.places.capacity()) * sizeof(Index) +
              members.shares.capacity() * sizeof(CoarseShares);
   }
   return bytes;

@@ -23,6 +23,7 @@ class SolverData;
 
 /// What a node moves, ascending by place.
 struct NodeMembers {
+  std::vector<Index> own;  ///< places of vertices that are nearer to it than to other nodes
   std::vector<Index> places;
   std::vector<CoarseShares> shares;
 };
