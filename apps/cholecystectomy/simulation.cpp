@@ -92,16 +92,13 @@ pbdsurg::ToolPose Instrument::pose() const {
 }
 
 pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool paper) {
-  pbdsurg::SolverOptions options{
-      .method = pbdsurg::SolverMethod::vertex_block, .substeps = 1, .iterations = 10};
+  pbdsurg::SolverOptions options{.method = pbdsurg::SolverMethod::vertex_block,
+                                 .substeps = 1,
+                                 .iterations = 4,
+                                 .over_relaxation = 1.2F,
+                                 .coarse_correction = true};
   if (paper) {
     options = pbdsurg::SolverOptions::paper();
-  } else if (executor && executor.kind() == pbdsurg::ExecutorKind::device) {
-    options.over_relaxation = 1.7F;  // it has no coarse correction
-  } else {
-    options.iterations = 4;
-    options.over_relaxation = 1.2F;
-    options.coarse_correction = true;
   }
   options.damping = paper ? 60 : 20;
   options.executor = executor;

@@ -46,6 +46,7 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
   const std::size_t most = most_members(space);
   const auto spare = static_cast<std::size_t>(data.options.spare.vertices);
   const std::size_t room = most + part_to_grow(most) + std::min(spare, most);
+  const std::size_t parts = (room + kNodePart - 1) / kNodePart;
   copy_count_ = static_cast<std::size_t>(data.copy_count());
 
   std::vector<Index> own_counts, counts, pieces;
@@ -80,9 +81,11 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
              numbers_.upload(space.all_numbers(), stream),
              residuals_.fill(copy_count_ * capacity, 0, stream),
              moves_.fill(copy_count_ * capacity, 0, stream),
+             part_sums_.reserve(copy_count_ * nodes * parts),
+             part_gains_.reserve(copy_count_ * nodes * parts),
              sums_.reserve(copy_count_ * nodes),
              moves_of_nodes_.reserve(copy_count_ * nodes),
-             gains_.reserve(copy_count_ * nodes),
+             gains_before_.reserve(copy_count_ * nodes),
              turns_.reserve(copy_count_ * nodes),
              amplitudes_.reserve(copy_count_ * modes),
              gives_.reserve(copy_count_ * modes),
@@ -94,7 +97,8 @@ void CoarseBuffers::upload(const SolverData& data, std::size_t capacity, cudaStr
              space.piece_count(),
              static_cast<Index>(modes),
              static_cast<Index>(capacity),
-             static_cast<Index>(room)};
+             static_cast<Index>(room),
+             static_cast<Index>(parts)};
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));  // lists end here, and the space may change
 }
 
@@ -151,14 +155,11 @@ std::uint32_t* CoarseBuffers::start(DeviceArray array) const noexcept {
 }
 
 std::size_t CoarseBuffers::memory_bytes() const noexcept {
-  return vertices_.memory_bytes() + own_counts_.memory_bytes() + own_places_.memory_bytes() +
-         member_counts_.memory_bytes() + member_places_.memory_bytes() + pieces_.memory_bytes() +
-         member_shares_.memory_bytes() + stiffnesses_.memory_bytes() + modes_.memory_bytes() +
-         numbers_.memory_bytes() + residuals_.memory_bytes() + moves_.memory_bytes() +
-         sums_.memory_bytes() + moves_of_nodes_.memory_bytes() + gains_.memory_bytes() +
-         turns_.memory_bytes() + amplitudes_.memory_bytes() + gives_.memory_bytes() +
-         hold_modes_.memory_bytes() + holds_.memory_bytes() + hold_sums_.memory_bytes() +
-         hold_counts_.memory_bytes();
+  const auto bytes_of = [](const auto&... buffers) { return (buffers.memory_bytes() + ...); };
+  return bytes_of(vertices_, own_counts_, own_places_, member_counts_, member_places_, pieces_,
+                  member_shares_, stiffnesses_, modes_, numbers_, residuals_, moves_, part_sums_,
+                  part_gains_, sums_, gains_before_, moves_of_nodes_, turns_, amplitudes_, gives_,
+                  hold_modes_, holds_, hold_sums_, hold_counts_);
 }
 
 }  // namespace pbdsurg::cuda

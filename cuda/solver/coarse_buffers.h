@@ -43,9 +43,9 @@ class CoarseBuffers {
   DeviceBuffer<CoarseShares> member_shares_;
   DeviceBuffer<float> stiffnesses_, modes_, numbers_;
   DeviceBuffer<Particle> residuals_, moves_;
-  DeviceBuffer<NodeSums> sums_;
+  DeviceBuffer<NodeSums> part_sums_, sums_;
+  DeviceBuffer<double> part_gains_, gains_before_;
   DeviceBuffer<AffineNumbers> moves_of_nodes_;
-  DeviceBuffer<CoarseGain> gains_;
   DeviceBuffer<Turn> turns_;
   DeviceBuffer<float> amplitudes_, gives_, hold_modes_;
   DeviceBuffer<CoarseHolds> holds_;

@@ -34,9 +34,11 @@ __device__ inline CoarseArrays of_copy(CoarseArrays coarse) {
   const std::size_t modes = copy * static_cast<std::size_t>(coarse.mode_count);
   coarse.residuals += vertices;
   coarse.moves += vertices;
+  coarse.part_sums += nodes * static_cast<std::size_t>(coarse.part_room);
+  coarse.part_gains += nodes * static_cast<std::size_t>(coarse.part_room);
   coarse.sums += nodes;
   coarse.moves_of_nodes += nodes;
-  coarse.gains += nodes;
+  coarse.gains_before += nodes;
   coarse.turns += nodes;
   coarse.amplitudes += modes;
   coarse.gives += modes;
@@ -66,6 +68,9 @@ struct BlockOfWorkers {
   __device__ void meet() const { __syncthreads(); }
 };
 
+/// Of w of residuals: a tool holds the vertex.
+constexpr float kHeld = -1;
+
 /// What is out of balance at a vertex, to where sums find it.
 /// @param force  N, of its rows
 __device__ inline void store_residual(const DeviceState& state, const CoarseArrays& coarse,
@@ -77,7 +82,9 @@ __device__ inline void store_residual(const DeviceState& state, const CoarseArra
   const Vec3<float> residual = (inverse_dt_squared / p.w) * (flight - position_of(p)) + force;
   const bool counts = p.w > 0 && !is_held && !is_lost(point) && is_finite_way(residual);
   store_particle(&at(coarse.residuals, corner), counts ? residual : Vec3<float>{},
-                 counts ? 1.0F : 0.0F);
+                 counts    ? 1.0F
+                 : is_held ? kHeld
+                           : 0.0F);
 }
 
 /// By rows; threads of a vertex as in move_blocks().
@@ -212,79 +219,136 @@ __device__ inline float4 add_halves(float4 sum, float4 (&sums)[kSumThreads]) {
   return sum;
 }
 
-/// What residuals do to a node, a block each, and how its own vertices lie, a block more.
-__global__ void __launch_bounds__(kSumThreads)
-    sum_nodes(const Particle* particles, Index capacity, CoarseArrays coarse) {
-  constexpr int kBatch = 8;  // vertices that a thread asks for at once
-  __shared__ float4 sums[kSumThreads];
-  wait_for_previous();
-  coarse = of_copy(coarse);
-  particles += copy_index() * static_cast<std::size_t>(capacity);
-  const bool is_of_shape = static_cast<Index>(blockIdx.x) >= coarse.node_count;
-  const Index node = static_cast<Index>(blockIdx.x) - (is_of_shape ? coarse.node_count : 0);
-  const auto k = static_cast<Index>(threadIdx.x % 4);
-  const std::size_t first = static_cast<std::size_t>(node) * coarse.member_room;
-  const Index* const places = (is_of_shape ? coarse.own_places : coarse.member_places) + first;
-  const CoarseShares* const shares = coarse.member_shares + first;
-  const Index count = (is_of_shape ? coarse.own_counts : coarse.member_counts)[node];
-  float4 sum{};
-  Vec3<float> origin;
-  if (is_of_shape && count > 0) {
-    origin = position_of(load_particle(particles + places[0]));
+/// Of a list of a node, what a block has.
+struct NodePart {
+  Index node, part;
+  const Index* places;  ///< of the whole list
+  Index first, end;
+
+  __device__ NodePart(const CoarseArrays& coarse, Index index, const Index* all_places,
+                      const Index* counts)
+      : node(index / coarse.part_room),
+        part(index % coarse.part_room),
+        places(all_places + static_cast<std::size_t>(node) * coarse.member_room),
+        first(part * kNodePart) {
+    const Index count = __ldg(counts + node);
+    end = first + kNodePart < count ? first + kNodePart : count;
   }
-  for (auto i = static_cast<Index>(threadIdx.x / 4); i < count; i += kBatch * kNodeSums) {
-    float share[kBatch], w[kBatch];
-    Particle vector[kBatch];
+
+  /// In arrays of all parts.
+  [[nodiscard]] __device__ std::size_t place(const CoarseArrays& coarse) const {
+    return static_cast<std::size_t>(node) * coarse.part_room + part;
+  }
+};
+
+__device__ inline Index parts_of(Index count) {
+  return (count + kNodePart - 1) / kNodePart;
+}
+
+/// What residuals do to a part of a node's members, a block each; or how a part of its own vertices
+/// lies.
+template <bool kShape>
+__device__ inline void sum_part(const Particle* particles, const CoarseArrays& coarse,
+                                const NodePart& part) {
+  constexpr int kVertices = kNodePart / kNodeSums;  // of a thread, which asks for all at once
+  __shared__ float4 sums[kSumThreads];
+  const auto k = static_cast<Index>(threadIdx.x % 4);
+  const CoarseShares* const shares =
+      coarse.member_shares + static_cast<std::size_t>(part.node) * coarse.member_room;
+  Vec3<float> origin{0, 0, 0};
+  if constexpr (kShape) {
+    origin = position_of(load_particle(particles + part.places[0]));
+  }
+  Index place[kVertices];
+  float share[kVertices], w[kVertices];
+  Particle vector[kVertices];
+  const Index start = part.first + static_cast<Index>(threadIdx.x / 4);
 #pragma unroll
-    for (int n = 0; n < kBatch; ++n) {
-      const Index member = i + n * kNodeSums;
-      w[n] = 0;
-      if (member < count) {
-        const Index place = places[member];
-        const Particle residual = load_particle(coarse.residuals + place);
-        w[n] = residual.w;
-        if (is_of_shape) {
-          vector[n] = load_particle(particles + place);
-          share[n] = k == 0 ? 1.0F : __ldg(coarse.vertices[place].place + (k - 1));
-        } else {
-          vector[n] = residual;
-          share[n] = shares[member].of[k];
-        }
-      }
+  for (int n = 0; n < kVertices; ++n) {
+    const Index i = start + n * kNodeSums < part.end ? start + n * kNodeSums : part.first;
+    place[n] = part.places[i];
+    share[n] = kShape ? 1.0F : shares[i].of[k];
+  }
+#pragma unroll
+  for (int n = 0; n < kVertices; ++n) {
+    vector[n] = load_particle(coarse.residuals + place[n]);
+    w[n] = start + n * kNodeSums < part.end ? vector[n].w : 0.0F;
+    if constexpr (kShape) {
+      vector[n] = load_particle(particles + place[n]);
+      share[n] = k == 0 ? 1.0F : __ldg(coarse.vertices[place[n]].place + (k - 1));
     }
+  }
+  float4 sum{};
 #pragma unroll
-    for (int n = 0; n < kBatch; ++n) {
-      if (w[n] > 0) {
-        const Vec3<float> x =
-            share[n] * (is_of_shape ? position_of(vector[n]) - origin : position_of(vector[n]));
-        add({x.x, x.y, x.z, share[n]}, sum);
-      }
+  for (int n = 0; n < kVertices; ++n) {
+    if (w[n] > 0) {
+      const Vec3<float> x =
+          share[n] * (kShape ? position_of(vector[n]) - origin : position_of(vector[n]));
+      add({x.x, x.y, x.z, share[n]}, sum);
     }
   }
   sum = add_halves(sum, sums);
   if (threadIdx.x < 4) {
-    NodeSums& to = coarse.sums[node];
-    *reinterpret_cast<float4*>((is_of_shape ? to.shape : to.load).of[k]) = sum;
+    NodeSums& to = coarse.part_sums[part.place(coarse)];
+    *reinterpret_cast<float4*>((kShape ? to.shape : to.load).of[k]) = sum;
   }
 }
 
-/// What moves have gained near a node, a block each.
+__global__ void __launch_bounds__(kSumThreads)
+    sum_nodes(const Particle* particles, Index capacity, CoarseArrays coarse) {
+  const Index parts = coarse.node_count * coarse.part_room;
+  const auto index = static_cast<Index>(blockIdx.x);
+  const bool is_of_shape = index >= parts;
+  const NodePart part = is_of_shape
+                            ? NodePart(coarse, index - parts, coarse.own_places, coarse.own_counts)
+                            : NodePart(coarse, index, coarse.member_places, coarse.member_counts);
+  wait_for_previous();
+  if (part.first >= part.end) {
+    return;
+  }
+  coarse = of_copy(coarse);
+  particles += copy_index() * static_cast<std::size_t>(capacity);
+  if (is_of_shape) {
+    sum_part<true>(particles, coarse, part);
+  } else {
+    sum_part<false>(particles, coarse, part);
+  }
+}
+
+/// What moves have gained at a part of a node's own vertices, a block each.
 __global__ void __launch_bounds__(kNodeSums) weigh_nodes(CoarseArrays coarse) {
   static_assert(kNodeSums == 2 * kWarp);
+  constexpr int kVertices = kNodePart / kNodeSums;
   __shared__ double upper[kWarp];
+  const NodePart part(coarse, static_cast<Index>(blockIdx.x), coarse.own_places, coarse.own_counts);
   wait_for_previous();
   coarse = of_copy(coarse);
-  const auto node = static_cast<Index>(blockIdx.x);
   const auto thread = static_cast<Index>(threadIdx.x);
-  const Index* const places =
-      coarse.own_places + static_cast<std::size_t>(node) * coarse.member_room;
-  const Index count = coarse.own_counts[node];
+  if (part.part == 0 && thread == kWarp) {
+    coarse.gains_before[part.node] = power(load_numbers(coarse.sums[part.node].load),
+                                           load_numbers(coarse.moves_of_nodes[part.node]));
+  }
+  if (part.first >= part.end) {
+    return;
+  }
+  Index place[kVertices];
+  Particle residual[kVertices], move[kVertices];
+  const Index start = part.first + thread;
+#pragma unroll
+  for (int n = 0; n < kVertices; ++n) {
+    place[n] = part.places[start + n * kNodeSums < part.end ? start + n * kNodeSums : part.first];
+  }
+#pragma unroll
+  for (int n = 0; n < kVertices; ++n) {
+    residual[n] = load_particle(coarse.residuals + place[n]);
+    move[n] = load_particle(coarse.moves + place[n]);
+  }
   double after = 0;
-#pragma unroll 4
-  for (Index i = thread; i < count; i += kNodeSums) {
-    const Index place = places[i];
-    after +=
-        power_after(load_particle(coarse.residuals + place), load_particle(coarse.moves + place));
+#pragma unroll
+  for (int n = 0; n < kVertices; ++n) {
+    if (start + n * kNodeSums < part.end) {
+      after += power_after(residual[n], move[n]);
+    }
   }
   if (thread >= kWarp) {
     upper[thread - kWarp] = after;
@@ -299,15 +363,12 @@ __global__ void __launch_bounds__(kNodeSums) weigh_nodes(CoarseArrays coarse) {
     after += __shfl_down_sync(~0U, after, half);
   }
   if (thread == 0) {
-    coarse.gains[node] = {
-        power(load_numbers(coarse.sums[node].load), load_numbers(coarse.moves_of_nodes[node])),
-        after};
+    coarse.part_gains[part.place(coarse)] = after;
   }
 }
 
 /// What tools hold of what a node moves, a block each: for each node that it is near to.
-__global__ void __launch_bounds__(kHoldThreads)
-    sum_holds(VertexArrays vertices, CoarseArrays coarse) {
+__global__ void __launch_bounds__(kHoldThreads) sum_holds(CoarseArrays coarse) {
   struct Held {
     Index node;
     float weight;
@@ -315,8 +376,8 @@ __global__ void __launch_bounds__(kHoldThreads)
   };
   __shared__ Held held[kHoldThreads];
   __shared__ Index ends[kHoldThreads / kWarp];
+  __shared__ unsigned long long rounds;
   wait_for_previous();
-  vertices = of_copy(vertices);
   coarse = of_copy(coarse);
   const auto node = static_cast<Index>(blockIdx.x);
   const auto thread = static_cast<Index>(threadIdx.x);
@@ -325,13 +386,31 @@ __global__ void __launch_bounds__(kHoldThreads)
   const Index count = coarse.member_counts[node];
   float sum = 0;
   Index held_near = 0;
+  // which rounds of threads find anything held
+  if (thread == 0) {
+    rounds = 0;
+  }
+  __syncthreads();
+  std::uint64_t own_rounds = 0;
+  constexpr Index kRounds = 64;
+#pragma unroll 8
+  for (Index i = thread; i < count; i += kHoldThreads) {
+    const float w = __ldcg(&coarse.residuals[coarse.member_places[first + i]].w);
+    own_rounds |= std::uint64_t{w < 0} << (i / kHoldThreads % kRounds);
+  }
+  if (own_rounds != 0) {
+    atomicOr(&rounds, static_cast<unsigned long long>(own_rounds));
+  }
+  __syncthreads();
   for (Index start = 0; start < count; start += kHoldThreads) {
+    if ((rounds >> (start / kHoldThreads % kRounds) & 1) == 0) {
+      continue;
+    }
     Held own{};
     bool is_held = false;
     if (start + thread < count) {
       const Index place = coarse.member_places[first + start + thread];
-      const Index lane = __ldg(vertices.lane_of_place + place);
-      if (lane != kInvalidIndex && __ldcg(vertices.holds + lane) != kInvalidIndex) {
+      if (__ldcg(&coarse.residuals[place].w) < 0) {
         const CoarseVertex vertex = load_constant(coarse.vertices + place);
         is_held = vertex.takes_part() && vertex.stiffness > 0;
         own = {vertex.nodes[0],
@@ -449,8 +528,17 @@ struct TurnedPieces {
     const auto threads = static_cast<Index>(blockDim.x);
     constexpr Index kQuads = sizeof(NodeSums) / sizeof(float4);
     for (Index i = thread; i < coarse.node_count * kQuads; i += threads) {
-      reinterpret_cast<float4*>(sums)[i] =
-          load_quad(reinterpret_cast<const float4*>(coarse.sums) + i);
+      const Index node = i / kQuads, quad = i % kQuads;
+      const Index parts =
+          parts_of(__ldg((quad < kQuads / 2 ? coarse.member_counts : coarse.own_counts) + node));
+      const float4* const from = reinterpret_cast<const float4*>(
+          coarse.part_sums + static_cast<std::size_t>(node) * coarse.part_room);
+      float4 sum{};
+#pragma unroll 4
+      for (Index part = 0; part < parts; ++part) {
+        add(load_quad(from + part * kQuads + quad), sum);
+      }
+      reinterpret_cast<float4*>(sums)[i] = sum;
     }
     if (thread < coarse.node_count) {
       pieces[thread] = kInvalidIndex;
@@ -507,8 +595,13 @@ __global__ void __launch_bounds__(kModeThreads)
     loads[3 * i + 1] = load.y;
     loads[3 * i + 2] = load.z;
   }
-  for (Index piece = thread; piece < coarse.piece_count && blockIdx.x == 0; piece += kModeThreads) {
-    coarse.turns[piece] = turned.turns[piece];
+  if (blockIdx.x == 0) {
+    for (Index piece = thread; piece < coarse.piece_count; piece += kModeThreads) {
+      coarse.turns[piece] = turned.turns[piece];
+    }
+    for (Index node = thread; node < coarse.node_count; node += kModeThreads) {
+      coarse.sums[node] = turned.sums[node];
+    }
   }
   __syncthreads();
   const Index mode = static_cast<Index>(blockIdx.x) * kModesOfBlock + thread % kModesOfBlock;
@@ -694,7 +787,14 @@ __global__ void __launch_bounds__(kVertexThreads)
   const auto thread = static_cast<Index>(threadIdx.x);
   if (thread < coarse.node_count) {
     pieces[thread] = __ldg(coarse.pieces + thread);
-    gains[thread] = {__ldcg(&coarse.gains[thread].before), __ldcg(&coarse.gains[thread].after)};
+    const double* const parts =
+        coarse.part_gains + static_cast<std::size_t>(thread) * coarse.part_room;
+    double after = 0;
+#pragma unroll 4
+    for (Index part = 0; part < parts_of(__ldg(coarse.own_counts + thread)); ++part) {
+      after += __ldcg(parts + part);
+    }
+    gains[thread] = {__ldcg(coarse.gains_before + thread), after};
   }
   __syncthreads();
   bool goes_back = false;
@@ -745,14 +845,13 @@ void find_residuals_by_tiles(const DeviceState& state, const VertexArrays& verti
                      vertices, tiles, coarse, input, has_tools);
 }
 
-void move_by_modes(const DeviceState& state, const VertexArrays& vertices,
-                   const CoarseArrays& coarse, const StepInput* input, bool has_tools,
-                   const Launch& how) {
-  launch(how, "launching sums of residuals", 2 * coarse.node_count, kSumThreads, sum_nodes,
-         state.particles, state.capacity, coarse);
+void move_by_modes(const DeviceState& state, const CoarseArrays& coarse, const StepInput* input,
+                   bool has_tools, const Launch& how) {
+  launch(how, "launching sums of residuals", 2 * coarse.node_count * coarse.part_room, kSumThreads,
+         sum_nodes, state.particles, state.capacity, coarse);
   if (has_tools) {
     launch(how, "launching sums of what is held", coarse.node_count, kHoldThreads, sum_holds,
-           vertices, coarse);
+           coarse);
   }
   launch(how, "launching what finds amplitudes", blocks_for(coarse.mode_count, kModesOfBlock),
          kModeThreads, has_tools ? find_amplitudes<true> : find_amplitudes<false>, state.particles,
@@ -765,8 +864,8 @@ void move_by_modes(const DeviceState& state, const VertexArrays& vertices,
 
 void turn_back_moves(const DeviceState& state, const CoarseArrays& coarse, const StepInput* input,
                      const Launch& how) {
-  launch(how, "launching gains of a coarse move", coarse.node_count, kNodeSums, weigh_nodes,
-         coarse);
+  launch(how, "launching gains of a coarse move", coarse.node_count * coarse.part_room, kNodeSums,
+         weigh_nodes, coarse);
   launch(how, "launching what turns back", blocks_for(state.capacity, kVertexThreads),
          kVertexThreads, turn_back, state, coarse, input);
 }

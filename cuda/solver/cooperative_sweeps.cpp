@@ -112,8 +112,7 @@ class CooperativeSweeps final : public Sweeps {
     }
     sweep(reach, arrays, substep, {0, 1}, launch);
     find_residuals(arrays, launch);
-    kernels_.move_by_modes(arrays.state, arrays.vertices, arrays.coarse, arrays.input,
-                           arrays.has_tools(), launch);
+    kernels_.move_by_modes(arrays.state, arrays.coarse, arrays.input, arrays.has_tools(), launch);
     find_residuals(arrays, launch);
     kernels_.turn_back_moves(arrays.state, arrays.coarse, arrays.input, launch);
     sweep(reach, arrays, substep, {1, count}, launch);

@@ -58,7 +58,7 @@ class LaunchedSweeps final : public Sweeps {
     const auto& [state, vertices, coarse] = std::tie(arrays.state, arrays.vertices, arrays.coarse);
     const bool has_tools = arrays.has_tools();
     kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
-    kernels_.move_by_modes(state, vertices, coarse, arrays.input, has_tools, launch);
+    kernels_.move_by_modes(state, coarse, arrays.input, has_tools, launch);
     kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
     kernels_.turn_back_moves(state, coarse, arrays.input, launch);
   }

@@ -163,8 +163,8 @@ struct StepKernels {
   /// By records of tiles.
   void (*find_residuals_by_tiles)(const DeviceState&, const VertexArrays&, const TileArrays&,
                                   const CoarseArrays&, StepInput*, bool has_tools, const Launch&);
-  void (*move_by_modes)(const DeviceState&, const VertexArrays&, const CoarseArrays&,
-                        const StepInput*, bool has_tools, const Launch&);
+  void (*move_by_modes)(const DeviceState&, const CoarseArrays&, const StepInput*, bool has_tools,
+                        const Launch&);
   void (*turn_back_moves)(const DeviceState&, const CoarseArrays&, const StepInput*, const Launch&);
 
   /// Makes ready for sweep_cluster(). Enqueues nothing.

@@ -95,9 +95,11 @@ struct CoarseArrays {
   const float* numbers = nullptr;               ///< [number][mode]
   Particle* residuals = nullptr;                ///< [copy][vertex_room], as the following
   Particle* moves = nullptr;
-  NodeSums* sums = nullptr;  ///< [copy][node], as the following
+  NodeSums* part_sums = nullptr;  ///< [copy][node][part_room] of kNodePart
+  double* part_gains = nullptr;   ///< likewise, J, after the move
+  NodeSums* sums = nullptr;       ///< [copy][node], as the following
   AffineNumbers* moves_of_nodes = nullptr;
-  CoarseGain* gains = nullptr;
+  double* gains_before = nullptr;
   Turn* turns = nullptr;              ///< [copy][node] of pieces
   float* amplitudes = nullptr;        ///< [copy][mode]
   float* gives = nullptr;             ///< [copy][mode]
@@ -106,7 +108,7 @@ struct CoarseArrays {
   CoarseShares* hold_sums = nullptr;  ///< [copy][node near which it is][node that moves it] N/m
   Index* hold_counts = nullptr;       ///< [copy][node]
   Index node_count = 0, piece_count = 0, mode_count = 0;
-  Index vertex_room = 0, member_room = 0;
+  Index vertex_room = 0, member_room = 0, part_room = 0;
 
   bool operator==(const CoarseArrays&) const = default;
 };

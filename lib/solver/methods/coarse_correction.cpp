@@ -56,24 +56,29 @@ struct SharedSum {
   }
 };
 
-// Over a list of a node, in the order of kNodeSums.
+// Over a list of a node, in the order of kNodeSums and kNodePart.
 // @param add  (std::size_t, Sum&)
 template <class Sum, class Add>
 Sum sum_of(const std::vector<Index>& list, const Add& add) {
   std::array<Sum, kNodeSums> sums;
-  for (Index n = 0; n < kNodeSums; ++n) {
-    Sum sum;
-    for (auto i = static_cast<std::size_t>(n); i < list.size(); i += kNodeSums) {
-      add(i, sum);
+  Sum all;
+  for (std::size_t first = 0; first < list.size(); first += kNodePart) {
+    const std::size_t end = std::min(first + kNodePart, list.size());
+    for (Index n = 0; n < kNodeSums; ++n) {
+      Sum sum;
+      for (std::size_t i = first + static_cast<std::size_t>(n); i < end; i += kNodeSums) {
+        add(i, sum);
+      }
+      sums[n] = sum;
     }
-    sums[n] = sum;
-  }
-  for (Index half = kNodeSums / 2; half > 0; half /= 2) {
-    for (Index n = 0; n < half; ++n) {
-      sums[n].add(sums[n + half]);
+    for (Index half = kNodeSums / 2; half > 0; half /= 2) {
+      for (Index n = 0; n < half; ++n) {
+        sums[n].add(sums[n + half]);
+      }
     }
+    all.add(sums[0]);
   }
-  return sums[0];
+  return all;
 }
 
 // sum_i shares_i numbers_i, in kCoarseSums and then half by half.

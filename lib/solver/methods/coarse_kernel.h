@@ -28,6 +28,8 @@ inline constexpr Index kMostModes = kModesOfNode * kMostNodes;
 /// Member i of a node, or own vertex i, goes to sum i modulo this; then, half by half, sum i takes
 /// sum i + half.
 inline constexpr Index kNodeSums = 64;
+/// So many follow each other in one such sum of sums; these are added one after another.
+inline constexpr Index kNodePart = 512;
 
 /// Likewise number i of all, or mode i, of which a sum over all is made.
 inline constexpr Index kCoarseSums = 8;
@@ -262,12 +264,15 @@ struct HoldSystem {
     workers.meet();
     // L D L^T; L times D below, D on the diagonal
     for (Index j = 0; j < rows; ++j) {
-      for (Index i = j + 1 + workers.first; i < rows; i += workers.stride) {
+      const Index left = rows - j - 1;
+      for (Index entry = workers.first; entry < left * (left + 1); entry += workers.stride) {
+        const Index i = j + 1 + entry / (left + 1), k = j + 1 + entry % (left + 1);
         const double l = gives[i][j] / gives[j][j];
-        for (Index k = j + 1; k <= i; ++k) {
+        if (k == rows) {
+          forces[i] -= l * forces[j];
+        } else if (k <= i) {
           gives[i][k] -= l * gives[k][j];
         }
-        forces[i] -= l * forces[j];
       }
       workers.meet();
     }
