@@ -101,7 +101,7 @@ pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool pa
   } else {
     options.iterations = 4;
     options.over_relaxation = 1.2F;
-    options.coarse_correction = true;
+    options.coarse_correction = pbdsurg::CoarseCorrection::on;
   }
   options.damping = paper ? 60 : 20;
   options.executor = executor;

@@ -9,6 +9,7 @@
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/program/backend.h"
 #include "lib/solver/program/solver_device.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_input.h"
 
 namespace pbdsurg {
@@ -54,7 +55,7 @@ std::unique_ptr<SolverData> make_device_data(const Tissue& tissue, const SolverO
   if (device == nullptr) {
     throw BackendUnavailable(options.executor.name() + " steps no solvers");
   }
-  if (options.coarse_correction) {
+  if (has_coarse_correction(options)) {
     throw BackendUnavailable(options.executor.name() + " has no coarse correction; a CPU has");
   }
   std::unique_ptr<SolverData> data = make_data_for_device(tissue, options);

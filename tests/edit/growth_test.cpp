@@ -131,7 +131,7 @@ TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
                Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
                Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
                Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
-               Variant{.method = SolverMethod::vertex_block, .coarse_correction = true});
+               Variant{.method = SolverMethod::vertex_block, .coarse_correction = CoarseCorrection::on});
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.executor = executor::serial();
