@@ -72,8 +72,8 @@ CoarseCorrection coarse_correction_for(const Tissue& tissue, const SolverOptions
   if (options.coarse_correction != CoarseCorrection::automatic) {
     return options.coarse_correction;
   }
-  const bool follows_a_rule =
-      options.iterations == kAutomatic || (options.substeps == kAutomatic && options.iterations > 1);
+  const bool follows_a_rule = options.iterations == kAutomatic ||
+                              (options.substeps == kAutomatic && options.iterations > 1);
   return options.method == SolverMethod::vertex_block && follows_a_rule &&
                  has_node_for_each_piece(tissue)
              ? CoarseCorrection::on

@@ -16,7 +16,8 @@ namespace pbdsurg {
 [[nodiscard]] PBDSURG_API CoarseCorrection coarse_correction_for(const Tissue& tissue,
                                                                  const SolverOptions& options);
 
-/// Whether a CoarseSpace has a node for each piece of tissue. Any other piece moves by sweeps alone.
+/// Whether a CoarseSpace has a node for each piece of tissue. Any other piece moves by sweeps
+/// alone.
 [[nodiscard]] PBDSURG_API bool has_node_for_each_piece(const Tissue& tissue);
 
 }  // namespace pbdsurg

@@ -24,14 +24,14 @@ constexpr double kVertexShare = 0.95;
 constexpr double kProjectionShare = 0.3;
 constexpr double kUsualAccuracy = 0.02;
 
-// With a coarse correction between two sweeps. Near rest neither stiffness nor mesh counts: the modes
-// find it in the first 60 substeps. Where these help little, as in a bar turned by a quarter, or in a
-// small stiff body among soft ones, which have the softest modes, sweeps move tissue as if waves
-// crossed an edge in a substep h. A drag that is critical for its true waves, in `crossing`, makes
-// that creep: to rest in about (h / crossing)^2 crossings for each edge along the body. What has
-// 0.2 s for that, however stiff it is, so takes h in proportion to sqrt(crossing).
+// With a coarse correction between two sweeps. Near rest neither stiffness nor mesh counts: the
+// modes find it in the first 60 substeps. Where these help little, as in a bar turned by a quarter,
+// or in a small stiff body among soft ones, which have the softest modes, sweeps move tissue as if
+// waves crossed an edge in a substep h. A drag that is critical for its true waves, in `crossing`,
+// makes that creep: to rest in about (h / crossing)^2 crossings for each edge along the body. What
+// has 0.2 s for that, however stiff it is, so takes h in proportion to sqrt(crossing).
 constexpr int kCorrectedSweeps = 2;
-constexpr double kCorrectedTime = 10e-3;          // s, times `crossing` is the square of a substep
+constexpr double kCorrectedTime = 10e-3;         // s, times `crossing` is the square of a substep
 constexpr double kCorrectedLongest = 1.0 / 300;  // s
 
 // Pa, of pressure waves: what changes of volume make stiff as a ratio nears 1/2.
@@ -125,10 +125,11 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, 
     }
     if (is_corrected) {  // whatever friction there is
       limit = with_sweeps(limit, 0, given / kCorrectedSweeps);
-    } else if (has_sweeps || least > 1) {
+    } else if (has_sweeps) {
       limit = with_sweeps(limit, body.material.damping, given);
     } else {
       friction = std::max(friction, body.material.damping / (limit * limit));
+      limit *= std::sqrt(given);
     }
     shortest = std::min(shortest, limit);
     const double longest = double{options.longest_step};
@@ -160,8 +161,7 @@ SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
     }
   }
   const bool is_corrected = has_coarse_correction(options) && has_node_for_each_piece(tissue);
-  return rule_of(tissue.bodies(), options, is_corrected,
-                 [&](std::size_t b) { return volumes[b]; });
+  return rule_of(tissue.bodies(), options, is_corrected, [&](std::size_t b) { return volumes[b]; });
 }
 
 SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) {

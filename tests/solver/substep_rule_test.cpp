@@ -74,7 +74,8 @@ TEST_CASE("substep rule: sqrt(10 ms t) with a coarse correction, t of a wave acr
   CHECK(longest({.substeps = 10}) == 0);
   const Scene soft = make_bar(neo_hookean(1e3F, 0.3F), {6, 3, 3}, edge);
   CHECK(Solver(soft).plan().longest_substep == Approx(1.0 / 300));
-  CHECK_THAT(Solver(soft).plan().name, ContainsSubstring(": 5 of 2 sweeps in a step of 16.6667 ms"));
+  CHECK_THAT(Solver(soft).plan().name,
+             ContainsSubstring(": 5 of 2 sweeps in a step of 16.6667 ms"));
 }
 
 TEST_CASE("substep rule: a share of the time in which waves cross an edge", "[unit]") {
@@ -98,8 +99,7 @@ TEST_CASE("substep rule: a share of the time in which waves cross an edge", "[un
 
   Scene stiffer = scene;  // the stiffest body counts
   stiffer.add_body("wall", testing::make_box({2, 2, 2}, edge), neo_hookean(3.2e5F, 0.45F));
-  CHECK(Solver(stiffer, plain()).plan().longest_substep ==
-        Approx(0.2375 * crossing).epsilon(0.02));
+  CHECK(Solver(stiffer, plain()).plan().longest_substep == Approx(0.2375 * crossing).epsilon(0.02));
 }
 
 // Would catch a step that takes other substeps than the plan says.
@@ -137,8 +137,8 @@ TEST_CASE("substep rule: tissue is as stiff at rest in steps of any length", "[v
   CHECK(sag(automatic(SolverMethod::projection), 16e-3F) == Approx(expected).epsilon(0.04));
 }
 
-// What bends takes sweeps alone the longest to find. Would catch a correction that the default lacks,
-// or substeps that it cannot do with.
+// What bends takes sweeps alone the longest to find. Would catch a correction that the default
+// lacks, or substeps that it cannot do with.
 TEST_CASE("substep rule: a slender cantilever comes to rest in steps of any length",
           "[validation]") {
   Scene scene = make_bar(neo_hookean(25e4F, 0.3F), {40, 2, 2});
@@ -146,10 +146,8 @@ TEST_CASE("substep rule: a slender cantilever comes to rest in steps of any leng
   const auto sag = [&](const SolverOptions& options, float dt) {
     return sag_of(scene, options, dt, 1.5F, 20);
   };
-  const double expected = sag({.substeps = 8,
-                               .iterations = 8,
-                               .coarse_correction = CoarseCorrection::on},
-                              1e-3F);
+  const double expected =
+      sag({.substeps = 8, .iterations = 8, .coarse_correction = CoarseCorrection::on}, 1e-3F);
   REQUIRE(expected > 1e-3);
   for (const float dt : {1e-3F, 5e-3F, 16e-3F, 33e-3F}) {
     CHECK(sag({}, dt) == Approx(expected).epsilon(0.01));
@@ -255,8 +253,7 @@ TEST_CASE("substep rule: no correction where pieces are more than nodes", "[unit
   }
   const Solver most(scene_of(49, false));
   CHECK(most.options().coarse_correction == CoarseCorrection::off);
-  CHECK(most.plan().longest_substep ==
-        Solver(scene_of(1, false), plain()).plan().longest_substep);
+  CHECK(most.plan().longest_substep == Solver(scene_of(1, false), plain()).plan().longest_substep);
   CHECK(Solver(scene_of(49, true)).options().coarse_correction == CoarseCorrection::on);
 
   const Scene many = scene_of(49, false);
