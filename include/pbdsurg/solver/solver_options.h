@@ -147,8 +147,8 @@ struct PBDSURG_API SolverOptions {
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
   /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without.
   float over_relaxation = 1;
-  /// Takes as long as 2 to 4 sweeps of a substep. A solver takes longer to make: 0.05 s of 300
-  /// vertices, 0.9 s of 2600, 1.6 s of 7000. On a CPU alone: a CUDA device refuses it
+  /// Takes as long as 2 to 4 sweeps of a substep. A solver takes longer to make: 0.02 s of 300
+  /// vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of 20,000. On a CPU alone: a CUDA device refuses it
   /// (BackendUnavailable).
   CoarseCorrection coarse_correction = CoarseCorrection::automatic;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only
