@@ -148,8 +148,8 @@ struct PBDSURG_API SolverOptions {
   /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without.
   float over_relaxation = 1;
   /// Takes as long as 2 to 4 sweeps of a substep. A solver takes longer to make: 0.02 s of 300
-  /// vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of 20,000. On a CPU alone: a CUDA device refuses it
-  /// (BackendUnavailable).
+  /// vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of 20,000. On a CPU alone: a CUDA device refuses
+  /// it (BackendUnavailable).
   CoarseCorrection coarse_correction = CoarseCorrection::automatic;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only
   Index contact_capacity = 4096;  ///< contacts per tool and substep, >= 0
