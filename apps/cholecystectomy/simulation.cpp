@@ -96,7 +96,7 @@ pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool pa
                                  .substeps = 1,
                                  .iterations = 4,
                                  .over_relaxation = 1.2F,
-                                 .coarse_correction = true};
+                                 .coarse_correction = pbdsurg::CoarseCorrection::on};
   if (paper) {
     options = pbdsurg::SolverOptions::paper();
   }

@@ -105,7 +105,7 @@ std::vector<Setting> make_settings() {
     return options;
   };
   const auto corrected = [](SolverOptions options) {
-    options.coarse_correction = true;
+    options.coarse_correction = CoarseCorrection::on;
     return options;
   };
   const auto explicit_steps = [](int substeps) {

@@ -159,7 +159,7 @@ Outcome measure(const Case& each, SolverOptions options, double dt, double secon
   last_tenth /= steps - 9 * steps / 10;
   before /= 9 * steps / 10 - 8 * steps / 10;
   const SolverOptions& taken = solver.options();
-  return {taken.method,
+  return {taken.method, taken.coarse_correction,
           divide_step(static_cast<float>(dt), substep_rule(solver.tissue(), taken), taken),
           last_tenth, (last_tenth - before) / last_tenth};
 }

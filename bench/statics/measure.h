@@ -18,6 +18,7 @@ namespace pbdsurg::bench {
 /// What a solver comes to.
 struct Outcome {
   SolverMethod method;
+  CoarseCorrection correction;
   StepDivision division;
   double value;
   double change;  ///< of it from the ninth tenth of the time to the last, as a share

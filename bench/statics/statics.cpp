@@ -40,7 +40,7 @@ std::vector<NamedOptions> named_options() {
     return SolverOptions{.method = SolverMethod::vertex_block,
                          .substeps = substeps,
                          .iterations = sweeps,
-                         .coarse_correction = true};
+                         .coarse_correction = CoarseCorrection::on};
   };
   return {{"small steps, 10 x 1",
            {.method = SolverMethod::projection, .substeps = 10, .iterations = 1}},
@@ -51,17 +51,21 @@ std::vector<NamedOptions> named_options() {
 }
 
 // With half to four times the sweeps of a step that the default chose: half of them in each
-// substep, or in half of the substeps where these have one.
+// substep, or in half of the substeps where these have the fewest that they can.
 std::vector<NamedOptions> numbers_of_sweeps(const Outcome& chosen) {
   const auto with = [&](int substeps, int sweeps) {
-    return SolverOptions{.method = chosen.method, .substeps = substeps, .iterations = sweeps};
+    return SolverOptions{.method = chosen.method,
+                         .substeps = substeps,
+                         .iterations = sweeps,
+                         .coarse_correction = chosen.correction};
   };
   const auto [substeps, sweeps] = chosen.division;
+  const int fewest = chosen.correction == CoarseCorrection::on ? 2 : 1;
   std::vector<NamedOptions> result;
-  if (sweeps > 1) {
+  if (sweeps >= 2 * fewest) {
     result.push_back({"half the default's sweeps", with(substeps, sweeps / 2)});
   } else if (substeps > 1) {
-    result.push_back({"half the default's sweeps", with(substeps / 2, 1)});
+    result.push_back({"half the default's sweeps", with(substeps / 2, sweeps)});
   }
   result.push_back({"the default's sweeps", with(substeps, sweeps)});
   result.push_back({"twice the default's sweeps", with(substeps, 2 * sweeps)});

@@ -24,7 +24,7 @@ SolverOptions vertex_blocks() {
           .substeps = 1,
           .iterations = 4,
           .over_relaxation = 1.2F,
-          .coarse_correction = true};
+          .coarse_correction = CoarseCorrection::on};
 }
 
 Row measure(const Table3Line& line, int threads, const Effort& effort, bool has_gpu) {

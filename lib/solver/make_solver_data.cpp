@@ -9,6 +9,7 @@
 #include "lib/solver/host/host_backends.h"
 #include "lib/solver/program/backend.h"
 #include "lib/solver/program/solver_device.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_input.h"
 
 namespace pbdsurg {

@@ -10,6 +10,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/base/check.h"
+#include "lib/solver/coarse_choice.h"
 #include "lib/solver/make_solver_data.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/program/backend.h"
@@ -33,6 +34,7 @@ Solver::Solver(Tissue& tissue, const SolverOptions& asked) : tissue_(&tissue) {
   check_option_ranges(asked);
   SolverOptions options = asked;
   options.method = method_for(tissue.bodies(), asked);
+  options.coarse_correction = coarse_correction_for(tissue, options);
   check_option_readers(options);
   check_materials(tissue.bodies(), options.mode);
   std::size_t hinge_count = 0;

@@ -71,6 +71,7 @@ void check_option_ranges(const SolverOptions& options) {
   check_choice("device strategy", options.device_strategy, DeviceStrategy::cooperative);
   check_choice("method", options.method, SolverMethod::explicit_steps);
   check_choice("mode", options.mode, ProjectionMode::compliance);
+  check_choice("coarse correction", options.coarse_correction, CoarseCorrection::on);
   check_choice("time integration", options.integration, TimeIntegration::bdf2);
   check_coloring_options(options.coloring);
   check_choice("composition", options.composition, PlanComposition::nested);
@@ -110,10 +111,10 @@ void check_option_readers(const SolverOptions& options) {
     refuse_unread("over_relaxation is " + std::to_string(options.over_relaxation),
                   "it needs the vertex-block method");
   }
-  if (options.coarse_correction && options.method != SolverMethod::vertex_block) {
+  if (has_coarse_correction(options) && options.method != SolverMethod::vertex_block) {
     refuse_unread("coarse_correction is on", "it needs the vertex-block method");
   }
-  if (options.coarse_correction && options.iterations == 1) {
+  if (has_coarse_correction(options) && options.iterations == 1) {
     refuse_unread("coarse_correction is on and iterations is 1",
                   "it takes a sweep before and one after: 2 or more, or automatic ones");
   }

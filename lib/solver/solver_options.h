@@ -27,4 +27,9 @@ void check_option_readers(const SolverOptions& options);
   return options.method == SolverMethod::explicit_steps;
 }
 
+/// @param options  with the correction that was chosen
+[[nodiscard]] inline bool has_coarse_correction(const SolverOptions& options) noexcept {
+  return options.coarse_correction == CoarseCorrection::on;
+}
+
 }  // namespace pbdsurg

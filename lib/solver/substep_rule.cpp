@@ -12,6 +12,7 @@
 #include "pbdsurg/base/error.h"
 
 #include "lib/base/describe.h"
+#include "lib/solver/coarse_choice.h"
 #include "lib/solver/solver_options.h"
 
 namespace pbdsurg {
@@ -22,6 +23,16 @@ namespace {
 constexpr double kVertexShare = 0.95;
 constexpr double kProjectionShare = 0.3;
 constexpr double kUsualAccuracy = 0.02;
+
+// With a coarse correction between two sweeps. Near rest neither stiffness nor mesh counts: the
+// modes find it in the first 60 substeps. Where these help little, as in a bar turned by a quarter,
+// or in a small stiff body among soft ones, which have the softest modes, sweeps move tissue as if
+// waves crossed an edge in a substep h. A drag that is critical for its true waves, in `crossing`,
+// makes that creep: to rest in about (h / crossing)^2 crossings for each edge along the body. What
+// has 0.2 s for that, however stiff it is, so takes h in proportion to sqrt(crossing).
+constexpr int kCorrectedSweeps = 2;
+constexpr double kCorrectedTime = 10e-3;         // s, times `crossing` is the square of a substep
+constexpr double kCorrectedLongest = 1.0 / 300;  // s
 
 // Pa, of pressure waves: what changes of volume make stiff as a ratio nears 1/2.
 // @param volume  m^3, of a tetrahedron in the mean
@@ -54,10 +65,9 @@ double crossing_time(const Material& material, double volume) {
   throw InvalidArgument(text.str());
 }
 
-// s, the longest substep in which so many sweeps find rest, of a body whose one sweep takes
-// `limit`.
-double with_sweeps(double limit, double friction_time, int sweeps) {
-  limit *= std::sqrt(double(sweeps));
+// s, the longest substep in which so many times the sweeps find rest, of a body that needs `limit`.
+double with_sweeps(double limit, double friction_time, double times) {
+  limit *= std::sqrt(times);
   // h^2 + tau h = limit^2, without a difference of near numbers
   const double half = 0.5 * friction_time;
   return limit * limit / (half + std::sqrt(half * half + limit * limit));
@@ -75,19 +85,31 @@ struct BodyVolume {
   Index count = 0;    // of tetrahedra
 };
 
+// s, a substep of one sweep, or of kCorrectedSweeps with a correction.
+// @param crossing      s, of a wave
+// @param is_corrected  whether a coarse correction moves the body
+double limit_of(double crossing, const SolverOptions& options, bool is_corrected) {
+  const double looser = std::sqrt(double{options.accuracy} / kUsualAccuracy);
+  if (is_corrected) {
+    return looser * std::min(std::sqrt(kCorrectedTime * crossing), kCorrectedLongest);
+  }
+  const bool by_vertices = options.method == SolverMethod::vertex_block;
+  return looser * (by_vertices ? kVertexShare : kProjectionShare) * crossing;
+}
+
 // For the bodies of a scene or of tissue.
-// @param volume_of  of the live tetrahedra of a body: BodyVolume(std::size_t)
+// @param is_corrected  whether a coarse correction moves them
+// @param volume_of     of the live tetrahedra of a body: BodyVolume(std::size_t)
 template <class VolumeOf>
-SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
+SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options, bool is_corrected,
                     const VolumeOf& volume_of) {
   const bool has_substeps = options.substeps != kAutomatic;
   const bool has_sweeps = options.iterations != kAutomatic;
   if ((has_substeps && has_sweeps) || is_explicit(options)) {  // see StableSubstep for the latter
     return {};
   }
-  const bool by_vertices = options.method == SolverMethod::vertex_block;
-  const double share = (by_vertices ? kVertexShare : kProjectionShare) *
-                       std::sqrt(double{options.accuracy} / kUsualAccuracy);
+  const int least = least_sweeps(options);
+  const double given = has_sweeps ? options.iterations : least;
   double shortest = options.longest_step, friction = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const auto [volume, count] = volume_of(b);
@@ -95,16 +117,19 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
       continue;
     }
     const Body& body = bodies[b];
-    double limit = share * crossing_time(body.material, volume / count);
+    double limit = limit_of(crossing_time(body.material, volume / count), options, is_corrected);
     if (!(limit > 0)) {
       throw InvalidArgument("body '" + body.name +
                             "' has springs of compliance 0: no substep is short enough for them; "
                             "give a compliance, or name substeps and iterations");
     }
-    if (has_sweeps) {
-      limit = with_sweeps(limit, body.material.damping, options.iterations);
+    if (is_corrected) {  // whatever friction there is
+      limit = with_sweeps(limit, 0, given / kCorrectedSweeps);
+    } else if (has_sweeps) {
+      limit = with_sweeps(limit, body.material.damping, given);
     } else {
       friction = std::max(friction, body.material.damping / (limit * limit));
+      limit *= std::sqrt(given);
     }
     shortest = std::min(shortest, limit);
     const double longest = double{options.longest_step};
@@ -112,7 +137,7 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
     if (!has_substeps && longest > kMostAutomatic * limit) {
       refuse(body, "needs substeps of " + describe(limit) + " s or less", options);
     }
-    const double sweeps = h * h / (limit * limit) + h * friction;
+    const double sweeps = least * h * h / (limit * limit) + h * friction;
     if (!has_sweeps && sweeps > kMostAutomatic) {
       refuse(body, "needs " + describe(std::ceil(sweeps)) + " sweeps of a substep", options);
     }
@@ -121,6 +146,10 @@ SubstepRule rule_of(std::span<const Body> bodies, const SolverOptions& options,
 }
 
 }  // namespace
+
+int least_sweeps(const SolverOptions& options) noexcept {
+  return has_coarse_correction(options) ? kCorrectedSweeps : 1;
+}
 
 SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
   std::vector<BodyVolume> volumes(tissue.bodies().size());
@@ -131,15 +160,16 @@ SubstepRule substep_rule(const Tissue& tissue, const SolverOptions& options) {
       ++body.count;
     }
   }
-  return rule_of(tissue.bodies(), options, [&](std::size_t b) { return volumes[b]; });
+  const bool is_corrected = has_coarse_correction(options) && has_node_for_each_piece(tissue);
+  return rule_of(tissue.bodies(), options, is_corrected, [&](std::size_t b) { return volumes[b]; });
 }
 
-SubstepRule substep_rule(const Scene& scene, const SolverOptions& options) {
-  return rule_of(scene.bodies(), options, [&](std::size_t b) {
-    const Body& body = scene.bodies()[b];
+SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options) {
+  return rule_of(new_bodies.bodies(), options, false, [&](std::size_t b) {
+    const Body& body = new_bodies.bodies()[b];
     BodyVolume sum{0, body.tet_count};
-    for (const Tet& tet : scene.tets().subspan(body.first_tet, body.tet_count)) {
-      sum.volume += tet_volume(scene.positions(), tet);
+    for (const Tet& tet : new_bodies.tets().subspan(body.first_tet, body.tet_count)) {
+      sum.volume += tet_volume(new_bodies.positions(), tet);
     }
     return sum;
   });
@@ -203,10 +233,8 @@ StepDivision divide_step(float dt, const SubstepRule& rule, const SolverOptions&
     division.sweeps = 1;
   } else if (options.iterations == kAutomatic) {
     const double h = double{dt} / division.substeps, share = h / double{rule.longest};
-    division.sweeps = whole(share * share + h * double{rule.friction});
-    if (options.coarse_correction) {  // between two of them
-      division.sweeps = std::max(division.sweeps, 2);
-    }
+    const int least = least_sweeps(options);
+    division.sweeps = std::max(least, whole(least * share * share + h * double{rule.friction}));
   }
   return division;
 }

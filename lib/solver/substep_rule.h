@@ -13,17 +13,23 @@ namespace pbdsurg {
 
 /// What a scene needs; nothing where options give all numbers.
 struct SubstepRule {
-  float longest = 0;   ///< s, of a substep
+  float longest = 0;   ///< s, of a substep with the sweeps that options give, or least_sweeps()
   float friction = 0;  ///< 1/s: sweeps more for each second of a substep
 
   bool operator==(const SubstepRule&) const = default;
 };
 
+/// Of a substep, where they are automatic.
+[[nodiscard]] int least_sweeps(const SolverOptions& options) noexcept;
+
 /// Cost: O(tetrahedra).
+/// @param options  with the method and the coarse correction that were chosen
 /// @throws InvalidArgument  naming the body that needs more than kMostAutomatic
 [[nodiscard]] PBDSURG_API SubstepRule substep_rule(const Tissue& tissue,
                                                    const SolverOptions& options);
-[[nodiscard]] SubstepRule substep_rule(const Scene& scene, const SolverOptions& options);
+
+/// The same of bodies that an edit brings, in which no coarse correction takes part.
+[[nodiscard]] SubstepRule substep_rule(const Scene& new_bodies, const SolverOptions& options);
 
 /// What two scenes need together.
 [[nodiscard]] SubstepRule both(const SubstepRule& a, const SubstepRule& b) noexcept;

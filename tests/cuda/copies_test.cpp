@@ -47,8 +47,9 @@ TEST_CASE("cuda copies: strict copies have the bits of serial solvers of one", "
       Variant{.mode = ProjectionMode::fraction, .max_colors = 9},
       Variant{.method = SolverMethod::vertex_block, .contact_capacity = 3},
       Variant{.method = SolverMethod::vertex_block, .damping = 0.01F, .contact_capacity = 20},
-      Variant{
-          .method = SolverMethod::vertex_block, .contact_capacity = 20, .coarse_correction = true});
+      Variant{.method = SolverMethod::vertex_block,
+              .contact_capacity = 20,
+              .coarse_correction = CoarseCorrection::on});
   const auto strategy = GENERATE(DeviceStrategy::stream, DeviceStrategy::graph,
                                  DeviceStrategy::cluster, DeviceStrategy::cooperative);
   if (!testing::suits(strategy, variant.method) ||

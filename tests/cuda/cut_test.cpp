@@ -79,12 +79,13 @@ TEST_CASE("cuda cuts: many cuts and their undo have the serial bits", "[device]"
   const float damping = GENERATE(0.0F, 1e-3F);
   const auto copies = GENERATE(1, 3);
   const Index spare = GENERATE(0, 300);
-  const bool is_corrected = GENERATE(false, true);
-  if (method == SolverMethod::explicit_steps && (damping > 0 || is_corrected)) {
+  const auto correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
+  if (method == SolverMethod::explicit_steps &&
+      (damping > 0 || correction == CoarseCorrection::on)) {
     return;  // has none
   }
   SolverOptions options{
-      .method = method, .damping = 1, .coarse_correction = is_corrected, .copies = copies};
+      .method = method, .damping = 1, .coarse_correction = correction, .copies = copies};
   if (method == SolverMethod::vertex_block) {
     options.substeps = 2;
     options.iterations = 2;
@@ -128,7 +129,7 @@ TEST_CASE("cuda cuts: those that come while a step runs have the serial bits", "
   SolverOptions options{.method = SolverMethod::vertex_block,
                         .substeps = 2,
                         .iterations = 2,
-                        .coarse_correction = GENERATE(false, true)};
+                        .coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on)};
   Pair pair(make_plate(damping), options, strategy);
   for (std::uint64_t round = 0; round < 40; round += 2) {
     INFO(pair.device.backend_name() << ", damping " << damping << ", round " << round);
@@ -151,7 +152,7 @@ TEST_CASE("cuda cuts: tools at cut tissue have the serial bits", "[device]") {
   if (method == SolverMethod::vertex_block) {
     options.substeps = 2;
     options.iterations = 2;
-    options.coarse_correction = GENERATE(false, true);
+    options.coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
   }
   Pair pair(make_plate(0), options, strategy);
   const Capsule ball{{0.03F, 0.02F, 0.012F}, {0.03F, 0.02F, 0.012F}, 0.006F};

@@ -139,6 +139,12 @@ struct HostRows {
       case DeviceArray::stiffness_shares:
       case DeviceArray::tile_blocks:
       case DeviceArray::tile_neighbors:
+      case DeviceArray::coarse_vertices:
+      case DeviceArray::coarse_own_counts:
+      case DeviceArray::coarse_own_places:
+      case DeviceArray::coarse_member_counts:
+      case DeviceArray::coarse_member_places:
+      case DeviceArray::coarse_member_shares:
         break;
     }
     return {};

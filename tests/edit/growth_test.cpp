@@ -126,12 +126,12 @@ TEST_CASE("growth: a link that comes later holds as one from the start", "[equiv
 
 // Would catch what growth leaves behind when it is taken back: ids, colours, phases, rows.
 TEST_CASE("growth: undo leaves no trace of new links", "[property]") {
-  const Variant variant =
-      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint},
-               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
-               Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
-               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
-               Variant{.method = SolverMethod::vertex_block, .coarse_correction = true});
+  const Variant variant = GENERATE(
+      Variant{}, Variant{.composition = PlanComposition::joint},
+      Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+      Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
+      Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
+      Variant{.method = SolverMethod::vertex_block, .coarse_correction = CoarseCorrection::on});
   const Scene scene = testing::make_eventful_scene(variant.mode, variant.damping);
   SolverOptions options = testing::options_of(variant);
   options.executor = executor::serial();

@@ -57,7 +57,7 @@ std::vector<Variant> variants() {
           {.mode = ProjectionMode::fraction, .max_colors = 9},
           {.method = SolverMethod::vertex_block},
           {.method = SolverMethod::vertex_block, .damping = 0.01F},
-          {.method = SolverMethod::vertex_block, .coarse_correction = true}};
+          {.method = SolverMethod::vertex_block, .coarse_correction = CoarseCorrection::on}};
 }
 
 }  // namespace

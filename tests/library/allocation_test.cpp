@@ -53,7 +53,9 @@ TEST_CASE("step team: without memory for more threads it has fewer", "[unit]") {
 TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   const Executor executor = GENERATE(executor::serial(), executor::threads(2));
   const auto method = GENERATE(SolverMethod::projection, SolverMethod::vertex_block);
-  const bool coarse_correction = method == SolverMethod::vertex_block && GENERATE(false, true);
+  const CoarseCorrection coarse_correction =
+      method == SolverMethod::vertex_block ? GENERATE(CoarseCorrection::off, CoarseCorrection::on)
+                                           : CoarseCorrection::off;
   const TetMesh mesh = testing::make_box({8, 6, 5}, kEdge, 0.1);
   Scene scene;
   scene.add_body("block", mesh, elastic_material(mesh, 1000, 20e3));

@@ -37,7 +37,7 @@ constexpr double kEdge = testing::kSoftEdge;
 
 SolverOptions corrected(int sweeps, float damping = 0) {
   SolverOptions options = vertex_options(1, sweeps, damping);
-  options.coarse_correction = true;
+  options.coarse_correction = CoarseCorrection::on;
   return options;
 }
 

@@ -35,12 +35,12 @@ Scene make_block() {
 // Would catch anything that one copy leaves behind for the next, and what copies share that they
 // should not.
 TEST_CASE("copies: each moves as it would alone", "[unit][long]") {
-  const Variant variant =
-      GENERATE(Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
-               Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
-               Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
-               Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
-               Variant{.method = SolverMethod::vertex_block, .coarse_correction = true});
+  const Variant variant = GENERATE(
+      Variant{}, Variant{.composition = PlanComposition::joint, .damping = 0.01F},
+      Variant{.mode = ProjectionMode::fraction, .composition = PlanComposition::nested},
+      Variant{.max_colors = 5}, Variant{.method = SolverMethod::vertex_block},
+      Variant{.method = SolverMethod::vertex_block, .damping = 0.01F},
+      Variant{.method = SolverMethod::vertex_block, .coarse_correction = CoarseCorrection::on});
   const Executor executor =
       GENERATE(executor::serial(), executor::threads(3), testing::fake_device());
   SolverOptions options = testing::options_of(variant);

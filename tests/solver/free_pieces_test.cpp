@@ -111,7 +111,7 @@ TEST_CASE("free piece: a spinning body keeps its momentum, whatever the sweeps",
   SolverOptions options = GENERATE(SolverOptions{}, vertex_options(1, 10), vertex_options(2, 3));
   if (options.iterations == 3) {
     options.over_relaxation = 1.7F;
-    options.coarse_correction = GENERATE(false, true);
+    options.coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
   }
   CAPTURE(youngs_modulus, rate, dt, options.substeps, options.iterations);
   Scene scene = weightless();

@@ -43,11 +43,14 @@ TEST_CASE("solver options: what nothing would read is refused by name", "[unit]"
          "over_relaxation is 1.5");
   refuse({.method = SolverMethod::projection, .iterations = 4, .over_relaxation = 1.5F},
          "needs the vertex-block method");
-  refuse({.method = SolverMethod::projection, .iterations = 4, .coarse_correction = true},
+  refuse({.method = SolverMethod::projection,
+          .iterations = 4,
+          .coarse_correction = CoarseCorrection::on},
          "coarse_correction is on");
-  refuse({.method = SolverMethod::explicit_steps, .coarse_correction = true},
+  refuse({.method = SolverMethod::explicit_steps, .coarse_correction = CoarseCorrection::on},
          "needs the vertex-block method");
-  refuse({.method = vertices, .iterations = 1, .coarse_correction = true}, "iterations is 1");
+  refuse({.method = vertices, .iterations = 1, .coarse_correction = CoarseCorrection::on},
+         "iterations is 1");
   for (const Executor& executor : {Executor(), executor::serial(), executor::threads(2)}) {
     refuse({.executor = executor, .device_strategy = DeviceStrategy::stream}, "strategy is stream");
     refuse({.executor = executor, .device_strategy = DeviceStrategy::graph}, "strategy is graph");
@@ -98,7 +101,8 @@ TEST_CASE("solver options: what has a reader is taken", "[unit]") {
                                                     .iterations = 2,
                                                     .over_relaxation = 1.5F,
                                                     .composition = PlanComposition::nested})));
-  CHECK_NOTHROW(Solver(scene, {.method = SolverMethod::vertex_block, .coarse_correction = true}));
+  CHECK_NOTHROW(Solver(
+      scene, {.method = SolverMethod::vertex_block, .coarse_correction = CoarseCorrection::on}));
   CHECK_NOTHROW(
       Solver(scene, testing::small_steps({.method = SolverMethod::vertex_block,
                                           .coloring = {.algorithm = ColoringAlgorithm::luby}})));

@@ -125,7 +125,7 @@ TEST_CASE("vertex method: the same bits on any number of threads, and the serial
   const TetMesh mesh = testing::make_box({9, 6, 5}, kEdge, 0.1);
   Material soft = neo_hookean(2e4F, 0.45F);
   soft.damping = GENERATE(0.0F, 5e-4F);
-  const bool coarse_correction = GENERATE(false, true);
+  const auto coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
   Scene scene;
   scene.add_body("liver", mesh, soft);
   scene.add_body("duct", testing::make_box({4, 2, 2}, kEdge, 0.1, 2), soft_springs(mesh));
@@ -272,7 +272,7 @@ TEST_CASE("vertex method: a body pressed flat or turned inside out recovers", "[
   Scene scene = make_bar(neo_hookean(2e4F, 0.4F), {6, 3, 3});
   scene.set_gravity(Eigen::Vector3f::Zero());
   SolverOptions options = vertex_options(2, 10, 20);
-  options.coarse_correction = GENERATE(false, true);
+  options.coarse_correction = GENERATE(CoarseCorrection::off, CoarseCorrection::on);
   Solver solver(scene, options);
   const auto rest = solver.positions();
   auto x = rest;

@@ -336,7 +336,7 @@ struct Variant {
   float over_relaxation = 1;
   Index contact_capacity = 4096;
   TimeIntegration integration = TimeIntegration::implicit_euler;
-  bool coarse_correction = false;
+  CoarseCorrection coarse_correction = CoarseCorrection::automatic;
 };
 
 inline SolverOptions options_of(const Variant& variant) {

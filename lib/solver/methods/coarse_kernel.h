@@ -20,9 +20,10 @@ inline constexpr int kCoarseNodes = 4;     ///< that move a vertex
 inline constexpr int kAffineNumbers = 12;  ///< of a node: for 1, X, Y and Z, a vector each
 // From 16 nodes to 48 the error of a motion in 1 ms steps falls by a fifth, from 48 to 96 by a
 // tenth; all modes of 48 nodes take off 2 % more than four a node.
-inline constexpr Index kMostNodes = 48;   ///< of a scene
-inline constexpr Index kModesOfNode = 4;  ///< in the mean, where there are more than
-inline constexpr Index kLeastModes = 48;  ///< or as many as there are
+inline constexpr Index kVerticesOfNode = 16;  ///< in the mean, at least
+inline constexpr Index kMostNodes = 48;       ///< of a scene
+inline constexpr Index kModesOfNode = 4;      ///< in the mean, where there are more than
+inline constexpr Index kLeastModes = 48;      ///< or as many as there are
 inline constexpr Index kMostModes = kModesOfNode * kMostNodes;
 
 /// Member i of a node, or own vertex i, goes to sum i modulo this; then, half by half, sum i takes

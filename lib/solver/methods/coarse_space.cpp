@@ -22,8 +22,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr Index kVerticesOfNode = 16;  // in the mean, at least
-constexpr double kNegligible = 1e-5;   // of the mass of the heaviest motion
+constexpr double kNegligible = 1e-5;  // of the mass of the heaviest motion
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 struct Neighbor {

@@ -31,7 +31,7 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
     return;
   }
   VertexBlocks& blocks = data_.vertex_blocks;
-  if (data_.options.coarse_correction) {
+  if (has_coarse_correction(data_.options)) {
     data_.coarse_space.add(change.edit.new_vertices, data_.place_of_vertex);
     data_.coarse_space.resize(data_.particles.size());
   }
@@ -181,7 +181,7 @@ void VertexFollower::undo(const Tissue&, const TissueChange&) noexcept {
   if (!moves_vertices(data_.options)) {
     return;
   }
-  if (data_.options.coarse_correction) {
+  if (has_coarse_correction(data_.options)) {
     data_.coarse_space.resize(data_.particles.size());
   }
   if (before_growth_) {

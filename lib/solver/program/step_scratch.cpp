@@ -43,7 +43,7 @@ void StepScratch::fit(const SolverData& data) {
   fit_list(first_holds, places, room, kInvalidIndex);
   held.resize(static_cast<std::size_t>(data.vertex_blocks.block_count()), 0);
   reserve_holds(data);
-  if (data.options.coarse_correction) {
+  if (has_coarse_correction(data.options)) {
     coarse.fit(data);
     coarse.held.reserve(holds.capacity());
   }

@@ -56,7 +56,7 @@ std::string phases_name(const SolverOptions& options) {
   name += coloring.max_colors > 0 ? "+limit " + std::to_string(coloring.max_colors) : "";
   name += coloring.balance ? "+balance" : "";
   if (by_vertices) {
-    return name + ", vertices" + (options.coarse_correction ? ", coarse correction" : "");
+    return name + ", vertices" + (has_coarse_correction(options) ? ", coarse correction" : "");
   }
   switch (options.composition) {
     case PlanComposition::automatic:
@@ -147,7 +147,7 @@ std::unique_ptr<SolverData> build_solver_data(const Tissue& tissue, SolverInput 
   build_constraints(input.numbers, data);
   data.sets.has_damping = has_damping(tissue.bodies());
   data.vertex_blocks = make_vertex_blocks(data, std::move(input.vertex_tets));
-  if (data.options.coarse_correction) {
+  if (has_coarse_correction(data.options)) {
     data.coarse_space = CoarseSpace(data);
     data.coarse_space.reserve(static_cast<std::size_t>(data.options.spare.vertices));
   }

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/coarse_choice.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "lib/solver/methods/coarse_kernel.h"
+
+namespace pbdsurg {
+namespace {
+
+// Sets of vertices that hang together.
+class Pieces {
+ public:
+  explicit Pieces(Index count) : parents_(static_cast<std::size_t>(count)) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+  }
+
+  [[nodiscard]] Index find(Index v) {
+    while (parents_[v] != v) {
+      parents_[v] = parents_[parents_[v]];
+      v = parents_[v];
+    }
+    return v;
+  }
+
+  void join(Index a, Index b) { parents_[find(a)] = find(b); }
+
+ private:
+  std::vector<Index> parents_;
+};
+
+}  // namespace
+
+bool has_node_for_each_piece(const Tissue& tissue) {
+  Pieces pieces(tissue.vertex_count());
+  std::vector<bool> is_joined(static_cast<std::size_t>(tissue.vertex_count()), false);
+  const auto join = [&](Index a, Index b) {
+    pieces.join(a, b);
+    is_joined[a] = is_joined[b] = true;
+  };
+  for (Index e = 0; e < static_cast<Index>(tissue.edges().size()); ++e) {
+    if (tissue.is_edge_alive(e)) {
+      join(tissue.edges()[e][0], tissue.edges()[e][1]);
+    }
+  }
+  for (Index l = 0; l < static_cast<Index>(tissue.links().size()); ++l) {
+    if (tissue.is_link_alive(l)) {
+      join(tissue.links()[l].first, tissue.links()[l].second);
+    }
+  }
+  Index free = 0, piece_count = 0;
+  std::vector<bool> is_known(is_joined.size(), false);
+  for (Index v = 0; v < tissue.vertex_count(); ++v) {
+    if (!(tissue.masses()[v] > 0) || tissue.is_fixed(v)) {
+      continue;
+    }
+    ++free;
+    const Index piece = pieces.find(v);
+    if (is_joined[v] && !is_known[piece]) {
+      is_known[piece] = true;
+      ++piece_count;
+    }
+  }
+  return piece_count <= std::clamp(free / kVerticesOfNode, 1, kMostNodes);
+}
+
+CoarseCorrection coarse_correction_for(const Tissue& tissue, const SolverOptions& options) {
+  if (options.coarse_correction != CoarseCorrection::automatic) {
+    return options.coarse_correction;
+  }
+  const bool follows_a_rule = options.iterations == kAutomatic ||
+                              (options.substeps == kAutomatic && options.iterations > 1);
+  return options.method == SolverMethod::vertex_block && follows_a_rule &&
+                 has_node_for_each_piece(tissue)
+             ? CoarseCorrection::on
+             : CoarseCorrection::off;
+}
+
+}  // namespace pbdsurg
