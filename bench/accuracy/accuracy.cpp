@@ -108,7 +108,7 @@ std::vector<Setting> chosen_settings(const Arguments& arguments) {
 }
 
 void leave_out(const Scenario& scenario, const Setting& setting, double step_ms,
-               const Error& refused) {
+               const InvalidArgument& refused) {
   std::fprintf(stderr, "%s, %s, %s, steps of %g ms: left out: %s\n", scenario.name.c_str(),
                scenario.mesh.c_str(), setting.method, step_ms, refused.what());
 }
@@ -129,8 +129,6 @@ Json measure_all(const Arguments& arguments) {
             rows.push_back(to_row(scenario, setting, name, step_ms,
                                   measure(scenario, options, 1e-3 * step_ms)));
           } catch (const InvalidArgument& refused) {  // explicit substeps that are too long
-            leave_out(scenario, setting, step_ms, refused);
-          } catch (const BackendUnavailable& refused) {  // a device without a coarse correction
             leave_out(scenario, setting, step_ms, refused);
           }
         }

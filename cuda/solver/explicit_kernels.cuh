@@ -44,15 +44,18 @@ struct PushedVertex {
   }
 };
 
-/// Of threads, on a multiprocessor at once: as many as hold an organ of some 6000 vertices on a
-/// large device, with 85 registers a thread.
-constexpr int kStayingBlocks = 12;
+/// Blocks of threads on a multiprocessor at once: as many as hold an organ of some 6000 vertices on
+/// a large device. With sixteen threads a vertex these have fewer rows each, and so room in fewer
+/// registers.
+__host__ __device__ constexpr int staying_blocks(int parts) {
+  return parts >= 16 ? 14 : 12;
+}
 
 /// All substeps. Threads of a warp stay together.
 /// @tparam kParts  as in sweep_tiles()
 /// @tparam kStays  whether there is a warp for each tile, which then keeps it in its registers
 template <int kParts, bool kStays>
-__global__ void __launch_bounds__(kBlockThreads, kStays ? kStayingBlocks : 1)
+__global__ void __launch_bounds__(kBlockThreads, kStays ? staying_blocks(kParts) : 1)
     push_tiles(DeviceState state, VertexArrays vertices, TileArrays tiles, Mailboxes boxes,
                StepInput* input) {
   using Shape = TileShape<kParts>;
