@@ -3,6 +3,7 @@
 // the force on it is compared with that of the static solution, of the same mesh and energy, with
 // what is held where it is then. Would find what drifts, heats up or bursts in half a million
 // steps.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -39,7 +40,7 @@ constexpr double kReach = 0.012;      // m
 constexpr double kGraspReach = 6e-3;  // m, from the organ's tip
 constexpr float kDrag = 20;           // 1/s, as in the demo: it stands for the organs around
 
-// m, where the tool is after it has moved for so long: never twice at one place in ten minutes.
+// m, where the tool is after it has moved for so long: the same way again after 100 s.
 Eigen::Vector3d way_after(double seconds) {
   const auto swing = [&](double hertz) { return std::sin(2 * std::numbers::pi * hertz * seconds); };
   return kReach * Eigen::Vector3d(swing(0.37), swing(0.53), swing(0.71));
@@ -151,6 +152,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--minutes", arguments.minutes, "simulated; a part of one, or whole ones")
       ->check(CLI::PositiveNumber)
+      ->check([](const std::string& text) {
+        const double minutes = std::stod(text);
+        return minutes > 1 && minutes != std::floor(minutes)
+                   ? text + " is more than one and not whole"
+                   : std::string();
+      })
       ->capture_default_str();
   app.add_flag("--quick", arguments.quick, "row 1, 3 s: to see it work");
   app.add_option("--row", arguments.row, "mesh of table 2")

@@ -2,8 +2,8 @@
 #pragma once
 
 /// @file
-/// The coarse correction of a substep, see coarse_correction.h: a kernel a stage. Sums have the
-/// order that they have on a host.
+/// The coarse correction of a substep, see coarse_correction.h: a kernel a stage, some for
+/// solve_coarse(). Sums have the order that they have on a host.
 
 #include <cstddef>
 
@@ -257,7 +257,7 @@ __device__ inline void sum_part(const Particle* particles, const CoarseArrays& c
       coarse.member_shares + static_cast<std::size_t>(part.node) * coarse.member_room;
   Vec3<float> origin{0, 0, 0};
   if constexpr (kShape) {
-    origin = position_of(load_particle(particles + part.places[0]));
+    origin = position_of(shape_origin(load_particle(particles + part.places[0])));
   }
   Index place[kVertices];
   float share[kVertices], w[kVertices];
@@ -454,6 +454,7 @@ __global__ void __launch_bounds__(kHoldThreads) sum_holds(CoarseArrays coarse) {
 /// call it, and meet in it.
 struct ListedHolds {
   CoarseHolds holds;
+  Index nodes[kCoarseHolds];  // near which they are
   float4 sums[kCoarseHolds][kMostNodes];
 
   __device__ void find(const CoarseArrays& coarse) {
@@ -470,7 +471,7 @@ struct ListedHolds {
       const Index places[2] = {__popc(low & before), __popc(low) + __popc(high & before)};
       for (Index half = 0; half < 2; ++half) {
         if (counts[half] > 0 && places[half] < kCoarseHolds) {
-          holds.nodes[places[half]] = thread + half * kWarp;
+          nodes[places[half]] = thread + half * kWarp;
           holds.counts[places[half]] = counts[half];
         }
       }
@@ -483,7 +484,7 @@ struct ListedHolds {
     for (Index i = thread; i < holds.count * coarse.node_count;
          i += static_cast<Index>(blockDim.x)) {
       const Index hold = i / coarse.node_count, node = i % coarse.node_count;
-      sums[hold][node] = load_quad(coarse.hold_sums + holds.nodes[hold] * coarse.node_count + node);
+      sums[hold][node] = load_quad(coarse.hold_sums + nodes[hold] * coarse.node_count + node);
     }
     __syncthreads();
     if (thread < holds.count) {
@@ -544,7 +545,7 @@ struct TurnedPieces {
       pieces[thread] = kInvalidIndex;
       if (coarse.own_counts[thread] > 0) {
         const std::size_t first = static_cast<std::size_t>(thread) * coarse.member_room;
-        const Particle origin = load_particle(particles + coarse.own_places[first]);
+        const Particle origin = shape_origin(load_particle(particles + coarse.own_places[first]));
         origins[thread][0] = origin.x;
         origins[thread][1] = origin.y;
         origins[thread][2] = origin.z;

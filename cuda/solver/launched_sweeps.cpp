@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tuple>
-
 #include "cuda/solver/sweeps.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/solver_options.h"
@@ -55,7 +53,9 @@ class LaunchedSweeps final : public Sweeps {
 
  private:
   void correct(const SweepArrays& arrays, const Launch& launch) const {
-    const auto& [state, vertices, coarse] = std::tie(arrays.state, arrays.vertices, arrays.coarse);
+    const DeviceState& state = arrays.state;
+    const VertexArrays& vertices = arrays.vertices;
+    const CoarseArrays& coarse = arrays.coarse;
     const bool has_tools = arrays.has_tools();
     kernels_.find_residuals(state, vertices, coarse, arrays.input, has_tools, launch);
     kernels_.move_by_modes(state, coarse, arrays.input, has_tools, launch);

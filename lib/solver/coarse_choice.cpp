@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/coarse_choice.h"
 
-#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -63,7 +62,7 @@ bool has_node_for_each_piece(const Tissue& tissue) {
       ++piece_count;
     }
   }
-  return piece_count <= std::clamp(free / kVerticesOfNode, 1, kMostNodes);
+  return piece_count <= most_nodes(free);
 }
 
 CoarseCorrection coarse_correction_for(const Tissue& tissue, const SolverOptions& options) {

@@ -9,10 +9,12 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "lib/solver/coarse_choice.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
 #include "lib/solver/state/state_follower.h"
+#include "lib/solver/substep_rule.h"
 #include "lib/tissue/compact.h"
 #include "lib/tissue/renumber.h"
 
@@ -74,11 +76,24 @@ struct Origin {
   std::vector<Eigen::Vector3f> positions;  // m, of the first copy
 };
 
+// As before; and where some piece now has no node of a coarse correction, as what moves by sweeps
+// alone needs, or as finely as automatic numbers go.
+SubstepRule rule_of(const Origin& origin, const Tissue& compacted) {
+  if (!has_coarse_correction(origin.options) || has_node_for_each_piece(compacted)) {
+    return origin.substep_rule;
+  }
+  try {
+    return both(origin.substep_rule, substep_rule(compacted, origin.options));
+  } catch (const InvalidArgument&) {
+    return both(origin.substep_rule, {origin.options.longest_step / kMostAutomatic, 0});
+  }
+}
+
 // @param compacted  what lives, with the new ids
 SolverInput input_of(const Origin& origin, const Tissue& compacted, const Renumbering& ids) {
   SolverInput input;
   input.options = origin.options;
-  input.substep_rule = origin.substep_rule;
+  input.substep_rule = rule_of(origin, compacted);
   const auto vertex_count = static_cast<std::size_t>(compacted.vertex_count());
   input.positions = moved<Eigen::Vector3d>(ids.vertices, vertex_count, [&](Index v) {
     const Eigen::Vector3f& x = origin.positions[v];

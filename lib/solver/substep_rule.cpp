@@ -65,7 +65,8 @@ double crossing_time(const Material& material, double volume) {
   throw InvalidArgument(text.str());
 }
 
-// s, the longest substep in which so many times the sweeps find rest, of a body that needs `limit`.
+// s, the longest substep that comes to rest with `times` as many sweeps, of a body that needs
+// `limit`.
 double with_sweeps(double limit, double friction_time, double times) {
   limit *= std::sqrt(times);
   // h^2 + tau h = limit^2, without a difference of near numbers

@@ -7,6 +7,7 @@
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/executor.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/tissue/tissue.h"
 
@@ -260,6 +261,19 @@ TEST_CASE("substep rule: no correction where pieces are more than nodes", "[unit
   const Solver asked(many, {.coarse_correction = CoarseCorrection::on});
   CHECK(testing::inspect(asked).coarse_space.piece_count() == 48);
   CHECK(asked.plan().longest_substep ==
+        Approx(std::sqrt(2) * most.plan().longest_substep).epsilon(1e-4));
+
+  // what a cut parts into more pieces has no more nodes after a compaction
+  Solver parted(scene_of(49, true));
+  std::vector<Index> links;
+  for (Index l = 0; l < static_cast<Index>(parted.tissue().links().size()); ++l) {
+    links.push_back(l);
+  }
+  parted.tissue().apply({.remove_links = links});
+  Compaction compaction(parted);
+  compaction.build();
+  compaction.finish(parted);
+  CHECK(parted.plan().longest_substep ==
         Approx(std::sqrt(2) * most.plan().longest_substep).epsilon(1e-4));
 }
 

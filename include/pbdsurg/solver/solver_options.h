@@ -56,12 +56,12 @@ enum class TimeIntegration : std::uint8_t {
   bdf2,
 };
 
-/// Whether all vertices move together once a substep, by the modes of a coarse space (48 nodes for
-/// a scene, each with the affine motions of what is near it; Sumner et al. 2007), so that slow,
-/// wide motions need no sweeps.
+/// Whether all vertices move together once a substep, by the modes of a coarse space, so that slow,
+/// wide motions need no sweeps: up to 48 nodes, one for 16 free vertices at most, each with the
+/// affine motions of what is near it (Sumner et al. 2007).
 enum class CoarseCorrection : std::uint8_t {
-  /// on with vertex_block where substeps or sweeps are automatic, unless the sweep named is one, or
-  /// the scene is in more pieces than there are nodes; else off. Chosen when the solver is made, of
+  /// on with vertex_block where substeps or sweeps are automatic, unless iterations is 1 or the
+  /// scene is in more pieces than there are nodes; else off. Chosen when the solver is made, of
   /// scene and options alone; a plan's name tells.
   automatic,
   off,
@@ -96,7 +96,8 @@ enum class DeviceStrategy : std::uint8_t {
 /// asked for need. At an accuracy of 2 % a substep is at most so long, and longer or shorter with
 /// the square root of that:
 ///
-/// - with a coarse correction, sqrt(10 ms t) and 1/300 s, where t is the time in which a wave of
+/// - with a coarse correction, the smaller of sqrt(10 ms t) and 1/300 s, where t is the time in
+/// which a wave of
 ///   pressure crosses an edge of a body's mesh. It has two sweeps, whatever inner friction there
 ///   is;
 /// - vertex blocks without, 0.95 t, and projections, 0.3 t. It has one sweep, and 1 + tau / substep
@@ -145,9 +146,10 @@ struct PBDSURG_API SolverOptions {
   /// Where stiff bars had four sweeps a substep, 1.6 left their ends 1.5 to 25 times closer to
   /// where endless sweeps would; with two, 1.5 to 2.5 times. Soft tissue wants 1.3. Too much for
   /// few sweeps of nearly incompressible tissue (0.49) makes it tremble or burst: the default is
-  /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without.
+  /// none. Of a single sweep nothing is left for it, and vertices at stiff links do without. With a
+  /// coarse correction, which automatic numbers bring, more than 1.2 does harm.
   float over_relaxation = 1;
-  /// Takes as long as 2 to 4 sweeps of a substep. A solver takes longer to make: 0.02 s of 300
+  /// Takes as long as 4 sweeps of a substep. A solver takes longer to make: 0.02 s of 300
   /// vertices, 0.3 s of 2600, 0.6 s of 7000, 1.5 s of 20,000.
   CoarseCorrection coarse_correction = CoarseCorrection::automatic;
   TimeIntegration integration = TimeIntegration::implicit_euler;  ///< bdf2 in compliance mode only

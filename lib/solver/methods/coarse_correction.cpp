@@ -115,7 +115,7 @@ void find_turns(const StepContext& step) {
         continue;
       }
       const AffineNumbers& shape = scratch.sums[node].shape;
-      const Particle& origin = step.copy.particles[space.members(node).own[0]];
+      const Particle origin = shape_origin(step.copy.particles[space.members(node).own[0]]);
       const float from[3] = {origin.x, origin.y, origin.z};
       for (int k = 0; k < 4; ++k) {
         const double count{shape.of[k][3]};
@@ -129,8 +129,8 @@ void find_turns(const StepContext& step) {
   }
 }
 
-// Of a hold, and a node that moves some of it: in [0], times 1, X, Y and Z.
-AffineNumbers& hold_sum(const StepContext& step, Index hold, Index node) {
+// Of a hold, and a node that moves some of it.
+CoarseShares& hold_sum(const StepContext& step, Index hold, Index node) {
   return step.scratch.coarse.hold_sums[hold * step.data.coarse_space.node_count() + node];
 }
 
@@ -163,12 +163,12 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
       ++holds.count;
     }
   }
-  std::ranges::fill(scratch.hold_sums, AffineNumbers{});
+  std::ranges::fill(scratch.hold_sums, CoarseShares{});
   for (const Index place : scratch.held) {
     const CoarseVertex& vertex = vertices[place];
     const Index hold = is_opposed(vertex) ? hold_of[vertex.nodes[0]] : kInvalidIndex;
     for (int i = 0; i < kCoarseNodes && hold != kInvalidIndex; ++i) {
-      float(&sum)[4] = hold_sum(step, hold, vertex.nodes[i]).of[0];
+      float(&sum)[4] = hold_sum(step, hold, vertex.nodes[i]).of;
       const float weight = vertex.stiffness * vertex.weights[i];
       sum[0] += weight;
       for (int k = 0; k < 3; ++k) {
@@ -178,7 +178,7 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
   }
   for (Index hold = 0; hold < holds.count; ++hold) {
     for (Index node = 0; node < step.data.coarse_space.node_count(); ++node) {
-      holds.sums[hold] += hold_sum(step, hold, node).of[0][0];
+      holds.sums[hold] += hold_sum(step, hold, node).of[0];
     }
   }
   return holds;
@@ -200,7 +200,7 @@ void oppose_holds(const StepContext& step) {
       scratch.hold_modes[m * rows + row] = 0;
     }
     for (Index node = 0; node < space.node_count(); ++node) {
-      const float(&sum)[4] = hold_sum(step, row / 3, node).of[0];
+      const float(&sum)[4] = hold_sum(step, row / 3, node).of;
       for (int k = 0; k < 4 && sum[0] > 0; ++k) {
         const std::span<const float> moves = space.numbers(number_of(node, k, row % 3));
         const float share = sum[k] / holds.sums[row / 3];
@@ -249,7 +249,8 @@ void CoarseScratch::fit(const SolverData& data) {
 std::size_t CoarseScratch::memory_bytes() const noexcept {
   return (residuals.capacity() + moves.capacity()) * sizeof(Particle) +
          sums.capacity() * sizeof(NodeSums) + gains.capacity() * sizeof(CoarseGain) +
-         (hold_sums.capacity() + moves_of_nodes.capacity()) * sizeof(AffineNumbers) +
+         hold_sums.capacity() * sizeof(CoarseShares) +
+         moves_of_nodes.capacity() * sizeof(AffineNumbers) +
          (loads.capacity() + sums_of_all.capacity() + amplitudes.capacity() + gives.capacity() +
           numbers.capacity() + hold_modes.capacity()) *
              sizeof(float) +
@@ -278,12 +279,13 @@ void project_residuals(const StepContext& step, Index node) {
     }
   });
   load.store(scratch.sums[node].load);
+  const Particle origin = own.empty() ? Particle{} : shape_origin(particles[own[0]]);
   const Eigen::Array4f axes(1, 1, 1, 0), one(0, 0, 0, 1);
   const auto shape = sum_of<SharedSum>(own, [&](std::size_t i, SharedSum& sum) {
     const Index v = own[i];
     if (scratch.residuals[v].w > 0) {
       const auto& place = vertices[v].place;
-      sum.add((quad_of(particles[v]) - quad_of(particles[own[0]])) * axes + one,
+      sum.add((quad_of(particles[v]) - quad_of(origin)) * axes + one,
               {1, place[0], place[1], place[2]});
     }
   });

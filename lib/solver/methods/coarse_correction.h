@@ -54,7 +54,7 @@ struct CoarseScratch {
   std::vector<float> sums_of_all;        ///< [kCoarseSums][mode or number]
   std::vector<float> gives;              ///< [mode] s^2, over the inertia and stiffness of a unit
   std::vector<Index> held;               ///< places that tools hold, ascending
-  std::vector<AffineNumbers> hold_sums;  ///< [hold][node] N/m of what is near one node; in [0]
+  std::vector<CoarseShares> hold_sums;   ///< [hold][node] N/m, times 1, X, Y and Z
   std::vector<float> hold_modes;         ///< [mode][hold][axis] how modes move them
   std::vector<float> numbers;            ///< [number]
   std::vector<AffineNumbers> moves_of_nodes;  ///< [node] m, how each moves what is near

@@ -5,6 +5,7 @@
 /// What a coarse correction (coarse_correction.h) does alike on a host and on a device. Sums here
 /// and there go in the same order.
 
+#include <algorithm>
 #include <cmath>
 
 #include "pbdsurg/base/host_device.h"
@@ -26,13 +27,19 @@ inline constexpr Index kModesOfNode = 4;      ///< in the mean, where there are 
 inline constexpr Index kLeastModes = 48;      ///< or as many as there are
 inline constexpr Index kMostModes = kModesOfNode * kMostNodes;
 
+/// Nodes of a scene at most.
+/// @param free  vertices that move
+constexpr Index most_nodes(Index free) {
+  return std::clamp<Index>(free / kVerticesOfNode, 1, kMostNodes);
+}
+
 /// Member i of a node, or own vertex i, goes to sum i modulo this; then, half by half, sum i takes
 /// sum i + half.
 inline constexpr Index kNodeSums = 64;
-/// So many follow each other in one such sum of sums; these are added one after another.
+/// So many that follow each other are a part; the sums of parts are added in order.
 inline constexpr Index kNodePart = 512;
 
-/// Likewise number i of all, or mode i, of which a sum over all is made.
+/// Likewise number i in sums over all numbers, or mode i in sums over all modes.
 inline constexpr Index kCoarseSums = 8;
 
 /// Nodes near which something may be held; near more, corrections know of none.
@@ -65,6 +72,14 @@ struct NodeSums {
   /// count.
   AffineNumbers shape;
 };
+
+/// From where positions of a node's own vertices count, of which this is the first: a lost one is
+/// nowhere.
+PBDSURG_HOST_DEVICE inline Particle shape_origin(const Particle& first) {
+  return first.x * first.x + first.y * first.y + first.z * first.z < kInfinity
+             ? Particle{first.x, first.y, first.z, 0}
+             : Particle{0, 0, 0, 0};
+}
 
 /// What moves gain: their power against residuals before and after, J; positive: they go on.
 struct CoarseGain {
@@ -222,7 +237,6 @@ struct OneWorker {
 /// What tools hold near some nodes: a spring for each, at the mean of its vertices.
 struct CoarseHolds {
   Index count = 0;
-  Index nodes[kCoarseHolds];
   float sums[kCoarseHolds];    ///< N/m, of the stiffnesses of vertices
   Index counts[kCoarseHolds];  ///< of these
 

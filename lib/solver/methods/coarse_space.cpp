@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -71,7 +72,7 @@ std::vector<Index> choose_nodes(const Graph& graph, const SolverData& data) {
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   const auto free = static_cast<Index>(
       std::ranges::count_if(data.particles, [](const Particle& p) { return p.w > 0; }));
-  const Index most = std::clamp(free / kVerticesOfNode, 1, kMostNodes);
+  const Index most = most_nodes(free);
   while (static_cast<Index>(nodes.size()) < most) {
     Index furthest = kInvalidIndex;
     for (Index v = 0; v < static_cast<Index>(distances.size()); ++v) {
@@ -442,9 +443,11 @@ Index CoarseSpace::take_first_changed() noexcept {
 void CoarseSpace::reserve(std::size_t more) {
   vertices_.reserve(vertices_.size() + more);
   for (NodeMembers& members : members_) {
-    members.own.reserve(members.own.size() + more);
-    members.places.reserve(members.places.size() + more);
-    members.shares.reserve(members.shares.size() + more);
+    // an edit is near a few nodes, but many are not
+    const std::size_t size = members.places.size() + std::min(more, members.places.size());
+    members.own.reserve(size);
+    members.places.reserve(size);
+    members.shares.reserve(size);
   }
 }
 

@@ -32,7 +32,7 @@ class CoarseSpace {
  public:
   CoarseSpace() = default;
 
-  /// Cost: O(V log V + T) and the eigenvectors of a matrix of 576 rows: about a second.
+  /// Cost: O(V log V + T) and the eigenvectors of a matrix of 576 rows at most: see SolverOptions.
   /// @param data  with rows of vertices, at rest; inverse masses say which of these are free
   explicit CoarseSpace(const SolverData& data);
 
