@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/tissue/topology_edit.h"
 
@@ -73,7 +74,7 @@ class CoarseSpace {
   void reserve(std::size_t more);
 
   /// The first place that has changed since it was last asked for; no place if none has.
-  [[nodiscard]] Index take_first_changed() noexcept;
+  [[nodiscard]] PBDSURG_API Index take_first_changed() noexcept;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
