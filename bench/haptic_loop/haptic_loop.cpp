@@ -61,21 +61,7 @@ std::vector<Index> vertices_at_tip(const Scene& scene) {
 }
 
 Json compare(Solver& solver, const Scene& scene, ToolId tool, const std::vector<Index>& held) {
-  StaticEnergy energy(scene);
-  energy.hold(held);
-  Positions start;
-  for (const Eigen::Vector3f& x : solver.positions()) {
-    start.push_back(x.cast<double>());
-  }
-  const Positions rest = find_equilibrium(energy, start);
-  Eigen::Vector3d expected = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& each : energy.holding_forces(held, rest)) {
-    expected -= each;
-  }
-  double farthest = 0;
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    farthest = std::max(farthest, (rest[v] - start[v]).norm());
-  }
+  const auto [expected, farthest] = rest_with_held(scene, held, solver.positions());
   const Eigen::Vector3d force = solver.tool_force(tool).cast<double>();
   return {{"force_n", rounded(force.norm(), 1e4)},
           {"static_n", rounded(expected.norm(), 1e4)},

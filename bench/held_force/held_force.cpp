@@ -69,22 +69,9 @@ void run(const Arguments& arguments) {
     throw Error("the drag did not come to its end with all strands whole");
   }
 
-  StaticEnergy energy(scene.scene);
-  energy.hold(simulation.grasper.held);
-  Positions start;
-  for (const Eigen::Vector3f& x : simulation.solver.positions()) {
-    start.push_back(x.cast<double>());
-  }
-  const Positions rest = find_equilibrium(energy, start);
-  Eigen::Vector3d expected = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& each : energy.holding_forces(simulation.grasper.held, rest)) {
-    expected -= each;
-  }
+  const auto [expected, farthest] =
+      rest_with_held(scene.scene, simulation.grasper.held, simulation.solver.positions());
   const Eigen::Vector3d force = simulation.world.force(simulation.grasper.tool).cast<double>();
-  double farthest = 0;
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    farthest = std::max(farthest, (rest[v] - start[v]).norm());
-  }
 
   const std::vector<Column> columns{{"tets", "tets", 0},
                                     {"links", "links", 0},

@@ -331,6 +331,25 @@ Positions find_equilibrium_by_steps(const StaticEnergy& energy, const Positions&
   return x;
 }
 
+HeldRest rest_with_held(const Scene& scene, std::span<const Index> held,
+                        std::span<const Eigen::Vector3f> positions) {
+  StaticEnergy energy(scene);
+  energy.hold(held);
+  Positions start;
+  for (const Eigen::Vector3f& x : positions) {
+    start.push_back(x.cast<double>());
+  }
+  const Positions rest = find_equilibrium(energy, start);
+  HeldRest result{Eigen::Vector3d::Zero()};
+  for (const Eigen::Vector3d& each : energy.holding_forces(held, rest)) {
+    result.force -= each;
+  }
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    result.farthest = std::max(result.farthest, (rest[v] - start[v]).norm());
+  }
+  return result;
+}
+
 double lowest_frequency(const Scene& scene, const Positions& equilibrium) {
   const Eigen::Vector3d gravity = scene.gravity().cast<double>();
   double work = 0;

@@ -90,6 +90,17 @@ class StaticEnergy {
 [[nodiscard]] Positions find_equilibrium_by_steps(const StaticEnergy& energy,
                                                   const Positions& places, int steps);
 
+/// What a tool's force is compared with, and how far tissue is from rest.
+struct HeldRest {
+  Eigen::Vector3d force;  ///< N, of tissue on what holds it
+  double farthest = 0;    ///< m, of a vertex from its place at rest
+};
+
+/// The static solution with some vertices held where they are.
+/// @param positions  m, of all vertices
+[[nodiscard]] HeldRest rest_with_held(const Scene& scene, std::span<const Index> held,
+                                      std::span<const Eigen::Vector3f> positions);
+
 /// Of the lowest mode, 1/s: Rayleigh's quotient of the shape in which a scene sags.
 [[nodiscard]] double lowest_frequency(const Scene& scene, const Positions& equilibrium);
 

@@ -3,33 +3,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
+
+#include "lib/base/disjoint_sets.h"
 
 namespace pbdsurg {
 namespace {
-
-/// Sets that only ever grow together; the smallest member stands for its set.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];  // path halving
-      i = parent_[i];
-    }
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 /// One side of a triangle.
 struct Side {

@@ -1,42 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/coarse_choice.h"
 
-#include <numeric>
 #include <vector>
 
+#include "lib/base/disjoint_sets.h"
 #include "lib/solver/methods/coarse_kernel.h"
 
 namespace pbdsurg {
-namespace {
-
-// Sets of vertices that hang together.
-class Pieces {
- public:
-  explicit Pieces(Index count) : parents_(static_cast<std::size_t>(count)) {
-    std::iota(parents_.begin(), parents_.end(), 0);
-  }
-
-  [[nodiscard]] Index find(Index v) {
-    while (parents_[v] != v) {
-      parents_[v] = parents_[parents_[v]];
-      v = parents_[v];
-    }
-    return v;
-  }
-
-  void join(Index a, Index b) { parents_[find(a)] = find(b); }
-
- private:
-  std::vector<Index> parents_;
-};
-
-}  // namespace
-
 bool has_node_for_each_piece(const Tissue& tissue) {
-  Pieces pieces(tissue.vertex_count());
+  DisjointSets pieces(static_cast<std::size_t>(tissue.vertex_count()));
   std::vector<bool> is_joined(static_cast<std::size_t>(tissue.vertex_count()), false);
   const auto join = [&](Index a, Index b) {
-    pieces.join(a, b);
+    pieces.join(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
     is_joined[a] = is_joined[b] = true;
   };
   for (Index e = 0; e < static_cast<Index>(tissue.edges().size()); ++e) {
@@ -56,7 +31,7 @@ bool has_node_for_each_piece(const Tissue& tissue) {
       continue;
     }
     ++free;
-    const Index piece = pieces.find(v);
+    const std::size_t piece = pieces.root(static_cast<std::size_t>(v));
     if (is_joined[v] && !is_known[piece]) {
       is_known[piece] = true;
       ++piece_count;
