@@ -48,7 +48,7 @@ void find_neighbors(const VertexBlocks& blocks, Index block, Index lane,
     }
   });
   std::ranges::sort(neighbors);
-  neighbors.erase(std::ranges::unique(neighbors).begin(), neighbors.end());
+  neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
   const Index color = blocks.color_of(place_at(own));
   for (Neighbor& neighbor : neighbors) {
     const Index other = blocks.color_of(place_at(neighbor));

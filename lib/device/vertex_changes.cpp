@@ -56,8 +56,7 @@ void write_range(Index block, std::size_t member, RowRange range, std::vector<Wo
 template <class Visit>
 void for_each_once(std::vector<Index> list, const Visit& visit) {
   std::ranges::sort(list);
-  const auto repeated = std::ranges::unique(list);
-  std::for_each(list.begin(), repeated.begin(), visit);
+  std::for_each(list.begin(), std::unique(list.begin(), list.end()), visit);
 }
 
 }  // namespace

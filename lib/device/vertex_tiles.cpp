@@ -242,8 +242,7 @@ void VertexTiles::write_block(Index block, std::vector<WordChange>& words) const
 
 std::vector<Index> VertexTiles::take_unpacked() {
   std::ranges::sort(unpacked_);
-  const auto repeated = std::ranges::unique(unpacked_);
-  unpacked_.erase(repeated.begin(), repeated.end());
+  unpacked_.erase(std::unique(unpacked_.begin(), unpacked_.end()), unpacked_.end());
   std::vector<Index> found;
   for (const Index number : unpacked_) {  // some may have no block any more
     const Room& room = rooms_[number];

@@ -364,7 +364,7 @@ TEST_CASE("bodies: surfaces and pieces follow those that come and go", "[propert
       }
       for (std::vector<Triangle>* triangles : {&shown, &expected}) {
         for (Triangle& triangle : *triangles) {
-          std::ranges::rotate(triangle, std::ranges::min_element(triangle));
+          std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());
         }
         std::ranges::sort(*triangles);
       }

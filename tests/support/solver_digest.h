@@ -48,8 +48,9 @@ inline void mix_vertices(Digest& digest, const VertexBlocks& vertices) {
     std::ranges::sort(places);
     digest.mix_all(places);
     for (const Index place : places) {
-      const auto [index, lane] = vertices.place_of(place);
-      const VertexBlock& block = rows.blocks[index];
+      const VertexBlocks::Place at = vertices.place_of(place);
+      const VertexBlock& block = rows.blocks[at.block];
+      const Index lane = at.lane;  // no structured binding: Clang before 16 captures none
       const auto is_padding = [&](const auto& neighbors) {
         return neighbors[lane] == block.corners[lane];
       };

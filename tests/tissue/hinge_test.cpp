@@ -71,11 +71,11 @@ TEST_CASE("hinge: all of a body are at the edges of its surface, outwards", "[un
   std::set<Triangle> triangles;
   for (const BoundaryTriangle& triangle : surface) {
     Triangle v = triangle.vertices;
-    std::ranges::rotate(v, std::ranges::min_element(v));
+    std::rotate(v.begin(), std::ranges::min_element(v), v.end());
     triangles.insert(v);
   }
   const auto is_on_surface = [&](Triangle v) {
-    std::ranges::rotate(v, std::ranges::min_element(v));
+    std::rotate(v.begin(), std::ranges::min_element(v), v.end());
     return triangles.contains(v);
   };
   std::set<Edge> edges;
@@ -122,7 +122,8 @@ TEST_CASE("hinge: bad ones are refused by name and change nothing", "[unit]") {
 
   // a triangle between two tetrahedra is not on the surface
   const Tet& tet = scene.tets()[0];
-  for (const auto& [i, j, k] : kTetTriangles) {
+  for (const auto& corners : kTetTriangles) {
+    const Index i = corners[0], j = corners[1], k = corners[2];
     const auto owners = std::ranges::count_if(
         scene.tets(), [&](const Tet& each) { return has_triangle(each, tet[i], tet[j], tet[k]); });
     if (owners == 2) {

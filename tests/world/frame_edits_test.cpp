@@ -75,7 +75,9 @@ TEST_CASE("world: heat, strands and program become one edit, in this order", "[u
 // Would catch a bad source that takes the good ones with it, forgets why strands parted, or counts
 // as done what was not.
 TEST_CASE("world: a refused source is reported, the others go through", "[unit]") {
-  const auto [step, burnt] = find_first_loss();
+  const auto first_loss = find_first_loss();
+  const int step = first_loss.first;
+  const std::vector<Index>& burnt = first_loss.second;
   for (const EditSource refused : {EditSource::program, EditSource::strands, EditSource::heat}) {
     SlabWorld slabs;
     World& world = slabs.world;

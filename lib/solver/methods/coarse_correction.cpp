@@ -141,8 +141,7 @@ CoarseHolds gather_coarse_holds(const StepContext& step) {
     scratch.held.push_back(each.place);
   }
   std::ranges::sort(scratch.held);
-  const auto repeated = std::ranges::unique(scratch.held);
-  scratch.held.erase(repeated.begin(), repeated.end());
+  scratch.held.erase(std::unique(scratch.held.begin(), scratch.held.end()), scratch.held.end());
 
   CoarseHolds holds;
   const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
@@ -269,13 +268,15 @@ CoarsePart coarse_part(const StepContext& step, Index part) noexcept {
 
 void project_residuals(const StepContext& step, Index node) {
   CoarseScratch& scratch = step.scratch.coarse;
-  const auto& [own, places, shares] = step.data.coarse_space.members(node);
+  // by name: Clang before 16 captures no structured binding
+  const NodeMembers& members = step.data.coarse_space.members(node);
+  const auto &own = members.own, &places = members.places;
   const std::span<const CoarseVertex> vertices = step.data.coarse_space.vertices();
   const std::vector<Particle>& particles = step.copy.particles;
   const auto load = sum_of<SharedSum>(places, [&](std::size_t i, SharedSum& sum) {
     const Particle& residual = scratch.residuals[places[i]];
     if (residual.w > 0) {
-      sum.add(quad_of(residual), shares[i]);
+      sum.add(quad_of(residual), members.shares[i]);
     }
   });
   load.store(scratch.sums[node].load);

@@ -84,8 +84,7 @@ void StableSubstep::measure(const SolverData& data, std::span<const Index> place
     changed_.insert(changed_.end(), neighbors_.begin(), neighbors_.end());
   }
   std::ranges::sort(changed_);
-  const auto repeated = std::ranges::unique(changed_);
-  changed_.erase(repeated.begin(), repeated.end());
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
   for (const Index place : changed_) {
     measure_vertex(data, place);
   }

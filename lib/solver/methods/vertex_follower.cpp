@@ -2,7 +2,6 @@
 #include "lib/solver/methods/vertex_follower.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -63,23 +62,30 @@ void VertexFollower::follow(const Tissue& tissue, const TissueChange& change) no
 // What came and went in one edit, it has never had.
 void VertexFollower::remove(const TissueChange& change) {
   VertexBlocks& blocks = data_.vertex_blocks;
-  const auto remove = [](const auto& ids, const auto& known, const auto& remove_one) {
-    for (const Index id : ids) {
-      if (id < static_cast<Index>(known.size())) {
-        remove_one(id);
-      }
+  const auto is_known = [](Index id, const auto& known) {
+    return id < static_cast<Index>(known.size());
+  };
+  const auto remove_spring = [&](Index spring) {
+    if (is_known(spring, blocks.springs())) {
+      blocks.remove_spring(spring);
     }
   };
-  const auto remove_springs = [&](const std::vector<Index>& ids, const auto& id_of) {
-    remove(ids | std::views::transform(id_of), blocks.springs(),
-           [&](Index spring) { blocks.remove_spring(spring); });
-  };
-  remove(change.removed_tets, blocks.tets(), [&](Index tet) { blocks.remove_tet(tet); });
-  remove_springs(change.removed_edges,
-                 [&](Index edge) { return data_.sets.distance_ids.of_edge(edge); });
-  remove_springs(change.removed_links,
-                 [&](Index link) { return data_.sets.distance_ids.of_link(link); });
-  remove(change.removed_hinges, blocks.hinges(), [&](Index hinge) { blocks.remove_hinge(hinge); });
+  for (const Index tet : change.removed_tets) {
+    if (is_known(tet, blocks.tets())) {
+      blocks.remove_tet(tet);
+    }
+  }
+  for (const Index edge : change.removed_edges) {
+    remove_spring(data_.sets.distance_ids.of_edge(edge));
+  }
+  for (const Index link : change.removed_links) {
+    remove_spring(data_.sets.distance_ids.of_link(link));
+  }
+  for (const Index hinge : change.removed_hinges) {
+    if (is_known(hinge, blocks.hinges())) {
+      blocks.remove_hinge(hinge);
+    }
+  }
 }
 
 void VertexFollower::set_limit(const Tissue& tissue, Index edge) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <ranges>
 #include <type_traits>
 #include <vector>
 
@@ -26,7 +25,7 @@ constexpr Index kFewVertices = 2 * kBlockLanes;
 constexpr std::int64_t kShareToEmpty = 20;
 
 // How many places are looked at for one with room; behind these, one that is new is as well.
-constexpr Index kMostTries = 16;
+constexpr std::ptrdiff_t kMostTries = 16;
 
 bool has_terms(const VertexTet& tet) {
   return tet.stiffness > 0 || tet.volume_damping > 0 ||
@@ -311,18 +310,19 @@ void VertexBlocks::copy_lane(const VertexBlock& block, Index from, Index to) noe
 
 // The latest with room, or kInvalidIndex.
 Index VertexBlocks::open_block(Index color, const Rows& needs) {
-  const auto latest = open_[color] | std::views::reverse | std::views::take(kMostTries);
-  const auto found = std::ranges::find_if(
-      latest, [&](Index block) { return rooms_[block].counts.has_room_for(needs); });
-  return found == latest.end() ? kInvalidIndex : *found;
+  const std::vector<Index>& open = open_[color];
+  const auto end = open.rbegin() + std::min(std::ssize(open), kMostTries);
+  const auto found = std::find_if(
+      open.rbegin(), end, [&](Index block) { return rooms_[block].counts.has_room_for(needs); });
+  return found == end ? kInvalidIndex : *found;
 }
 
 Index VertexBlocks::add_block(Index color, const Rows& needs) {
-  const auto latest = left_rooms_ | std::views::reverse | std::views::take(kMostTries);
-  const auto left = std::ranges::find_if(
-      latest, [&](const Room& room) { return room.counts.has_room_for(needs); });
+  const auto end = left_rooms_.rbegin() + std::min(std::ssize(left_rooms_), kMostTries);
+  const auto left = std::find_if(left_rooms_.rbegin(), end,
+                                 [&](const Room& room) { return room.counts.has_room_for(needs); });
   Room room;
-  if (left != latest.end()) {
+  if (left != end) {
     room = *left;
     left_rooms_.erase(std::next(left.base(), -1));
   } else {
@@ -395,7 +395,8 @@ void VertexBlocks::undo() {
   unit_ = unit_before_;
   refreshed_.clear();
   changed_blocks_.clear();
-  for (const auto& [vertex, before] : color_changes_ | std::views::reverse) {
+  for (auto change = color_changes_.rbegin(); change != color_changes_.rend(); ++change) {
+    const auto& [vertex, before] = *change;
     if (places_[vertex].block != kInvalidIndex) {
       leave_lane(vertex);
     }
@@ -420,7 +421,8 @@ void VertexBlocks::undo() {
   const auto undo_set = [&](auto& elements) {
     elements.undo([&](Index id) { touch(elements[id].vertices); });
   };
-  for (const auto& [which, is_added, vertex, element] : list_changes_ | std::views::reverse) {
+  for (auto change = list_changes_.rbegin(); change != list_changes_.rend(); ++change) {
+    const auto& [which, is_added, vertex, element] = *change;
     touch({&vertex, 1});
     change_list(which, vertex, element, !is_added);
   }
