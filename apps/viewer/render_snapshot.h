@@ -6,6 +6,7 @@
 /// [0, 1]. A snapshot owns its arrays, so that it can cross threads.
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,27 @@ struct Surface {
                                                 ///< tissue, which hides that share of its colour
   std::vector<float> wetness;                   ///< optional 0..1: a film of fluid, shines
   std::vector<Eigen::Vector4f> colors;          ///< optional rgba: replaces colour and opacity
+  std::vector<std::uint8_t> is_inner;  ///< optional [triangle_count] 1 where a cut or a burn has
+                                       ///< bared the inside: drawn with inner_look
+  pbdsurg::TissueLook inner_look;
+};
+
+/// What changed of a surface, for who keeps one. Runs replace what was there, and may reach beyond
+/// the end, which then moves.
+struct SurfaceChange {
+  struct Triangles {
+    pbdsurg::Index first = 0;
+    std::vector<pbdsurg::Triangle> values;  ///< a triangle that names a vertex twice is not drawn
+    std::vector<std::uint8_t> is_inner;     ///< [values.size()] as in Surface
+  };
+  struct Burns {
+    pbdsurg::Index first = 0;
+    std::vector<Eigen::Vector4f> values;
+  };
+  std::vector<Eigen::Vector3f> positions;  ///< [vertex_count] m, of all vertices; empty: as before
+  std::vector<Eigen::Vector3f> new_rest_positions;  ///< m, of vertices that were added at the end
+  std::vector<Triangles> triangles;
+  std::vector<Burns> burns;
 };
 
 enum class ToolFinish { steel, insulation };
@@ -78,13 +100,20 @@ enum class Style {
   figure,  ///< on white, without gloss, texture or shadows, so that colours are read as given
 };
 
-struct RenderSnapshot {
-  std::vector<Surface> surfaces;
+/// All that is drawn anew for each picture.
+struct SceneView {
   std::vector<Tool> tools;
+  std::vector<Surface> sheets;  ///< small and translucent, as membranes are
   std::vector<Strand> strands;
   std::vector<SmokePuff> smoke;
+  float haze = 0;  ///< 0..1, share of the light that smoke in the cavity takes at the target
   Camera camera;
   Style style = Style::scope;  ///< a figure is meant for surfaces with colours, and strands
+};
+
+/// A whole moment.
+struct RenderSnapshot : SceneView {
+  std::vector<Surface> surfaces;
 };
 
 }  // namespace cholecystectomy
