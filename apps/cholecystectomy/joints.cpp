@@ -104,7 +104,8 @@ Index fibres_of(const std::vector<pbdsurg::MembraneLink>& links) {
 std::vector<pbdsurg::MembraneLink> find_links(const Joint& joint, const LoadedAnatomy& loaded,
                                               std::vector<Warning>& warnings) {
   const Organs& organs = loaded.anatomy.organs;
-  if (loaded.own.empty()) {
+  const bool is_coarse = loaded.detail != Detail::full;
+  if (loaded.own.empty() && !is_coarse) {
     return vertex_links(joint, organs);
   }
   const Index built_in = fibres_of(vertex_links(joint, loaded.built_in));
@@ -112,7 +113,7 @@ std::vector<pbdsurg::MembraneLink> find_links(const Joint& joint, const LoadedAn
     return {};  // near, but not joined
   }
   Links links;
-  if (loaded.own.contains(joint.first) || loaded.own.contains(joint.second)) {
+  if (is_coarse || loaded.own.contains(joint.first) || loaded.own.contains(joint.second)) {
     const double area = fibres_of(area_links(joint, loaded.built_in, kSamples)) / kSamples;
     links = area_links(joint, organs, built_in / area);
   } else {

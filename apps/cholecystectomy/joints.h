@@ -43,8 +43,9 @@ pbdsurg::Index fibres_of(const std::vector<pbdsurg::MembraneLink>& links);
 
 /// Where the strands of a joint run.
 ///
-/// Built-in organs are linked vertex by vertex. Where either organ is a user's, fibres go by area,
-/// as many for an area as between the built-in organs, however fine the mesh.
+/// Built-in organs in full detail are linked vertex by vertex. Where either organ is a user's, or
+/// coarser, fibres go by area, as many for an area as between the built-in organs, however fine the
+/// mesh.
 /// @param warnings  gains one if there are less than a quarter of the built-in fibres, or none
 ///                  because the organs are farther apart than the joint's reach
 std::vector<pbdsurg::MembraneLink> find_links(const Joint& joint, const LoadedAnatomy& loaded,

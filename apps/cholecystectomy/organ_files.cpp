@@ -31,6 +31,7 @@ using pbdsurg::MeshData;
 using pbdsurg::OrganSource;
 using pbdsurg::TetMesh;
 
+constexpr double kLowCoarsening = 1.5;   // 25,000 tetrahedra of 73,000
 constexpr double kLargestRatio = 4;      // of the longest side to that of the organ replaced
 constexpr double kFossaGap = 1e-3;       // m, as in the liver bed of the library
 constexpr double kFossaRounding = 3e-3;  // m
@@ -163,9 +164,10 @@ Organ find_organ(const std::string& name) {
   throw pbdsurg::InvalidArgument("there is no organ '" + name + "'; there are:" + known);
 }
 
-LoadedAnatomy load_anatomy(const OrganFiles& files) {
+LoadedAnatomy load_anatomy(const OrganFiles& files, Detail detail) {
   LoadedAnatomy loaded;
-  if (files.paths.empty()) {
+  loaded.detail = detail;
+  if (files.paths.empty() && detail == Detail::full) {
     loaded.anatomy = pbdsurg::make_cholecystectomy_anatomy();
     return loaded;
   }
@@ -177,6 +179,7 @@ LoadedAnatomy load_anatomy(const OrganFiles& files) {
   const std::vector<Eigen::Isometry3d> motions =
       motions_of(organs, loaded.built_in, files.keeps_placement);
   CholecystectomyOptions options;
+  options.coarsening = detail == Detail::low ? kLowCoarsening : 1;
   for (std::size_t i = 0; i < organs.size(); ++i) {
     OwnOrgan& own = organs[i];
     loaded.own.insert(own.organ);

@@ -24,11 +24,19 @@ struct OrganFiles {
   pbdsurg::Index max_tets = 300'000;  ///< an organ
 };
 
+/// How fine the built-in organs are.
+enum class Detail {
+  full,  ///< 73,000 tetrahedra
+  low,   ///< a third of these
+};
+
 /// An anatomy in which some organs come from files.
 struct LoadedAnatomy {
   pbdsurg::CholecystectomyAnatomy anatomy;
   std::set<pbdsurg::Organ> own;  ///< those from files
-  /// All of the built-in anatomy, for comparison; none where no organ is from a file.
+  Detail detail = Detail::full;  ///< of the others
+  /// All of the built-in anatomy in full detail, for comparison; none where nothing differs from
+  /// it.
   std::map<pbdsurg::Organ, pbdsurg::TetMesh> built_in;
   std::vector<std::string> notes;  ///< what was done to files, a line each
   std::vector<Warning> warnings;
@@ -45,7 +53,7 @@ struct LoadedAnatomy {
 ///                                   times larger or smaller than the one it replaces, or has more
 ///                                   tetrahedra than allowed, which is told before it is filled
 /// @throws pbdsurg::FileError, pbdsurg::InvalidMesh  if a file cannot be used, naming it
-LoadedAnatomy load_anatomy(const OrganFiles& files);
+LoadedAnatomy load_anatomy(const OrganFiles& files, Detail detail = Detail::full);
 
 /// The organ of that name, as in the report.
 /// @throws pbdsurg::InvalidArgument  naming the organs that there are

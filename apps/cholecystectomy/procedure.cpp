@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "apps/cholecystectomy/interruption.h"
 
@@ -42,7 +43,8 @@ class Script {
     const int count = steps(seconds);
     for (int i = 1; i <= count; ++i) {
       act(static_cast<double>(i) / count);
-      simulation_.advance(power / time_scale_);
+      simulation_.advance(power > 0 ? std::optional(pbdsurg::cut_settings(power / time_scale_))
+                                    : pbdsurg::off_settings());
       if (simulation_.totals.non_finite_vertices > 0) {
         throw CannotGoOn("the state is no longer finite");
       }
@@ -69,7 +71,7 @@ class Script {
 
  private:
   [[nodiscard]] int steps(double seconds) const {
-    return std::max(1, static_cast<int>(time_scale_ * seconds / Simulation::kTimeStep + 0.5));
+    return std::max(1, static_cast<int>(time_scale_ * seconds / simulation_.time_step + 0.5));
   }
 
   Simulation& simulation_;

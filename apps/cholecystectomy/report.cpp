@@ -161,7 +161,7 @@ void write_report(const std::filesystem::path& path, const Simulation& simulatio
       solver.options().mode == pbdsurg::ProjectionMode::fraction ? "fraction" : "compliance";
   report["substeps"] = solver.options().substeps;
   report["iterations"] = solver.options().iterations;
-  report["time_step_s"] = Simulation::kTimeStep;
+  report["time_step_s"] = simulation.time_step;
   report["steps"] = simulation.totals.steps;
   report["simulated_s"] = simulation.time();
   if (course.is_interrupted) {

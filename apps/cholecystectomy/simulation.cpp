@@ -57,7 +57,8 @@ Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::ToolId tool, double time) {
 // Turns the shaft towards the port.
 void aim(Instrument& instrument) {
   instrument.orientation = Eigen::Quaternionf::FromTwoVectors(Eigen::Vector3f::UnitZ(),
-                                                              instrument.port - instrument.tip);
+                                                              instrument.port - instrument.tip) *
+                           Eigen::AngleAxisf(instrument.roll, Eigen::Vector3f::UnitZ());
 }
 
 Instrument make_instrument(pbdsurg::World& world, const std::vector<Capsule>& capsules,
@@ -106,8 +107,9 @@ pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool pa
 }
 
 Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::SolverOptions& options,
-                       std::uint64_t seed, StageTimes& stage_times)
+                       std::optional<std::uint64_t> seed, StageTimes& stage_times, double step)
     : scene(surgical_scene),
+      time_step(step),
       world(scene.scene, scene.tissues, scene.connections, options),
       solver(world.solver()),
       connections(world.strands()),
@@ -129,17 +131,19 @@ void Simulation::place(Instrument& instrument) {
     aim(instrument);
   }
   pbdsurg::ToolPose pose = instrument.pose();
-  pose.translation() += tremor(seed_, instrument.tool, time());
+  if (seed_) {
+    pose.translation() += tremor(*seed_, instrument.tool, time());
+  }
   world.move(instrument.tool, pose);
 }
 
-void Simulation::advance(double power) {
+void Simulation::advance(const std::optional<pbdsurg::GeneratorSettings>& settings) {
   for (Instrument* instrument : {&grasper, &hook}) {
     place(*instrument);
   }
-  hook_power = power;
-  world.energise(burner, power > 0 ? std::optional(pbdsurg::cut_settings(power)) : std::nullopt);
-  const pbdsurg::Frame frame = world.step(kTimeStep);
+  hook_power = settings ? settings->power : 0;
+  world.energise(burner, settings);
+  const pbdsurg::Frame frame = world.step(time_step);
   times["cautery"] += 1e3 * frame.times.heat;
   times["tearing"] += 1e3 * frame.times.edit;
   times["solve"] += 1e3 * frame.times.step;
@@ -200,7 +204,7 @@ void Simulation::release() {
 
 void Simulation::approach(Instrument& instrument, const Eigen::Vector3f& point, float speed) {
   const Eigen::Vector3f way = point - instrument.tip;
-  const float reach = speed * static_cast<float>(kTimeStep);
+  const float reach = speed * static_cast<float>(time_step);
   instrument.tip += way.norm() <= reach ? way : Eigen::Vector3f(reach / way.norm() * way);
 }
 

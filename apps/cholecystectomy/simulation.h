@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,7 @@ struct Instrument {
   Eigen::Vector3f port;  ///< m
   Eigen::Vector3f tip;   ///< m, where it is wanted
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
+  float roll = 0;                      ///< rad, about the shaft
   std::vector<pbdsurg::Index> held{};  ///< scene vertices
 
   [[nodiscard]] pbdsurg::ToolPose pose() const;
@@ -95,13 +97,13 @@ inline constexpr std::array<pbdsurg::BodyId, 3> kBurnable{
 class Simulation {
  public:
   /// @param scene  kept by reference: must outlive the simulation
-  /// @param seed   of the instruments' tremor
-  Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options, std::uint64_t seed,
-             StageTimes& times);
-  static constexpr double kTimeStep = 5e-3;  ///< s
+  /// @param seed   of the instruments' tremor, of which hands of a person need none
+  Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options,
+             std::optional<std::uint64_t> seed, StageTimes& times, double time_step = kTimeStep);
+  static constexpr double kTimeStep = 5e-3;  ///< s, of the scripted operation
 
-  /// One step with power at the hook, W.
-  void advance(double power);
+  /// One step with these settings at the hook.
+  void advance(const std::optional<pbdsurg::GeneratorSettings>& settings);
 
   /// Closes the grasper around the vertices of an organ near its tip, reaching further where the
   /// mesh is so coarse that fewer than four lie within the radius.
@@ -119,7 +121,7 @@ class Simulation {
   }
 
   [[nodiscard]] double time() const noexcept {
-    return kTimeStep * static_cast<double>(totals.steps);
+    return time_step * static_cast<double>(totals.steps);
   }
   [[nodiscard]] const pbdsurg::Surface& surface(Organ organ) const {
     return *surfaces_[static_cast<std::size_t>(body_of(organ))];
@@ -129,6 +131,7 @@ class Simulation {
   [[nodiscard]] std::vector<Eigen::Vector3f> tissue_of(Organ organ) const;
 
   const SurgicalScene& scene;
+  double time_step;  ///< s
   pbdsurg::World world;
   pbdsurg::Solver& solver;                       ///< of the world
   const pbdsurg::ConnectiveTissue& connections;  ///< of the world
@@ -146,7 +149,7 @@ class Simulation {
   void count(const pbdsurg::CauteryReport& report);
 
   std::vector<const pbdsurg::Surface*> surfaces_;  // [organ]
-  std::uint64_t seed_;
+  std::optional<std::uint64_t> seed_;
 };
 
 }  // namespace cholecystectomy

@@ -49,8 +49,9 @@ TetMesh make_own(Organ organ, const OrganSource& source, double wall_thickness) 
 }
 
 TetMesh make_built_in(Organ organ, const ImplicitShape& gallbladder, bool is_own_gallbladder,
-                      double wall_thickness) {
-  OrganRecipe recipe = organ_recipe(organ, gallbladder, wall_thickness);
+                      const CholecystectomyOptions& options) {
+  OrganRecipe recipe = organ_recipe(organ, gallbladder, options.wall_thickness);
+  recipe.options.spacing *= options.coarsening;
   if (is_own_gallbladder) {
     recipe.options.euler.reset();  // a strange gallbladder may cut its bed to pieces
   }
@@ -131,6 +132,10 @@ Tetrahedralization fill_organ(Organ organ, const ImplicitShape& shape, double wa
 }
 
 CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions& options) {
+  if (!(options.coarsening > 0) || !std::isfinite(options.coarsening)) {
+    throw InvalidArgument("the coarsening of the organs is " + describe(options.coarsening) +
+                          "; it must be positive and finite");
+  }
   const auto own_gallbladder = options.own.find(Organ::gallbladder);
   const ImplicitShape outer = own_gallbladder != options.own.end()
                                   ? outside_of(own_gallbladder->second)
@@ -142,8 +147,7 @@ CholecystectomyAnatomy make_cholecystectomy_anatomy(const CholecystectomyOptions
       anatomy.organs[organ] =
           own != options.own.end()
               ? make_own(organ, own->second, options.wall_thickness)
-              : make_built_in(organ, outer, own_gallbladder != options.own.end(),
-                              options.wall_thickness);
+              : make_built_in(organ, outer, own_gallbladder != options.own.end(), options);
     } catch (const InvalidMesh& error) {
       throw InvalidMesh(std::string(name_of(organ)) + ": " + error.what());
     }

@@ -27,6 +27,8 @@ void Surface::refresh(const Solver& solver, const HeatField* heat) {
     seen_count_ = tissue.vertex_count();
     seen_renumberings_ = live_->renumberings();
     number(tissue);
+    mark_changes_.reserve(static_cast<Index>(vertices_.size()));
+    mark_changes_.note_all();
   }
   take_triangles();
   positions_.resize(vertices_.size());
@@ -46,8 +48,13 @@ void Surface::refresh(const Solver& solver, const HeatField* heat) {
   marks_.resize(vertices_.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     temperatures_[i] = static_cast<float>(heat->temperatures()[vertices_[i]]);
-    peaks_[i] = map_.temperatures()[vertices_[i]];
-    marks_[i] = map_.marks()[vertices_[i]];
+    const float peak = map_.temperatures()[vertices_[i]];
+    const BurnBytes marks = map_.marks()[vertices_[i]];
+    if (peaks_[i] != peak || marks_[i] != marks) {
+      peaks_[i] = peak;
+      marks_[i] = marks;
+      mark_changes_.note(static_cast<Index>(i));
+    }
   }
 }
 

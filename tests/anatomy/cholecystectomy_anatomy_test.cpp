@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "pbdsurg/base/error.h"
@@ -15,6 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 using testing::Approx;
+using testing::ContainsSubstring;
 
 TetMesh filled(const ImplicitShape& shape, double spacing) {
   TetrahedralizeOptions options;
@@ -136,10 +139,34 @@ TEST_CASE("cholecystectomy anatomy: a user's mesh is kept and bedded", "[unit]")
   CHECK(solid({0.03, 0, 0.02}) == Approx(-0.02).epsilon(0.05));
 }
 
+// Would catch tubes that get holes, or a coarser scene that is not cheaper.
+TEST_CASE("cholecystectomy anatomy: coarser cells give the same organs in a third", "[property]") {
+  const CholecystectomyAnatomy fine = make_cholecystectomy_anatomy();
+  CholecystectomyOptions options;
+  options.coarsening = 1.5;
+  const CholecystectomyAnatomy coarse = make_cholecystectomy_anatomy(options);
+  Index fine_count = 0, coarse_count = 0;
+  for (const Organ organ : kOrgans) {
+    CAPTURE(name_of(organ));
+    fine_count += fine.organs.at(organ).tet_count();
+    coarse_count += coarse.organs.at(organ).tet_count();
+    const Eigen::AlignedBox3d full = bounding_box(fine.organs.at(organ)),
+                              low = bounding_box(coarse.organs.at(organ));
+    CHECK((low.center() - full.center()).norm() < 0.03 * full.sizes().norm());
+    CHECK(low.sizes().norm() == Approx(full.sizes().norm()).epsilon(0.03));
+  }
+  CHECK(coarse_count < 0.36 * fine_count);
+}
+
 TEST_CASE("cholecystectomy anatomy: what cannot be made is refused", "[unit]") {
   CholecystectomyOptions options = with_stand_ins();
   options.wall_thickness = 0;
   CHECK_THROWS_AS(make_cholecystectomy_anatomy(options), InvalidArgument);
+  for (const double coarsening : {0.0, -1.0, std::numeric_limits<double>::infinity()}) {
+    options = with_stand_ins();
+    options.coarsening = coarsening;
+    CHECK_THROWS_WITH(make_cholecystectomy_anatomy(options), ContainsSubstring("coarsening"));
+  }
   CHECK_THROWS_AS(filled_shape(TetMesh()), InvalidMesh);
 }
 

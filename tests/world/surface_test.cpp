@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/views/live_boundary.h"
@@ -156,6 +158,43 @@ TEST_CASE("surface: ranges of changes keep a copy of the triangles", "[unit]") {
     }
     REQUIRE(std::ranges::equal(copy, surface.triangles()));
   }
+}
+
+// Would catch marks that change unannounced, or announcements of all vertices at each step.
+TEST_CASE("surface: ranges of changes keep a copy of the marks", "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  const Surface& surface = world.surface(slabs.upper);
+  slabs.burn();
+  std::vector<BurnBytes> copy;
+  std::vector<float> peaks;
+  std::uint64_t seen = 0;
+  std::vector<SlotRange> ranges;
+  std::size_t fewest = std::numeric_limits<std::size_t>::max(), copied = 0;
+  for (int step = 0; step < 40; ++step) {
+    world.step(kDt);
+    if (step == 30) {
+      world.energise(slabs.burner, off_settings());
+    }
+    surface.collect_mark_changes(seen, ranges);
+    seen = surface.marks_version();
+    copy.resize(surface.marks().size());
+    peaks.resize(surface.marks().size());
+    std::size_t count = 0;
+    for (const SlotRange& range : ranges) {
+      for (Index i = range.first; i < range.end; ++i) {
+        copy[i] = surface.marks()[i];
+        peaks[i] = surface.peak_temperatures()[i];
+        ++count;
+      }
+    }
+    fewest = std::min(fewest, count);
+    copied = std::max(copied, count);
+    REQUIRE(std::ranges::equal(copy, surface.marks()));
+    REQUIRE(std::ranges::equal(peaks, surface.peak_temperatures()));
+  }
+  CHECK(copied > 0);
+  CHECK(fewest < surface.marks().size() / 2);
 }
 
 // Would catch work done twice in every edit.

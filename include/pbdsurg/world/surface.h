@@ -16,6 +16,7 @@
 #include "pbdsurg/base/types.h"
 #include "pbdsurg/heat/surface_map.h"
 #include "pbdsurg/solver/solver.h"
+#include "pbdsurg/views/change_log.h"
 #include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {
@@ -67,6 +68,15 @@ class PBDSURG_API Surface {
   /// [vertex_count] what heat left to see, of vertices that a triangle has.
   [[nodiscard]] std::span<const BurnBytes> marks() const noexcept { return marks_; }
 
+  /// Grows with every vertex whose marks or peak temperature change. Above zero.
+  [[nodiscard]] std::uint64_t marks_version() const noexcept { return mark_changes_.version(); }
+
+  /// Which vertices, as places in vertices(), a reader of marks() has to copy that has seen a
+  /// marks_version(), as LiveSurface::collect_changes().
+  void collect_mark_changes(std::uint64_t since, std::vector<SlotRange>& ranges) const {
+    mark_changes_.collect(since, static_cast<Index>(marks_.size()), ranges);
+  }
+
   /// Takes over what a step or an edit changed. The world does this. Cost: O(vertices).
   /// @param solver  of the tissue that the surface is of
   /// @param heat    null where nothing burns the body
@@ -90,6 +100,7 @@ class PBDSURG_API Surface {
   std::vector<Index> warm_;  // before the last refresh
   std::vector<float> temperatures_, peaks_;
   std::vector<BurnBytes> marks_;
+  ChangeLog mark_changes_;         // of marks_ and peaks_
   std::vector<SlotRange> ranges_;  // scratch
 };
 
