@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <utility>
 
 #include "pbdsurg/base/random.h"
@@ -20,10 +21,10 @@ using pbdsurg::Index;
 constexpr double kSmokeEvery = 0.04;  // s
 constexpr double kSmokeLife = 0.9;    // s
 
-using BurnLayers = std::vector<Eigen::Vector4f>;
+using Layers = std::span<const Eigen::Vector4f>;  // [vertex_count of the tissue]
 
 // The living surface of an organ, with its burn marks.
-Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Organ organ) {
+Surface make_surface(const Simulation& simulation, Layers burns, Organ organ) {
   const pbdsurg::Surface& skin = simulation.surface(organ);
   Surface surface;
   surface.name = pbdsurg::name_of(organ);
@@ -43,7 +44,7 @@ Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Orga
 
 // Between the two ends of a link, in whose middle a membrane has its vertex: connective tissue is
 // not heated by itself. The colour counts by its cover.
-Eigen::Vector4f burn_between(const BurnLayers& burns, const pbdsurg::Link& link) {
+Eigen::Vector4f burn_between(Layers burns, const pbdsurg::Link& link) {
   const Eigen::Vector4f& a = burns[link.first];
   const Eigen::Vector4f& b = burns[link.second];
   const float cover = a.w() + b.w();
@@ -56,8 +57,7 @@ Eigen::Vector4f burn_between(const BurnLayers& burns, const pbdsurg::Link& link)
 }
 
 // The membrane between gallbladder and liver as a sheet where it holds, and every link as a strand.
-void add_connections(const Simulation& simulation, const BurnLayers& burns,
-                     RenderSnapshot& snapshot) {
+void add_connections(const Simulation& simulation, Layers burns, RenderSnapshot& snapshot) {
   const pbdsurg::Solver& solver = simulation.solver;
   const auto positions = solver.positions();
   Surface sheet;
@@ -138,7 +138,9 @@ void PictureRecorder::step(const Simulation& simulation, double) {
 void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {
   const StageTimer timer(simulation.times, "pictures");
   RenderSnapshot snapshot;
-  const BurnLayers burns = burn_layers(simulation);
+  BurnLayers burn_layers(simulation);
+  burn_layers.update();
+  const Layers burns = burn_layers.layers();
   for (const Organ organ : pbdsurg::kOrgans) {
     snapshot.surfaces.push_back(make_surface(simulation, burns, organ));
   }

@@ -57,8 +57,7 @@ Eigen::Vector3f tremor(std::uint64_t seed, pbdsurg::ToolId tool, double time) {
 // Turns the shaft towards the port.
 void aim(Instrument& instrument) {
   instrument.orientation = Eigen::Quaternionf::FromTwoVectors(Eigen::Vector3f::UnitZ(),
-                                                              instrument.port - instrument.tip) *
-                           Eigen::AngleAxisf(instrument.roll, Eigen::Vector3f::UnitZ());
+                                                              instrument.port - instrument.tip);
 }
 
 Instrument make_instrument(pbdsurg::World& world, const std::vector<Capsule>& capsules,
@@ -127,7 +126,7 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
 }
 
 void Simulation::place(Instrument& instrument) {
-  if (instrument.held.empty()) {
+  if (instrument.is_aimed && instrument.held.empty()) {
     aim(instrument);
   }
   pbdsurg::ToolPose pose = instrument.pose();

@@ -79,7 +79,7 @@ struct Instrument {
   Eigen::Vector3f port;  ///< m
   Eigen::Vector3f tip;   ///< m, where it is wanted
   Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-  float roll = 0;                      ///< rad, about the shaft
+  bool is_aimed = true;  ///< the shaft turns to the port by itself, but while tissue is held
   std::vector<pbdsurg::Index> held{};  ///< scene vertices
 
   [[nodiscard]] pbdsurg::ToolPose pose() const;

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/controls.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cholecystectomy {
+namespace {
+
+constexpr float kNotch = 2e-3F;        // m along the view
+constexpr float kRollStep = 0.2F;      // rad
+constexpr float kPostStep = 0.15F;     // rad
+constexpr float kOrbitPerHeight = 1.2F;  // rad for a drag over the height of the picture
+constexpr float kSlide = 4e-3F;        // m a notch, of the scope
+constexpr float kSlowMotion = 0.25F;
+
+}  // namespace
+
+Controls::Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders)
+    : hands_(hands), scope_(scope), orders_(orders) {
+  chosen_ = orders.is_left_handed ? right : left;
+}
+
+void Controls::handle(const std::vector<Input>& inputs, int height) {
+  for (const Input& input : inputs) {
+    if (const auto* pressed = std::get_if<KeyInput>(&input)) {
+      key(*pressed);
+    } else if (const auto* button = std::get_if<ButtonInput>(&input)) {
+      if (button->button == MouseButton::left) {
+        moves_tip_ = button->is_down;
+      } else if (button->button == MouseButton::right) {
+        moves_scope_ = button->is_down;
+      } else if (button->is_down) {
+        toggle_jaw();
+      }
+    } else if (const auto* moved = std::get_if<CursorInput>(&input)) {
+      cursor(*moved, height);
+    } else if (const auto* turned = std::get_if<WheelInput>(&input)) {
+      wheel(turned->notches);
+    } else if (!std::get<FocusInput>(input).has_focus) {
+      let_go();
+    }
+  }
+}
+
+void Controls::choose(Side side) {
+  chosen_ = side;
+}
+
+void Controls::toggle_jaw() {
+  MouseHand& grasper = grasper_hand();
+  grasper.set_jaw(grasper.jaw() > 0.5F ? 0 : 1);
+}
+
+void Controls::press_on_screen(const pbdsurg::Pedals& pedals) {
+  if (pedals != screen_) {
+    screen_ = pedals;
+    send_pedals();
+  }
+}
+
+pbdsurg::Pedals Controls::pedals() const {
+  return {keys_.cut || screen_.cut, keys_.coagulation || screen_.coagulation};
+}
+
+void Controls::toggle_handedness() {
+  const bool had_grasper = has_grasper();
+  let_go();
+  orders_.is_left_handed = !orders_.is_left_handed;
+  chosen_ = had_grasper == orders_.is_left_handed ? right : left;
+  // each hand takes the place of the other, so that instruments stay where they are
+  hands_[0].exchange(hands_[1]);
+}
+
+void Controls::restart() {
+  let_go();
+  for (MouseHand& each : hands_) {
+    each.reset();
+  }
+  ++orders_.restarts;
+}
+
+void Controls::key(const KeyInput& input) {
+  // held keys
+  if (input.key == Key::c) {
+    keys_.cut = input.is_down;
+    send_pedals();
+  } else if (input.key == Key::v) {
+    keys_.coagulation = input.is_down;
+    send_pedals();
+  }
+  if (!input.is_down) {
+    return;
+  }
+  switch (input.key) {
+    case Key::tab:
+      choose(chosen_ == left ? right : left);
+      break;
+    case Key::g:
+    case Key::space:
+      toggle_jaw();
+      break;
+    case Key::q:
+      hand().roll(kRollStep);
+      break;
+    case Key::e:
+      hand().roll(-kRollStep);
+      break;
+    case Key::a:
+      scope_.turn_post(kPostStep);
+      break;
+    case Key::d:
+      scope_.turn_post(-kPostStep);
+      break;
+    case Key::left_bracket:
+      scope_.turn_head(kPostStep);
+      break;
+    case Key::right_bracket:
+      scope_.turn_head(-kPostStep);
+      break;
+    case Key::l:
+      scope_.set_level(true);
+      break;
+    case Key::w:
+      wheel(1);
+      break;
+    case Key::s:
+      wheel(-1);
+      break;
+    case Key::z:
+    case Key::u:
+      ++orders_.undos;
+      break;
+    case Key::p:
+      orders_.is_paused = !orders_.is_paused;
+      break;
+    case Key::period:
+      orders_.is_paused = true;
+      ++orders_.single_steps;
+      break;
+    case Key::comma:
+      is_slow = !is_slow;
+      orders_.speed = is_slow ? kSlowMotion : 1;
+      break;
+    case Key::r:
+      if (input.has_shift) {
+        restart();
+      }
+      break;
+    case Key::x:
+      toggle_handedness();
+      break;
+    case Key::h:
+    case Key::f1:
+      shows_help = !shows_help;
+      break;
+    case Key::f9:
+      wishes.new_window = true;
+      break;
+    case Key::f11:
+      wishes.fullscreen = true;
+      break;
+    case Key::f12:
+      wishes.screenshot = true;
+      break;
+    case Key::escape:
+      (shows_help ? shows_help : wishes.quit) = !shows_help;
+      break;
+    default:
+      break;
+  }
+}
+
+void Controls::cursor(const CursorInput& input, int height) {
+  const float x = input.x - at_.x, y = input.y - at_.y;
+  at_ = input;
+  if (height <= 0) {
+    return;
+  }
+  if (moves_scope_) {
+    const float angle = kOrbitPerHeight / static_cast<float>(height);
+    scope_.orbit(-angle * x, angle * y);
+  } else if (moves_tip_) {
+    const Camera camera = scope_.camera();
+    const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
+    const Eigen::Vector3f side = ahead.cross(camera.up).normalized();
+    const float depth = std::max((hand().tip() - camera.eye).dot(ahead), 1e-3F);
+    const float metres =
+        2 * depth * std::tan(camera.vertical_field_of_view / 2) / static_cast<float>(height);
+    hand().move(motion_scale * metres * (x * side - y * side.cross(ahead)));
+  }
+}
+
+void Controls::wheel(float notches) {
+  if (moves_scope_) {
+    scope_.advance(kSlide * notches);
+    return;
+  }
+  const Camera camera = scope_.camera();
+  hand().move(motion_scale * kNotch * notches * (camera.target - camera.eye).normalized());
+}
+
+// A window without the keyboard hears no key that is let go.
+void Controls::let_go() {
+  moves_tip_ = moves_scope_ = false;
+  keys_ = screen_ = {};
+  send_pedals();
+}
+
+void Controls::send_pedals() {
+  hook_hand().set_pedals(pedals());
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/play.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <future>
+#include <memory>
+
+#include <epoxy/gl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "pbdsurg/base/error.h"
+
+#include "apps/cholecystectomy/play/controls.h"
+#include "apps/cholecystectomy/play/guide.h"
+#include "apps/cholecystectomy/play/panels.h"
+#include "apps/cholecystectomy/play/picture_pace.h"
+#include "apps/cholecystectomy/play/settings.h"
+#include "apps/cholecystectomy/play/simulation_thread.h"
+#include "apps/cholecystectomy/play/texts.h"
+#include "apps/sound/player.h"
+#include "apps/support/executors.h"
+#include "apps/viewer/instruments.h"
+#include "apps/viewer/png.h"
+#include "apps/viewer/scene_renderer.h"
+#include "apps/viewer/window.h"
+
+namespace cholecystectomy {
+namespace {
+
+constexpr Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
+constexpr float kReach = 0.14F;                  // m
+constexpr float kWorkingDistance = 0.13F;        // m, of the scope
+const Eigen::Vector3f kScopePort(0.003F, -0.192F, -0.138F), kTarget(0.035F, 0, 0.003F);
+
+// Steps come before pictures: this thread, and those that an OpenGL without a GPU starts from it,
+// get a processor when the simulation leaves one.
+void yield_to_steps() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 5);
+}
+
+ScopeOptions scope_options() {
+  ScopeOptions options;
+  options.working_distance = kWorkingDistance;
+  return options;
+}
+
+// All that a lost context takes along.
+struct Screen {
+  Screen(const WindowOptions& options, const Texts& texts)
+      : window(options),
+        quality(window.is_software() ? RenderQuality::quick() : RenderQuality::full()),
+        renderer(std::max(window.width(), 16), std::max(window.height(), 16), quality),
+        panels(window, texts) {}
+
+  Window window;
+  RenderQuality quality;
+  SceneRenderer renderer;
+  Panels panels;
+};
+
+class Play {
+ public:
+  explicit Play(const PlayOptions& options)
+      : options_(options),
+        settings_path_(options.settings ? *options.settings : default_settings_path()),
+        settings_(load_settings(settings_path_, complaint_)),
+        hands_{{{"mouse, left hand", {{-0.05F, 0.05F, -0.16F}, kCentre, kReach},
+                 {-0.04F, 0.03F, -0.06F}, clock_},
+                {"mouse, right hand", {{0.12F, -0.08F, -0.16F}, kCentre, kReach},
+                 {0.1F, -0.04F, -0.06F}, clock_}}},
+        scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
+        controls_(hands_, scope_, orders_),
+        simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
+    orders_.cut_power = settings_.cut_power;
+    orders_.coagulation_power = settings_.coagulation_power;
+    if (settings_.is_left_handed) {
+      controls_.toggle_handedness();
+    }
+    yield_to_steps();
+    player_ = std::async(std::launch::async, make_player);
+    open_screen();
+    if (!complaint_.empty()) {
+      warn(complaint_);
+    }
+  }
+
+  int run() {
+    while (!screen_->window.is_closing() && !controls_.wishes.quit && !is_enough()) {
+      take_inputs();
+      if (screen_->window.is_lost() || controls_.wishes.new_window) {
+        controls_.wishes.new_window = false;
+        open_screen();
+      }
+      take_state();
+      make_sounds();
+      const bool is_hidden = screen_->window.width() == 0 || screen_->window.height() == 0;
+      if (!is_hidden && pace_.is_due(clock_.now())) {
+        draw();
+      }
+    }
+    remember_settings();
+    print_summary();
+    if (state().phase == Phase::failed) {
+      throw pbdsurg::Error(state().message);
+    }
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] const SceneState& state() const { return simulation_.states.value(); }
+  [[nodiscard]] bool is_enough() const {
+    return options_.pictures > 0 && pictures_ >= options_.pictures;
+  }
+
+  SimulationThread::Options simulation_options() {
+    SimulationThread::Options options;
+    options.organs = options_.organs;
+    options.detail = options_.detail.value_or(settings_.detail);
+    options.is_paper = options_.is_paper;
+    options.executor = [name = options_.executor] {
+      return pbdsurg::programs::executor_named(name);
+    };
+    return options;
+  }
+
+  void open_screen() {
+    screen_.reset();
+    screen_ = std::make_unique<Screen>(
+        WindowOptions{texts_.title, settings_.width, settings_.height}, texts_);
+    drawn_generation_ = kNone;
+    seen_ = {};
+    seen_.generation = kNone;
+    publish_seen();
+  }
+
+  void take_inputs() {
+    const double now = clock_.now();
+    // a hidden window, or one whose picture is not due, sleeps until something happens
+    const bool is_hidden = screen_->window.width() == 0;
+    screen_->window.poll(is_hidden ? 0.05 : std::clamp(pace_.next() - now, 0.0, 0.05));
+    controls_.motion_scale = static_cast<float>(settings_.motion_scale);
+    controls_.handle(screen_->panels.unclaimed(screen_->window.take_inputs()),
+                     screen_->window.height());
+    if (std::exchange(controls_.wishes.fullscreen, false)) {
+      screen_->window.toggle_fullscreen();
+    }
+    simulation_.orders.draft() = orders_;
+    simulation_.orders.publish();
+  }
+
+  void take_state() {
+    if (simulation_.states.take() == 0) {
+      return;
+    }
+    const SceneState& now = state();
+    if (!now.whole.empty()) {
+      screen_->renderer.set_surfaces(now.whole);
+      drawn_generation_ = now.generation;
+    } else if (now.generation == drawn_generation_) {
+      for (std::size_t i = 0; i < now.changes.size(); ++i) {
+        screen_->renderer.update(i, now.changes[i]);
+      }
+    }
+    if (now.generation == drawn_generation_) {
+      seen_.generation = now.generation;
+      seen_.triangle_versions = now.triangle_versions;
+      seen_.burn_versions = now.burn_versions;
+    }
+    seen_.sequence = simulation_.states.sequence();
+    publish_seen();
+    for (std::size_t i = 0; i < now.events.size(); ++i) {
+      if (now.events[i] != events_[i] && texts_.events[i][0] != '\0') {
+        warn(texts_.events[i]);
+      }
+    }
+    events_ = now.events;
+    guide_.update(now, controls_, scope_, clock_.now());
+  }
+
+  void publish_seen() {
+    simulation_.seen.draft() = seen_;
+    simulation_.seen.publish();
+  }
+
+  void warn(const std::string& text) {
+    screen_->panels.warn(text, clock_.now());
+    is_alarmed_ = true;
+  }
+
+  void make_sounds() {
+    if (sound_ == nullptr) {
+      if (player_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+        return;
+      }
+      sound_ = player_.get();
+      std::fprintf(stderr, "%s\n", sound_->status().c_str());
+    }
+    sound_->set_volume(static_cast<float>(settings_.volume));
+    const pbdsurg::Activation activation = state().generator.activation;
+    sound_->set_tone(activation == pbdsurg::Activation::cut           ? Tone::cut
+                     : activation == pbdsurg::Activation::coagulation ? Tone::coagulation
+                                                                      : Tone::none);
+    if (state().generator.is_refused && !was_refused_) {
+      sound_->play(Chime::refused);
+    }
+    was_refused_ = state().generator.is_refused;
+    if (std::exchange(is_alarmed_, false)) {
+      sound_->play(Chime::warning);
+    }
+  }
+
+  [[nodiscard]] SceneView view() const {
+    SceneView view;
+    view.tools = {draw_grasper(state().grasper.pose, state().grasper.is_closed),
+                  draw_hook(state().hook.pose)};
+    view.sheets = state().sheets;
+    view.strands = state().strands;
+    view.smoke = state().smoke;
+    view.haze = state().haze;
+    view.camera = scope_.camera();
+    return view;
+  }
+
+  void draw() {
+    Screen& screen = *screen_;
+    const int width = std::max(screen.window.width(), 16);
+    const int height = std::max(screen.window.height(), 16);
+    const double start = clock_.now();
+    screen.renderer.resize(width, height);
+    if (drawn_generation_ != kNone) {
+      screen.renderer.draw(view(), 0);
+    } else {
+      glBindFramebuffer(GL_FRAMEBUFFER, 0);
+      glClearColor(0, 0, 0, 1);
+      glClear(GL_COLOR_BUFFER_BIT);
+    }
+    screen.panels.draw(state(), controls_, orders_, guide_, settings_, times_, start);
+    if (std::exchange(controls_.wishes.screenshot, false)) {
+      write_screenshot(width, height);
+    }
+    screen.window.show();
+    ++pictures_;
+    if (first_picture_ == 0 && drawn_generation_ != kNone) {
+      first_picture_ = clock_.now();
+    }
+    if (first_play_ == 0 && state().phase == Phase::playing) {
+      first_play_ = clock_.now();
+    }
+    const double now = clock_.now();
+    times_.milliseconds += 0.1 * (1e3 * (now - start) - times_.milliseconds);
+    if (last_picture_ > 0) {
+      times_.per_second += 0.1 * (1 / std::max(now - last_picture_, 1e-6) - times_.per_second);
+    }
+    last_picture_ = now;
+    pace_.drew(state().owed, now);
+    watch_memory();
+  }
+
+  void write_screenshot(int width, int height) {
+    Image image;
+    image.width = width;
+    image.height = height;
+    const std::size_t row = 3 * static_cast<std::size_t>(width);
+    image.rgb.resize(row * static_cast<std::size_t>(height));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+    glReadBuffer(GL_BACK);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (int y = 0; y < height; ++y) {  // OpenGL counts rows from below
+      glReadPixels(0, height - 1 - y, width, 1, GL_RGB, GL_UNSIGNED_BYTE,
+                   image.rgb.data() + row * static_cast<std::size_t>(y));
+    }
+    char name[32];
+    std::snprintf(name, sizeof name, "screenshot_%03d.png", ++screenshots_);
+    try {
+      std::filesystem::create_directories(options_.out);
+      write_png(options_.out / name, image);
+      screen_->panels.warn((options_.out / name).string(), clock_.now());
+    } catch (const std::exception& error) {
+      warn(error.what());
+    }
+  }
+
+  // Of the resident memory, at half of a play of a given length.
+  void watch_memory() {
+    if (options_.pictures > 0 && pictures_ == options_.pictures / 2) {
+      half_memory_ = resident_bytes();
+    }
+  }
+
+  static double resident_bytes() {
+    long pages = 0;
+    if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+      if (std::fscanf(file, "%*d %ld", &pages) != 1) {
+        pages = 0;
+      }
+      std::fclose(file);
+    }
+    return static_cast<double>(pages) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  }
+
+  void remember_settings() {
+    settings_.is_left_handed = orders_.is_left_handed;
+    settings_.cut_power = orders_.cut_power;
+    settings_.coagulation_power = orders_.coagulation_power;
+    if (screen_->window.width() > 0) {
+      settings_.width = screen_->window.width();
+      settings_.height = screen_->window.height();
+    }
+    const std::string problem = save_settings(settings_path_, settings_);
+    if (!problem.empty()) {
+      std::fprintf(stderr, "warning: %s\n", problem.c_str());
+    }
+  }
+
+  void print_summary() const {
+    std::printf("pictures %lld on %s\n", static_cast<long long>(pictures_),
+                screen_->window.device_name().c_str());
+    std::printf("first_picture_s %.2f\nplayable_s %.2f\nsimulated_s %.2f\nfactor %.3f\n",
+                first_picture_, first_play_, state().time, state().factor);
+    std::printf("pictures_per_s %.1f\npicture_ms %.1f\nsolve_ms %.2f\nheat_ms %.2f\n",
+                times_.per_second, times_.milliseconds, state().times.solve, state().times.heat);
+    std::printf("grasped %u\nundone %u\nremoved_tets %lld\nparted_strands %lld\n",
+                events_[static_cast<std::size_t>(Event::grasped)],
+                events_[static_cast<std::size_t>(Event::undone)],
+                static_cast<long long>(state().removed_tets),
+                static_cast<long long>(state().parted_strands));
+    if (half_memory_ > 0) {
+      std::printf("memory_growth_mib %.1f\n", (resident_bytes() - half_memory_) / 1048576);
+    }
+  }
+
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;  // a generation that no state has
+
+  const Texts& texts_ = kEnglish;
+  PlayOptions options_;
+  std::filesystem::path settings_path_;
+  std::string complaint_;
+  Settings settings_;
+  pbdsurg::RealClock clock_;
+  std::array<MouseHand, 2> hands_;
+  Scope scope_;
+  Orders orders_;
+  Controls controls_;
+  SimulationThread simulation_;
+  std::unique_ptr<Screen> screen_;
+  std::future<std::unique_ptr<SoundPlayer>> player_;
+  std::unique_ptr<SoundPlayer> sound_;
+  Guide guide_;
+  PicturePace pace_;
+  PictureTimes times_;
+  EventCounts events_{};
+  Seen seen_;
+  std::uint32_t drawn_generation_ = kNone;
+  bool was_refused_ = false, is_alarmed_ = false;
+  std::int64_t pictures_ = 0;
+  int screenshots_ = 0;
+  double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
+  double half_memory_ = 0;                                         // bytes
+};
+
+}  // namespace
+
+int play(const PlayOptions& options) {
+  return Play(options).run();
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/scene_feed.h"
+
+#include <algorithm>
+
+#include "pbdsurg/mesh/topology.h"
+#include "pbdsurg/tissue/library.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::Index;
+using pbdsurg::SlotRange;
+using pbdsurg::Triangle;
+
+Triangle ascending(Triangle triangle) {
+  std::ranges::sort(triangle);
+  return triangle;
+}
+
+// The inside of tissue: wet, redder and darker than its skin.
+pbdsurg::TissueLook inside_of(pbdsurg::TissueLook look) {
+  const Eigen::Vector3f raw(0.50F, 0.07F, 0.06F);
+  look.color += 0.55F * (raw - look.color);
+  look.mottle += 0.7F * (raw - look.mottle);
+  look.gloss = std::max(look.gloss, 0.85F);
+  look.vessels = 0;
+  return look;
+}
+
+Surface backdrop_surface(const pbdsurg::MeshData& mesh) {
+  Surface wall;
+  wall.name = "abdominal_wall";
+  wall.look = pbdsurg::tissues::abdominal_wall().look;
+  wall.triangles = mesh.triangles;
+  for (const Eigen::Vector3d& x : mesh.points) {
+    wall.positions.push_back(x.cast<float>());
+  }
+  return wall;
+}
+
+Surface named_surface(Organ organ) {
+  Surface surface;
+  surface.name = pbdsurg::name_of(organ);
+  surface.look = tissue_of(organ).look;
+  surface.inner_look = inside_of(surface.look);
+  return surface;
+}
+
+}  // namespace
+
+std::vector<Surface> rest_surfaces(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop) {
+  std::vector<Surface> surfaces;
+  for (const Organ organ : pbdsurg::kOrgans) {
+    const pbdsurg::Body& body = scene.scene.bodies()[static_cast<std::size_t>(body_of(organ))];
+    Surface surface = named_surface(organ);
+    for (Index v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      surface.positions.push_back(scene.scene.positions()[v].cast<float>());
+    }
+    surface.rest_positions = surface.positions;
+    for (const pbdsurg::BoundaryTriangle& triangle :
+         pbdsurg::find_boundary(scene.scene.tets().subspan(body.first_tet, body.tet_count))) {
+      const auto& [a, b, c] = triangle.vertices;
+      surface.triangles.push_back(
+          {a - body.first_vertex, b - body.first_vertex, c - body.first_vertex});
+    }
+    surfaces.push_back(std::move(surface));
+  }
+  surfaces.push_back(backdrop_surface(backdrop));
+  return surfaces;
+}
+
+SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& backdrop,
+                     std::uint32_t generation)
+    : simulation_(simulation), backdrop_(backdrop), generation_(generation), burns_(simulation) {
+  for (const Organ organ : pbdsurg::kOrgans) {
+    auto& skin = skin_[static_cast<std::size_t>(organ)];
+    for (const Triangle& triangle : simulation.surface(organ).triangles()) {
+      skin.push_back(ascending(triangle));
+    }
+    std::ranges::sort(skin);
+  }
+}
+
+void SceneFeed::fill(SceneState& state, const Seen& seen) {
+  burns_.update();
+  state.generation = generation_;
+  state.whole.clear();
+  const bool is_new = seen.generation != generation_;
+  for (std::size_t i = 0; i < kOrganCount; ++i) {
+    const Organ organ = pbdsurg::kOrgans[i];
+    if (is_new) {
+      state.whole.push_back(whole_surface(organ));
+    }
+    fill(organ, state.changes[i], seen.triangle_versions[i], seen.burn_versions[i]);
+    state.triangle_versions[i] = simulation_.surface(organ).version();
+    state.burn_versions[i] = burns_.version(organ);
+  }
+  if (is_new) {
+    state.whole.push_back(backdrop_surface(backdrop_));
+  }
+}
+
+void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
+                     std::uint64_t seen_burns) {
+  const pbdsurg::Surface& surface = simulation_.surface(organ);
+  change.positions.assign(surface.positions().begin(), surface.positions().end());
+  surface.collect_changes(seen_triangles, ranges_);
+  change.triangles.resize(ranges_.size());
+  for (std::size_t r = 0; r < ranges_.size(); ++r) {
+    const auto values =
+        surface.triangles().subspan(ranges_[r].first, ranges_[r].end - ranges_[r].first);
+    SurfaceChange::Triangles& run = change.triangles[r];
+    run.first = ranges_[r].first;
+    run.values.assign(values.begin(), values.end());
+    run.is_inner.clear();
+    for (const Triangle& triangle : values) {
+      run.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
+    }
+  }
+  burns_.collect_changes(organ, seen_burns, ranges_);
+  change.burns.resize(ranges_.size());
+  for (std::size_t r = 0; r < ranges_.size(); ++r) {
+    SurfaceChange::Burns& run = change.burns[r];
+    run.first = ranges_[r].first;
+    run.values.clear();
+    for (Index place = ranges_[r].first; place < ranges_[r].end; ++place) {
+      run.values.push_back(burns_.layers()[surface.vertices()[place]]);
+    }
+  }
+}
+
+bool SceneFeed::is_inner(Organ organ, const Triangle& triangle) const {
+  return !std::ranges::binary_search(skin_[static_cast<std::size_t>(organ)], ascending(triangle));
+}
+
+Surface SceneFeed::whole_surface(Organ organ) const {
+  const pbdsurg::Surface& skin = simulation_.surface(organ);
+  Surface surface = named_surface(organ);
+  surface.positions.assign(skin.positions().begin(), skin.positions().end());
+  surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
+  surface.triangles.assign(skin.triangles().begin(), skin.triangles().end());
+  for (const Triangle& triangle : skin.triangles()) {
+    surface.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
+  }
+  for (const Index v : skin.vertices()) {
+    surface.burn.push_back(burns_.layers()[v]);
+  }
+  return surface;
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/session.h"
+
+#include <limits>
+
+#include "pbdsurg/base/error.h"
+
+namespace cholecystectomy {
+namespace {
+
+using pbdsurg::Activation;
+
+// Jaws that close past the first hold, those that open past the second let go: between them nothing
+// changes, so that a handle that trembles does not chatter.
+constexpr float kClosed = 0.35F, kOpen = 0.65F;
+
+constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
+constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
+
+void count(EventCounts& events, Event event) {
+  ++events[static_cast<std::size_t>(event)];
+}
+
+// The organ whose surface is nearest to a point, if that is within a reach.
+std::optional<Organ> organ_near(const Simulation& simulation, const Eigen::Vector3f& point,
+                                float reach) {
+  std::optional<Organ> nearest;
+  float least = reach * reach;
+  for (const Organ organ : pbdsurg::kOrgans) {
+    for (const Eigen::Vector3f& x : simulation.tissue_of(organ)) {
+      if ((x - point).squaredNorm() < least) {
+        least = (x - point).squaredNorm();
+        nearest = organ;
+      }
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
+                 const pbdsurg::SolverOptions& options, const Hands& hands,
+                 std::uint32_t generation, const Orders& orders)
+    : simulation_(scene, options, std::nullopt, stages_, kTimeStep),
+      feed_(simulation_, backdrop, generation),
+      hands_(hands),
+      before_(orders) {
+  simulation_.grasper.is_aimed = simulation_.hook.is_aimed = false;
+}
+
+void Session::step(const Orders& orders, EventCounts& events) {
+  if (orders.undos != before_.undos) {
+    undo(events);
+  }
+  before_ = orders;
+  const std::array states{hands_[0]->state(), hands_[1]->state()};
+  const std::size_t hook_hand = orders.is_left_handed ? 0 : 1;
+  const auto follow = [&](Instrument& instrument, const pbdsurg::DeviceState& hand) {
+    simulation_.approach(instrument, hand.pose.translation(), kTopSpeed);
+    instrument.orientation = Eigen::Quaternionf(hand.pose.rotation());
+  };
+  follow(simulation_.hook, states[hook_hand]);
+  follow(simulation_.grasper, states[1 - hook_hand]);
+  work_jaws(states[1 - hook_hand].jaw, events);
+
+  pbdsurg::Pedals pedals;
+  for (const pbdsurg::DeviceState& hand : states) {
+    pedals.cut |= hand.pedals.cut;
+    pedals.coagulation |= hand.pedals.coagulation;
+  }
+  activation_ = pbdsurg::activation_of(pedals);
+  is_refused_ = pedals.cut && pedals.coagulation;
+  std::optional<pbdsurg::GeneratorSettings> settings;
+  if (activation_ == Activation::cut) {
+    settings = pbdsurg::cut_settings(orders.cut_power);
+  } else if (activation_ == Activation::coagulation) {
+    settings = pbdsurg::coagulate_settings(orders.coagulation_power);
+  }
+
+  const StageTimes stages = stages_;
+  const Totals totals = simulation_.totals;
+  simulation_.advance(settings);
+  const auto taken = [&](const char* stage) {
+    const auto found = stages.find(stage);
+    return stages_[stage] - (found == stages.end() ? 0 : found->second);
+  };
+  times_ = {taken("cautery"), taken("tearing"), taken("solve"), taken("readback"), 0};
+  if (simulation_.totals.tets_deleted > totals.tets_deleted) {
+    count(events, Event::tissue_removed);
+  }
+  if (simulation_.totals.links_cut > totals.links_cut) {
+    count(events, Event::strand_parted);
+  }
+  if (!simulation_.grasper.held.empty() &&
+      simulation_.world.force(simulation_.grasper.tool).norm() > kGrip) {
+    simulation_.release();
+    count(events, Event::slipped);
+  }
+}
+
+void Session::work_jaws(float jaw, EventCounts& events) {
+  Instrument& grasper = simulation_.grasper;
+  if (is_closed_ && jaw > kOpen) {
+    is_closed_ = false;
+    if (!grasper.held.empty()) {
+      simulation_.release();
+    }
+  } else if (!is_closed_ && jaw < kClosed) {
+    is_closed_ = true;
+    const std::optional<Organ> organ = organ_near(simulation_, grasper.tip, kJawReach);
+    if (organ) {
+      simulation_.grasp(*organ, kBite);
+    }
+    count(events, organ ? Event::grasped : Event::missed);
+  }
+}
+
+void Session::undo(EventCounts& events) {
+  try {
+    simulation_.world.undo();
+    count(events, Event::undone);
+  } catch (const pbdsurg::InvalidArgument&) {
+    count(events, Event::no_undo);
+  }
+}
+
+void Session::fill(SceneState& state, const Seen& seen) {
+  feed_.fill(state, seen);
+  const auto of = [&](const Instrument& instrument) {
+    return InstrumentState{simulation_.world.pose(instrument.tool), false, !instrument.held.empty(),
+                           simulation_.world.force(instrument.tool)};
+  };
+  state.grasper = of(simulation_.grasper);
+  state.grasper.is_closed = is_closed_;
+  state.hook = of(simulation_.hook);
+  const pbdsurg::CauteryReport& burn = simulation_.last_burn;
+  state.generator = {
+      activation_,     is_refused_,  burn.contact_vertices > 0 || burn.contact_links > 0,
+      burn.is_arcing,  burn.power,   burn.voltage,
+      burn.resistance, burn.hottest, simulation_.energy_in()};
+  state.time = simulation_.time();
+  state.step = simulation_.totals.steps;
+  state.times = times_;
+  state.removed_tets = simulation_.totals.tets_deleted;
+  state.parted_strands = simulation_.totals.links_cut;
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// The operation as hands play it: step by step, without a clock or a thread.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "pbdsurg/haptics/device.h"
+
+#include "apps/cholecystectomy/play/scene_feed.h"
+#include "apps/cholecystectomy/play/scene_state.h"
+#include "apps/cholecystectomy/simulation.h"
+
+namespace cholecystectomy {
+
+/// The devices of both hands: left, right.
+using Hands = std::array<pbdsurg::Device*, 2>;
+
+/// One play from its start on. Deterministic: the same states of hands and the same orders, step by
+/// step, give the same bits.
+class Session {
+ public:
+  static constexpr double kTimeStep = 10e-3;  ///< s; twice the script's, which leaves two cores
+                                              ///< time for pictures
+  static constexpr float kTopSpeed = 0.4F;    ///< m/s, of tips; hands that are faster are followed
+  static constexpr float kGrip = 40;          ///< N; more slips out of the jaws
+
+  /// @param scene, backdrop, hands  kept by reference: they must outlive the session
+  /// @param generation              of its states: above zero, another one for each session
+  /// @param orders                  what happened before counts as done
+  Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
+          const pbdsurg::SolverOptions& options, const Hands& hands, std::uint32_t generation,
+          const Orders& orders);
+
+  /// One step.
+  /// @param events  of the whole play; those of this step are added
+  void step(const Orders& orders, EventCounts& events);
+
+  /// Whether positions are no longer finite: only a new session helps.
+  [[nodiscard]] bool is_lost() const { return simulation_.totals.non_finite_vertices > 0; }
+
+  /// All of a state but what time and events are.
+  void fill(SceneState& state, const Seen& seen);
+
+ private:
+  void undo(EventCounts& events);
+  void work_jaws(float jaw, EventCounts& events);
+
+  StageTimes stages_;
+  Simulation simulation_;
+  SceneFeed feed_;
+  Hands hands_;
+  Orders before_;
+  bool is_closed_ = false;
+  pbdsurg::Activation activation_ = pbdsurg::Activation::none;
+  bool is_refused_ = false;
+  StepTimes times_;
+};
+
+}  // namespace cholecystectomy

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// All texts of the window. A translation is another Texts; what is a format keeps its % signs.
+
+#include <array>
+
+#include "apps/cholecystectomy/play/scene_state.h"
+
+namespace cholecystectomy {
+
+struct KeyText {
+  const char* keys;
+  const char* what;
+};
+
+struct Texts {
+  const char* title = "Laparoscopic cholecystectomy";
+  const char* disclaimer =
+      "Not a medical device. Not validated: nothing here teaches or proves surgical skill.";
+  const char* understood = "I understand";
+  const char* loading = "Making organs and their solver ...";
+  const char* failed = "The scene could not be made: %s";
+  const char* close = "Close";
+
+  const char* operation = "Operation";
+  const char* chosen_left = "Mouse moves: left hand";
+  const char* chosen_right = "Mouse moves: right hand";
+  const char* grasper = "grasper";
+  const char* hook = "hook";
+  const char* choose_other = "Other hand (Tab)";
+  const char* close_jaw = "Close jaws (G)";
+  const char* open_jaw = "Open jaws (G)";
+  const char* undo = "Undo (Z)";
+  const char* restart = "Restart (Shift R)";
+  const char* pause = "Pause (P)";
+  const char* go_on = "Go on (P)";
+  const char* single_step = "Step (.)";
+  const char* slow_motion = "Slow (,)";
+  const char* swap_hands = "Swap hands (X)";
+  const char* help = "Help (H)";
+  const char* removed = "removed %lld tetrahedra, parted %lld strands";
+
+  const char* generator = "Generator";
+  const char* cut = "CUT (C)";
+  const char* coagulation = "COAG (V)";
+  const char* cut_power = "cut, W";
+  const char* coagulation_power = "coag, W";
+  const char* delivered = "%.0f W   %.0f V   %s";
+  const char* resistance = "%.0f ohm";
+  const char* open_circuit = "open";
+  const char* hottest = "hottest %.0f C   spent %.0f J";
+  const char* both_pedals = "both pedals: no current";
+  const char* sparks = "sparks";
+
+  const char* forces = "Forces";
+  const char* force_on_grasper = "grasper %.1f N";
+  const char* force_on_hook = "hook %.1f N";
+
+  const char* time = "Time";
+  const char* in_time = "simulated %.1f s, in real time";
+  const char* stretched = "simulated %.1f s, time stretched by %.2f";
+  const char* paused = "simulated %.1f s, paused";
+  const char* pictures = "%.0f pictures/s, %.1f ms each";
+  const char* step_times = "step: heat %.1f, edits %.1f, solver %.1f, surfaces %.1f ms";
+  const char* publish_time = "for pictures %.1f ms";
+
+  const char* settings = "Settings";
+  const char* volume = "volume";
+  const char* size = "size of texts";
+  const char* motion = "hand motion";
+  const char* low_detail = "coarse organs (from the next start)";
+
+  /// [Event] empty: not worth a word
+  std::array<const char*, kEventCount> events{
+      "", "The jaws closed on nothing: move the tip to an organ first.",
+      "The tissue slipped out of the jaws: too much force.", "The last edit was taken back.",
+      "There is no edit to take back.", "The scene begins anew.",
+      "The tissue lost its shape, and the scene begins anew.", "", ""};
+
+  /// Of the first minute; each goes when it was done.
+  std::array<const char*, 6> guide{
+      "Drag with the left button to move the grasper; the wheel moves it into the picture.",
+      "Touch the gallbladder with the tip and press G: the jaws close.",
+      "Pull gently. The force is in the panel.",
+      "Press Tab: the mouse now moves the hook. Bring it to the yellow fat.",
+      "Hold C to cut, V to coagulate. Both together do nothing.",
+      "Drag with the right button to turn the scope; the wheel with it slides the scope."};
+  const char* guide_done = "That is all. H shows every key.";
+
+  std::array<KeyText, 19> keys{{{"left button", "drag the chosen instrument in the plane of the picture"},
+                                {"wheel, W, S", "move it along the view"},
+                                {"Tab", "choose the other hand"},
+                                {"G, Space, middle button", "close or open the jaws"},
+                                {"Q, E", "roll the instrument"},
+                                {"C", "pedal: cut, while held"},
+                                {"V", "pedal: coagulate, while held"},
+                                {"right button", "turn the scope about its port"},
+                                {"right button + wheel", "slide the scope"},
+                                {"A, D", "turn the light post: the oblique view goes around"},
+                                {"[, ], L", "turn the camera head; level it again"},
+                                {"Z", "take the last edit back"},
+                                {"P, .", "pause; one step"},
+                                {",", "slow motion"},
+                                {"X", "swap hands"},
+                                {"Shift R", "begin anew"},
+                                {"F11, F12", "fill the screen; write a screenshot"},
+                                {"F9", "make the window anew, if pictures are broken"},
+                                {"H, Esc", "this page; leave"}}};
+};
+
+inline constexpr Texts kEnglish{};
+
+}  // namespace cholecystectomy
