@@ -5,72 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <string>
 #include <utility>
-
-#include "pbdsurg/base/error.h"
 
 #include "apps/viewer/tube.h"
 
 namespace cholecystectomy {
 namespace {
-
-const Eigen::Vector4f kMaterialColor(0, 0, 0, -1);
-
-float linear_of_srgb(float value) {
-  const float v = std::clamp(value, 0.0f, 1.0f);
-  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
-Eigen::Vector4f linear_of_srgb(const Eigen::Vector3f& color, float alpha) {
-  return {linear_of_srgb(color.x()), linear_of_srgb(color.y()), linear_of_srgb(color.z()),
-          std::clamp(alpha, 0.0f, 1.0f)};
-}
-
-void check_length(const Surface& surface, const char* array, std::size_t length) {
-  if (length != 0 && length != surface.positions.size()) {
-    throw pbdsurg::InvalidArgument("surface '" + surface.name + "' has " +
-                                   std::to_string(surface.positions.size()) + " vertices and " +
-                                   std::to_string(length) + " entries of " + array +
-                                   "; expected none or one per vertex");
-  }
-}
-
-void check(const Surface& surface) {
-  check_length(surface, "normals", surface.normals.size());
-  check_length(surface, "rest_positions", surface.rest_positions.size());
-  check_length(surface, "burn", surface.burn.size());
-  check_length(surface, "wetness", surface.wetness.size());
-  check_length(surface, "colors", surface.colors.size());
-  const pbdsurg::Index count = static_cast<pbdsurg::Index>(surface.positions.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    for (const pbdsurg::Index v : surface.triangles[t]) {
-      if (v < 0 || v >= count) {
-        throw pbdsurg::InvalidArgument(
-            "surface '" + surface.name + "': triangle " + std::to_string(t) + " refers to vertex " +
-            std::to_string(v) + "; ids must be in [0, " + std::to_string(count) + ")");
-      }
-    }
-  }
-}
-
-/// Absent or not finite is dry.
-float wetness_at(const Surface& surface, std::size_t v) {
-  return surface.wetness.empty() || !std::isfinite(surface.wetness[v])
-             ? 0.0f
-             : std::clamp(surface.wetness[v], 0.0f, 1.0f);
-}
-
-/// Absent or not finite is unburnt.
-Eigen::Vector4f burn_at(const Surface& surface, std::size_t v) {
-  if (surface.burn.empty() || !surface.burn[v].allFinite()) {
-    return Eigen::Vector4f::Zero();
-  }
-  Eigen::Vector4f layer = linear_of_srgb(surface.burn[v].head<3>(), surface.burn[v].w());
-  layer.head<3>() *= layer.w();
-  return layer;
-}
 
 /// Triangles with their distance from the eye.
 struct TriangleList {
@@ -80,12 +20,14 @@ struct TriangleList {
   };
   std::vector<Entry> entries;
 
-  /// Indices by distance. The sort is stable: ties keep the order of the snapshot.
-  template <class Order>
-  [[nodiscard]] std::vector<std::uint32_t> sorted(Order order) {
-    std::stable_sort(entries.begin(), entries.end(), [order](const Entry& a, const Entry& b) {
-      return order(a.distance, b.distance);
-    });
+  /// Indices, farthest first. The sort is stable: ties keep the order of the view.
+  [[nodiscard]] std::vector<std::uint32_t> sorted() {
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.distance > b.distance; });
+    return in_order();
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> in_order() const {
     std::vector<std::uint32_t> indices;
     indices.reserve(3 * entries.size());
     for (const Entry& entry : entries) {
@@ -97,22 +39,25 @@ struct TriangleList {
 
 class Builder {
  public:
-  explicit Builder(const RenderSnapshot& snapshot) : eye_(snapshot.camera.eye) {
-    for (const Surface& surface : snapshot.surfaces) {
-      add(surface);
+  Builder(const SceneView& view, std::span<const Surface* const> surfaces) : eye_(view.camera.eye) {
+    for (const Surface* surface : surfaces) {
+      add(*surface);
     }
-    for (const Tool& tool : snapshot.tools) {
+    for (const Surface& sheet : view.sheets) {
+      check(sheet);
+      add(sheet);
+    }
+    for (const Tool& tool : view.tools) {
       for (const ToolPart& part : tool.parts) {
         add(part);
       }
     }
-    add(snapshot.strands);
-    add(snapshot.smoke, snapshot.camera);
-    // nearest first, so that hidden tissue fails the depth test before it is shaded
-    list_.tissue = tissue_.sorted(std::less<>());
-    list_.tools = tools_.sorted(std::less<>());
-    list_.blended = blended_.sorted(std::greater<>());
-    list_.smoke = smoke_.sorted(std::greater<>());
+    add(view.strands);
+    add(view.smoke, view.camera);
+    list_.tissue = tissue_.in_order();
+    list_.tools = tools_.in_order();
+    list_.blended = blended_.sorted();
+    list_.smoke = smoke_.sorted();
     float farthest = 0;
     for (const DrawVertex& vertex : list_.vertices) {
       if (vertex.position.allFinite()) {
@@ -133,12 +78,7 @@ class Builder {
     }
   }
 
-  std::int32_t add_material(const pbdsurg::TissueLook& look, bool insulation = false) {
-    DrawMaterial material;
-    material.color = linear_of_srgb(look.color, look.opacity);
-    material.mottle = linear_of_srgb(look.mottle, 1);
-    material.surface = {look.gloss, look.detail_size, look.relief, insulation ? 1.0f : 0.0f};
-    material.pattern = {look.lobules, look.vessels, 0, 0};
+  std::int32_t add_material(const DrawMaterial& material) {
     list_.materials.push_back(material);
     return static_cast<std::int32_t>(list_.materials.size()) - 1;
   }
@@ -147,34 +87,29 @@ class Builder {
     return static_cast<std::uint32_t>(list_.vertices.size());
   }
 
-  void add(const Surface& surface) {
-    check(surface);
-    if (!(surface.look.detail_size > 0) || !std::isfinite(surface.look.detail_size)) {
-      throw pbdsurg::InvalidArgument("surface '" + surface.name + "': the detail size is " +
-                                     std::to_string(surface.look.detail_size) +
-                                     " m; it must be positive and finite");
-    }
-    const std::int32_t material = add_material(surface.look);
+  /// All vertices with one look, then its triangles.
+  void add(const Surface& surface, const std::vector<Eigen::Vector3f>& normals, bool inner) {
+    const std::int32_t material =
+        add_material(material_of(inner ? surface.inner_look : surface.look));
     const std::uint32_t first = next_vertex();
-    const std::vector<Eigen::Vector3f> normals =
-        surface.normals.empty() ? vertex_normals(surface.positions, surface.triangles)
-                                : surface.normals;
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
       const Eigen::Vector3f& rest =
           surface.rest_positions.empty() ? surface.positions[v] : surface.rest_positions[v];
-      const bool colored = !surface.colors.empty() && surface.colors[v].allFinite();
       list_.vertices.push_back(
           {surface.positions[v], normals[v], rest.allFinite() ? rest : Eigen::Vector3f::Zero(),
-           colored ? linear_of_srgb(surface.colors[v].head<3>(), surface.colors[v].w())
-                   : kMaterialColor,
-           burn_at(surface, v), wetness_at(surface, v), material});
+           color_at(surface, v), burn_at(surface, v), wetness_at(surface, v), material});
     }
     const float opacity = list_.materials.back().color.w();
     const auto alpha = [&](std::uint32_t v) {
       const float replaced = list_.vertices[v].color.w();
       return replaced >= 0 ? replaced : opacity;
     };
-    for (const pbdsurg::Triangle& triangle : surface.triangles) {
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      const pbdsurg::Triangle& triangle = surface.triangles[t];
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0] ||
+          inner != (!surface.is_inner.empty() && surface.is_inner[t] != 0)) {
+        continue;
+      }
       const std::uint32_t a = first + static_cast<std::uint32_t>(triangle[0]);
       const std::uint32_t b = first + static_cast<std::uint32_t>(triangle[1]);
       const std::uint32_t c = first + static_cast<std::uint32_t>(triangle[2]);
@@ -182,9 +117,21 @@ class Builder {
     }
   }
 
+  void add(const Surface& surface) {
+    const std::vector<Eigen::Vector3f> normals =
+        surface.normals.empty() ? vertex_normals(surface.positions, surface.triangles)
+                                : surface.normals;
+    add(surface, normals, false);
+    if (std::any_of(surface.is_inner.begin(), surface.is_inner.end(),
+                    [](std::uint8_t inner) { return inner != 0; })) {
+      add(surface, normals, true);
+    }
+  }
+
   void add(const ToolPart& part) {
     const TriangleMesh tube = sweep_tube(part.points, part.radii);
-    const std::int32_t material = add_material({}, part.finish == ToolFinish::insulation);
+    const std::int32_t material =
+        add_material(material_of({}, part.finish == ToolFinish::insulation));
     const std::uint32_t first = next_vertex();
     const std::vector<Eigen::Vector3f> normals = vertex_normals(tube.positions, tube.triangles);
     for (std::size_t v = 0; v < tube.positions.size(); ++v) {
@@ -213,7 +160,7 @@ class Builder {
     look.detail_size = 0.002f;
     look.relief = 0.2f;
     look.mottle = look.color;
-    const std::int32_t material = add_material(look);
+    const std::int32_t material = add_material(material_of(look));
     for (const Strand& strand : strands) {
       const Eigen::Vector3f to_eye = eye_ - (strand.from + strand.to) / 2;
       const Eigen::Vector3f across = (strand.to - strand.from).cross(to_eye);
@@ -240,7 +187,7 @@ class Builder {
     if (smoke.empty()) {
       return;
     }
-    const std::int32_t material = add_material({});
+    const std::int32_t material = add_material(material_of({}));
     for (std::size_t i = 0; i < smoke.size(); ++i) {
       const Eigen::Vector3f to_eye = (eye_ - smoke[i].center).normalized();
       const Eigen::Vector3f right = camera.up.cross(to_eye).normalized();
@@ -267,8 +214,8 @@ class Builder {
 
 }  // namespace
 
-DrawList make_draw_list(const RenderSnapshot& snapshot) {
-  return Builder(snapshot).take();
+DrawList make_draw_list(const SceneView& view, std::span<const Surface* const> surfaces) {
+  return Builder(view, surfaces).take();
 }
 
 }  // namespace cholecystectomy

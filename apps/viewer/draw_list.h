@@ -2,13 +2,15 @@
 #pragma once
 
 /// @file
-/// A snapshot turned into arrays that OpenGL draws in four calls, one after the other.
+/// What is drawn anew for each picture, turned into arrays that OpenGL draws in four calls, one
+/// after the other.
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "apps/viewer/render_snapshot.h"
+#include "apps/viewer/surface_data.h"
 
 namespace cholecystectomy {
 
@@ -23,17 +25,9 @@ struct DrawVertex {
   std::int32_t material;
 };
 
-/// Four texels of the material table. Colours are linear.
-struct DrawMaterial {
-  Eigen::Vector4f color;    ///< rgb, opacity
-  Eigen::Vector4f mottle;   ///< rgb, unused
-  Eigen::Vector4f surface;  ///< gloss, detail size (m), relief, 1 for insulation
-  Eigen::Vector4f pattern;  ///< lobules, vessels, unused, unused
-};
-
 struct DrawList {
   std::vector<DrawVertex> vertices;
-  std::vector<std::uint32_t> tissue;   ///< [3 * triangle count] opaque, nearest first
+  std::vector<std::uint32_t> tissue;   ///< [3 * triangle count] opaque
   std::vector<std::uint32_t> tools;    ///< [3 * triangle count] opaque
   std::vector<std::uint32_t> blended;  ///< [3 * triangle count] tissue, farthest first
   std::vector<std::uint32_t> smoke;    ///< [3 * triangle count] farthest first
@@ -42,8 +36,9 @@ struct DrawList {
 };
 
 /// Cost: O(n log n) in the triangles.
-/// @throws pbdsurg::InvalidArgument  if an array of a surface has the wrong length or a triangle
-///         names a vertex that is not there
-[[nodiscard]] DrawList make_draw_list(const RenderSnapshot& snapshot);
+/// @param surfaces  to be blended with the view's sheets
+/// @throws pbdsurg::InvalidArgument  as check(Surface)
+[[nodiscard]] DrawList make_draw_list(const SceneView& view,
+                                      std::span<const Surface* const> surfaces = {});
 
 }  // namespace cholecystectomy

@@ -30,7 +30,7 @@ const OffscreenOptions& checked(const OffscreenOptions& options) {
 
 struct OffscreenRenderer::Impl {
   explicit Impl(const OffscreenOptions& wanted)
-      : options(checked(wanted)), scene(wanted.width, wanted.height) {
+      : options(checked(wanted)), scene(wanted.width, wanted.height, wanted.quality) {
     const GLubyte* device = glGetString(GL_RENDERER);
     device_name = device != nullptr ? reinterpret_cast<const char*>(device) : "unknown";
     glBindRenderbuffer(GL_RENDERBUFFER, pixels.name());
@@ -63,9 +63,30 @@ OffscreenRenderer& OffscreenRenderer::operator=(OffscreenRenderer&& other) noexc
   return *this;
 }
 
-Image OffscreenRenderer::render(const RenderSnapshot& snapshot) {
+void OffscreenRenderer::set_surfaces(std::span<const Surface> surfaces) {
   impl_->context.make_current();
-  impl_->scene.draw(snapshot, impl_->framebuffer.name());
+  impl_->scene.set_surfaces(surfaces);
+}
+
+void OffscreenRenderer::update(std::size_t surface, const SurfaceChange& change) {
+  impl_->context.make_current();
+  impl_->scene.update(surface, change);
+}
+
+void OffscreenRenderer::draw(const SceneView& view) {
+  impl_->context.make_current();
+  impl_->scene.draw(view, impl_->framebuffer.name());
+  glFinish();
+}
+
+Image OffscreenRenderer::render(const RenderSnapshot& snapshot) {
+  set_surfaces(snapshot.surfaces);
+  return render(static_cast<const SceneView&>(snapshot));
+}
+
+Image OffscreenRenderer::render(const SceneView& view) {
+  impl_->context.make_current();
+  impl_->scene.draw(view, impl_->framebuffer.name());
 
   Image image;
   image.width = impl_->options.width;

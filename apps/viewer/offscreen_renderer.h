@@ -4,10 +4,13 @@
 /// @file
 /// Pictures without a display or a window.
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "apps/viewer/image.h"
+#include "apps/viewer/render_quality.h"
 #include "apps/viewer/render_snapshot.h"
 
 namespace cholecystectomy {
@@ -15,25 +18,41 @@ namespace cholecystectomy {
 struct OffscreenOptions {
   int width = 960;   ///< pixels, 16..8192
   int height = 720;  ///< pixels, 16..8192
+  RenderQuality quality = RenderQuality::full();
 };
 
-/// Draws snapshots into memory through EGL and OpenGL 3.3, on a GPU or in software.
+/// Keeps surfaces and draws them into memory through EGL and OpenGL 3.3, on a GPU or in software.
 ///
-/// The same snapshot gives the same bytes on one machine. An object is used by one thread at a
-/// time; several may exist.
+/// The same surfaces and view give the same bytes on one machine. An object is used by one thread
+/// at a time; several may exist.
 class OffscreenRenderer {
  public:
-  /// @throws pbdsurg::InvalidArgument  if the size is out of range
+  /// @throws pbdsurg::InvalidArgument  if the size or the quality is out of range
   /// @throws pbdsurg::BackendUnavailable  if no OpenGL 3.3 context can be had; the message says why
   explicit OffscreenRenderer(const OffscreenOptions& options);
   ~OffscreenRenderer();
   OffscreenRenderer(OffscreenRenderer&&) noexcept;
   OffscreenRenderer& operator=(OffscreenRenderer&&) noexcept;
 
-  /// Draws one snapshot as seen through the scope. What is not finite is left out.
-  /// @throws pbdsurg::InvalidArgument  if an array has the wrong length, a triangle names a vertex
-  ///         that is not there, or the camera is not usable
-  /// Cost: most goes into pixels; in software on two cores, 960 x 720 takes about half a second.
+  /// As SceneRenderer::set_surfaces().
+  void set_surfaces(std::span<const Surface> surfaces);
+
+  /// As SceneRenderer::update().
+  void update(std::size_t surface, const SurfaceChange& change);
+
+  /// Draws the surfaces as they are and waits until that is done: for who measures.
+  /// @throws pbdsurg::InvalidArgument  as render()
+  void draw(const SceneView& view);
+
+  /// Draws the surfaces as they are. What is not finite is left out.
+  /// @throws pbdsurg::InvalidArgument  if an array of a sheet has the wrong length, a triangle
+  /// names
+  ///         a vertex that is not there, or the camera is not usable
+  /// Cost: most goes into pixels; picture_bench measures it.
+  [[nodiscard]] Image render(const SceneView& view);
+
+  /// set_surfaces() and render().
+  /// @throws pbdsurg::InvalidArgument  as both
   [[nodiscard]] Image render(const RenderSnapshot& snapshot);
 
   /// The device that draws, as OpenGL names it.

@@ -2,30 +2,39 @@
 #include "apps/viewer/scene_renderer.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "pbdsurg/base/error.h"
 
-#include "apps/viewer/draw_list.h"
+#include "apps/viewer/lattice.h"
 #include "apps/viewer/noise_volumes.h"
 #include "apps/viewer/shaders.h"
 
 namespace cholecystectomy {
 namespace {
 
-constexpr int kShadowSize = 1024;
-constexpr int kSamples = 4;
-constexpr int kGlowScale = 4;
 constexpr float kGlowThreshold = 1.2f;
 
 /// Radius of the ambient occlusion, relative to the distance from the eye to its target.
 constexpr float kOcclusionRadius = 0.13f;
 
 /// What lies behind everything: an unlit cavity, or white paper.
-constexpr std::array<float, 4> kCavity{0.010f, 0.003f, 0.003f, 1};
-constexpr std::array<float, 4> kPaper{1, 1, 1, 1};
+const Eigen::Vector3f kCavity(0.010f, 0.003f, 0.003f);
+const Eigen::Vector3f kPaper(1, 1, 1);
+
+/// What smoke in the cavity sends back of the lamp's light: grey-white.
+const Eigen::Vector3f kHazeLight(0.50f, 0.49f, 0.475f);
+
+/// A haze that takes everything has no density.
+constexpr float kThickestHaze = 0.995f;
+
+// Texture units of a lit program; those of a surface follow.
+constexpr int kMaterialUnit = 0, kGradientUnit = 1, kCellUnit = 2, kGeometryUnit = 3,
+              kOcclusionUnit = 4, kShadowUnit = 5, kSurfaceUnit = 6;
 
 void set(const ShaderProgram& program, const char* name, const Eigen::Matrix4f& value) {
   glUniformMatrix4fv(program.uniform(name), 1, GL_FALSE, value.data());
@@ -39,19 +48,15 @@ void set(const ShaderProgram& program, const char* name, const Eigen::Vector2f& 
 void set(const ShaderProgram& program, const char* name, float value) {
   glUniform1f(program.uniform(name), value);
 }
+void set(const ShaderProgram& program, const char* name, int value) {
+  glUniform1i(program.uniform(name), value);
+}
 
 void bind(const ShaderProgram& program, const char* name, int unit, GLenum target,
           const GlTexture& texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture.name());
   glUniform1i(program.uniform(name), unit);
-}
-
-void check_framebuffer(const char* pass) {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-    throw pbdsurg::BackendUnavailable(std::string("the driver offers no framebuffer for the ") +
-                                      pass + " pass");
-  }
 }
 
 void upload_volume(const GlTexture& texture, const std::vector<std::uint8_t>& texels) {
@@ -69,47 +74,50 @@ void set_float_attribute(GLuint location, GLint count, std::size_t offset) {
                         reinterpret_cast<const void*>(offset));
 }
 
-GLsizeiptr byte_count(std::size_t index_count) {
-  return static_cast<GLsizeiptr>(index_count * sizeof(std::uint32_t));
+template <class T>
+GLsizeiptr byte_count(const std::vector<T>& values) {
+  return static_cast<GLsizeiptr>(values.size() * sizeof(T));
 }
 
-void draw_indices(std::size_t first, std::size_t count) {
-  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(byte_count(first)));
+void check(const char* option, int value, int least, int most) {
+  if (value < least || value > most) {
+    throw pbdsurg::InvalidArgument("a picture's " + std::string(option) + " is " +
+                                   std::to_string(value) + "; it must be in [" +
+                                   std::to_string(least) + ", " + std::to_string(most) + ']');
+  }
+}
+
+const RenderQuality& checked(const RenderQuality& quality) {
+  check("number of samples", quality.samples, 1, 64);
+  check("subdivision", quality.subdivision, 1, 8);
+  check("shadow map", quality.shadow_size, 0, 8192);
+  return quality;
 }
 
 }  // namespace
 
-SceneRenderer::SceneRenderer(int width, int height)
-    : width_(width),
-      height_(height),
-      shadow_program_("shadow", kSceneVertexShader, kEmptyFragmentShader),
-      geometry_program_("geometry", kSceneVertexShader, kGeometryFragmentShader),
-      occlusion_program_("occlusion", kScreenVertexShader, kOcclusionFragmentShader),
-      occlusion_blur_program_("occlusion blur", kScreenVertexShader, kOcclusionBlurFragmentShader),
-      tissue_program_("tissue", kSceneVertexShader,
-                      std::string(kLightingFunctions) + kTissueFragmentShader),
-      tool_program_("tool", kSceneVertexShader,
-                    std::string(kLightingFunctions) + kToolFragmentShader),
-      smoke_program_("smoke", kSceneVertexShader,
-                     std::string(kLightingFunctions) + kSmokeFragmentShader),
-      glow_program_("glow", kScreenVertexShader, kGlowFragmentShader),
-      scope_program_("scope", kScreenVertexShader, kScopeFragmentShader),
-      geometry_(make_color_target((width + 1) / 2, (height + 1) / 2, GL_RGBA32F, GL_NEAREST)),
-      occlusion_{make_color_target((width + 1) / 2, (height + 1) / 2, GL_R8, GL_NEAREST),
-                 make_color_target((width + 1) / 2, (height + 1) / 2, GL_RG32F, GL_NEAREST)},
-      resolved_(make_color_target(width, height, GL_RGBA16F, GL_LINEAR)),
-      glow_{make_color_target(width / kGlowScale, height / kGlowScale, GL_RGBA16F, GL_LINEAR),
-            make_color_target(width / kGlowScale, height / kGlowScale, GL_RGBA16F, GL_LINEAR)} {
-  glBindFramebuffer(GL_FRAMEBUFFER, geometry_.framebuffer.name());
-  glBindRenderbuffer(GL_RENDERBUFFER, geometry_depth_.name());
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, geometry_.width, geometry_.height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
-                            geometry_depth_.name());
-  check_framebuffer("geometry");
-  make_multisampled();
-  make_shadow_map();
+SceneRenderer::SkinMesh::SkinMesh(int wanted)
+    : subdivision(wanted), indices_per_triangle(3 * wanted * wanted) {
+  const Lattice lattice = make_lattice(subdivision);
+  triangle_count = lattice.triangle_count;
+  glBindVertexArray(array.name());
+  glBindBuffer(GL_ARRAY_BUFFER, points.name());
+  glBufferData(GL_ARRAY_BUFFER, byte_count(lattice.points), lattice.points.data(), GL_STATIC_DRAW);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices.name());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, byte_count(lattice.indices), lattice.indices.data(),
+               GL_STATIC_DRAW);
+  glEnableVertexAttribArray(0);
+  glVertexAttribIPointer(0, 4, GL_UNSIGNED_SHORT, sizeof lattice.points[0], nullptr);
+}
 
+SceneRenderer::SceneRenderer(int width, int height, const RenderQuality& quality)
+    : quality_(checked(quality)),
+      targets_(width, height, quality),
+      shadow_program_("shadow", "", kSceneVertexShader, kEmptyFragmentShader),
+      shadow_skin_program_("shadow of a surface", "#define DEPTH_ONLY\n", kSkinVertexShader,
+                           kEmptyFragmentShader),
+      mask_program_("mask", "", kMaskVertexShader, kEmptyFragmentShader) {
+  make_programs();
   upload_volume(gradient_noise_, make_gradient_noise());
   upload_volume(cell_noise_, make_cell_noise());
 
@@ -127,131 +135,217 @@ SceneRenderer::SceneRenderer(int width, int height)
                          reinterpret_cast<const void*>(offsetof(DrawVertex, material)));
 }
 
-SceneRenderer::Target SceneRenderer::make_color_target(int width, int height,
-                                                       GLenum internal_format, GLenum filter) {
-  Target target{GlTexture(), GlFramebuffer(), std::max(width, 1), std::max(height, 1)};
-  glBindTexture(GL_TEXTURE_2D, target.texture.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), target.width, target.height,
-               0, GL_RGBA, GL_FLOAT, nullptr);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.name());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.texture.name(),
-                         0);
-  check_framebuffer("colour");
-  return target;
+void SceneRenderer::make_programs() {
+  const auto when = [](bool is_on, const char* name) {
+    return is_on ? "#define " + std::string(name) + '\n' : std::string();
+  };
+  const std::string defines = when(quality_.detail, "DETAIL") +
+                              when(quality_.occlusion, "OCCLUSION") +
+                              when(quality_.shadow_size > 0, "SHADOWS");
+  const std::string functions = kLightingFunctions;
+  skin_program_.emplace("skin", defines + "#define SKIN\n", kSkinVertexShader,
+                        functions + kTissueFragmentShader);
+  tissue_program_.emplace("tissue", defines, kSceneVertexShader, functions + kTissueFragmentShader);
+  tool_program_.emplace("tool", defines, kSceneVertexShader, functions + kToolFragmentShader);
+  smoke_program_.emplace("smoke", defines, kSceneVertexShader, functions + kSmokeFragmentShader);
+  scope_program_.emplace("scope", when(quality_.glow, "GLOW"), kScreenVertexShader,
+                         kScopeFragmentShader);
+  if (quality_.occlusion) {
+    geometry_program_.emplace("geometry", "", kSceneVertexShader, kGeometryFragmentShader);
+    geometry_skin_program_.emplace("geometry of a surface", "", kSkinVertexShader,
+                                   kGeometryFragmentShader);
+    occlusion_program_.emplace("occlusion", "", kScreenVertexShader, kOcclusionFragmentShader);
+    occlusion_blur_program_.emplace("occlusion blur", "", kScreenVertexShader,
+                                    kOcclusionBlurFragmentShader);
+  }
+  if (quality_.glow) {
+    glow_program_.emplace("glow", "", kScreenVertexShader, kGlowFragmentShader);
+  }
 }
 
-void SceneRenderer::make_multisampled() {
-  GLint most = 1;
-  glGetIntegerv(GL_MAX_SAMPLES, &most);
-  const GLsizei samples = std::min(kSamples, static_cast<int>(most));
-  glBindFramebuffer(GL_FRAMEBUFFER, multisampled_.name());
-  glBindRenderbuffer(GL_RENDERBUFFER, multisampled_color_.name());
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_RGBA16F, width_, height_);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                            multisampled_color_.name());
-  glBindRenderbuffer(GL_RENDERBUFFER, multisampled_depth_.name());
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_DEPTH_COMPONENT32F, width_,
-                                   height_);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
-                            multisampled_depth_.name());
-  check_framebuffer("multisampled");
+void SceneRenderer::resize(int width, int height) {
+  if (width != targets_.width || height != targets_.height) {
+    targets_ = RenderTargets(width, height, quality_);
+  }
 }
 
-void SceneRenderer::make_shadow_map() {
-  glBindTexture(GL_TEXTURE_2D, shadow_map_.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, kShadowSize, kShadowSize, 0,
-               GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glBindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer_.name());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, shadow_map_.name(), 0);
-  glDrawBuffer(GL_NONE);
-  glReadBuffer(GL_NONE);
-  check_framebuffer("shadow");
+void SceneRenderer::set_quality(const RenderQuality& quality) {
+  RenderTargets targets(targets_.width, targets_.height, checked(quality));
+  targets_ = std::move(targets);
+  quality_ = quality;
+  make_programs();
+}
+
+void SceneRenderer::set_surfaces(std::span<const Surface> surfaces) {
+  std::vector<SurfaceBuffers> kept;
+  kept.reserve(surfaces.size());
+  for (const Surface& surface : surfaces) {
+    kept.emplace_back(surface);
+  }
+  surfaces_ = std::move(kept);
+}
+
+void SceneRenderer::update(std::size_t surface, const SurfaceChange& change) {
+  if (surface >= surfaces_.size()) {
+    throw pbdsurg::InvalidArgument("there is no surface " + std::to_string(surface) +
+                                   "; the renderer keeps " + std::to_string(surfaces_.size()));
+  }
+  cholecystectomy::check(surfaces_[surface].surface(), change);
+  surfaces_[surface].update(change);
 }
 
 void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
-  const DrawList list = make_draw_list(snapshot);
-  const View view = make_view(
-      snapshot.camera, static_cast<float>(width_) / static_cast<float>(height_), list.farthest);
-  upload(list);
-  draw_shadow_map(list, view);
-  draw_occlusion(list, view);
-  draw_lit(list, view, snapshot.camera.brightness, snapshot.style);
-  draw_scope(framebuffer, snapshot.style);
+  set_surfaces(snapshot.surfaces);
+  draw(static_cast<const SceneView&>(snapshot), framebuffer);
+}
+
+void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
+  const Eigen::Vector3f& eye = view.camera.eye;
+  std::vector<const Surface*> translucent;
+  std::vector<const SurfaceBuffers*> kept;
+  float farthest = 0;
+  for (SurfaceBuffers& surface : surfaces_) {
+    if (surface.is_translucent()) {
+      translucent.push_back(&surface.surface());
+    } else if (!surface.box().isEmpty()) {
+      surface.prepare();
+      kept.push_back(&surface);
+      const Eigen::AlignedBox3f& box = surface.box();
+      const Eigen::Vector3f reach =
+          (box.max() - eye).cwiseAbs().cwiseMax((box.min() - eye).cwiseAbs());
+      farthest = std::max(farthest, reach.norm());
+    }
+  }
+  // so that hidden tissue fails the depth test before it is shaded
+  std::stable_sort(kept.begin(), kept.end(), [&](const auto* a, const auto* b) {
+    return a->box().squaredExteriorDistance(eye) < b->box().squaredExteriorDistance(eye);
+  });
+  DrawList list = make_draw_list(view, translucent);
+  const View resolved = make_view(
+      view.camera, static_cast<float>(targets_.width) / static_cast<float>(targets_.height),
+      std::max(farthest, list.farthest));
+  const float haze = view.haze > 0 ? std::min(view.haze, kThickestHaze) : 0;
+  const Frame frame{view, std::move(list), resolved,
+                    -std::log(1 - haze) / resolved.reference_distance, std::move(kept)};
+  upload(frame.list);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  if (targets_.shadow) {
+    draw_shadow_map(frame);
+  }
+  if (targets_.occlusion) {
+    draw_occlusion(frame);
+  }
+  draw_lit(frame);
+  draw_scope(frame, framebuffer);
 }
 
 void SceneRenderer::upload(const DrawList& list) {
   glBindVertexArray(scene_array_.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(list.vertices.size() * sizeof(DrawVertex)),
-               list.vertices.data(), GL_STREAM_DRAW);
-  std::size_t count = 0;
-  for (const auto* indices : {&list.tissue, &list.tools, &list.blended, &list.smoke}) {
-    count += indices->size();
+  glBufferData(GL_ARRAY_BUFFER, byte_count(list.vertices), list.vertices.data(), GL_STREAM_DRAW);
+  const std::array all{&list.tissue, &list.tools, &list.blended, &list.smoke};
+  GLsizeiptr end = 0;
+  for (const auto* indices : all) {
+    end += byte_count(*indices);
   }
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, byte_count(count), nullptr, GL_STREAM_DRAW);
-  count = 0;
-  for (const auto* indices : {&list.tissue, &list.tools, &list.blended, &list.smoke}) {
-    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, byte_count(count), byte_count(indices->size()),
-                    indices->data());
-    count += indices->size();
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, end, nullptr, GL_STREAM_DRAW);
+  end = 0;
+  for (const auto* indices : all) {
+    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, end, byte_count(*indices), indices->data());
+    end += byte_count(*indices);
   }
   glBindBuffer(GL_TEXTURE_BUFFER, material_buffer_.name());
-  glBufferData(GL_TEXTURE_BUFFER,
-               static_cast<GLsizeiptr>(list.materials.size() * sizeof(DrawMaterial)),
-               list.materials.data(), GL_STREAM_DRAW);
+  glBufferData(GL_TEXTURE_BUFFER, byte_count(list.materials), list.materials.data(),
+               GL_STREAM_DRAW);
   glBindTexture(GL_TEXTURE_BUFFER, material_texture_.name());
   glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, material_buffer_.name());
 }
 
-void SceneRenderer::draw_shadow_map(const DrawList& list, const View& view) {
-  glBindFramebuffer(GL_FRAMEBUFFER, shadow_framebuffer_.name());
-  glViewport(0, 0, kShadowSize, kShadowSize);
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_BLEND);
-  glClear(GL_DEPTH_BUFFER_BIT);
-  shadow_program_.use();
-  set(shadow_program_, "view_of_world", Eigen::Matrix4f(Eigen::Matrix4f::Identity()));
-  set(shadow_program_, "clip_of_view", view.clip_of_world_from_light);
-  draw_indices(0, list.tissue.size() + list.tools.size());
+void SceneRenderer::draw_list(std::size_t first, std::size_t count) const {
+  if (count > 0) {
+    glBindVertexArray(scene_array_.name());
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
+  }
 }
 
-void SceneRenderer::draw_occlusion(const DrawList& list, const View& view) {
-  glBindFramebuffer(GL_FRAMEBUFFER, geometry_.framebuffer.name());
-  glViewport(0, 0, geometry_.width, geometry_.height);
+const SceneRenderer::SkinMesh& SceneRenderer::skin_mesh(int subdivision) {
+  return skin_meshes_.try_emplace(subdivision, subdivision).first->second;
+}
+
+void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int subdivision) {
+  const SkinMesh& mesh = skin_mesh(frame.scene.style == Style::figure ? 1 : subdivision);
+  set(program, "subdivision", mesh.subdivision);
+  set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
+  for (const SurfaceBuffers* surface : frame.surfaces) {
+    surface->bind(program, kSurfaceUnit);
+    // The far side of what is closed is hidden by the near one.
+    const int side = surface->box().contains(frame.view.eye) ? 0 : surface->closed_side();
+    if (side != 0) {
+      glEnable(GL_CULL_FACE);
+      glCullFace(side > 0 ? GL_BACK : GL_FRONT);
+    }
+    glBindVertexArray(mesh.array.name());
+    const int slot_count = static_cast<int>(surface->surface().triangles.size());
+    for (int first = 0; first < slot_count; first += mesh.triangle_count) {
+      set(program, "first_slot", first);
+      const int count = std::min(mesh.triangle_count, slot_count - first);
+      glDrawElements(GL_TRIANGLES, mesh.indices_per_triangle * count, GL_UNSIGNED_SHORT, nullptr);
+    }
+    glDisable(GL_CULL_FACE);
+  }
+}
+
+void SceneRenderer::draw_shadow_map(const Frame& frame) {
+  targets_.shadow->begin();
+  glEnable(GL_DEPTH_TEST);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  const Eigen::Matrix4f identity = Eigen::Matrix4f::Identity();
+  shadow_program_.use();
+  set(shadow_program_, "view_of_world", identity);
+  set(shadow_program_, "clip_of_view", frame.view.clip_of_world_from_light);
+  draw_list(0, frame.list.tissue.size() + frame.list.tools.size());
+  shadow_skin_program_.use();
+  set(shadow_skin_program_, "view_of_world", identity);
+  set(shadow_skin_program_, "clip_of_view", frame.view.clip_of_world_from_light);
+  draw_skin(shadow_skin_program_, frame, 1);  // the skin leaves it by less than a shadow's bias
+}
+
+void SceneRenderer::draw_occlusion(const Frame& frame) {
+  const OcclusionTargets& targets = *targets_.occlusion;
+  targets.geometry.begin();
+  glEnable(GL_DEPTH_TEST);
   glClearColor(0, 0, 0, 0);  // depth 0: nothing there
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  geometry_program_.use();
-  set(geometry_program_, "view_of_world", view.view_of_world);
-  set(geometry_program_, "clip_of_view", view.clip_of_view);
-  draw_indices(0, list.tissue.size() + list.tools.size());
+  for (const ShaderProgram* program : {&*geometry_program_, &*geometry_skin_program_}) {
+    program->use();
+    set(*program, "view_of_world", frame.view.view_of_world);
+    set(*program, "clip_of_view", frame.view.clip_of_view);
+    if (program == &*geometry_program_) {
+      draw_list(0, frame.list.tissue.size() + frame.list.tools.size());
+    } else {
+      draw_skin(*program, frame, quality_.subdivision);
+    }
+  }
 
   glDisable(GL_DEPTH_TEST);
-  glBindFramebuffer(GL_FRAMEBUFFER, occlusion_[0].framebuffer.name());
-  occlusion_program_.use();
-  bind(occlusion_program_, "geometry", 0, GL_TEXTURE_2D, geometry_.texture);
-  set(occlusion_program_, "tangent", view.tangent);
-  set(occlusion_program_, "radius", kOcclusionRadius * view.reference_distance);
+  targets.raw.begin();
+  occlusion_program_->use();
+  bind(*occlusion_program_, "geometry", 0, GL_TEXTURE_2D, targets.geometry.texture);
+  set(*occlusion_program_, "tangent", frame.view.tangent);
+  set(*occlusion_program_, "radius", kOcclusionRadius * frame.view.reference_distance);
   fill_screen();
 
-  glBindFramebuffer(GL_FRAMEBUFFER, occlusion_[1].framebuffer.name());
-  occlusion_blur_program_.use();
-  bind(occlusion_blur_program_, "geometry", 0, GL_TEXTURE_2D, geometry_.texture);
-  bind(occlusion_blur_program_, "occlusion", 1, GL_TEXTURE_2D, occlusion_[0].texture);
+  targets.blurred.begin();
+  occlusion_blur_program_->use();
+  bind(*occlusion_blur_program_, "geometry", 0, GL_TEXTURE_2D, targets.geometry.texture);
+  bind(*occlusion_blur_program_, "occlusion", 1, GL_TEXTURE_2D, targets.raw.texture);
   fill_screen();
 }
 
-void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& view,
-                                    float brightness, Style style) {
+void SceneRenderer::use_lit_program(const ShaderProgram& program, const Frame& frame) const {
+  const View& view = frame.view;
   program.use();
   set(program, "view_of_world", view.view_of_world);
   set(program, "clip_of_view", view.clip_of_view);
@@ -260,73 +354,98 @@ void SceneRenderer::use_lit_program(const ShaderProgram& program, const View& vi
   set(program, "light", view.light);
   set(program, "forward", Eigen::Vector3f(-view.view_of_world.block<1, 3>(2, 0).transpose()));
   set(program, "reference_distance", view.reference_distance);
-  set(program, "brightness", brightness);
-  set(program, "figure", style == Style::figure ? 1.0f : 0.0f);
+  set(program, "brightness", frame.scene.camera.brightness);
+  set(program, "haze_density", frame.haze_density);
+  set(program, "haze_light", Eigen::Vector3f(frame.scene.camera.brightness * kHazeLight));
+  set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
   set(program, "picture_size",
-      Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
-  bind(program, "materials", 0, GL_TEXTURE_BUFFER, material_texture_);
-  bind(program, "gradient_noise", 1, GL_TEXTURE_3D, gradient_noise_);
-  bind(program, "cell_noise", 2, GL_TEXTURE_3D, cell_noise_);
-  bind(program, "geometry", 3, GL_TEXTURE_2D, geometry_.texture);
-  bind(program, "occlusion", 4, GL_TEXTURE_2D, occlusion_[1].texture);
-  bind(program, "shadow_map", 5, GL_TEXTURE_2D, shadow_map_);
+      Eigen::Vector2f(static_cast<float>(targets_.width), static_cast<float>(targets_.height)));
+  bind(program, "materials", kMaterialUnit, GL_TEXTURE_BUFFER, material_texture_);
+  bind(program, "gradient_noise", kGradientUnit, GL_TEXTURE_3D, gradient_noise_);
+  bind(program, "cell_noise", kCellUnit, GL_TEXTURE_3D, cell_noise_);
+  if (targets_.occlusion) {
+    bind(program, "geometry", kGeometryUnit, GL_TEXTURE_2D, targets_.occlusion->geometry.texture);
+    bind(program, "occlusion", kOcclusionUnit, GL_TEXTURE_2D, targets_.occlusion->blurred.texture);
+  }
+  if (targets_.shadow) {
+    bind(program, "shadow_map", kShadowUnit, GL_TEXTURE_2D, targets_.shadow->texture);
+  }
 }
 
-void SceneRenderer::draw_lit(const DrawList& list, const View& view, float brightness,
-                             Style style) {
-  glBindFramebuffer(GL_FRAMEBUFFER, multisampled_.name());
-  glViewport(0, 0, width_, height_);
+void SceneRenderer::draw_mask(const Frame& frame) const {
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  mask_program_.use();
+  set(mask_program_, "aspect", frame.view.tangent.x() / frame.view.tangent.y());
+  glBindVertexArray(screen_array_.name());
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, kMaskPoints);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void SceneRenderer::draw_lit(const Frame& frame) {
+  targets_.begin_lit();
   glEnable(GL_DEPTH_TEST);
-  const auto& background = style == Style::figure ? kPaper : kCavity;
-  glClearColor(background[0], background[1], background[2], background[3]);
+  const bool is_figure = frame.scene.style == Style::figure;
+  // behind everything the haze is as deep as four times the way to the target
+  const float clear = std::exp(-frame.haze_density * 4 * frame.view.reference_distance);
+  const Eigen::Vector3f background =
+      is_figure ? kPaper
+                : Eigen::Vector3f(clear * kCavity +
+                                  (1 - clear) * frame.scene.camera.brightness * kHazeLight);
+  glClearColor(background.x(), background.y(), background.z(), 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  glBindVertexArray(scene_array_.name());
+  if (!is_figure) {
+    draw_mask(frame);
+  }
+  const DrawList& list = frame.list;
   const std::size_t tools = list.tissue.size();
   const std::size_t blended = tools + list.tools.size();
   const std::size_t smoke = blended + list.blended.size();
-  use_lit_program(tool_program_, view, brightness, style);
-  draw_indices(tools, list.tools.size());
-  use_lit_program(tissue_program_, view, brightness, style);
-  draw_indices(0, list.tissue.size());
+  use_lit_program(*tool_program_, frame);
+  draw_list(tools, list.tools.size());
+  use_lit_program(*skin_program_, frame);
+  draw_skin(*skin_program_, frame, quality_.subdivision);
+  use_lit_program(*tissue_program_, frame);
+  draw_list(0, list.tissue.size());
 
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glDepthMask(GL_FALSE);
-  draw_indices(blended, list.blended.size());
-  use_lit_program(smoke_program_, view, brightness, style);
-  draw_indices(smoke, list.smoke.size());
+  draw_list(blended, list.blended.size());
+  use_lit_program(*smoke_program_, frame);
+  draw_list(smoke, list.smoke.size());
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
-
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, multisampled_.name());
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.framebuffer.name());
-  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  targets_.finish_lit();
 }
 
-void SceneRenderer::draw_scope(GLuint framebuffer, Style style) {
+void SceneRenderer::draw_scope(const Frame& frame, GLuint framebuffer) {
   glDisable(GL_DEPTH_TEST);
-  glow_program_.use();
-  glViewport(0, 0, glow_[0].width, glow_[0].height);
-  const Eigen::Vector2f step(1.0f / static_cast<float>(glow_[0].width),
-                             1.0f / static_cast<float>(glow_[0].height));
-  glBindFramebuffer(GL_FRAMEBUFFER, glow_[0].framebuffer.name());
-  bind(glow_program_, "source", 0, GL_TEXTURE_2D, resolved_.texture);
-  set(glow_program_, "stride", Eigen::Vector2f(step.x(), 0));
-  set(glow_program_, "threshold", kGlowThreshold);
-  fill_screen();
-  glBindFramebuffer(GL_FRAMEBUFFER, glow_[1].framebuffer.name());
-  bind(glow_program_, "source", 0, GL_TEXTURE_2D, glow_[0].texture);
-  set(glow_program_, "stride", Eigen::Vector2f(0, step.y()));
-  set(glow_program_, "threshold", 0.0f);
-  fill_screen();
+  const bool is_figure = frame.scene.style == Style::figure;
+  if (targets_.glow && !is_figure) {
+    const auto& [across, both] = *targets_.glow;
+    glow_program_->use();
+    across.begin();
+    bind(*glow_program_, "source", 0, GL_TEXTURE_2D, targets_.resolved.texture);
+    set(*glow_program_, "stride", Eigen::Vector2f(1.0f / static_cast<float>(across.width), 0));
+    set(*glow_program_, "threshold", kGlowThreshold);
+    fill_screen();
+    both.begin();
+    bind(*glow_program_, "source", 0, GL_TEXTURE_2D, across.texture);
+    set(*glow_program_, "stride", Eigen::Vector2f(0, 1.0f / static_cast<float>(across.height)));
+    set(*glow_program_, "threshold", 0.0f);
+    fill_screen();
+  }
 
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glViewport(0, 0, width_, height_);
-  scope_program_.use();
-  bind(scope_program_, "scene", 0, GL_TEXTURE_2D, resolved_.texture);
-  bind(scope_program_, "glow", 1, GL_TEXTURE_2D, glow_[1].texture);
-  set(scope_program_, "aspect", static_cast<float>(width_) / static_cast<float>(height_));
-  set(scope_program_, "figure", style == Style::figure ? 1.0f : 0.0f);
+  glViewport(0, 0, targets_.width, targets_.height);
+  scope_program_->use();
+  bind(*scope_program_, "scene", 0, GL_TEXTURE_2D, targets_.resolved.texture);
+  if (targets_.glow) {
+    bind(*scope_program_, "glow", 1, GL_TEXTURE_2D, (*targets_.glow)[1].texture);
+  }
+  set(*scope_program_, "aspect", frame.view.tangent.x() / frame.view.tangent.y());
+  set(*scope_program_, "tangent", frame.view.tangent.y());
+  set(*scope_program_, "figure", is_figure ? 1.0f : 0.0f);
   fill_screen();
 }
 

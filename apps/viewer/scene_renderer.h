@@ -2,64 +2,116 @@
 #pragma once
 
 /// @file
-/// Draws snapshots with OpenGL 3.3 into a framebuffer of its host, be that memory or a window.
+/// Keeps surfaces on the GPU and draws them with OpenGL 3.3 into a framebuffer of its host, be that
+/// memory or a window.
 
-#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
 
+#include "apps/viewer/draw_list.h"
 #include "apps/viewer/gl_objects.h"
+#include "apps/viewer/render_quality.h"
 #include "apps/viewer/render_snapshot.h"
+#include "apps/viewer/render_targets.h"
 #include "apps/viewer/shader_program.h"
+#include "apps/viewer/surface_buffers.h"
 #include "apps/viewer/view.h"
 
 namespace cholecystectomy {
 
-struct DrawList;
-
 /// Passes: shadow map from the lamp; normals and depth at half size; occlusion and its blur; the
-/// scene in linear light with four samples a pixel; glow; scope. Needs a current context from
-/// construction to destruction.
+/// scene in linear light; glow; scope. Needs a current context from construction to destruction.
+///
+/// A surface is drawn as a smooth skin: its triangles are bent to its normals and split. Neighbours
+/// agree on their common edge, so that a closed surface shows no hole. In a figure triangles are
+/// flat. Surfaces that have to be blended, and the view's sheets, are flat, too, and cost a picture
+/// more: they are sorted.
 class SceneRenderer {
  public:
   /// @throws pbdsurg::BackendUnavailable  if the driver lacks something that a pass needs
-  SceneRenderer(int width, int height);
+  /// @throws pbdsurg::InvalidArgument  as set_quality()
+  SceneRenderer(int width, int height, const RenderQuality& quality = RenderQuality::full());
 
-  /// @param framebuffer  what receives the picture, of the size given at construction
-  /// @throws pbdsurg::InvalidArgument  as OffscreenRenderer::render()
+  /// Of the pictures to come. Surfaces stay.
+  void resize(int width, int height);
+
+  /// Surfaces stay.
+  /// @throws pbdsurg::InvalidArgument  if samples or subdivision are out of 1..64 and 1..8, or the
+  ///         size of the shadow map is out of 0..8192
+  void set_quality(const RenderQuality& quality);
+
+  /// Replaces all that it keeps.
+  /// @throws pbdsurg::InvalidArgument  if an array of one has the wrong length or a triangle names
+  /// a
+  ///         vertex that is not there; then it keeps what it had
+  void set_surfaces(std::span<const Surface> surfaces);
+
+  /// Changes one. Only runs that are named go to the GPU, and all positions where there are any.
+  /// Normals that were given with a surface are replaced by its own once it moves.
+  /// @param surface  its place in set_surfaces()
+  /// @throws pbdsurg::InvalidArgument  naming surface and element, if there is no such surface, a
+  /// run
+  ///         leaves a gap, an array has the wrong length or a triangle names a vertex that is not
+  ///         there; then nothing has changed
+  void update(std::size_t surface, const SurfaceChange& change);
+
+  /// Draws the surfaces as they are.
+  /// @param framebuffer  what receives the picture
+  /// @throws pbdsurg::InvalidArgument  if a sheet contradicts itself or the camera is not usable
+  void draw(const SceneView& view, GLuint framebuffer);
+
+  /// set_surfaces() and draw().
   void draw(const RenderSnapshot& snapshot, GLuint framebuffer);
 
  private:
-  /// A texture that is drawn into.
-  struct Target {
-    GlTexture texture;
-    GlFramebuffer framebuffer;
-    int width;
-    int height;
+  /// The subdivided triangle as the vertex shader reads it.
+  struct SkinMesh {
+    explicit SkinMesh(int subdivision);
+    int subdivision;
+    int triangle_count;  ///< in one call
+    int indices_per_triangle;
+    GlVertexArray array;
+    GlBuffer points;
+    GlBuffer indices;
   };
 
-  static Target make_color_target(int width, int height, GLenum internal_format, GLenum filter);
-  void make_multisampled();
-  void make_shadow_map();
+  /// What the passes of one picture share.
+  struct Frame {
+    const SceneView& scene;
+    DrawList list;
+    View view;
+    float haze_density;                           ///< 1 / m
+    std::vector<const SurfaceBuffers*> surfaces;  ///< to be drawn from the GPU, nearest first
+  };
+
+  const SkinMesh& skin_mesh(int subdivision);
+  void make_programs();
   void upload(const DrawList& list);
-  void draw_shadow_map(const DrawList& list, const View& view);
-  void draw_occlusion(const DrawList& list, const View& view);
-  void draw_lit(const DrawList& list, const View& view, float brightness, Style style);
-  void use_lit_program(const ShaderProgram& program, const View& view, float brightness,
-                       Style style);
-  void draw_scope(GLuint framebuffer, Style style);
+  void draw_list(std::size_t first, std::size_t count) const;
+  void draw_skin(const ShaderProgram& program, const Frame& frame, int subdivision);
+  void draw_mask(const Frame& frame) const;
+  void draw_shadow_map(const Frame& frame);
+  void draw_occlusion(const Frame& frame);
+  void draw_lit(const Frame& frame);
+  void use_lit_program(const ShaderProgram& program, const Frame& frame) const;
+  void draw_scope(const Frame& frame, GLuint framebuffer);
   void fill_screen() const;
 
-  int width_;
-  int height_;
-  ShaderProgram shadow_program_;
-  ShaderProgram geometry_program_;
-  ShaderProgram occlusion_program_;
-  ShaderProgram occlusion_blur_program_;
-  ShaderProgram tissue_program_;
-  ShaderProgram tool_program_;
-  ShaderProgram smoke_program_;
-  ShaderProgram glow_program_;
-  ShaderProgram scope_program_;
+  RenderQuality quality_;
+  RenderTargets targets_;
+  ShaderProgram shadow_program_, shadow_skin_program_;
+  ShaderProgram mask_program_;
+  // of the quality
+  std::optional<ShaderProgram> geometry_program_, geometry_skin_program_;
+  std::optional<ShaderProgram> occlusion_program_, occlusion_blur_program_;
+  std::optional<ShaderProgram> skin_program_, tissue_program_, tool_program_, smoke_program_;
+  std::optional<ShaderProgram> glow_program_, scope_program_;
 
+  std::vector<SurfaceBuffers> surfaces_;
+  std::map<int, SkinMesh> skin_meshes_;  // by subdivision
   GlVertexArray scene_array_;
   GlVertexArray screen_array_;  // core profile draws nothing without one
   GlBuffer vertices_;
@@ -68,17 +120,6 @@ class SceneRenderer {
   GlTexture material_texture_;
   GlTexture gradient_noise_;
   GlTexture cell_noise_;
-
-  GlTexture shadow_map_;
-  GlFramebuffer shadow_framebuffer_;
-  Target geometry_;
-  GlRenderbuffer geometry_depth_;
-  std::array<Target, 2> occlusion_;  // raw, blurred with depth
-  GlRenderbuffer multisampled_color_;
-  GlRenderbuffer multisampled_depth_;
-  GlFramebuffer multisampled_;
-  Target resolved_;
-  std::array<Target, 2> glow_;  // horizontal, both directions
 };
 
 }  // namespace cholecystectomy

@@ -39,10 +39,11 @@ class Shader {
 
 }  // namespace
 
-ShaderProgram::ShaderProgram(const std::string& name, const std::string& vertex,
-                             const std::string& fragment) {
-  const Shader vertex_shader(GL_VERTEX_SHADER, name, vertex);
-  const Shader fragment_shader(GL_FRAGMENT_SHADER, name, fragment);
+ShaderProgram::ShaderProgram(const std::string& name, const std::string& defines,
+                             const std::string& vertex, const std::string& fragment) {
+  const std::string head = "#version 330 core\n" + defines;
+  const Shader vertex_shader(GL_VERTEX_SHADER, name, head + vertex);
+  const Shader fragment_shader(GL_FRAGMENT_SHADER, name, head + fragment);
   program_ = glCreateProgram();
   glAttachShader(program_, vertex_shader.name());
   glAttachShader(program_, fragment_shader.name());

@@ -13,8 +13,10 @@ namespace cholecystectomy {
 /// Owns one program; moves, never copies.
 class ShaderProgram {
  public:
+  /// @param defines  lines of GLSL before both sources
   /// @throws pbdsurg::BackendUnavailable  with the driver's log if it does not compile or link
-  ShaderProgram(const std::string& name, const std::string& vertex, const std::string& fragment);
+  ShaderProgram(const std::string& name, const std::string& defines, const std::string& vertex,
+                const std::string& fragment);
   ~ShaderProgram();
   ShaderProgram(ShaderProgram&& other) noexcept;
   ShaderProgram& operator=(ShaderProgram&& other) noexcept;

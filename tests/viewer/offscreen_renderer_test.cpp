@@ -223,7 +223,7 @@ TEST_CASE("renderer: tools, strands and smoke change the picture where they are"
 TEST_CASE("renderer: an empty snapshot is a dark picture", "[unit][opengl]") {
   REQUIRE_RENDERER(renderer);
 
-  const Image image = renderer->render({});
+  const Image image = renderer->render(RenderSnapshot{});
 
   CHECK(*std::max_element(image.rgb.begin(), image.rgb.end()) < 48);
 }
@@ -263,7 +263,7 @@ TEST_CASE("renderer: the same snapshot gives the same bytes, on a new renderer t
   REQUIRE_RENDERER(renderer);
   const Image first = renderer->render(one_sheet(tissues::gallbladder_wall()));
 
-  CHECK(renderer->render({}).rgb != first.rgb);
+  CHECK(renderer->render(RenderSnapshot{}).rgb != first.rgb);
   CHECK(renderer->render(one_sheet(tissues::gallbladder_wall())).rgb == first.rgb);
   OffscreenRenderer other({.width = kWidth, .height = kHeight});
   OffscreenRenderer moved = std::move(other);

@@ -3,130 +3,7 @@
 
 namespace cholecystectomy {
 
-const char* const kSceneVertexShader = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 rest;
-layout(location = 3) in vec4 color;
-layout(location = 4) in vec4 burn;
-layout(location = 5) in float wetness;
-layout(location = 6) in int material;
-uniform mat4 view_of_world;
-uniform mat4 clip_of_view;
-out vec3 v_position;
-out vec3 v_normal;
-out vec3 v_rest;
-out vec4 v_color;
-out vec4 v_burn;
-out float v_wetness;
-out float v_depth;
-flat out int v_material;
-void main() {
-  vec4 view_position = view_of_world * vec4(position, 1);
-  gl_Position = clip_of_view * view_position;
-  v_position = position;
-  v_normal = normal;
-  v_rest = rest;
-  v_color = color;
-  v_burn = burn;
-  v_wetness = wetness;
-  v_depth = -view_position.z;
-  v_material = material;
-}
-)";
-
-const char* const kScreenVertexShader = R"(#version 330 core
-out vec2 v_place;  // 0..1 over the picture
-void main() {
-  v_place = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
-  gl_Position = vec4(2 * v_place - 1, 0, 1);
-}
-)";
-
-const char* const kEmptyFragmentShader = R"(#version 330 core
-void main() {}
-)";
-
-const char* const kGeometryFragmentShader = R"(#version 330 core
-in vec3 v_normal;
-in float v_depth;
-uniform mat4 view_of_world;
-out vec4 normal_and_depth;
-void main() {
-  vec3 n = mat3(view_of_world) * v_normal;
-  normal_and_depth = vec4((gl_FrontFacing ? n : -n) / max(length(n), 1e-6), v_depth);
-}
-)";
-
-// Ambient obscurance: McGuire, Osman, Bukowski, Hennessy 2011, "The Alchemy screen-space ambient
-// obscurance algorithm", equation 10.
-const char* const kOcclusionFragmentShader = R"(#version 330 core
-in vec2 v_place;
-uniform sampler2D geometry;
-uniform vec2 tangent;
-uniform float radius;  // m
-out float visibility;
-const int kSamples = 14;
-const float kGoldenAngle = 2.39996323;
-vec3 position_at(vec2 place, float depth) {
-  return vec3((2 * place - 1) * tangent * depth, -depth);
-}
-void main() {
-  vec4 here = texture(geometry, v_place);
-  visibility = 1;
-  if (here.w <= 0) {
-    return;
-  }
-  vec3 center = position_at(v_place, here.w);
-  vec2 reach = min(vec2(0.12), radius / (2 * tangent * here.w));
-  ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
-  float turn = 6.2831853 * float((pixel.x * 4 + pixel.y * 7 + pixel.x * pixel.y * 3) & 15) / 16;
-  float sum = 0;
-  for (int i = 0; i < kSamples; ++i) {
-    float along = (float(i) + 0.5) / float(kSamples);
-    float angle = turn + float(i) * kGoldenAngle;
-    vec2 place = v_place + reach * along * vec2(cos(angle), sin(angle));
-    float depth = texture(geometry, place).w;
-    if (depth <= 0) {
-      continue;
-    }
-    vec3 offset = position_at(place, depth) - center;
-    float squared = dot(offset, offset);
-    float fade = max(0, 1 - squared / (radius * radius));
-    sum += fade * max(0, dot(offset, here.xyz) - 0.012 * radius - 0.004 * here.w) /
-           (sqrt(squared) + 0.02 * radius);
-  }
-  visibility = max(0, 1 - 2.6 * sum / float(kSamples));
-}
-)";
-
-const char* const kOcclusionBlurFragmentShader = R"(#version 330 core
-in vec2 v_place;
-uniform sampler2D geometry;
-uniform sampler2D occlusion;
-out vec2 visibility_and_depth;
-void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ivec2 last = textureSize(occlusion, 0) - 1;
-  float depth = texelFetch(geometry, pixel, 0).w;
-  float sum = 0;
-  float weights = 0;
-  // 4 x 4 pixels, the period of the turned samples
-  for (int y = -2; y < 2; ++y) {
-    for (int x = -2; x < 2; ++x) {
-      ivec2 other = clamp(pixel + ivec2(x, y), ivec2(0), last);
-      float difference = abs(texelFetch(geometry, other, 0).w - depth);
-      float weight = max(0.001, 1 - difference / (0.03 * max(depth, 1e-6)));
-      sum += weight * texelFetch(occlusion, other, 0).r;
-      weights += weight;
-    }
-  }
-  visibility_and_depth = vec2(sum / weights, depth);
-}
-)";
-
-const char* const kLightingFunctions = R"(#version 330 core
-in vec3 v_position;
+const char* const kLightingFunctions = R"(in vec3 v_position;
 in vec3 v_normal;
 in vec3 v_rest;
 in vec4 v_color;
@@ -135,19 +12,29 @@ in float v_wetness;
 in float v_depth;
 flat in int v_material;
 uniform sampler3D gradient_noise;
+#ifdef OCCLUSION
 uniform sampler2D occlusion;  // visibility, depth
+#endif
+#ifdef SHADOWS
 uniform sampler2DShadow shadow_map;
 uniform mat4 clip_of_world_from_light;
+#endif
 uniform vec3 eye;
 uniform vec3 light;
 uniform vec3 forward;
 uniform float reference_distance;
 uniform float brightness;
+uniform float haze_density;  // 1 / m
+uniform vec3 haze_light;     // what smoke in the cavity sends back of the lamp
 out vec4 radiance;
 
 const vec3 kCavity = vec3(0.30, 0.115, 0.085);  // light that other tissue sends back
 
+#ifdef DETAIL
 vec4 noise_at(vec3 p) { return 2 * texture(gradient_noise, p / 8) - 1; }
+#else
+vec4 noise_at(vec3 p) { return 2 * textureLod(gradient_noise, p / 8, 0.0) - 1; }
+#endif
 
 // Inverse square, held back near the scope as the camera's own exposure control does.
 vec3 incoming_light(vec3 to_light) {
@@ -160,6 +47,7 @@ vec3 incoming_light(vec3 to_light) {
 
 // Joined by depth, so that the half-size map does not bleed over edges.
 float ambient_visibility() {
+#ifdef OCCLUSION
   vec2 texel = gl_FragCoord.xy * 0.5 - 0.5;
   ivec2 base = ivec2(floor(texel));
   vec2 part = texel - vec2(base);
@@ -176,19 +64,31 @@ float ambient_visibility() {
     weights += weight;
   }
   return sum / weights;
+#else
+  return 1.0;
+#endif
 }
 
 float light_visibility(vec3 n) {
+#ifdef SHADOWS
   vec4 clip = clip_of_world_from_light * vec4(v_position + n * 0.006 * reference_distance, 1);
   vec3 place = clip.xyz / clip.w * 0.5 + 0.5;
+  bool outside = any(lessThan(place, vec3(0))) || any(greaterThan(place, vec3(1)));
+#ifdef DETAIL
   float texel = 0.9 / float(textureSize(shadow_map, 0).x);
   float depth = place.z - 0.0004;
   float sum = texture(shadow_map, vec3(place.xy + texel * vec2(-0.5, -1.5), depth)) +
               texture(shadow_map, vec3(place.xy + texel * vec2(1.5, -0.5), depth)) +
               texture(shadow_map, vec3(place.xy + texel * vec2(0.5, 1.5), depth)) +
               texture(shadow_map, vec3(place.xy + texel * vec2(-1.5, 0.5), depth));
-  bool outside = any(lessThan(place, vec3(0))) || any(greaterThan(place, vec3(1)));
-  return outside ? 1.0 : sum / 4;
+  float lit = sum / 4;
+#else
+  float lit = texture(shadow_map, vec3(place.xy, place.z - 0.0004));
+#endif
+  return outside ? 1.0 : lit;
+#else
+  return 1.0;
+#endif
 }
 
 // Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction", times pi: diffuse
@@ -217,6 +117,10 @@ vec3 facing_normal() {
 
 vec3 add_bump(vec3 n, vec3 gradient) { return normalize(n - (gradient - n * dot(n, gradient))); }
 
+vec3 through_haze(vec3 value) {
+  return mix(haze_light, value, exp(-haze_density * v_depth));
+}
+
 // Keeps one glint from whitening all samples of a pixel.
 vec3 limited(vec3 value) { return min(value, vec3(6)); }
 )";
@@ -226,7 +130,14 @@ vec3 limited(vec3 value) { return min(value, vec3(6)); }
 // tissue and is there on cut faces. Its gradient is used as if rest and world axes agreed: a turned
 // organ has turned bumps, which nobody can see.
 const char* const kTissueFragmentShader = R"(
+#ifdef SKIN
+uniform vec4 skin_look[4];
+uniform vec4 inner_look[4];
+vec4 look(int part) { return v_material == 0 ? skin_look[part] : inner_look[part]; }
+#else
 uniform samplerBuffer materials;
+vec4 look(int part) { return texelFetch(materials, 4 * v_material + part); }
+#endif
 uniform sampler3D cell_noise;
 uniform float figure;  // 1 for colours as given
 void main() {
@@ -235,10 +146,10 @@ void main() {
     radiance = vec4(v_color.rgb * ambient_visibility() * mix(0.5, 1.0, facing), v_color.a);
     return;
   }
-  vec4 color = texelFetch(materials, 4 * v_material);
-  vec3 mottle = texelFetch(materials, 4 * v_material + 1).rgb;
-  vec3 surface = texelFetch(materials, 4 * v_material + 2).xyz;  // gloss, detail size, relief
-  vec2 pattern = texelFetch(materials, 4 * v_material + 3).xy;   // lobules, vessels
+  vec4 color = look(0);
+  vec3 mottle = look(1).rgb;
+  vec3 surface = look(2).xyz;  // gloss, detail size, relief
+  vec2 pattern = look(3).xy;   // lobules, vessels
 
   vec3 to_light = light - v_position;
   vec3 l = normalize(to_light);
@@ -251,8 +162,16 @@ void main() {
   // --- detail -----------------------------------------------------------------------------------
   vec3 p = v_rest / surface.y;
   vec4 fine = noise_at(p);
+#ifdef DETAIL
   vec4 coarse = noise_at(p * 0.24 + 0.10 * fine.xyz + 0.71);
   vec4 cell = 2 * texture(cell_noise, (p * 0.6 + 0.15 * fine.xyz + 0.4 * coarse.xyz) / 8) - 1;
+#else
+  vec4 coarse = noise_at(p * 0.24 + 0.71);
+  vec4 cell = vec4(0, 0, 0, 1);
+  if (pattern.x > 0) {
+    cell = 2 * textureLod(cell_noise, (p * 0.6 + 0.4 * coarse.xyz) / 8, 0.0) - 1;
+  }
+#endif
   vec3 bump = surface.z * fine.xyz;
   float opacity = color.a;
   vec3 albedo = mix(color.rgb, mottle, smoothstep(-0.4, 0.5, coarse.w + 0.5 * fine.w));
@@ -265,23 +184,29 @@ void main() {
   float furrow = pattern.x * (1 - smoothstep(0.0, 0.45, 0.5 * cell.w + 0.5));
   albedo *= 1 - furrow * vec3(0.10, 0.24, 0.42);
   // vessels: lines of even width along a level of the noise, value over slope, on part of the surface
-  float trunk = (1 - smoothstep(0.02, 0.06, abs(coarse.w - 0.16) / (length(coarse.xyz) + 0.1))) *
-                smoothstep(-0.25, 0.05, fine.y + coarse.y);
-  float twig = (1 - smoothstep(0.04, 0.11, abs(fine.w - 0.1) / (length(fine.xyz) + 0.1))) *
-               smoothstep(0.0, 0.2, coarse.z);
-  albedo = mix(albedo, vec3(0.40, 0.065, 0.055), min(1.0, trunk + 0.45 * twig) * pattern.y * 0.7);
+  if (pattern.y > 0) {
+    float trunk = (1 - smoothstep(0.02, 0.06, abs(coarse.w - 0.16) / (length(coarse.xyz) + 0.1))) *
+                  smoothstep(-0.25, 0.05, fine.y + coarse.y);
+    float twig = (1 - smoothstep(0.04, 0.11, abs(fine.w - 0.1) / (length(fine.xyz) + 0.1))) *
+                 smoothstep(0.0, 0.2, coarse.z);
+    albedo = mix(albedo, vec3(0.40, 0.065, 0.055), min(1.0, trunk + 0.45 * twig) * pattern.y * 0.7);
+  }
 
   // --- burn: a layer with a grained edge; the darker it is, the rougher and the less it lets through
-  float grain = fine.w;
-  float burnt = clamp(v_burn.a * (1 + 0.5 * grain), 0, 1);
-  vec3 crust = v_burn.rgb / max(v_burn.a, 1e-4);
-  float charring = burnt * clamp(1 - 2 * dot(crust, vec3(0.2126, 0.7152, 0.0722)), 0, 1);
-  albedo = mix(albedo, crust * (1 + 0.15 * grain), burnt);
-  opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
-  float dry = max(0.45 * burnt, charring);
-  bump += (0.28 * burnt + 0.44 * charring) * fine.xyz;
+  float dry = 0;
+  float charring = 0;
+  if (v_burn.a > 0) {
+    float grain = fine.w;
+    float burnt = clamp(v_burn.a * (1 + 0.5 * grain), 0, 1);
+    vec3 crust = v_burn.rgb / max(v_burn.a, 1e-4);
+    charring = burnt * clamp(1 - 2 * dot(crust, vec3(0.2126, 0.7152, 0.0722)), 0, 1);
+    albedo = mix(albedo, crust * (1 + 0.15 * grain), burnt);
+    opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
+    dry = max(0.45 * burnt, charring);
+    bump += (0.28 * burnt + 0.44 * charring) * fine.xyz;
+  }
 
-  float wet = v_wetness;
+  float wet = v_wetness * (1 - charring);  // char drinks what wets it
   float gloss = max(surface.x * (1 - dry), 0.98 * wet);
   albedo *= mix(1.0, 0.72, wet);
 
@@ -301,14 +226,13 @@ void main() {
   float film_ndl = max(dot(film, l), 0.04);
   float sharp = mix(0.30, 0.055, gloss);
   float fresnel = schlick(0.035, max(dot(v, h), 0));
-  float highlight = fresnel * film_ndl / 4 *
-                    (0.9 * ggx(ndh, sharp) * smith(ndv, film_ndl, sharp) +
-                     1.1 * ggx(ndh, 0.26) * smith(ndv, film_ndl, 0.26)) *
-                    gloss * mix(0.12, 1.0, shade);
+  float lobes = 0.9 * ggx(ndh, sharp) * smith(ndv, film_ndl, sharp) +
+                1.1 * ggx(ndh, 0.26) * smith(ndv, film_ndl, 0.26);
+  float highlight = fresnel * film_ndl / 4 * lobes * gloss * mix(0.12, 1.0, shade);
   vec3 shine = highlight + schlick(0.035, ndv) * gloss * ambient * 0.5 * kCavity;
   float alpha = clamp(opacity + min(highlight, 1.0) * step(0.02, opacity), 0, 1);
   // the film reflects in full even where the tissue under it is glassy
-  radiance = vec4(limited(incoming * (lit + shine / max(alpha, 0.2))), alpha);
+  radiance = vec4(through_haze(limited(incoming * (lit + shine / max(alpha, 0.2)))), alpha);
 }
 )";
 
@@ -334,68 +258,27 @@ void main() {
   vec3 mirrored = mix(vec3(0.17, 0.105, 0.095), vec3(0.50, 0.50, 0.52), smoothstep(0.05, 0.9, back));
   vec3 base = steel ? mirrored * mix(0.5, 1.0, ambient) : vec3(0.018, 0.018, 0.022);
   vec3 edge = (schlick(f0, ndv) - f0) * kCavity * ambient * (steel ? 0.25 : 0.16);
-  radiance = vec4(limited(incoming_light(to_light) *
-                          (base * mix(0.3, 1.0, ndl) * mix(0.35, 1.0, shade) + edge +
-                           schlick(f0, max(dot(v, h), 0)) * mirror * ndl * shade)),
-                  1);
+  vec3 lit = base * mix(0.3, 1.0, ndl) * mix(0.35, 1.0, shade) + edge +
+             schlick(f0, max(dot(v, h), 0)) * mirror * ndl * shade;
+  radiance = vec4(through_haze(limited(incoming_light(to_light) * lit)), 1);
 }
 )";
 
 const char* const kSmokeFragmentShader = R"(
+#ifdef OCCLUSION
 uniform sampler2D geometry;  // depth of what is opaque in its last component
 uniform vec2 picture_size;
+#endif
 void main() {
   float body = smoothstep(1.0, 0.15, length(v_rest.xy));
   float wisp = 0.5 + 0.8 * noise_at(vec3(v_rest.xy * 1.1, v_rest.z * 1.7)).w;
+  float soft = 1;
+#ifdef OCCLUSION
   float behind = texture(geometry, gl_FragCoord.xy / picture_size).w;
-  float soft = behind > 0 ? clamp((behind - v_depth) / max(v_wetness, 1e-9) + 0.2, 0, 1) : 1;
-  radiance = vec4(limited(0.5 * v_color.rgb * incoming_light(light - v_position)),
-                  v_color.a * body * soft * clamp(wisp, 0.0, 1.0));
-}
-)";
-
-const char* const kGlowFragmentShader = R"(#version 330 core
-in vec2 v_place;
-uniform sampler2D source;
-uniform vec2 stride;      // from one sample to the next, of the picture
-uniform float threshold;  // only what is brighter glows
-out vec4 glow;
-void main() {
-  vec3 sum = vec3(0);
-  float weights = 0;
-  for (int i = -4; i <= 4; ++i) {
-    float weight = exp(-float(i * i) / 8);
-    sum += weight * max(texture(source, v_place + float(i) * stride).rgb - threshold, 0);
-    weights += weight;
-  }
-  glow = vec4(sum / weights, 1);
-}
-)";
-
-const char* const kScopeFragmentShader = R"(#version 330 core
-in vec2 v_place;
-uniform sampler2D scene;
-uniform sampler2D glow;
-uniform float aspect;
-uniform float figure;
-out vec4 pixel;
-// Narkowicz 2016, "ACES filmic tone mapping curve"
-vec3 expose(vec3 x) { return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1); }
-vec3 srgb(vec3 x) {
-  return mix(12.92 * x, 1.055 * pow(x, vec3(1 / 2.4)) - 0.055, step(vec3(0.0031308), x));
-}
-void main() {
-  if (figure > 0.5) {
-    pixel = vec4(srgb(clamp(texture(scene, v_place).rgb, 0, 1)), 1);
-    return;
-  }
-  vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
-  float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
-  vec3 light = texture(scene, v_place).rgb + 0.10 * texture(glow, v_place).rgb;
-  light *= 1 - 0.5 * r * r;
-  light = mix(vec3(dot(light, vec3(0.2126, 0.7152, 0.0722))), light, 0.86);
-  float mask = 1 - smoothstep(0.975, 1.0, r);
-  pixel = vec4(srgb(expose(light)) * mask, 1);
+  soft = behind > 0 ? clamp((behind - v_depth) / max(v_wetness, 1e-9) + 0.2, 0, 1) : 1;
+#endif
+  vec3 lit = limited(0.5 * v_color.rgb * incoming_light(light - v_position));
+  radiance = vec4(through_haze(lit), v_color.a * body * soft * clamp(wisp, 0.0, 1.0));
 }
 )";
 

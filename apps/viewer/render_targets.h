@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// What the passes of a picture draw into.
+
+#include <array>
+#include <optional>
+
+#include "apps/viewer/gl_objects.h"
+#include "apps/viewer/render_quality.h"
+
+namespace cholecystectomy {
+
+/// A texture that is drawn into.
+struct ColorTarget {
+  /// @param filter  GL_NEAREST or GL_LINEAR
+  ColorTarget(int width, int height, GLenum internal_format, GLenum filter);
+
+  /// Makes it what is drawn into, over its whole size.
+  void begin() const;
+
+  int width;
+  int height;
+  GlTexture texture;
+  GlFramebuffer framebuffer;
+};
+
+/// The shadow map: depth alone, compared when it is read.
+struct ShadowTarget {
+  explicit ShadowTarget(int size);
+  void begin() const;
+
+  int size;
+  GlTexture texture;
+  GlFramebuffer framebuffer;
+};
+
+/// Normals and depth at half size, and what is made of them.
+struct OcclusionTargets {
+  OcclusionTargets(int width, int height);
+
+  ColorTarget geometry;
+  GlRenderbuffer depth;
+  ColorTarget raw;
+  ColorTarget blurred;  ///< visibility and depth
+};
+
+/// All of a renderer. What its quality leaves out does not exist.
+struct RenderTargets {
+  /// @throws pbdsurg::BackendUnavailable  if the driver offers no such framebuffer
+  RenderTargets(int width, int height, const RenderQuality& quality);
+
+  /// Makes the lit picture what is drawn into.
+  void begin_lit() const;
+  /// From then on `resolved` has the lit picture.
+  void finish_lit() const;
+
+  int width;
+  int height;
+  ColorTarget resolved;  ///< linear light
+  GlRenderbuffer depth;
+  std::optional<GlRenderbuffer> multisampled_color;
+  std::optional<GlFramebuffer> multisampled;
+  std::optional<ShadowTarget> shadow;
+  std::optional<OcclusionTargets> occlusion;
+  std::optional<std::array<ColorTarget, 2>> glow;  ///< horizontal, both directions
+};
+
+}  // namespace cholecystectomy
