@@ -28,9 +28,12 @@ void add_organ(const std::string& text, OrganFiles& organs) {
 }  // namespace
 
 std::optional<Arguments> parse_arguments(int argument_count, const char* const* values) {
-  CLI::App app("A scripted laparoscopic cholecystectomy: drag, burn, separate.");
+  CLI::App app(
+      "A laparoscopic cholecystectomy, in a window to play with mouse and keyboard, or with "
+      "--headless as "
+      "a script: drag, burn, separate. Not a medical device, not validated.");
   app.footer(
-      "Exit status: 0 done, with warnings or without; 1 the operation touched nothing, burnt\n"
+      "Exit status: 0 done, with warnings or without; 1 the script touched nothing, burnt\n"
       "nothing, lost an organ or could not go on; 2 bad input; 130 interrupted, after writing "
       "what\n"
       "there is.");
@@ -38,14 +41,14 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   Arguments arguments;
   OrganFiles& files = arguments.organs;
   std::vector<std::string> organs;
-  bool is_headless = false;
-  app.add_flag("--headless", is_headless,
-               "run the scripted operation without a display (there is no other mode yet)")
-      ->required();
-  app.add_option("--out", arguments.out,
-                 "folder for pictures, report.json, CSV files, series.pvd: they are written to "
-                 "run.part in it, and at the end replace the files that an earlier run's report "
-                 "lists; other files stay, and one of a name that a run may write is refused")
+  app.add_flag("--headless", arguments.is_headless,
+               "run the scripted operation, without a window or a display");
+  app.add_option(
+         "--out", arguments.out,
+         "folder for pictures, report.json, CSV files, series.pvd: they are written to "
+         "run.part in it, and at the end replace the files that an earlier run's report "
+         "lists; other files stay, and one of a name that a run may write is refused. Of the "
+         "window: for screenshots")
       ->capture_default_str();
   app.add_option("--organ", organs, "NAME=FILE: use this mesh for an organ (repeatable)")
       ->allow_extra_args(false)
@@ -73,6 +76,17 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       "--paper", arguments.paper,
       "the paper's solver: one substep, 30 iterations, stiffness fractions, colours by the "
       "random colouring disc");
+  pbdsurg::add_choice<std::optional<Detail>>(app, "--detail", arguments.detail,
+                                             {{"full", Detail::full}, {"low", Detail::low}},
+                                             "of the built-in organs; low: a third of the "
+                                             "tetrahedra. By default full, of the window as its "
+                                             "settings have it");
+  app.add_option("--settings", arguments.settings,
+                 "file in which the window keeps its settings, by default "
+                 "~/.config/pbdsurg/cholecystectomy.json")
+      ->type_name("FILE");
+  pbdsurg::add_whole_number(app, "--pictures", arguments.pictures, std::int64_t{1},
+                            "close the window after so many");
   try {
     app.parse(argument_count, values);
   } catch (const CLI::ParseError& error) {
@@ -87,6 +101,15 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       if (app.count(option) > 0) {
         throw pbdsurg::InvalidArgument(std::string(option) + " needs --organ");
       }
+    }
+  }
+  const std::vector<const char*> scripted{"--seed", "--time-scale", "--no-pictures"};
+  const std::vector<const char*> played{"--settings", "--pictures"};
+  for (const char* option : arguments.is_headless ? played : scripted) {
+    if (app.count(option) > 0) {
+      throw pbdsurg::InvalidArgument(
+          std::string(option) +
+          (arguments.is_headless ? " is of the window, not of --headless" : " needs --headless"));
     }
   }
   for (const std::string& organ : organs) {

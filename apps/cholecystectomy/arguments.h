@@ -21,6 +21,11 @@ struct Arguments {
   std::string executor = "best";
   bool paper = false;
   bool no_pictures = false;
+  bool is_headless = false;
+  // of the window
+  std::optional<Detail> detail;
+  std::optional<std::filesystem::path> settings;
+  std::int64_t pictures = 0;  ///< to end after; 0: none
 };
 
 /// Reads the command line; prints the help where that is asked for.

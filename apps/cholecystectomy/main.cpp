@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The demo: a scripted laparoscopic cholecystectomy, without a display.
+// The demo: a laparoscopic cholecystectomy, played in a window or scripted without a display.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -21,6 +21,9 @@
 #include "apps/support/executors.h"
 #ifdef PBDSURG_HAS_PICTURES
 #include "apps/cholecystectomy/pictures.h"
+#endif
+#ifdef PBDSURG_HAS_WINDOW
+#include "apps/cholecystectomy/play/play.h"
 #endif
 
 namespace cholecystectomy {
@@ -70,7 +73,7 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
   return course;
 }
 
-int run(const Arguments& arguments) {
+int run_script(const Arguments& arguments) {
   const pbdsurg::SolverOptions options =
       solver_options(pbdsurg::programs::executor_named(arguments.executor), arguments.paper);
   OutputFolder folder(arguments.out);
@@ -79,7 +82,9 @@ int run(const Arguments& arguments) {
     const StageTimer timer(times, stage);
     return make();
   };
-  const LoadedAnatomy loaded = timed("anatomy", [&] { return load_anatomy(arguments.organs); });
+  const LoadedAnatomy loaded = timed("anatomy", [&] {
+    return load_anatomy(arguments.organs, arguments.detail.value_or(Detail::full));
+  });
   for (const std::string& note : loaded.notes) {
     std::fprintf(stderr, "%s\n", note.c_str());
   }
@@ -122,12 +127,26 @@ int run(const Arguments& arguments) {
   return course.is_interrupted ? kInterruptedStatus : is_failure ? 1 : 0;
 }
 
+int run(const Arguments& arguments) {
+  if (arguments.is_headless) {
+    end_on_interrupt();
+    return run_script(arguments);
+  }
+#ifdef PBDSURG_HAS_WINDOW
+  return play({arguments.out, arguments.organs, arguments.detail, arguments.executor,
+               arguments.paper, arguments.settings, arguments.pictures});
+#else
+  throw pbdsurg::BackendUnavailable(
+      "this build has no window (it needs libglfw3-dev and libimgui-dev); --headless runs the "
+      "script");
+#endif
+}
+
 }  // namespace
 }  // namespace cholecystectomy
 
 int main(int argument_count, char** values) {
   try {
-    cholecystectomy::end_on_interrupt();
     const auto arguments = cholecystectomy::parse_arguments(argument_count, values);
     return arguments ? cholecystectomy::run(*arguments) : 0;
   } catch (const std::exception& error) {

@@ -30,18 +30,19 @@ Key key_of(int key) {
   if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) {
     return static_cast<Key>(static_cast<int>(Key::f1) + key - GLFW_KEY_F1);
   }
-  constexpr std::array<std::pair<int, Key>, 12> kOthers{{{GLFW_KEY_SPACE, Key::space},
-                                                         {GLFW_KEY_TAB, Key::tab},
-                                                         {GLFW_KEY_ESCAPE, Key::escape},
-                                                         {GLFW_KEY_ENTER, Key::enter},
-                                                         {GLFW_KEY_LEFT_BRACKET, Key::left_bracket},
-                                                         {GLFW_KEY_RIGHT_BRACKET, Key::right_bracket},
-                                                         {GLFW_KEY_COMMA, Key::comma},
-                                                         {GLFW_KEY_PERIOD, Key::period},
-                                                         {GLFW_KEY_LEFT, Key::left},
-                                                         {GLFW_KEY_RIGHT, Key::right},
-                                                         {GLFW_KEY_UP, Key::up},
-                                                         {GLFW_KEY_DOWN, Key::down}}};
+  constexpr std::array<std::pair<int, Key>, 12> kOthers{
+      {{GLFW_KEY_SPACE, Key::space},
+       {GLFW_KEY_TAB, Key::tab},
+       {GLFW_KEY_ESCAPE, Key::escape},
+       {GLFW_KEY_ENTER, Key::enter},
+       {GLFW_KEY_LEFT_BRACKET, Key::left_bracket},
+       {GLFW_KEY_RIGHT_BRACKET, Key::right_bracket},
+       {GLFW_KEY_COMMA, Key::comma},
+       {GLFW_KEY_PERIOD, Key::period},
+       {GLFW_KEY_LEFT, Key::left},
+       {GLFW_KEY_RIGHT, Key::right},
+       {GLFW_KEY_UP, Key::up},
+       {GLFW_KEY_DOWN, Key::down}}};
   const auto found = std::ranges::find(kOthers, key, &std::pair<int, Key>::first);
   return found == kOthers.end() ? Key::other : found->second;
 }
@@ -61,8 +62,8 @@ struct Window::Impl {
     glfwSetWindowUserPointer(window, this);
     glfwSetKeyCallback(window, [](GLFWwindow* from, int key, int, int action, int modifiers) {
       if (action != GLFW_REPEAT) {
-        of(from).inputs.push_back(KeyInput{key_of(key), action == GLFW_PRESS,
-                                           (modifiers & GLFW_MOD_SHIFT) != 0});
+        of(from).inputs.push_back(
+            KeyInput{key_of(key), action == GLFW_PRESS, (modifiers & GLFW_MOD_SHIFT) != 0});
       }
     });
     glfwSetMouseButtonCallback(window, [](GLFWwindow* from, int button, int action, int) {

@@ -48,7 +48,8 @@ class Window {
   void show();  ///< the picture that was drawn last
   void toggle_fullscreen();
 
-  /// Whether the driver has lost the context, as after a reset of the GPU: what lives in it is gone.
+  /// Whether the driver has lost the context, as after a reset of the GPU: what lives in it is
+  /// gone.
   [[nodiscard]] bool is_lost() const;
 
   [[nodiscard]] const std::string& device_name() const { return device_name_; }

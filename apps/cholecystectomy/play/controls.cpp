@@ -7,11 +7,11 @@
 namespace cholecystectomy {
 namespace {
 
-constexpr float kNotch = 2e-3F;        // m along the view
-constexpr float kRollStep = 0.2F;      // rad
-constexpr float kPostStep = 0.15F;     // rad
+constexpr float kNotch = 2e-3F;          // m along the view
+constexpr float kRollStep = 0.2F;        // rad
+constexpr float kPostStep = 0.15F;       // rad
 constexpr float kOrbitPerHeight = 1.2F;  // rad for a drag over the height of the picture
-constexpr float kSlide = 4e-3F;        // m a notch, of the scope
+constexpr float kSlide = 4e-3F;          // m a notch, of the scope
 constexpr float kSlowMotion = 0.25F;
 
 }  // namespace

@@ -24,9 +24,9 @@ struct Wishes {
 
 /// Turns inputs into moves of hands and scope, pedals, orders and wishes. Knows no window.
 ///
-/// A drag with the left button moves the tip of the chosen hand in the plane of the picture, as far as
-/// the cursor goes; the wheel moves it along the view. A drag with the right button turns the scope
-/// about its port, the wheel with that button held slides it.
+/// A drag with the left button moves the tip of the chosen hand in the plane of the picture, as far
+/// as the cursor goes; the wheel moves it along the view. A drag with the right button turns the
+/// scope about its port, the wheel with that button held slides it.
 class Controls {
  public:
   enum Side : std::uint8_t { left, right };

@@ -4,9 +4,9 @@
 namespace cholecystectomy {
 namespace {
 
-constexpr float kWay = 0.01F;       // m that count as a move
-constexpr float kPull = 0.5F;       // N
-constexpr float kTurn = 0.05F;      // of the unit view
+constexpr float kWay = 0.01F;   // m that count as a move
+constexpr float kPull = 0.5F;   // N
+constexpr float kTurn = 0.05F;  // of the unit view
 
 }  // namespace
 

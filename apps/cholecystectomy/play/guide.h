@@ -13,8 +13,8 @@ namespace cholecystectomy {
 
 class Guide {
  public:
-  static constexpr std::size_t kHints = 6;      ///< as many as Texts::guide
-  static constexpr double kFarewell = 6;        ///< s, for which the last words stay
+  static constexpr std::size_t kHints = 6;  ///< as many as Texts::guide
+  static constexpr double kFarewell = 6;    ///< s, for which the last words stay
 
   /// Goes on where a hint was followed. @param now  s of the clock
   void update(const SceneState& state, const Controls& controls, const Scope& scope, double now);
@@ -29,8 +29,8 @@ class Guide {
 
   std::size_t hint_ = 0;
   bool has_begun_ = false;
-  double since_ = 0;                                // of the present hint
-  Eigen::Vector3f grasper_{0, 0, 0};                // m, at its beginning
+  double since_ = 0;                  // of the present hint
+  Eigen::Vector3f grasper_{0, 0, 0};  // m, at its beginning
   Eigen::Vector3f view_{0, 0, 0};
 };
 

@@ -34,7 +34,7 @@ class MouseHand final : public pbdsurg::Device {
   void roll(float angle);                 ///< rad, about the shaft
   void set_jaw(float jaw);                ///< 0 closed to 1 open
   void set_pedals(const pbdsurg::Pedals& pedals);
-  void reset();  ///< to where it was made
+  void reset();                     ///< to where it was made
   void exchange(MouseHand& other);  ///< places, ports and jaws: who had the hook has the grasper
   [[nodiscard]] const Eigen::Vector3f& tip() const { return tip_; }
   [[nodiscard]] float jaw() const { return jaw_; }

@@ -16,14 +16,14 @@ constexpr double kPlotEvery = 0.05;  // s
 constexpr double kWarned = 6;        // s for which a warning stays
 constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing place
 
-constexpr ImVec4 kYellow(0.95F, 0.80F, 0.20F, 1), kBlue(0.35F, 0.60F, 1.0F, 1), kRed(1, 0.4F, 0.3F, 1);
+const ImVec4 kYellow(0.95F, 0.80F, 0.20F, 1), kBlue(0.35F, 0.60F, 1.0F, 1), kRed(1, 0.4F, 0.3F, 1);
 
 constexpr ImGuiWindowFlags kStill = ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_AlwaysAutoResize;
-constexpr ImGuiWindowFlags kBare =
-    kStill | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoFocusOnAppearing |
-    ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoInputs;
+constexpr ImGuiWindowFlags kBare = kStill | ImGuiWindowFlags_NoDecoration |
+                                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav |
+                                   ImGuiWindowFlags_NoInputs;
 
 std::string resistance_text(const Texts& texts, double resistance) {
   if (!std::isfinite(resistance)) {
@@ -173,8 +173,8 @@ void Panels::draw_disclaimer() {
     ImGui::PushTextWrapPos(std::min(ImGui::GetFontSize() * 28, 1.8F * middle.x));
     ImGui::TextUnformatted(texts_.disclaimer);
     ImGui::PopTextWrapPos();
-    if (ImGui::Button(texts_.understood, ImVec2(ImGui::GetFontSize() * 10,
-                                                ImGui::GetFontSize() * 2)) ||
+    if (ImGui::Button(texts_.understood,
+                      ImVec2(ImGui::GetFontSize() * 10, ImGui::GetFontSize() * 2)) ||
         ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter))) {
       has_understood_ = true;
     }
@@ -269,7 +269,8 @@ void Panels::draw_generator(const SceneState& state, Controls& controls, Orders&
   if (ImGui::Begin(texts_.generator, nullptr, kStill)) {
     const GeneratorState& generator = state.generator;
     pbdsurg::Pedals pressed;
-    pressed.cut = held_button(texts_.cut, kYellow, generator.activation == pbdsurg::Activation::cut);
+    pressed.cut =
+        held_button(texts_.cut, kYellow, generator.activation == pbdsurg::Activation::cut);
     ImGui::SameLine();
     pressed.coagulation = held_button(texts_.coagulation, kBlue,
                                       generator.activation == pbdsurg::Activation::coagulation);

@@ -30,9 +30,9 @@
 namespace cholecystectomy {
 namespace {
 
-constexpr Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
-constexpr float kReach = 0.14F;                  // m
-constexpr float kWorkingDistance = 0.13F;        // m, of the scope
+const Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
+constexpr float kReach = 0.14F;              // m
+constexpr float kWorkingDistance = 0.13F;    // m, of the scope
 const Eigen::Vector3f kScopePort(0.003F, -0.192F, -0.138F), kTarget(0.035F, 0, 0.003F);
 
 // Steps come before pictures: this thread, and those that an OpenGL without a GPU starts from it,
@@ -67,10 +67,14 @@ class Play {
       : options_(options),
         settings_path_(options.settings ? *options.settings : default_settings_path()),
         settings_(load_settings(settings_path_, complaint_)),
-        hands_{{{"mouse, left hand", {{-0.05F, 0.05F, -0.16F}, kCentre, kReach},
-                 {-0.04F, 0.03F, -0.06F}, clock_},
-                {"mouse, right hand", {{0.12F, -0.08F, -0.16F}, kCentre, kReach},
-                 {0.1F, -0.04F, -0.06F}, clock_}}},
+        hands_{{{"mouse, left hand",
+                 {{-0.05F, 0.05F, -0.16F}, kCentre, kReach},
+                 {-0.04F, 0.03F, -0.06F},
+                 clock_},
+                {"mouse, right hand",
+                 {{0.12F, -0.08F, -0.16F}, kCentre, kReach},
+                 {0.1F, -0.04F, -0.06F},
+                 clock_}}},
         scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
         controls_(hands_, scope_, orders_),
         simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
@@ -242,7 +246,7 @@ class Play {
       write_screenshot(width, height);
     }
     screen.window.show();
-    ++pictures_;
+    pictures_ += state().phase == Phase::playing ? 1 : 0;
     if (first_picture_ == 0 && drawn_generation_ != kNone) {
       first_picture_ = clock_.now();
     }
@@ -358,7 +362,7 @@ class Play {
   std::int64_t pictures_ = 0;
   int screenshots_ = 0;
   double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
-  double half_memory_ = 0;                                         // bytes
+  double half_memory_ = 0;                                        // bytes
 };
 
 }  // namespace

@@ -14,11 +14,11 @@ namespace cholecystectomy {
 struct Settings {
   Detail detail = Detail::full;
   bool is_left_handed = false;
-  double motion_scale = 1;  ///< of the mouse's moves, 0.2 to 3
-  double text_scale = 1;    ///< of panels, 0.7 to 3
-  double volume = 0.5;      ///< 0 to 1
-  double cut_power = 30;    ///< W, 1 to 120
-  double coagulation_power = 30;  ///< W, 1 to 120
+  double motion_scale = 1;         ///< of the mouse's moves, 0.2 to 3
+  double text_scale = 1;           ///< of panels, 0.7 to 3
+  double volume = 0.5;             ///< 0 to 1
+  double cut_power = 30;           ///< W, 1 to 120
+  double coagulation_power = 30;   ///< W, 1 to 120
   int width = 1280, height = 720;  ///< of the window, pixels
 };
 
@@ -26,7 +26,8 @@ struct Settings {
 /// variable is set.
 [[nodiscard]] std::filesystem::path default_settings_path();
 
-/// @param complaint  becomes what is wrong with the file, in one sentence; what is wrong in it keeps its
+/// @param complaint  becomes what is wrong with the file, in one sentence; what is wrong in it
+/// keeps its
 ///                   default
 /// @return  defaults where there is no file
 [[nodiscard]] Settings load_settings(const std::filesystem::path& path, std::string& complaint);

@@ -74,10 +74,15 @@ struct Texts {
 
   /// [Event] empty: not worth a word
   std::array<const char*, kEventCount> events{
-      "", "The jaws closed on nothing: move the tip to an organ first.",
-      "The tissue slipped out of the jaws: too much force.", "The last edit was taken back.",
-      "There is no edit to take back.", "The scene begins anew.",
-      "The tissue lost its shape, and the scene begins anew.", "", ""};
+      "",
+      "The jaws closed on nothing: move the tip to an organ first.",
+      "The tissue slipped out of the jaws: too much force.",
+      "The last edit was taken back.",
+      "There is no edit to take back.",
+      "The scene begins anew.",
+      "The tissue lost its shape, and the scene begins anew.",
+      "",
+      ""};
 
   /// Of the first minute; each goes when it was done.
   std::array<const char*, 6> guide{
@@ -89,25 +94,26 @@ struct Texts {
       "Drag with the right button to turn the scope; the wheel with it slides the scope."};
   const char* guide_done = "That is all. H shows every key.";
 
-  std::array<KeyText, 19> keys{{{"left button", "drag the chosen instrument in the plane of the picture"},
-                                {"wheel, W, S", "move it along the view"},
-                                {"Tab", "choose the other hand"},
-                                {"G, Space, middle button", "close or open the jaws"},
-                                {"Q, E", "roll the instrument"},
-                                {"C", "pedal: cut, while held"},
-                                {"V", "pedal: coagulate, while held"},
-                                {"right button", "turn the scope about its port"},
-                                {"right button + wheel", "slide the scope"},
-                                {"A, D", "turn the light post: the oblique view goes around"},
-                                {"[, ], L", "turn the camera head; level it again"},
-                                {"Z", "take the last edit back"},
-                                {"P, .", "pause; one step"},
-                                {",", "slow motion"},
-                                {"X", "swap hands"},
-                                {"Shift R", "begin anew"},
-                                {"F11, F12", "fill the screen; write a screenshot"},
-                                {"F9", "make the window anew, if pictures are broken"},
-                                {"H, Esc", "this page; leave"}}};
+  std::array<KeyText, 19> keys{
+      {{"left button", "drag the chosen instrument in the plane of the picture"},
+       {"wheel, W, S", "move it along the view"},
+       {"Tab", "choose the other hand"},
+       {"G, Space, middle button", "close or open the jaws"},
+       {"Q, E", "roll the instrument"},
+       {"C", "pedal: cut, while held"},
+       {"V", "pedal: coagulate, while held"},
+       {"right button", "turn the scope about its port"},
+       {"right button + wheel", "slide the scope"},
+       {"A, D", "turn the light post: the oblique view goes around"},
+       {"[, ], L", "turn the camera head; level it again"},
+       {"Z", "take the last edit back"},
+       {"P, .", "pause; one step"},
+       {",", "slow motion"},
+       {"X", "swap hands"},
+       {"Shift R", "begin anew"},
+       {"F11, F12", "fill the screen; write a screenshot"},
+       {"F9", "make the window anew, if pictures are broken"},
+       {"H, Esc", "this page; leave"}}};
 };
 
 inline constexpr Texts kEnglish{};
