@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/controls.h"
+
+#include <cmath>
+
+#include "tests/support/catch.h"
+
+namespace cholecystectomy {
+
+using pbdsurg::Pedals;
+using pbdsurg::testing::Approx;
+
+namespace {
+
+constexpr int kHeight = 480;
+
+struct Room {
+  pbdsurg::VirtualClock clock;
+  std::array<MouseHand, 2> hands{
+      {{"left", {{-0.05F, 0.05F, -0.16F}, {0, 0, 0}, 0.2F}, {-0.02F, 0, 0}, clock},
+       {"right", {{0.12F, -0.08F, -0.16F}, {0, 0, 0}, 0.2F}, {0.02F, 0, 0}, clock}}};
+  Scope scope = Scope::looking_at({0, -0.2F, -0.1F}, {0, 0, 0});
+  Orders orders;
+  Controls controls{hands, scope, orders};
+
+  void handle(const std::vector<Input>& inputs) { controls.handle(inputs, kHeight); }
+  void press(Key key, bool has_shift = false) {
+    handle({KeyInput{key, true, has_shift}, KeyInput{key, false, has_shift}});
+  }
+
+  // Where a point is in the picture, pixels from its middle: right, down.
+  [[nodiscard]] Eigen::Vector2f place_of(const Eigen::Vector3f& point) const {
+    const Camera camera = scope.camera();
+    const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
+    const Eigen::Vector3f side = ahead.cross(camera.up).normalized();
+    const Eigen::Vector3f way = point - camera.eye;
+    const float scale =
+        kHeight / (2 * std::tan(camera.vertical_field_of_view / 2) * way.dot(ahead));
+    return scale * Eigen::Vector2f(way.dot(side), -way.dot(side.cross(ahead)));
+  }
+};
+
+}  // namespace
+
+// Would catch a tip that runs away from the cursor.
+TEST_CASE("controls: a dragged tip stays under the cursor", "[unit]") {
+  Room room;
+  const Eigen::Vector2f start = room.place_of(room.hands[0].tip());
+  room.handle({CursorInput{300, 200}});  // no button: nothing moves
+  REQUIRE((room.place_of(room.hands[0].tip()) - start).norm() < 1e-3F);
+  room.handle({ButtonInput{MouseButton::left, true}, CursorInput{340, 170}});
+  const Eigen::Vector2f way = room.place_of(room.hands[0].tip()) - start;
+  CHECK(way.x() == Approx(40).margin(0.05));
+  CHECK(way.y() == Approx(-30).margin(0.05));
+  room.handle({ButtonInput{MouseButton::left, false}, CursorInput{400, 400}});
+  CHECK((room.place_of(room.hands[0].tip()) - start - way).norm() < 1e-3F);
+}
+
+TEST_CASE("controls: the wheel moves the tip along the view, Tab chooses the other hand",
+          "[unit]") {
+  Room room;
+  const Eigen::Vector3f left = room.hands[0].tip(), right = room.hands[1].tip();
+  room.handle({WheelInput{2}});
+  const Camera camera = room.scope.camera();
+  const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
+  CHECK((room.hands[0].tip() - left).normalized().dot(ahead) == Approx(1));
+  room.press(Key::tab);
+  CHECK_FALSE(room.controls.has_grasper());
+  room.handle({WheelInput{-1}});
+  CHECK((room.hands[1].tip() - right).normalized().dot(ahead) == Approx(-1));
+}
+
+// Would catch current that goes on when nobody is there.
+TEST_CASE("controls: pedals are down while keys are, and up when the window loses them", "[unit]") {
+  Room room;
+  const auto pedals = [&] { return room.hands[1].state().pedals; };
+  room.handle({KeyInput{Key::c, true}});
+  CHECK(pedals() == Pedals{true, false});
+  room.handle({KeyInput{Key::v, true}});
+  CHECK(pedals() == Pedals{true, true});
+  room.handle({KeyInput{Key::c, false}});
+  CHECK(pedals() == Pedals{false, true});
+  room.handle({FocusInput{false}});
+  CHECK(pedals() == Pedals{});
+  room.controls.press_on_screen({true, false});
+  CHECK(pedals() == Pedals{true, false});
+  room.handle({FocusInput{false}});
+  CHECK(pedals() == Pedals{});
+}
+
+// Would catch a drag that goes on after the window lost the mouse.
+TEST_CASE("controls: a lost window ends drags", "[unit]") {
+  Room room;
+  const Eigen::Vector3f tip = room.hands[0].tip();
+  room.handle({ButtonInput{MouseButton::left, true}, FocusInput{false}, CursorInput{50, 50}});
+  CHECK(room.hands[0].tip() == tip);
+}
+
+TEST_CASE("controls: jaws are the grasper's, whichever hand has it", "[unit]") {
+  Room room;
+  room.press(Key::g);
+  CHECK(room.hands[0].state().jaw == 0);
+  room.press(Key::tab);
+  room.press(Key::space);
+  CHECK(room.hands[0].state().jaw == 1);
+  CHECK(room.hands[1].state().jaw == 1);
+}
+
+// Would catch a left-handed trainee whose instruments, pedals or chosen hand are mixed up.
+TEST_CASE("controls: swapped hands exchange instruments and their places", "[unit]") {
+  Room room;
+  room.handle({KeyInput{Key::c, true}});
+  const Eigen::Isometry3f grasper = room.hands[0].state().pose, hook = room.hands[1].state().pose;
+  room.press(Key::x);
+  CHECK(room.orders.is_left_handed);
+  CHECK(room.hands[0].state().pose.isApprox(hook));
+  CHECK(room.hands[1].state().pose.isApprox(grasper));
+  CHECK(room.controls.has_grasper());
+  CHECK(room.controls.chosen() == Controls::right);
+  CHECK(room.hands[0].state().pedals == Pedals{});
+  CHECK(room.hands[1].state().pedals == Pedals{});
+  room.handle({KeyInput{Key::v, true}});
+  CHECK(room.hands[0].state().pedals == Pedals{false, true});
+  room.press(Key::x);
+  CHECK_FALSE(room.orders.is_left_handed);
+  CHECK(room.hands[0].state().pose.isApprox(grasper));
+}
+
+TEST_CASE("controls: what happens once is counted", "[unit]") {
+  Room room;
+  room.press(Key::z);
+  room.press(Key::z);
+  room.press(Key::period);
+  room.press(Key::r);  // without shift it would be too easy
+  CHECK(room.orders.undos == 2);
+  CHECK(room.orders.is_paused);
+  CHECK(room.orders.single_steps == 1);
+  CHECK(room.orders.restarts == 0);
+  room.press(Key::r, true);
+  CHECK(room.orders.restarts == 1);
+  room.press(Key::p);
+  CHECK_FALSE(room.orders.is_paused);
+  room.press(Key::comma);
+  CHECK(room.orders.speed == Approx(0.25));
+  room.press(Key::comma);
+  CHECK(room.orders.speed == 1);
+}
+
+TEST_CASE("controls: Escape leaves the help before it leaves the program", "[unit]") {
+  Room room;
+  room.press(Key::h);
+  CHECK(room.controls.shows_help);
+  room.press(Key::escape);
+  CHECK_FALSE(room.controls.shows_help);
+  CHECK_FALSE(room.controls.wishes.quit);
+  room.press(Key::escape);
+  CHECK(room.controls.wishes.quit);
+}
+
+TEST_CASE("controls: the right button turns the scope, and its wheel slides it", "[unit]") {
+  Room room;
+  const Eigen::Vector3f shaft = room.scope.shaft(), tip = room.hands[0].tip();
+  const float insertion = room.scope.insertion();
+  room.handle({ButtonInput{MouseButton::right, true}, CursorInput{60, 0}});
+  CHECK((room.scope.shaft() - shaft).norm() > 0.05F);
+  room.handle({WheelInput{1}});
+  CHECK(room.scope.insertion() > insertion);
+  CHECK(room.hands[0].tip() == tip);
+}
+
+}  // namespace cholecystectomy

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/cholecystectomy/play/simulation_thread.h"
+
+#include <thread>
+
+#include "apps/cholecystectomy/play/hand.h"
+#include "tests/support/catch.h"
+
+namespace cholecystectomy {
+
+using pbdsurg::testing::ContainsSubstring;
+
+namespace {
+
+constexpr double kPatience = 300;  // s; sanitizers are slow
+
+struct Threaded {
+  explicit Threaded(SimulationThread::Options options)
+      : thread(std::move(options), {&hands[0], &hands[1]}, clock) {}
+
+  static SimulationThread::Options options() {
+    SimulationThread::Options options;
+    options.detail = Detail::low;
+    options.executor = [] { return pbdsurg::executor::threads(); };
+    return options;
+  }
+
+  // Takes states as a window does, until one is as wanted.
+  template <class Condition>
+  const SceneState& await(Condition condition) {
+    const double end = clock.now() + kPatience;
+    while (clock.now() < end) {
+      if (thread.states.take() > 0) {
+        const SceneState& state = thread.states.value();
+        thread.seen.draft() = {thread.states.sequence(), state.generation, state.triangle_versions,
+                               state.burn_versions};
+        thread.seen.publish();
+        generations = std::max(generations, state.generation);
+        if (condition(state)) {
+          return state;
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    FAIL("no such state in time");
+    return thread.states.value();
+  }
+
+  void order(const Orders& orders) {
+    thread.orders.draft() = orders;
+    thread.orders.publish();
+  }
+
+  pbdsurg::RealClock clock;
+  std::array<MouseHand, 2> hands{
+      {{"left", {{-0.05F, 0.05F, -0.16F}, {0.03F, 0, 0}, 0.14F}, {-0.04F, 0.03F, -0.06F}, clock},
+       {"right", {{0.12F, -0.08F, -0.16F}, {0.03F, 0, 0}, 0.14F}, {0.1F, -0.04F, -0.06F}, clock}}};
+  std::uint32_t generations = 0;
+  SimulationThread thread;  // last: it uses the hands
+};
+
+}  // namespace
+
+// Would catch a window that stays black while a solver is made, a pause that goes on, a step too
+// many, or a restart that keeps the old scene.
+TEST_CASE("simulation thread: shows organs first, plays, pauses, steps and begins anew",
+          "[session]") {
+  Threaded play(Threaded::options());
+  const SceneState& first = play.await([](const SceneState&) { return true; });
+  CHECK(first.phase == Phase::loading);
+  CHECK(first.generation == 0);
+  CHECK(first.whole.size() == kOrganCount + 1);
+  play.await([](const SceneState& state) {
+    return state.phase == Phase::playing && state.generation == 1 && !state.whole.empty();
+  });
+  play.await([](const SceneState& state) { return state.step > 3 && state.whole.empty(); });
+
+  Orders orders;
+  orders.is_paused = true;
+  play.order(orders);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const std::int64_t paused = play.await([](const SceneState&) { return true; }).step;
+  const double later = play.clock.now() + 0.3;
+  const std::int64_t still =
+      play.await([&](const SceneState&) { return play.clock.now() > later; }).step;
+  CHECK(still == paused);
+  orders.single_steps = 1;
+  play.order(orders);
+  CHECK(play.await([&](const SceneState& state) { return state.step != still; }).step == still + 1);
+
+  orders = {};
+  orders.restarts = 1;
+  play.order(orders);
+  const SceneState& anew =
+      play.await([](const SceneState& state) { return state.generation == 2; });
+  CHECK(anew.whole.size() == kOrganCount + 1);
+  CHECK(anew.events[static_cast<std::size_t>(Event::restarted)] == 1);
+}
+
+// Would catch a thread that dies without a word.
+TEST_CASE("simulation thread: what goes wrong is told in a state", "[session]") {
+  SimulationThread::Options options = Threaded::options();
+  options.executor = []() -> pbdsurg::Executor {
+    throw pbdsurg::BackendUnavailable("no such device");
+  };
+  Threaded play(std::move(options));
+  const SceneState& state =
+      play.await([](const SceneState& now) { return now.phase == Phase::failed; });
+  CHECK_THAT(state.message, ContainsSubstring("no such device"));
+}
+
+// Would catch a program that hangs when it is closed while it loads.
+TEST_CASE("simulation thread: ends while it loads", "[session]") {
+  const Threaded play(Threaded::options());
+}
+
+}  // namespace cholecystectomy
