@@ -15,6 +15,10 @@ namespace {
 constexpr double kPlotEvery = 0.05;  // s
 constexpr double kWarned = 6;        // s for which a warning stays
 constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing place
+// pixels that panels of scale 1 leave to the picture; in smaller windows they are smaller, to a
+// limit
+constexpr float kNarrow = 30;  // letters
+constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
 
 const ImVec4 kYellow(0.95F, 0.80F, 0.20F, 1), kBlue(0.35F, 0.60F, 1.0F, 1), kRed(1, 0.4F, 0.3F, 1);
 
@@ -74,13 +78,14 @@ Panels::~Panels() {
   ImGui::DestroyContext();
 }
 
-std::vector<Input> Panels::unclaimed(const std::vector<Input>& inputs) const {
+std::vector<Input> Panels::unclaimed(const std::vector<Input>& inputs) {
   const ImGuiIO& io = ImGui::GetIO();
   std::vector<Input> rest;
   for (const Input& input : inputs) {
     const auto* button = std::get_if<ButtonInput>(&input);
     const auto* key = std::get_if<KeyInput>(&input);
     const bool is_press = button != nullptr && button->is_down;
+    has_understood_ = has_understood_ || (key != nullptr && key->key == Key::enter);
     // what was pressed outside is let go outside, wherever the cursor is by then
     const bool is_claimed =
         (io.WantCaptureMouse && (is_press || std::holds_alternative<WheelInput>(input))) ||
@@ -125,7 +130,10 @@ void Panels::apply_scale(float scale) {
 
 void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, Guide& guide,
                   Settings& settings, const PictureTimes& pictures, double now) {
-  apply_scale(window_.scale() * static_cast<float>(settings.text_scale));
+  const float room = std::min(static_cast<float>(window_.width()) / kRoomyWidth,
+                              static_cast<float>(window_.height()) / kRoomyHeight);
+  apply_scale(static_cast<float>(settings.text_scale) *
+              std::clamp(room, kSmallest, std::max(window_.scale(), 1.0F)));
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
@@ -142,7 +150,7 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
     draw_guide(guide);
   }
   const float edge = ImGui::GetFontSize() / 2;
-  if (window_.width() > 40 * edge) {  // else the picture alone
+  if (window_.width() > 2 * kNarrow * edge) {  // else the picture alone
     ImGui::SetNextWindowPos(ImVec2(edge, edge));
     draw_operation(state, controls, orders);
     const float right = ImGui::GetIO().DisplaySize.x - edge;
@@ -152,8 +160,9 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
     ImGui::SetNextWindowPos(ImVec2(right, bottom), 0, ImVec2(1, 1));
     draw_forces(state);
     ImGui::SetNextWindowPos(ImVec2(edge, bottom), 0, ImVec2(0, 1));
-    if (ImGui::Begin(texts_.time, nullptr, kStill)) {
-      draw_time(state, orders, pictures);
+    ImGui::SetNextWindowCollapsed(true, ImGuiCond_FirstUseEver);
+    if (ImGui::Begin((time_text(state, orders) + "###time").c_str(), nullptr, kStill)) {
+      draw_time(state, pictures);
       draw_settings(settings);
     }
     ImGui::End();
@@ -308,18 +317,21 @@ void Panels::draw_forces(const SceneState& state) {
   ImGui::End();
 }
 
-void Panels::draw_time(const SceneState& state, const Orders& orders,
-                       const PictureTimes& pictures) {
+std::string Panels::time_text(const SceneState& state, const Orders& orders) const {
   constexpr double kInTime = 0.98;
+  std::array<char, 96> text{};
   if (orders.is_paused) {
-    ImGui::Text(texts_.paused, state.time);
+    std::snprintf(text.data(), text.size(), texts_.paused, state.time);
   } else if (state.factor >= kInTime) {
-    ImGui::Text(texts_.in_time, state.time);
+    std::snprintf(text.data(), text.size(), texts_.in_time, state.time);
   } else {
-    ImGui::PushStyleColor(ImGuiCol_Text, kRed);
-    ImGui::Text(texts_.stretched, state.time, 1 / std::max(state.factor, 0.01));
-    ImGui::PopStyleColor();
+    std::snprintf(text.data(), text.size(), texts_.stretched, state.time,
+                  1 / std::max(state.factor, 0.01));
   }
+  return text.data();
+}
+
+void Panels::draw_time(const SceneState& state, const PictureTimes& pictures) {
   ImGui::Text(texts_.pictures, pictures.per_second, pictures.milliseconds);
   ImGui::Text(texts_.step_times, state.times.heat, state.times.edit, state.times.solve,
               state.times.readback);

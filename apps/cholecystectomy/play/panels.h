@@ -34,7 +34,8 @@ class Panels {
   Panels& operator=(const Panels&) = delete;
 
   /// What the panels leave to the operation: cursor and keys that are not theirs.
-  [[nodiscard]] std::vector<Input> unclaimed(const std::vector<Input>& inputs) const;
+  /// Enter understands the disclaimer.
+  [[nodiscard]] std::vector<Input> unclaimed(const std::vector<Input>& inputs);
 
   /// Adds a line of warning for some seconds. @param now  s of the clock
   void warn(const std::string& text, double now);
@@ -64,7 +65,8 @@ class Panels {
   void draw_operation(const SceneState& state, Controls& controls, Orders& orders);
   void draw_generator(const SceneState& state, Controls& controls, Orders& orders);
   void draw_forces(const SceneState& state);
-  void draw_time(const SceneState& state, const Orders& orders, const PictureTimes& pictures);
+  [[nodiscard]] std::string time_text(const SceneState& state, const Orders& orders) const;
+  void draw_time(const SceneState& state, const PictureTimes& pictures);
   void draw_settings(Settings& settings);
   void draw_warnings(double now);
   void apply_scale(float scale);

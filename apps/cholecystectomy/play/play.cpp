@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <future>
 #include <memory>
+#include <utility>
 
 #include <epoxy/gl.h>
 #include <sys/resource.h>
@@ -34,6 +35,9 @@ const Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
 constexpr float kReach = 0.14F;              // m
 constexpr float kWorkingDistance = 0.13F;    // m, of the scope
 const Eigen::Vector3f kScopePort(0.003F, -0.192F, -0.138F), kTarget(0.035F, 0, 0.003F);
+// In the picture from below left and right, the tips before the organs.
+const Eigen::Vector3f kLeftPort(-0.09F, -0.10F, -0.15F), kLeftTip(-0.005F, -0.035F, -0.03F);
+const Eigen::Vector3f kRightPort(0.16F, -0.10F, -0.15F), kRightTip(0.075F, -0.035F, -0.03F);
 
 // Steps come before pictures: this thread, and those that an OpenGL without a GPU starts from it,
 // get a processor when the simulation leaves one.
@@ -67,14 +71,8 @@ class Play {
       : options_(options),
         settings_path_(options.settings ? *options.settings : default_settings_path()),
         settings_(load_settings(settings_path_, complaint_)),
-        hands_{{{"mouse, left hand",
-                 {{-0.05F, 0.05F, -0.16F}, kCentre, kReach},
-                 {-0.04F, 0.03F, -0.06F},
-                 clock_},
-                {"mouse, right hand",
-                 {{0.12F, -0.08F, -0.16F}, kCentre, kReach},
-                 {0.1F, -0.04F, -0.06F},
-                 clock_}}},
+        hands_{{{"mouse, left hand", {kLeftPort, kCentre, kReach}, kLeftTip, clock_},
+                {"mouse, right hand", {kRightPort, kCentre, kReach}, kRightTip, clock_}}},
         scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
         controls_(hands_, scope_, orders_),
         simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
@@ -92,7 +90,7 @@ class Play {
   }
 
   int run() {
-    while (!screen_->window.is_closing() && !controls_.wishes.quit && !is_enough()) {
+    while (!is_over()) {
       take_inputs();
       if (screen_->window.is_lost() || controls_.wishes.new_window) {
         controls_.wishes.new_window = false;
@@ -115,8 +113,11 @@ class Play {
 
  private:
   [[nodiscard]] const SceneState& state() const { return simulation_.states.value(); }
-  [[nodiscard]] bool is_enough() const {
-    return options_.pictures > 0 && pictures_ >= options_.pictures;
+  // A scene that was never there ends the program with a sentence; one that fails later shows it.
+  [[nodiscard]] bool is_over() const {
+    return screen_->window.is_closing() || controls_.wishes.quit ||
+           (options_.pictures > 0 && pictures_ >= options_.pictures) ||
+           (state().phase == Phase::failed && first_play_ == 0);
   }
 
   SimulationThread::Options simulation_options() {
@@ -252,6 +253,8 @@ class Play {
     }
     if (first_play_ == 0 && state().phase == Phase::playing) {
       first_play_ = clock_.now();
+      std::printf("playing\n");
+      std::fflush(stdout);
     }
     const double now = clock_.now();
     times_.milliseconds += 0.1 * (1e3 * (now - start) - times_.milliseconds);
@@ -320,15 +323,19 @@ class Play {
   }
 
   void print_summary() const {
-    std::printf("pictures %lld on %s\n", static_cast<long long>(pictures_),
-                screen_->window.device_name().c_str());
+    if (first_play_ == 0) {
+      return;
+    }
+    std::printf("renderer %s\npictures_drawn %lld\n", screen_->window.device_name().c_str(),
+                static_cast<long long>(pictures_));
     std::printf("first_picture_s %.2f\nplayable_s %.2f\nsimulated_s %.2f\nfactor %.3f\n",
                 first_picture_, first_play_, state().time, state().factor);
     std::printf("pictures_per_s %.1f\npicture_ms %.1f\nsolve_ms %.2f\nheat_ms %.2f\n",
                 times_.per_second, times_.milliseconds, state().times.solve, state().times.heat);
-    std::printf("grasped %u\nundone %u\nremoved_tets %lld\nparted_strands %lld\n",
-                events_[static_cast<std::size_t>(Event::grasped)],
-                events_[static_cast<std::size_t>(Event::undone)],
+    const auto count = [&](Event event) { return events_[static_cast<std::size_t>(event)]; };
+    std::printf("grasped %u\nmissed %u\nundone %u\nnot_undone %u\n", count(Event::grasped),
+                count(Event::missed), count(Event::undone), count(Event::no_undo));
+    std::printf("energy_j %.1f\nremoved_tets %lld\nparted_strands %lld\n", state().generator.energy,
                 static_cast<long long>(state().removed_tets),
                 static_cast<long long>(state().parted_strands));
     if (half_memory_ > 0) {

@@ -24,8 +24,8 @@ void for_each_number(AnySettings& settings, const Visit& visit) {
   visit("volume", settings.volume, 0.0, 1.0);
   visit("cut_power_w", settings.cut_power, 1.0, 120.0);
   visit("coagulation_power_w", settings.coagulation_power, 1.0, 120.0);
-  visit("width", settings.width, 320, 16384);
-  visit("height", settings.height, 240, 16384);
+  visit("width", settings.width, 160, 16384);
+  visit("height", settings.height, 120, 16384);
 }
 
 void read(const json& file, Settings& settings, std::string& complaint) {

@@ -58,10 +58,9 @@ struct Texts {
   const char* force_on_grasper = "grasper %.1f N";
   const char* force_on_hook = "hook %.1f N";
 
-  const char* time = "Time";
-  const char* in_time = "simulated %.1f s, in real time";
-  const char* stretched = "simulated %.1f s, time stretched by %.2f";
-  const char* paused = "simulated %.1f s, paused";
+  const char* in_time = "%.1f s, in real time";
+  const char* stretched = "%.1f s, TIME STRETCHED by %.2f";
+  const char* paused = "%.1f s, paused";
   const char* pictures = "%.0f pictures/s, %.1f ms each";
   const char* step_times = "step: heat %.1f, edits %.1f, solver %.1f, surfaces %.1f ms";
   const char* publish_time = "for pictures %.1f ms";

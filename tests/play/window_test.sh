@@ -1,0 +1,165 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Usage: window_test.sh PROGRAM FOLDER CASE
+#
+# Plays the demo's window on a display without a screen, by the events of a mouse and a keyboard. Cases:
+#
+#   play      grasps, retracts, burns and takes back, is resized and minimised, loses the keyboard, makes
+#             its window anew; a screenshot shows it, and it closes clean
+#   memory    shows MANY pictures; memory does not grow
+#   refusals  no display, settings that cannot be read, a folder that cannot be written: one sentence each
+#
+# Exits with 77, which ctest counts as skipped, where Xvfb or xdotool is missing.
+set -euo pipefail
+
+program=$1
+folder=$2
+case=$3
+MANY=${MANY:-10000}
+rm -rf "$folder"
+mkdir -p "$folder"
+export XDG_CONFIG_HOME="$folder/config" ALSOFT_DRIVERS=null
+unset WAYLAND_DISPLAY
+
+fail() {
+  echo "window_test: $*" >&2
+  [[ ! -r $folder/log ]] || cat "$folder/log" >&2
+  exit 1
+}
+
+# value NAME: of a line of what the program said at its end
+value() { sed -n "s/^$1 //p" "$folder/log"; }
+
+# holds EXPRESSION: of awk
+holds() { awk "BEGIN { exit !($1) }"; }
+
+if [[ $case == refusals ]]; then
+  status=0
+  env -u DISPLAY "$program" --out "$folder" >"$folder/log" 2>&1 || status=$?
+  [[ $status == 2 ]] || fail "without a display it ended with $status"
+  grep -q 'cholecystectomy: no window can be opened .*--headless' "$folder/log" || fail "no advice without a display"
+fi
+
+command -v Xvfb >/dev/null && command -v xdotool >/dev/null || {
+  echo "skipped: needs Xvfb and xdotool"
+  exit 77
+}
+Xvfb -displayfd 3 -screen 0 1024x768x24 -nolisten tcp >"$folder/xvfb.log" 2>&1 3>"$folder/display" &
+xvfb=$!
+trap 'kill $xvfb 2>/dev/null || true' EXIT
+for _ in $(seq 100); do
+  [[ -s $folder/display ]] && break
+  sleep 0.1
+done
+[[ -s $folder/display ]] || { echo "skipped: Xvfb did not start"; exit 77; }
+DISPLAY=":$(<"$folder/display")"
+export DISPLAY
+
+settings() {
+  mkdir -p "$folder/config/pbdsurg"
+  printf '{"width": %d, "height": %d, "detail": "low"}\n' "$1" "$2" >"$folder/config/pbdsurg/cholecystectomy.json"
+}
+
+# begin ARGUMENTS...: starts the program and waits until its scene plays
+begin() {
+  "$program" --out "$folder/out" "$@" >"$folder/log" 2>&1 &
+  game=$!
+  window=""
+  for _ in $(seq 600); do
+    kill -0 "$game" 2>/dev/null || fail "it ended early"
+    window=$(xdotool search --name '^Laparoscopic' 2>/dev/null | head -n 1 || true)
+    [[ -n $window ]] && grep -q '^playing' "$folder/log" && return
+    sleep 0.1
+  done
+  fail "no scene within a minute"
+}
+
+# finish: waits for the end, whose status must be 0
+finish() {
+  local status=0
+  wait "$game" || status=$?
+  ((status == 0)) || fail "it ended with $status"
+}
+
+# pause for what a slow picture takes in
+rest() { sleep "${PAUSE:-0.4}"; }
+
+drag() {  # DX DY [STEPS]: with the left button, from the middle of the picture
+  xdotool mousemove --window "$window" "$middle_x" "$middle_y" mousedown 1
+  rest
+  for i in 1 2 3 4; do
+    xdotool mousemove --window "$window" $((middle_x + $1 * i / 4)) $((middle_y + $2 * i / 4))
+    rest
+  done
+  xdotool mouseup 1
+  rest
+}
+
+case $case in
+  play)
+    width=${WIDTH:-640} height=${HEIGHT:-480}
+    settings "$width" "$height"
+    middle_x=$((width / 2)) middle_y=$((height / 2))
+    begin
+    xdotool mousemove --window "$window" "$middle_x" "$middle_y"
+    xdotool key Return
+    rest
+    # the grasper into the picture, to the gallbladder
+    drag $((width / 12)) $((-height / 20))
+    for _ in $(seq 12); do xdotool click 4; done
+    rest
+    xdotool key g
+    rest
+    drag $((-width / 20)) $((height / 20))
+    xdotool key Tab
+    drag $((-width / 12)) $((-height / 12))
+    for _ in $(seq 14); do xdotool click 4; done
+    rest
+    xdotool keydown c
+    sleep "${BURN:-3}"
+    xdotool keyup c
+    rest
+    xdotool key z
+    rest
+    xdotool key F12
+    rest
+    xdotool windowsize "$window" $((width - 40)) $((height - 30))
+    rest
+    xdotool key F9
+    sleep 2
+    window=$(xdotool search --name '^Laparoscopic' | head -n 1)
+    xdotool mousemove --window "$window" "$middle_x" "$middle_y"
+    xdotool windowminimize "$window" || true
+    rest
+    xdotool windowmap "$window"
+    rest
+    xdotool key F12
+    sleep 1
+    xdotool key Escape
+    finish
+    [[ -s $folder/out/screenshot_001.png && -s $folder/out/screenshot_002.png ]] || fail "a screenshot is missing"
+    holds "$(value pictures_drawn) > 20" || fail "only $(value pictures_drawn) pictures"
+    holds "$(value energy_j) > 1" || fail "nothing was burnt"
+    holds "$(value undone) + $(value not_undone) > 0" || fail "nobody heard the undo"
+    ;;
+  memory)
+    settings 160 120
+    begin --pictures "$MANY"
+    finish
+    # allocators settle for a while: half of the pictures are left out
+    holds "$(value memory_growth_mib) < 2" || fail "memory grew by $(value memory_growth_mib) MiB"
+    ;;
+  refusals)
+    settings 640 480
+    echo '{"volume": "loud"}' >"$folder/config/pbdsurg/cholecystectomy.json"
+    begin --pictures 3 --detail low
+    finish
+    grep -q 'volume must be' "$folder/log" || fail "bad settings were not named"
+    status=0
+    "$program" --executor nobody --pictures 3 --detail low >"$folder/log" 2>&1 || status=$?
+    ((status == 2)) || fail "an executor that there is not ended with $status"
+    grep -q 'cholecystectomy: .*nobody' "$folder/log" || fail "the executor was not named"
+    ;;
+  *) fail "no case $case" ;;
+esac
+echo "ok"
