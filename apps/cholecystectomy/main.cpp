@@ -46,7 +46,7 @@ Course operate(const Arguments& arguments, Simulation& simulation, const OutputF
   std::optional<PictureRecorder> recorder;
   if (!arguments.no_pictures) {
     try {
-      recorder.emplace(folder.part(), backdrop);
+      recorder.emplace(folder.part(), simulation.scene, backdrop);
       observers.push_back(&*recorder);
     } catch (const pbdsurg::BackendUnavailable& error) {
       pictures += std::string(" (") + error.what() + ")";

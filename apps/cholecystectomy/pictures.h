@@ -12,6 +12,8 @@
 #include "apps/cholecystectomy/burn_layers.h"
 #include "apps/cholecystectomy/procedure.h"
 #include "apps/cholecystectomy/recorders.h"
+#include "apps/cholecystectomy/scene_sheets.h"
+#include "apps/cholecystectomy/smoke.h"
 #include "apps/viewer/offscreen_renderer.h"
 
 namespace cholecystectomy {
@@ -20,7 +22,8 @@ namespace cholecystectomy {
 class PictureRecorder final : public Observer {
  public:
   /// @throws pbdsurg::BackendUnavailable  if nothing can draw here, with the reason
-  PictureRecorder(const std::filesystem::path& directory, const pbdsurg::MeshData& backdrop);
+  PictureRecorder(const std::filesystem::path& directory, const SurgicalScene& scene,
+                  const pbdsurg::MeshData& backdrop);
 
   void step(const Simulation& simulation, double progress) override;
   void moment(const Simulation& simulation, const std::string& name) override;
@@ -32,8 +35,8 @@ class PictureRecorder final : public Observer {
   std::filesystem::path directory_;
   pbdsurg::MeshData backdrop_;
   OffscreenRenderer renderer_;
-  std::vector<SmokePuff> smoke_;
-  std::vector<Eigen::Vector3f> smoke_velocities_;
+  SceneSheets sheets_;
+  Smoke smoke_;
 };
 
 }  // namespace cholecystectomy
