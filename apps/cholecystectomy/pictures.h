@@ -5,13 +5,15 @@
 /// Pictures of a run, and the plots of its curves.
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "pbdsurg/mesh/mesh_data.h"
 
-#include "apps/cholecystectomy/burn_layers.h"
+#include "apps/cholecystectomy/play/scene_feed.h"
 #include "apps/cholecystectomy/procedure.h"
 #include "apps/cholecystectomy/recorders.h"
+#include "apps/cholecystectomy/smoke.h"
 #include "apps/viewer/offscreen_renderer.h"
 
 namespace cholecystectomy {
@@ -32,8 +34,8 @@ class PictureRecorder final : public Observer {
   std::filesystem::path directory_;
   pbdsurg::MeshData backdrop_;
   OffscreenRenderer renderer_;
-  std::vector<SmokePuff> smoke_;
-  std::vector<Eigen::Vector3f> smoke_velocities_;
+  std::optional<SceneFeed> feed_;  // from the first step on
+  Smoke smoke_;
 };
 
 }  // namespace cholecystectomy

@@ -2,6 +2,7 @@
 #include "apps/cholecystectomy/surgical_scene.h"
 
 #include <limits>
+#include <utility>
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/mesh/topology.h"
@@ -83,9 +84,14 @@ SurgicalScene make_scene(const LoadedAnatomy& loaded, pbdsurg::ElasticModel mode
   const double membrane_modulus = pbdsurg::tissues::membrane().mechanics.youngs_modulus;
   for (const Joint& joint : kJoints) {
     const auto links = find_links(joint, loaded, result.warnings);
+    pbdsurg::MeshData sheet =
+        pbdsurg::membrane_sheet(organs.at(joint.first), organs.at(joint.second), links);
+    const auto first_link = static_cast<Index>(result.connections.strands().size());
+    for (const auto& [a, b, c] : sheet.triangles) {
+      result.sheets.push_back({first_link + a, first_link + b, first_link + c});
+    }
     if (result.joined.empty()) {
-      result.membrane =
-          pbdsurg::membrane_sheet(organs.at(joint.first), organs.at(joint.second), links);
+      result.membrane = std::move(sheet);
       result.membrane_link_count = static_cast<Index>(links.size());
     }
     result.connections.join(

@@ -46,6 +46,7 @@ struct SurgicalScene {
   std::vector<JoinedPair> joined;              ///< in the order of their links
   pbdsurg::Index membrane_link_count = 0;      ///< links [0, n) join gallbladder and liver
   pbdsurg::MeshData membrane;                  ///< triangles between them: point i is on link i
+  std::vector<pbdsurg::Triangle> sheets;       ///< of links, the same of every joint
   std::vector<Warning> warnings;               ///< organs that hang on too little
 };
 

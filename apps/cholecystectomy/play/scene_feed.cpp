@@ -72,7 +72,11 @@ std::vector<Surface> rest_surfaces(const SurgicalScene& scene, const pbdsurg::Me
 
 SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& backdrop,
                      std::uint32_t generation)
-    : simulation_(simulation), backdrop_(backdrop), generation_(generation), burns_(simulation) {
+    : simulation_(simulation),
+      backdrop_(backdrop),
+      generation_(generation),
+      burns_(simulation),
+      sheets_(simulation.scene) {
   for (const Organ organ : pbdsurg::kOrgans) {
     auto& skin = skin_[static_cast<std::size_t>(organ)];
     for (const Triangle& triangle : simulation.surface(organ).triangles()) {
@@ -84,6 +88,8 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
 
 void SceneFeed::fill(SceneState& state, const Seen& seen) {
   burns_.update();
+  sheets_.update(simulation_, burns_.layers());
+  state.sheets.assign(sheets_.surfaces().begin(), sheets_.surfaces().end());
   state.generation = generation_;
   state.whole.clear();
   const bool is_new = seen.generation != generation_;

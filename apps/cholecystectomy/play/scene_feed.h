@@ -13,6 +13,7 @@
 
 #include "apps/cholecystectomy/burn_layers.h"
 #include "apps/cholecystectomy/play/scene_state.h"
+#include "apps/cholecystectomy/scene_sheets.h"
 #include "apps/cholecystectomy/simulation.h"
 
 namespace cholecystectomy {
@@ -30,7 +31,7 @@ class SceneFeed {
   SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& backdrop,
             std::uint32_t generation);
 
-  /// Surfaces of the state. @param state  may hold an older one
+  /// Surfaces and sheets of the state. @param state  may hold an older one
   void fill(SceneState& state, const Seen& seen);
 
  private:
@@ -43,6 +44,7 @@ class SceneFeed {
   const pbdsurg::MeshData& backdrop_;
   std::uint32_t generation_;
   BurnLayers burns_;
+  SceneSheets sheets_;
   std::array<std::vector<pbdsurg::Triangle>, kOrganCount>
       skin_;                                // at rest, corners ascending, sorted
   std::vector<pbdsurg::SlotRange> ranges_;  // scratch

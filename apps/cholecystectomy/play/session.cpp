@@ -17,6 +17,11 @@ constexpr float kClosed = 0.35F, kOpen = 0.65F;
 constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
 constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
 
+// As in the script's pictures: the hook works from below, so that smoke flows along the organs.
+constexpr std::uint64_t kSmokeSeed = 7;
+const Eigen::Vector3f kSmokeFlow(0, -1, 0.3F);
+constexpr double kSuction = 0.3;  // a valve that stands a little open
+
 void count(EventCounts& events, Event event) {
   ++events[static_cast<std::size_t>(event)];
 }
@@ -44,6 +49,7 @@ Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
                  std::uint32_t generation, const Orders& orders)
     : simulation_(scene, options, std::nullopt, stages_, kTimeStep),
       feed_(simulation_, backdrop, generation),
+      smoke_(kSmokeSeed, kSmokeFlow),
       hands_(hands),
       before_(orders) {
   simulation_.grasper.is_aimed = simulation_.hook.is_aimed = false;
@@ -85,6 +91,8 @@ void Session::step(const Orders& orders, EventCounts& events) {
     const auto found = stages.find(stage);
     return stages_[stage] - (found == stages.end() ? 0 : found->second);
   };
+  smoke_.advance(kTimeStep, simulation_.hook.tip, simulation_.last_burn.energy / kTimeStep,
+                 kSuction);
   times_ = {taken("cautery"), taken("tearing"), taken("solve"), taken("readback"), 0};
   if (simulation_.totals.tets_deleted > totals.tets_deleted) {
     count(events, Event::tissue_removed);
@@ -139,6 +147,8 @@ void Session::fill(SceneState& state, const Seen& seen) {
       activation_,     is_refused_,  burn.contact_vertices > 0 || burn.contact_links > 0,
       burn.is_arcing,  burn.power,   burn.voltage,
       burn.resistance, burn.hottest, simulation_.energy_in()};
+  state.smoke.assign(smoke_.puffs().begin(), smoke_.puffs().end());
+  state.haze = smoke_.haze();
   state.time = simulation_.time();
   state.step = simulation_.totals.steps;
   state.times = times_;

@@ -13,6 +13,7 @@
 #include "apps/cholecystectomy/play/scene_feed.h"
 #include "apps/cholecystectomy/play/scene_state.h"
 #include "apps/cholecystectomy/simulation.h"
+#include "apps/cholecystectomy/smoke.h"
 
 namespace cholecystectomy {
 
@@ -52,6 +53,7 @@ class Session {
   StageTimes stages_;
   Simulation simulation_;
   SceneFeed feed_;
+  Smoke smoke_;
   Hands hands_;
   Orders before_;
   bool is_closed_ = false;
