@@ -191,6 +191,7 @@ void main() {
   // --- burn: a layer with a grained edge; the darker it is, the rougher and the less it lets through
   float dry = 0;
   float charring = 0;
+  float dull = 0;  // no film lies on char
   if (v_burn.a > 0) {
     float grain = fine.w;
     float burnt = clamp(v_burn.a * (1 + 0.5 * grain), 0, 1);
@@ -198,11 +199,12 @@ void main() {
     charring = burnt * clamp(1 - 2 * dot(crust, vec3(0.2126, 0.7152, 0.0722)), 0, 1);
     albedo = mix(albedo, crust * (1 + 0.15 * grain), burnt);
     opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
-    dry = max(0.45 * burnt, charring);
+    dull = smoothstep(0.1, 0.5, charring);
+    dry = max(0.45 * burnt, dull);
     bump += (0.28 * burnt + 0.44 * charring) * fine.xyz;
   }
 
-  float wet = v_wetness * (1 - charring);  // char drinks what wets it
+  float wet = v_wetness * (1 - dull);
   float gloss = max(surface.x * (1 - dry), 0.98 * wet);
   albedo *= mix(1.0, 0.72, wet);
 

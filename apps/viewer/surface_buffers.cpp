@@ -5,21 +5,16 @@
 #include <cmath>
 #include <utility>
 
+#include "pbdsurg/base/random.h"
+
 namespace cholecystectomy {
 namespace {
-
-// The final mixer of splitmix64 (Steele, Lea, Flood 2014).
-std::uint64_t mixed(std::uint64_t x) {
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 // A number for a directed edge; its reverse has the negative one, so that their sum is zero.
 std::uint64_t edge_hash(int from, int to) {
   const auto key = [](int low, int high) {
-    return mixed((static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high)) +
-                 0x9e3779b97f4a7c15u);
+    return pbdsurg::random_bits(1, static_cast<std::uint64_t>(low),
+                                static_cast<std::uint64_t>(high));
   };
   return from == to ? 0 : from < to ? key(from, to) : ~key(to, from) + 1;
 }
