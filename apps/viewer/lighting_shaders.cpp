@@ -30,11 +30,7 @@ out vec4 radiance;
 
 const vec3 kCavity = vec3(0.30, 0.115, 0.085);  // light that other tissue sends back
 
-#ifdef DETAIL
 vec4 noise_at(vec3 p) { return 2 * texture(gradient_noise, p / 8) - 1; }
-#else
-vec4 noise_at(vec3 p) { return 2 * textureLod(gradient_noise, p / 8, 0.0) - 1; }
-#endif
 
 // Inverse square, held back near the scope as the camera's own exposure control does.
 vec3 incoming_light(vec3 to_light) {
@@ -118,7 +114,7 @@ vec3 facing_normal() {
 vec3 add_bump(vec3 n, vec3 gradient) { return normalize(n - (gradient - n * dot(n, gradient))); }
 
 vec3 through_haze(vec3 value) {
-  return mix(haze_light, value, exp(-haze_density * v_depth));
+  return haze_density > 0 ? mix(haze_light, value, exp(-haze_density * v_depth)) : value;
 }
 
 // Keeps one glint from whitening all samples of a pixel.
@@ -169,7 +165,7 @@ void main() {
   vec4 coarse = noise_at(p * 0.24 + 0.71);
   vec4 cell = vec4(0, 0, 0, 1);
   if (pattern.x > 0) {
-    cell = 2 * textureLod(cell_noise, (p * 0.6 + 0.4 * coarse.xyz) / 8, 0.0) - 1;
+    cell = 2 * texture(cell_noise, (p * 0.6 + 0.4 * coarse.xyz) / 8) - 1;
   }
 #endif
   vec3 bump = surface.z * fine.xyz;
@@ -195,6 +191,7 @@ void main() {
   // --- burn: a layer with a grained edge; the darker it is, the rougher and the less it lets through
   float dry = 0;
   float charring = 0;
+  float dull = 0;  // no film lies on char
   if (v_burn.a > 0) {
     float grain = fine.w;
     float burnt = clamp(v_burn.a * (1 + 0.5 * grain), 0, 1);
@@ -202,16 +199,18 @@ void main() {
     charring = burnt * clamp(1 - 2 * dot(crust, vec3(0.2126, 0.7152, 0.0722)), 0, 1);
     albedo = mix(albedo, crust * (1 + 0.15 * grain), burnt);
     opacity = max(opacity, burnt * step(0.02, opacity));  // what is gone stays gone
-    dry = max(0.45 * burnt, charring);
+    dull = smoothstep(0.1, 0.5, charring);
+    dry = max(0.45 * burnt, dull);
     bump += (0.28 * burnt + 0.44 * charring) * fine.xyz;
   }
 
-  float wet = v_wetness * (1 - charring);  // char drinks what wets it
+  float wet = v_wetness * (1 - dull);
   float gloss = max(surface.x * (1 - dry), 0.98 * wet);
   albedo *= mix(1.0, 0.72, wet);
 
   // --- light ----------------------------------------------------------------------------------
-  float ndl = dot(add_bump(n, bump), l);
+  vec3 bumped = add_bump(n, bump);
+  float ndl = dot(bumped, l);
   vec3 wrap = vec3(0.42, 0.17, 0.13) * (1 - 0.8 * charring);
   vec3 diffuse = clamp((ndl + wrap) / (1 + wrap), 0, 1);
   vec3 shadow = mix(vec3(0.20, 0.095, 0.08), vec3(1), shade);
@@ -219,15 +218,24 @@ void main() {
   vec3 lit = albedo * (diffuse * shadow * mix(vec3(0.25), vec3(1), hollow) +
                        0.35 * kCavity * hollow);
 
+#ifdef DETAIL
   vec3 film = add_bump(n, bump * mix(0.75, 0.45, wet));
+#else
+  vec3 film = bumped;
+#endif
   vec3 h = normalize(l + v);
   float ndh = max(dot(film, h), 0);
   float ndv = max(dot(film, v), 0.04);
   float film_ndl = max(dot(film, l), 0.04);
   float sharp = mix(0.30, 0.055, gloss);
+#ifdef DETAIL
   float fresnel = schlick(0.035, max(dot(v, h), 0));
   float lobes = 0.9 * ggx(ndh, sharp) * smith(ndv, film_ndl, sharp) +
                 1.1 * ggx(ndh, 0.26) * smith(ndv, film_ndl, 0.26);
+#else  // the lamp is close to the eye
+  float fresnel = 0.035;
+  float lobes = (0.9 * ggx(ndh, sharp) + 1.1 * ggx(ndh, 0.26)) / (film_ndl * film_ndl + 0.1);
+#endif
   float highlight = fresnel * film_ndl / 4 * lobes * gloss * mix(0.12, 1.0, shade);
   vec3 shine = highlight + schlick(0.035, ndv) * gloss * ambient * 0.5 * kCavity;
   float alpha = clamp(opacity + min(highlight, 1.0) * step(0.02, opacity), 0, 1);

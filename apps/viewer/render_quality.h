@@ -8,7 +8,8 @@ namespace cholecystectomy {
 
 struct RenderQuality {
   int samples = 4;         ///< of a pixel; 1: no multisampling
-  int subdivision = 3;     ///< an edge of a surface's triangle becomes so many, 1..8
+  int subdivision = 3;     ///< an edge of a surface's triangle becomes so many, 1..8; fewer where
+                           ///< the parts would be shorter than some pixels
   int shadow_size = 1024;  ///< texels along a side of the shadow map; 0: no shadows
   bool occlusion = true;   ///< less light in hollows
   bool glow = true;        ///< light around highlights

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -28,6 +29,9 @@ const Eigen::Vector3f kPaper(1, 1, 1);
 
 /// What smoke in the cavity sends back of the lamp's light: grey-white.
 const Eigen::Vector3f kHazeLight(0.50f, 0.49f, 0.475f);
+
+/// Parts of an edge that are shorter on the screen are not worth their cost.
+constexpr float kLeastPart = 5;  // pixels
 
 /// A haze that takes everything has no density.
 constexpr float kThickestHaze = 0.995f;
@@ -148,8 +152,8 @@ void SceneRenderer::make_programs() {
   tissue_program_.emplace("tissue", defines, kSceneVertexShader, functions + kTissueFragmentShader);
   tool_program_.emplace("tool", defines, kSceneVertexShader, functions + kToolFragmentShader);
   smoke_program_.emplace("smoke", defines, kSceneVertexShader, functions + kSmokeFragmentShader);
-  scope_program_.emplace("scope", when(quality_.glow, "GLOW"), kScreenVertexShader,
-                         kScopeFragmentShader);
+  scope_program_.emplace("scope", when(quality_.detail, "DETAIL") + when(quality_.glow, "GLOW"),
+                         kScreenVertexShader, kScopeFragmentShader);
   if (quality_.occlusion) {
     geometry_program_.emplace("geometry", "", kSceneVertexShader, kGeometryFragmentShader);
     geometry_skin_program_.emplace("geometry of a surface", "", kSkinVertexShader,
@@ -216,10 +220,14 @@ void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
       farthest = std::max(farthest, reach.norm());
     }
   }
-  // so that hidden tissue fails the depth test before it is shaded
-  std::stable_sort(kept.begin(), kept.end(), [&](const auto* a, const auto* b) {
-    return a->box().squaredExteriorDistance(eye) < b->box().squaredExteriorDistance(eye);
-  });
+  // Nearest first, so that hidden tissue fails the depth test before it is shaded. What is all
+  // around the eye is behind the rest.
+  const auto distance = [&](const SurfaceBuffers* surface) {
+    return surface->box().contains(eye) ? std::numeric_limits<float>::infinity()
+                                        : surface->box().squaredExteriorDistance(eye);
+  };
+  std::stable_sort(kept.begin(), kept.end(),
+                   [&](const auto* a, const auto* b) { return distance(a) < distance(b); });
   DrawList list = make_draw_list(view, translucent);
   const View resolved = make_view(
       view.camera, static_cast<float>(targets_.width) / static_cast<float>(targets_.height),
@@ -274,11 +282,21 @@ const SceneRenderer::SkinMesh& SceneRenderer::skin_mesh(int subdivision) {
   return skin_meshes_.try_emplace(subdivision, subdivision).first->second;
 }
 
-void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int subdivision) {
-  const SkinMesh& mesh = skin_mesh(frame.scene.style == Style::figure ? 1 : subdivision);
-  set(program, "subdivision", mesh.subdivision);
+int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const View& view) const {
+  const float away = surface.box().contains(view.eye) ? view.reference_distance
+                                                      : surface.box().exteriorDistance(view.eye);
+  const float pixels = static_cast<float>(targets_.height) * surface.edge_length();
+  const float wanted =
+      pixels / (2 * view.tangent.y() * std::max(away, 0.1f * view.reference_distance) * kLeastPart);
+  return std::clamp(static_cast<int>(std::min(wanted, 8.0f)) + 1, 1, quality_.subdivision);
+}
+
+void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, bool is_flat) {
   set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
   for (const SurfaceBuffers* surface : frame.surfaces) {
+    const SkinMesh& mesh = skin_mesh(
+        is_flat || frame.scene.style == Style::figure ? 1 : subdivision_of(*surface, frame.view));
+    set(program, "subdivision", mesh.subdivision);
     surface->bind(program, kSurfaceUnit);
     // The far side of what is closed is hidden by the near one.
     const int side = surface->box().contains(frame.view.eye) ? 0 : surface->closed_side();
@@ -309,7 +327,7 @@ void SceneRenderer::draw_shadow_map(const Frame& frame) {
   shadow_skin_program_.use();
   set(shadow_skin_program_, "view_of_world", identity);
   set(shadow_skin_program_, "clip_of_view", frame.view.clip_of_world_from_light);
-  draw_skin(shadow_skin_program_, frame, 1);  // the skin leaves it by less than a shadow's bias
+  draw_skin(shadow_skin_program_, frame, true);  // the skin leaves it by less than a shadow's bias
 }
 
 void SceneRenderer::draw_occlusion(const Frame& frame) {
@@ -325,7 +343,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
     if (program == &*geometry_program_) {
       draw_list(0, frame.list.tissue.size() + frame.list.tools.size());
     } else {
-      draw_skin(*program, frame, quality_.subdivision);
+      draw_skin(*program, frame, false);
     }
   }
 
@@ -403,7 +421,7 @@ void SceneRenderer::draw_lit(const Frame& frame) {
   use_lit_program(*tool_program_, frame);
   draw_list(tools, list.tools.size());
   use_lit_program(*skin_program_, frame);
-  draw_skin(*skin_program_, frame, quality_.subdivision);
+  draw_skin(*skin_program_, frame, false);
   use_lit_program(*tissue_program_, frame);
   draw_list(0, list.tissue.size());
 

@@ -91,7 +91,8 @@ class SceneRenderer {
   void make_programs();
   void upload(const DrawList& list);
   void draw_list(std::size_t first, std::size_t count) const;
-  void draw_skin(const ShaderProgram& program, const Frame& frame, int subdivision);
+  [[nodiscard]] int subdivision_of(const SurfaceBuffers& surface, const View& view) const;
+  void draw_skin(const ShaderProgram& program, const Frame& frame, bool is_flat);
   void draw_mask(const Frame& frame) const;
   void draw_shadow_map(const Frame& frame);
   void draw_occlusion(const Frame& frame);

@@ -119,14 +119,24 @@ vec3 expose(vec3 x) { return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59
 vec3 srgb(vec3 x) {
   return mix(12.92 * x, 1.055 * pow(x, vec3(1 / 2.4)) - 0.055, step(vec3(0.0031308), x));
 }
+#ifdef DETAIL
+vec3 encode(vec3 x) { return srgb(x); }
+#else
+vec3 encode(vec3 x) {  // by square roots, within half a step of 8 bits
+  vec3 root = sqrt(x);
+  vec3 fourth = sqrt(root);
+  return clamp(0.662002687 * root + 0.684122060 * fourth - 0.323583601 * sqrt(fourth) -
+                   0.0225411470 * x, 0, 1);
+}
+#endif
 void main() {
+  vec3 light = texelFetch(scene, ivec2(gl_FragCoord.xy), 0).rgb;
   if (figure > 0.5) {
-    pixel = vec4(srgb(clamp(texture(scene, v_place).rgb, 0, 1)), 1);
+    pixel = vec4(srgb(clamp(light, 0, 1)), 1);
     return;
   }
   vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
   float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
-  vec3 light = texture(scene, v_place).rgb;
 #ifdef GLOW
   light += 0.10 * texture(glow, v_place).rgb;
 #endif
@@ -135,7 +145,7 @@ void main() {
   light *= cosine_squared * cosine_squared;  // a lens dims by the fourth power of the cosine
   light = mix(vec3(dot(light, vec3(0.2126, 0.7152, 0.0722))), light, 0.86);
   float mask = 1 - smoothstep(0.975, 1.0, r);
-  pixel = vec4(srgb(expose(light)) * mask, 1);
+  pixel = vec4(encode(expose(light)) * mask, 1);
 }
 )";
 

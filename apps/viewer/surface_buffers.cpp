@@ -5,21 +5,16 @@
 #include <cmath>
 #include <utility>
 
+#include "pbdsurg/base/random.h"
+
 namespace cholecystectomy {
 namespace {
-
-// The final mixer of splitmix64 (Steele, Lea, Flood 2014).
-std::uint64_t mixed(std::uint64_t x) {
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 // A number for a directed edge; its reverse has the negative one, so that their sum is zero.
 std::uint64_t edge_hash(int from, int to) {
   const auto key = [](int low, int high) {
-    return mixed((static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high)) +
-                 0x9e3779b97f4a7c15u);
+    return pbdsurg::random_bits(1, static_cast<std::uint64_t>(low),
+                                static_cast<std::uint64_t>(high));
   };
   return from == to ? 0 : from < to ? key(from, to) : ~key(to, from) + 1;
 }
@@ -210,18 +205,9 @@ void SurfaceBuffers::prepare() {
 void SurfaceBuffers::compute_normals() {
   const std::size_t count = surface_.positions.size();
   sent_normals_.assign(count, Eigen::Vector4f::Zero());
-  if (!surface_.normals.empty()) {
-    for (std::size_t v = 0; v < count; ++v) {
-      const float length = surface_.normals[v].norm();
-      if (length > 0 && std::isfinite(length)) {
-        sent_normals_[v].head<3>() = surface_.normals[v] / length;
-      }
-    }
-    return;
-  }
   const Eigen::Vector4f middle =
       box_.isEmpty() ? Eigen::Vector4f(Eigen::Vector4f::Zero()) : padded(box_.center());
-  volume_ = 0;
+  double volume = 0, area = 0, edges = 0;
   for (const Eigen::Vector4i& slot : sent_slots_) {
     if (slot.w() == 0) {
       continue;
@@ -233,16 +219,28 @@ void SurfaceBuffers::compute_normals() {
       continue;
     }
     const Eigen::Vector4f normal = (b - a).cross3(c - a);  // twice its area long
-    volume_ += (a - middle).dot(normal);
+    const float doubled = normal.norm();
+    volume += (a - middle).dot(normal);
+    area += doubled;
+    edges += doubled * std::sqrt(doubled);
     for (int i = 0; i < 3; ++i) {
       sent_normals_[static_cast<std::size_t>(slot[i])] += normal;
     }
   }
+  volume_ = volume;
+  // twice the area of a triangle with equal edges is 0.866 of an edge's square
+  edge_length_ = area > 0 ? static_cast<float>(edges / area / std::sqrt(0.866)) : 0;
+  if (!surface_.normals.empty()) {
+    for (std::size_t v = 0; v < count; ++v) {
+      sent_normals_[v] << surface_.normals[v], 0;
+    }
+  }
   for (Eigen::Vector4f& normal : sent_normals_) {
     const float squared = normal.squaredNorm();
-    // else too small for its direction to be known
-    normal = squared > 1e-36f ? Eigen::Vector4f(normal / std::sqrt(squared))
-                              : Eigen::Vector4f(Eigen::Vector4f::Zero());
+    // else not finite, or too small for its direction to be known
+    normal = squared > 1e-36f && std::isfinite(squared)
+                 ? Eigen::Vector4f(normal / std::sqrt(squared))
+                 : Eigen::Vector4f(Eigen::Vector4f::Zero());
   }
 }
 

@@ -62,6 +62,10 @@ class SurfaceBuffers {
   /// backs, zero where they do not close. From outside of the box then only one side is seen.
   [[nodiscard]] int closed_side() const;
 
+  /// Mean length of its triangles' edges, the more of a triangle the larger it is. m, after
+  /// prepare()
+  [[nodiscard]] float edge_length() const { return edge_length_; }
+
   /// Computes normals where something changed since the last call.
   void prepare();
 
@@ -83,6 +87,7 @@ class SurfaceBuffers {
   bool has_broken_vertices_ = false;
   std::uint64_t open_edges_ = 0;  // zero where each edge has its reverse
   double volume_ = 0;             // m^3, where closed
+  float edge_length_ = 0;
   Eigen::AlignedBox3f box_;
 
   TexelBuffer positions_{GL_RGBA32F, 16};  // xyz, 1 where finite
