@@ -26,6 +26,8 @@ constexpr float kFeather = 0.15F;         // of its length, along which it fades
 constexpr float kGlassiest = 0.1F;        // of A0 / A
 constexpr float kMostCrumpled = 1.5F;     // of A0 / A
 constexpr float kOpacityOfBurn = 0.4F;    // that a whole burn adds
+constexpr float kWebFrom = 1e-3F;         // m, where the web begins to show
+constexpr float kWebWhole = 3e-3F;        // m, where it shows in full
 constexpr float kRibbonFrom = 1e-3F;      // m, where ribbons begin to show
 constexpr float kRibbonWhole = 3e-3F;     // m, where they show in full
 constexpr float kRibbonWidth = 0.4e-3F;   // m, half of it, in the middle
@@ -104,13 +106,11 @@ void clear(Surface& surface) {
 }  // namespace
 
 struct MembraneSheets::SheetStyle {
-  float alpha;       // of tissue at rest, in the middle
-  float end_alpha;   // at the organs
-  float waist;       // depth, of the length
-  float open_from;   // m, length of a link where the sheet begins to show
-  float open_whole;  // m, where it shows in full; as open_from for always
-  int rounds;        // of smoothing along it
-  bool is_web;       // sheets meet at all angles
+  float alpha;      // of tissue at rest, in the middle
+  float end_alpha;  // at the organs
+  float waist;      // depth, of the length
+  int rounds;       // of smoothing along it
+  bool is_web;      // shows where the gap is open; sheets meet at all angles
 };
 
 MembraneSheets::MembraneSheets(std::span<const SheetLink> links, std::span<const Triangle> membrane,
@@ -173,8 +173,8 @@ void MembraneSheets::update(std::span<const SheetLinkState> states) {
   if (!is_sorted_) {
     sort_edges();
   }
-  constexpr SheetStyle kCurtain{0.32F, 0.6F, 0.14F, 0, 0, 6, false};
-  constexpr SheetStyle kWeb{0.09F, 0.1F, 0.05F, 1e-3F, 3e-3F, 2, true};
+  constexpr SheetStyle kCurtain{0.32F, 0.6F, 0.14F, 6, false};
+  constexpr SheetStyle kWeb{0.09F, 0.1F, 0.05F, 2, true};
   shape(border_, kCurtain, states, surfaces_[0]);
   shape(inner_, kWeb, states, surfaces_[1]);
   shape_ribbons(states);
@@ -334,9 +334,11 @@ void MembraneSheets::shape(const Sheet& sheet, const SheetStyle& style,
     const Eigen::Vector3f along = second_ends_[row] - first_ends_[row];
     const Eigen::Vector3f beyond = kSink * along.stableNormalized();
     const float length = (now.second - now.first).norm();
-    const float shown = style.open_whole > style.open_from
-                            ? smooth_step(style.open_from, style.open_whole, length)
-                            : 1;
+    const float rest_length = std::max((rest.second - rest.first).norm(), kLeastLength);
+    // a gap is open where links are long and longer than at rest: slanting ones are always long
+    const float shown = style.is_web ? smooth_step(kWebFrom, kWebWhole, length) *
+                                           smooth_step(1.05F, 1.3F, length / rest_length)
+                                     : 1;
     const auto [area_at_rest, area] = std::pair(areas_[row].x(), areas_[row].y());
     const float share_left =
         std::clamp(area > 0 ? area_at_rest / area : kMostCrumpled, kGlassiest, kMostCrumpled);

@@ -221,6 +221,8 @@ TEST_CASE("membrane sheets: a faint web shows where the gap is open", "[unit]") 
   Grid grid;
   grid.open(0.9e-3F);
   CHECK(grid.updated().web().triangles.empty());
+  grid.open(kGap);  // long, but no longer than at rest
+  CHECK(grid.updated().web().triangles.empty());
   grid.open(3e-3F);
   const MembraneSheets sheets = grid.updated();
   check_drawable(sheets.web());
