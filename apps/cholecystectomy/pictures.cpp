@@ -22,23 +22,49 @@ constexpr double kSmokeLife = 0.9;    // s
 
 using BurnLayers = std::vector<Eigen::Vector4f>;
 
-// The living surface of an organ, with its burn marks.
-Surface make_surface(const Simulation& simulation, const BurnLayers& burns, Organ organ) {
+// Where a cut or a burn has opened tissue: moist, darker, redder, without the vessels of its skin.
+pbdsurg::TissueLook look_inside(const pbdsurg::TissueLook& skin) {
+  const Eigen::Vector3f flesh(0.50F, 0.13F, 0.10F);
+  pbdsurg::TissueLook look = skin;
+  look.color += 0.25F * (flesh - skin.color);
+  look.mottle += 0.45F * (0.8F * flesh - skin.mottle);
+  look.gloss = std::max(skin.gloss, 0.85F);
+  look.relief = std::min(1.0F, skin.relief + 0.3F);
+  look.detail_size = 0.6F * skin.detail_size;
+  look.vessels = 0;
+  return look;
+}
+
+std::vector<Eigen::Vector4f> burns_of(const pbdsurg::Surface& skin, const BurnLayers& burns) {
+  std::vector<Eigen::Vector4f> result;
+  for (const Index v : skin.vertices()) {
+    result.push_back(burns[v]);
+  }
+  return result;
+}
+
+// The surface of an organ before anything has been cut.
+Surface make_surface(const Simulation& simulation, Organ organ) {
   const pbdsurg::Surface& skin = simulation.surface(organ);
   Surface surface;
   surface.name = pbdsurg::name_of(organ);
   surface.look = tissue_of(organ).look;
+  surface.inner_look = look_inside(surface.look);
   surface.positions.assign(skin.positions().begin(), skin.positions().end());
   surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
-  for (const pbdsurg::Triangle& triangle : skin.triangles()) {
-    if (triangle[0] != triangle[1]) {  // else an empty slot
-      surface.triangles.push_back(triangle);
-    }
-  }
-  for (const Index v : skin.vertices()) {
-    surface.burn.push_back(burns[v]);
-  }
+  surface.triangles.assign(skin.triangles().begin(), skin.triangles().end());
   return surface;
+}
+
+Surface make_wall(const pbdsurg::MeshData& mesh) {
+  Surface wall;
+  wall.name = "abdominal_wall";
+  wall.look = pbdsurg::tissues::abdominal_wall().look;
+  wall.triangles = mesh.triangles;
+  for (const Eigen::Vector3d& x : mesh.points) {
+    wall.positions.push_back(x.cast<float>());
+  }
+  return wall;
 }
 
 // Between the two ends of a link, in whose middle a membrane has its vertex: connective tissue is
@@ -56,8 +82,7 @@ Eigen::Vector4f burn_between(const BurnLayers& burns, const pbdsurg::Link& link)
 }
 
 // The membrane between gallbladder and liver as a sheet where it holds, and every link as a strand.
-void add_connections(const Simulation& simulation, const BurnLayers& burns,
-                     RenderSnapshot& snapshot) {
+void add_connections(const Simulation& simulation, const BurnLayers& burns, SceneView& view) {
   const pbdsurg::Solver& solver = simulation.solver;
   const auto positions = solver.positions();
   Surface sheet;
@@ -74,14 +99,14 @@ void add_connections(const Simulation& simulation, const BurnLayers& burns,
       sheet.triangles.push_back(triangle);
     }
   }
-  snapshot.surfaces.push_back(std::move(sheet));
+  view.sheets.push_back(std::move(sheet));
   for (Index l = 0; l < static_cast<Index>(solver.tissue().links().size()); ++l) {
     if (solver.tissue().is_link_alive(l)) {
       const pbdsurg::Link& link = solver.tissue().links()[l];
       const Eigen::Vector4f burn = burn_between(burns, link);
       Eigen::Vector4f color(0.93F, 0.86F, 0.78F, 0.6F);
       color.head<3>() += burn.w() * (burn.head<3>() - color.head<3>());
-      snapshot.strands.push_back({positions[link.first], positions[link.second], color, 0.0003F});
+      view.strands.push_back({positions[link.first], positions[link.second], color, 0.0003F});
     }
   }
 }
@@ -135,31 +160,62 @@ void PictureRecorder::step(const Simulation& simulation, double) {
   }
 }
 
+// The first moment keeps all surfaces; later ones say what has changed of them.
+void PictureRecorder::show_surfaces(const Simulation& simulation, const BurnLayers& burns) {
+  if (seen_.empty()) {
+    std::vector<Surface> surfaces;
+    for (const Organ organ : pbdsurg::kOrgans) {
+      Surface& surface = surfaces.emplace_back(make_surface(simulation, organ));
+      surface.burn = burns_of(simulation.surface(organ), burns);
+      seen_.push_back(
+          {surface.triangles, surface.positions.size(), simulation.surface(organ).version()});
+    }
+    surfaces.push_back(make_wall(backdrop_));
+    renderer_.set_surfaces(surfaces);
+    return;
+  }
+  for (std::size_t i = 0; i < pbdsurg::kOrgans.size(); ++i) {
+    const pbdsurg::Surface& skin = simulation.surface(pbdsurg::kOrgans[i]);
+    Seen& seen = seen_[i];
+    SurfaceChange change;
+    change.positions.assign(skin.positions().begin(), skin.positions().end());
+    const auto rest = skin.rest_positions().subspan(seen.vertex_count);
+    change.new_rest_positions.assign(rest.begin(), rest.end());
+    std::vector<pbdsurg::SlotRange> ranges;
+    skin.collect_changes(seen.version, ranges);
+    for (const pbdsurg::SlotRange& range : ranges) {
+      SurfaceChange::Triangles& run = change.triangles.emplace_back();
+      run.first = range.first;
+      for (Index slot = range.first; slot < range.end; ++slot) {
+        run.values.push_back(skin.triangles()[slot]);
+        // a triangle keeps its slot for as long as it exists
+        const bool was_there = static_cast<std::size_t>(slot) < seen.skin.size() &&
+                               seen.skin[slot] == run.values.back();
+        run.is_inner.push_back(was_there ? 0 : 1);
+      }
+    }
+    change.burns = {{0, burns_of(skin, burns)}};
+    renderer_.update(i, change);
+    seen.vertex_count = change.positions.size();
+    seen.version = skin.version();
+  }
+}
+
 void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {
   const StageTimer timer(simulation.times, "pictures");
-  RenderSnapshot snapshot;
   const BurnLayers burns = burn_layers(simulation);
-  for (const Organ organ : pbdsurg::kOrgans) {
-    snapshot.surfaces.push_back(make_surface(simulation, burns, organ));
-  }
-  Surface wall;
-  wall.name = "abdominal_wall";
-  wall.look = pbdsurg::tissues::abdominal_wall().look;
-  wall.triangles = backdrop_.triangles;
-  for (const Eigen::Vector3d& x : backdrop_.points) {
-    wall.positions.push_back(x.cast<float>());
-  }
-  snapshot.surfaces.push_back(std::move(wall));
-  snapshot.tools = {draw_grasper(simulation.grasper.pose(), !simulation.grasper.held.empty()),
-                    draw_hook(simulation.hook.pose())};
-  add_connections(simulation, burns, snapshot);
-  snapshot.smoke = smoke_;
-  snapshot.camera = camera_for(name);
+  show_surfaces(simulation, burns);
+  SceneView view;
+  view.tools = {draw_grasper(simulation.grasper.pose(), !simulation.grasper.held.empty()),
+                draw_hook(simulation.hook.pose())};
+  add_connections(simulation, burns, view);
+  view.smoke = smoke_;
+  view.camera = camera_for(name);
 
   char number[8];
   std::snprintf(number, sizeof number, "%02zu_", files.size() + 1);
   const std::filesystem::path path = directory_ / (number + name + ".png");
-  write_png(path, renderer_.render(snapshot));
+  write_png(path, renderer_.render(view));
   files.push_back(path);
 }
 

@@ -4,6 +4,8 @@
 /// @file
 /// Pictures of a run, and the plots of its curves.
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -29,9 +31,18 @@ class PictureRecorder final : public Observer {
   std::vector<std::filesystem::path> files;
 
  private:
+  /// What the renderer knows of an organ.
+  struct Seen {
+    std::vector<pbdsurg::Triangle> skin;  // at the first moment, by slot: what differs is inside
+    std::size_t vertex_count;
+    std::uint64_t version;
+  };
+  void show_surfaces(const Simulation& simulation, const std::vector<Eigen::Vector4f>& burns);
+
   std::filesystem::path directory_;
   pbdsurg::MeshData backdrop_;
   OffscreenRenderer renderer_;
+  std::vector<Seen> seen_;  // [organ]
   std::vector<SmokePuff> smoke_;
   std::vector<Eigen::Vector3f> smoke_velocities_;
 };
