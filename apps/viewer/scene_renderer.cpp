@@ -31,7 +31,7 @@ const Eigen::Vector3f kPaper(1, 1, 1);
 const Eigen::Vector3f kHazeLight(0.50f, 0.49f, 0.475f);
 
 /// Parts of an edge that are shorter on the screen are not worth their cost.
-constexpr float kLeastPart = 5;  // pixels
+constexpr float kLeastPart = 6;  // pixels
 
 /// A haze that takes everything has no density.
 constexpr float kThickestHaze = 0.995f;
@@ -282,20 +282,23 @@ const SceneRenderer::SkinMesh& SceneRenderer::skin_mesh(int subdivision) {
   return skin_meshes_.try_emplace(subdivision, subdivision).first->second;
 }
 
-int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const View& view) const {
+int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const Frame& frame,
+                                  int height) const {
+  if (frame.scene.style == Style::figure) {
+    return 1;
+  }
+  const View& view = frame.view;
   const float away = surface.box().contains(view.eye) ? view.reference_distance
                                                       : surface.box().exteriorDistance(view.eye);
-  const float pixels = static_cast<float>(targets_.height) * surface.edge_length();
-  const float wanted =
-      pixels / (2 * view.tangent.y() * std::max(away, 0.1f * view.reference_distance) * kLeastPart);
-  return std::clamp(static_cast<int>(std::min(wanted, 8.0f)) + 1, 1, quality_.subdivision);
+  const float picture = 2 * view.tangent.y() * std::max(away, 0.1f * view.reference_distance);
+  const float parts = static_cast<float>(height) * surface.edge_length() / picture / kLeastPart;
+  return std::clamp(static_cast<int>(std::min(parts, 8.0f)) + 1, 1, quality_.subdivision);
 }
 
-void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, bool is_flat) {
+void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int height) {
   set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
   for (const SurfaceBuffers* surface : frame.surfaces) {
-    const SkinMesh& mesh = skin_mesh(
-        is_flat || frame.scene.style == Style::figure ? 1 : subdivision_of(*surface, frame.view));
+    const SkinMesh& mesh = skin_mesh(subdivision_of(*surface, frame, height));
     set(program, "subdivision", mesh.subdivision);
     surface->bind(program, kSurfaceUnit);
     // The far side of what is closed is hidden by the near one.
@@ -327,7 +330,7 @@ void SceneRenderer::draw_shadow_map(const Frame& frame) {
   shadow_skin_program_.use();
   set(shadow_skin_program_, "view_of_world", identity);
   set(shadow_skin_program_, "clip_of_view", frame.view.clip_of_world_from_light);
-  draw_skin(shadow_skin_program_, frame, true);  // the skin leaves it by less than a shadow's bias
+  draw_skin(shadow_skin_program_, frame, 0);  // the skin leaves it by less than a shadow's bias
 }
 
 void SceneRenderer::draw_occlusion(const Frame& frame) {
@@ -343,7 +346,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
     if (program == &*geometry_program_) {
       draw_list(0, frame.list.tissue.size() + frame.list.tools.size());
     } else {
-      draw_skin(*program, frame, false);
+      draw_skin(*program, frame, targets.geometry.height);
     }
   }
 
@@ -421,7 +424,7 @@ void SceneRenderer::draw_lit(const Frame& frame) {
   use_lit_program(*tool_program_, frame);
   draw_list(tools, list.tools.size());
   use_lit_program(*skin_program_, frame);
-  draw_skin(*skin_program_, frame, false);
+  draw_skin(*skin_program_, frame, targets_.height);
   use_lit_program(*tissue_program_, frame);
   draw_list(0, list.tissue.size());
 

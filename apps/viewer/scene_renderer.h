@@ -91,8 +91,10 @@ class SceneRenderer {
   void make_programs();
   void upload(const DrawList& list);
   void draw_list(std::size_t first, std::size_t count) const;
-  [[nodiscard]] int subdivision_of(const SurfaceBuffers& surface, const View& view) const;
-  void draw_skin(const ShaderProgram& program, const Frame& frame, bool is_flat);
+  // @param height  pixels of what is drawn into; 0 for flat triangles
+  [[nodiscard]] int subdivision_of(const SurfaceBuffers& surface, const Frame& frame,
+                                   int height) const;
+  void draw_skin(const ShaderProgram& program, const Frame& frame, int height);
   void draw_mask(const Frame& frame) const;
   void draw_shadow_map(const Frame& frame);
   void draw_occlusion(const Frame& frame);

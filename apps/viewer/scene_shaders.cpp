@@ -142,8 +142,8 @@ void main() {
     vec3 face = cross(p1.xyz - p0.xyz, p2.xyz - p0.xyz);
     face /= max(length(face), 1e-20);
     vec3 n = v_normal / max(length(v_normal), 1e-6);
-    float crease = 1 - smoothstep(0.3, 0.75, dot(n, face));
-    v_normal = mix(n, face, slot.w == 2 ? max(crease, 0.4) : crease);
+    float crease = 1 - smoothstep(0.1, 0.6, dot(n, face));
+    v_normal = mix(n, face, slot.w == 2 ? max(crease, 0.15) : crease);
   }
   v_rest = s.x * texelFetch(rest_positions, slot.x).xyz +
            s.y * texelFetch(rest_positions, slot.y).xyz +

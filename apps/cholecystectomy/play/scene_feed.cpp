@@ -18,12 +18,15 @@ Triangle ascending(Triangle triangle) {
   return triangle;
 }
 
-// The inside of tissue: wet, redder and darker than its skin.
-pbdsurg::TissueLook inside_of(pbdsurg::TissueLook look) {
-  const Eigen::Vector3f raw(0.50F, 0.07F, 0.06F);
-  look.color += 0.55F * (raw - look.color);
-  look.mottle += 0.7F * (raw - look.mottle);
-  look.gloss = std::max(look.gloss, 0.85F);
+// Where a cut or a burn has opened tissue: moist, darker, redder, without the vessels of its skin.
+pbdsurg::TissueLook inside_of(const pbdsurg::TissueLook& skin) {
+  const Eigen::Vector3f flesh(0.50F, 0.13F, 0.10F);
+  pbdsurg::TissueLook look = skin;
+  look.color += 0.25F * (flesh - skin.color);
+  look.mottle += 0.45F * (0.8F * flesh - skin.mottle);
+  look.gloss = std::max(skin.gloss, 0.85F);
+  look.relief = std::min(1.0F, skin.relief + 0.3F);
+  look.detail_size = 0.6F * skin.detail_size;
   look.vessels = 0;
   return look;
 }
