@@ -95,6 +95,14 @@ drag() {  # DX DY [STEPS]: with the left button, from the middle of the picture
   rest
 }
 
+advance() {  # NOTCHES: of the wheel
+  for _ in $(seq "$1"); do
+    xdotool click 4
+    sleep 0.05
+  done
+  rest
+}
+
 case $case in
   play)
     width=${WIDTH:-640} height=${HEIGHT:-480}
@@ -104,16 +112,16 @@ case $case in
     xdotool mousemove --window "$window" "$middle_x" "$middle_y"
     xdotool key Return
     rest
-    # the grasper into the picture, to the gallbladder
-    drag $((width / 12)) $((-height / 20))
-    for _ in $(seq 12); do xdotool click 4; done
-    rest
+    # the grasper over the gallbladder, then into the picture until it touches
+    drag $((width / 16)) $((-height / 10))
+    advance 16
     xdotool key g
     rest
     drag $((-width / 20)) $((height / 20))
+    # the hook over the fat, likewise
     xdotool key Tab
-    drag $((-width / 12)) $((-height / 12))
-    for _ in $(seq 14); do xdotool click 4; done
+    drag $((-width / 45)) $((-height / 7))
+    advance 28
     rest
     xdotool keydown c
     sleep "${BURN:-3}"
@@ -139,6 +147,7 @@ case $case in
     finish
     [[ -s $folder/out/screenshot_001.png && -s $folder/out/screenshot_002.png ]] || fail "a screenshot is missing"
     holds "$(value pictures_drawn) > 20" || fail "only $(value pictures_drawn) pictures"
+    holds "$(value grasped) > 0" || fail "nothing was grasped"
     holds "$(value energy_j) > 1" || fail "nothing was burnt"
     holds "$(value undone) + $(value not_undone) > 0" || fail "nobody heard the undo"
     ;;

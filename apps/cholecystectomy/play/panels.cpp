@@ -301,9 +301,10 @@ void Panels::draw_generator(const SceneState& state, Controls& controls, Orders&
 void Panels::draw_forces(const SceneState& state) {
   if (ImGui::Begin(texts_.forces, nullptr, kStill)) {
     const ImVec2 size(ImGui::GetFontSize() * 15, ImGui::GetFontSize() * 3);
-    const auto plot = [&](const char* format, const Plot& values, float now) {
+    const auto plot = [&](const char* format, const Plot& values, const InstrumentState& now) {
       std::array<char, 64> text{};
-      std::snprintf(text.data(), text.size(), format, static_cast<double>(now));
+      std::snprintf(text.data(), text.size(), format, static_cast<double>(now.force.norm()),
+                    1e3 * static_cast<double>(now.distance));
       const float most = *std::ranges::max_element(values.values);
       ImGui::PushID(format);
       ImGui::PlotLines("", values.values.data(), static_cast<int>(kPlotted),
@@ -311,8 +312,8 @@ void Panels::draw_forces(const SceneState& state) {
                        size);
       ImGui::PopID();
     };
-    plot(texts_.force_on_grasper, grasper_, state.grasper.force.norm());
-    plot(texts_.force_on_hook, hook_, state.hook.force.norm());
+    plot(texts_.force_on_grasper, grasper_, state.grasper);
+    plot(texts_.force_on_hook, hook_, state.hook);
   }
   ImGui::End();
 }

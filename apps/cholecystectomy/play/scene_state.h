@@ -37,6 +37,7 @@ struct InstrumentState {
   bool is_closed = false;
   bool is_holding = false;                          ///< tissue
   Eigen::Vector3f force = Eigen::Vector3f::Zero();  ///< N, of the tissue on it
+  float distance = 0;                               ///< m, from the tip to the nearest organ
 };
 
 /// What a generator shows.

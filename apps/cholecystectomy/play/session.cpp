@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/play/session.h"
 
+#include <cmath>
 #include <limits>
 
 #include "pbdsurg/base/error.h"
@@ -26,19 +27,25 @@ void count(EventCounts& events, Event event) {
   ++events[static_cast<std::size_t>(event)];
 }
 
-// The organ whose surface is nearest to a point, if that is within a reach.
-std::optional<Organ> organ_near(const Simulation& simulation, const Eigen::Vector3f& point,
-                                float reach) {
-  std::optional<Organ> nearest;
-  float least = reach * reach;
+struct Nearest {
+  std::optional<Organ> organ;
+  float distance;  // m
+};
+
+// The organ whose tissue is nearest to a point, by the vertices of its surface.
+Nearest nearest_organ(const Simulation& simulation, const Eigen::Vector3f& point) {
+  Nearest nearest{std::nullopt, std::numeric_limits<float>::infinity()};
   for (const Organ organ : pbdsurg::kOrgans) {
-    for (const Eigen::Vector3f& x : simulation.tissue_of(organ)) {
-      if ((x - point).squaredNorm() < least) {
-        least = (x - point).squaredNorm();
-        nearest = organ;
+    const pbdsurg::Surface& surface = simulation.surface(organ);
+    for (std::size_t v = 0; v < surface.vertices().size(); ++v) {
+      const float distance = (surface.positions()[v] - point).squaredNorm();
+      if (distance < nearest.distance &&
+          simulation.solver.tissue().has_tissue(surface.vertices()[v])) {
+        nearest = {organ, distance};
       }
     }
   }
+  nearest.distance = std::sqrt(nearest.distance);
   return nearest;
 }
 
@@ -116,11 +123,12 @@ void Session::work_jaws(float jaw, EventCounts& events) {
     }
   } else if (!is_closed_ && jaw < kClosed) {
     is_closed_ = true;
-    const std::optional<Organ> organ = organ_near(simulation_, grasper.tip, kJawReach);
-    if (organ) {
-      simulation_.grasp(*organ, kBite);
+    const Nearest nearest = nearest_organ(simulation_, grasper.tip);
+    const bool is_near = nearest.distance < kJawReach;
+    if (is_near) {
+      simulation_.grasp(*nearest.organ, kBite);
     }
-    count(events, organ ? Event::grasped : Event::missed);
+    count(events, is_near ? Event::grasped : Event::missed);
   }
 }
 

@@ -55,8 +55,8 @@ struct Texts {
   const char* sparks = "sparks";
 
   const char* forces = "Forces";
-  const char* force_on_grasper = "grasper %.1f N";
-  const char* force_on_hook = "hook %.1f N";
+  const char* force_on_grasper = "grasper %.1f N, %.0f mm away";
+  const char* force_on_hook = "hook %.1f N, %.0f mm away";
 
   const char* in_time = "%.1f s, in real time";
   const char* stretched = "%.1f s, TIME STRETCHED by %.2f";
