@@ -10,7 +10,11 @@ in vec4 v_color;
 in vec4 v_burn;
 in float v_wetness;
 in float v_depth;
+#ifdef SKIN
+in float v_inner;
+#else
 flat in int v_material;
+#endif
 uniform sampler3D gradient_noise;
 #ifdef OCCLUSION
 uniform sampler2D occlusion;  // visibility, depth
@@ -129,10 +133,15 @@ const char* const kTissueFragmentShader = R"(
 #ifdef SKIN
 uniform vec4 skin_look[4];
 uniform vec4 inner_look[4];
-vec4 look(int part) { return v_material == 0 ? skin_look[part] : inner_look[part]; }
+float detail_size() { return v_inner < 0.5 ? skin_look[2].y : inner_look[2].y; }
+// The rim of what is open is torn by the noise, else it would show the triangles.
+float inside(float noise) { return smoothstep(0.3, 0.7, v_inner + 0.25 * noise); }
+vec4 look(int part, float inside) { return mix(skin_look[part], inner_look[part], inside); }
 #else
 uniform samplerBuffer materials;
-vec4 look(int part) { return texelFetch(materials, 4 * v_material + part); }
+float detail_size() { return texelFetch(materials, 4 * v_material + 2).y; }
+float inside(float noise) { return 0.0; }
+vec4 look(int part, float inside) { return texelFetch(materials, 4 * v_material + part); }
 #endif
 uniform sampler3D cell_noise;
 uniform float figure;  // 1 for colours as given
@@ -142,11 +151,6 @@ void main() {
     radiance = vec4(v_color.rgb * ambient_visibility() * mix(0.5, 1.0, facing), v_color.a);
     return;
   }
-  vec4 color = look(0);
-  vec3 mottle = look(1).rgb;
-  vec3 surface = look(2).xyz;  // gloss, detail size, relief
-  vec2 pattern = look(3).xy;   // lobules, vessels
-
   vec3 to_light = light - v_position;
   vec3 l = normalize(to_light);
   vec3 v = normalize(eye - v_position);
@@ -156,8 +160,13 @@ void main() {
   float shade = light_visibility(n);
 
   // --- detail -----------------------------------------------------------------------------------
-  vec3 p = v_rest / surface.y;
+  vec3 p = v_rest / detail_size();
   vec4 fine = noise_at(p);
+  float open = inside(fine.w);
+  vec4 color = look(0, open);
+  vec3 mottle = look(1, open).rgb;
+  vec3 surface = look(2, open).xyz;  // gloss, detail size, relief
+  vec2 pattern = look(3, open).xy;   // lobules, vessels
 #ifdef DETAIL
   vec4 coarse = noise_at(p * 0.24 + 0.10 * fine.xyz + 0.71);
   vec4 cell = 2 * texture(cell_noise, (p * 0.6 + 0.15 * fine.xyz + 0.4 * coarse.xyz) / 8) - 1;

@@ -21,7 +21,7 @@ struct RenderQuality {
   static RenderQuality quick() {
     return {.samples = 1,
             .subdivision = 2,
-            .shadow_size = 0,
+            .shadow_size = 512,
             .occlusion = false,
             .glow = false,
             .detail = false};

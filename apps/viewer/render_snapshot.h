@@ -31,7 +31,8 @@ struct Surface {
   std::vector<float> wetness;                   ///< optional 0..1: a film of fluid, shines
   std::vector<Eigen::Vector4f> colors;          ///< optional rgba: replaces colour and opacity
   std::vector<std::uint8_t> is_inner;  ///< optional [triangle_count] 1 where a cut or a burn has
-                                       ///< bared the inside: drawn with inner_look
+                                       ///< bared the inside: drawn with inner_look, whose
+                                       ///< rim fades over the triangles beside it
   pbdsurg::TissueLook inner_look;
 };
 

@@ -205,15 +205,15 @@ void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
 
 void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
   const Eigen::Vector3f& eye = view.camera.eye;
-  std::vector<const Surface*> translucent;
-  std::vector<const SurfaceBuffers*> kept;
+  opaque_.clear();
+  translucent_.clear();
   float farthest = 0;
   for (SurfaceBuffers& surface : surfaces_) {
     if (surface.is_translucent()) {
-      translucent.push_back(&surface.surface());
+      translucent_.push_back(&surface.surface());
     } else if (!surface.box().isEmpty()) {
       surface.prepare();
-      kept.push_back(&surface);
+      opaque_.push_back(&surface);
       const Eigen::AlignedBox3f& box = surface.box();
       const Eigen::Vector3f reach =
           (box.max() - eye).cwiseAbs().cwiseMax((box.min() - eye).cwiseAbs());
@@ -226,15 +226,15 @@ void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
     return surface->box().contains(eye) ? std::numeric_limits<float>::infinity()
                                         : surface->box().squaredExteriorDistance(eye);
   };
-  std::stable_sort(kept.begin(), kept.end(),
+  std::stable_sort(opaque_.begin(), opaque_.end(),
                    [&](const auto* a, const auto* b) { return distance(a) < distance(b); });
-  DrawList list = make_draw_list(view, translucent);
+  DrawList list = make_draw_list(view, translucent_);
   const View resolved = make_view(
       view.camera, static_cast<float>(targets_.width) / static_cast<float>(targets_.height),
       std::max(farthest, list.farthest));
   const float haze = view.haze > 0 ? std::min(view.haze, kThickestHaze) : 0;
   const Frame frame{view, std::move(list), resolved,
-                    -std::log(1 - haze) / resolved.reference_distance, std::move(kept)};
+                    -std::log(1 - haze) / resolved.reference_distance};
   upload(frame.list);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
@@ -297,7 +297,7 @@ int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const Frame& fr
 
 void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int height) {
   set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
-  for (const SurfaceBuffers* surface : frame.surfaces) {
+  for (const SurfaceBuffers* surface : opaque_) {
     const SkinMesh& mesh = skin_mesh(subdivision_of(*surface, frame, height));
     set(program, "subdivision", mesh.subdivision);
     surface->bind(program, kSurfaceUnit);

@@ -83,8 +83,7 @@ class SceneRenderer {
     const SceneView& scene;
     DrawList list;
     View view;
-    float haze_density;                           ///< 1 / m
-    std::vector<const SurfaceBuffers*> surfaces;  ///< to be drawn from the GPU, nearest first
+    float haze_density;  ///< 1 / m
   };
 
   const SkinMesh& skin_mesh(int subdivision);
@@ -114,6 +113,9 @@ class SceneRenderer {
   std::optional<ShaderProgram> glow_program_, scope_program_;
 
   std::vector<SurfaceBuffers> surfaces_;
+  // of the picture that is being drawn; kept so that nothing is allocated for each
+  std::vector<const SurfaceBuffers*> opaque_;  // nearest first
+  std::vector<const Surface*> translucent_;
   std::map<int, SkinMesh> skin_meshes_;  // by subdivision
   GlVertexArray scene_array_;
   GlVertexArray screen_array_;  // core profile draws nothing without one

@@ -39,7 +39,7 @@ void main() {
 // same instructions for both triangles that share it: no hole can open between them.
 const char* const kSkinVertexShader = R"(layout(location = 0) in uvec4 point;  // see Lattice
 uniform samplerBuffer positions;       // xyz, 1 where finite
-uniform samplerBuffer normals;
+uniform samplerBuffer normals;         // xyz, how much around the vertex is inside
 uniform isamplerBuffer slots;          // corners; 0 nothing, 1 skin, 2 inner
 uniform int first_slot;
 uniform int subdivision;
@@ -62,7 +62,7 @@ out vec4 v_color;
 out vec4 v_burn;
 out float v_wetness;
 out float v_depth;
-flat out int v_material;
+out float v_inner;  // 0 skin .. 1 inside
 #endif
 
 // How much an edge may bend: not at all where its ends face apart, or one does not know its normal.
@@ -104,9 +104,12 @@ void main() {
   vec4 p0 = texelFetch(positions, slot.x);
   vec4 p1 = texelFetch(positions, slot.y);
   vec4 p2 = texelFetch(positions, slot.z);
-  vec3 n0 = texelFetch(normals, slot.x).xyz;
-  vec3 n1 = texelFetch(normals, slot.y).xyz;
-  vec3 n2 = texelFetch(normals, slot.z).xyz;
+  vec4 m0 = texelFetch(normals, slot.x);
+  vec4 m1 = texelFetch(normals, slot.y);
+  vec4 m2 = texelFetch(normals, slot.z);
+  vec3 n0 = m0.xyz;
+  vec3 n1 = m1.xyz;
+  vec3 n2 = m2.xyz;
   // exactly one at a corner, whatever the division gives
   vec3 steps = vec3(point.xyz);
   float all_steps = float(subdivision);
@@ -135,7 +138,7 @@ void main() {
 #ifndef DEPTH_ONLY
   v_position = position;
   v_depth = -view_position.z;
-  v_material = slot.w == 2 ? 1 : 0;
+  v_inner = dot(s, vec3(m0.w, m1.w, m2.w));
   v_normal = s.x * n0 + s.y * n1 + s.z * n2;
   if (figure < 0.5) {
     // A rim is sharp, and what is torn or burnt open is rugged, though its shape has one normal.

@@ -205,6 +205,7 @@ void SurfaceBuffers::prepare() {
 void SurfaceBuffers::compute_normals() {
   const std::size_t count = surface_.positions.size();
   sent_normals_.assign(count, Eigen::Vector4f::Zero());
+  areas_.assign(count, 0);
   const Eigen::Vector4f middle =
       box_.isEmpty() ? Eigen::Vector4f(Eigen::Vector4f::Zero()) : padded(box_.center());
   double volume = 0, area = 0, edges = 0;
@@ -218,29 +219,32 @@ void SurfaceBuffers::compute_normals() {
     if (has_broken_vertices_ && a.w() * b.w() * c.w() == 0) {
       continue;
     }
-    const Eigen::Vector4f normal = (b - a).cross3(c - a);  // twice its area long
+    Eigen::Vector4f normal = (b - a).cross3(c - a);  // twice its area long
     const float doubled = normal.norm();
     volume += (a - middle).dot(normal);
     area += doubled;
     edges += doubled * std::sqrt(doubled);
+    normal.w() = slot.w() == 2 ? doubled : 0;
     for (int i = 0; i < 3; ++i) {
       sent_normals_[static_cast<std::size_t>(slot[i])] += normal;
+      areas_[static_cast<std::size_t>(slot[i])] += doubled;
     }
   }
   volume_ = volume;
   // twice the area of a triangle with equal edges is 0.866 of an edge's square
   edge_length_ = area > 0 ? static_cast<float>(edges / area / std::sqrt(0.866)) : 0;
-  if (!surface_.normals.empty()) {
-    for (std::size_t v = 0; v < count; ++v) {
-      sent_normals_[v] << surface_.normals[v], 0;
+  for (std::size_t v = 0; v < count; ++v) {
+    Eigen::Vector4f& sent = sent_normals_[v];
+    if (!surface_.normals.empty()) {
+      sent.head<3>() = surface_.normals[v];
     }
-  }
-  for (Eigen::Vector4f& normal : sent_normals_) {
-    const float squared = normal.squaredNorm();
-    // else not finite, or too small for its direction to be known
-    normal = squared > 1e-36f && std::isfinite(squared)
-                 ? Eigen::Vector4f(normal / std::sqrt(squared))
-                 : Eigen::Vector4f(Eigen::Vector4f::Zero());
+    const float squared = sent.head<3>().squaredNorm();
+    if (squared > 1e-36f && std::isfinite(squared)) {
+      sent.head<3>() /= std::sqrt(squared);
+    } else {  // not finite, or too small for its direction to be known
+      sent.head<3>().setZero();
+    }
+    sent.w() = areas_[v] > 0 ? sent.w() / areas_[v] : 0;
   }
 }
 

@@ -91,7 +91,7 @@ class SurfaceBuffers {
   Eigen::AlignedBox3f box_;
 
   TexelBuffer positions_{GL_RGBA32F, 16};  // xyz, 1 where finite
-  TexelBuffer normals_{GL_RGBA32F, 16};    // xyz, zero where unknown
+  TexelBuffer normals_{GL_RGBA32F, 16};    // xyz, zero where unknown; share of area inside
   TexelBuffer rest_{GL_RGBA32F, 16};       // as positions
   TexelBuffer burns_{GL_RGBA32F, 16};
   TexelBuffer colors_{GL_RGBA32F, 16};
@@ -102,6 +102,7 @@ class SurfaceBuffers {
   std::vector<Eigen::Vector4f> sent_positions_, sent_normals_, sent_rest_, sent_burns_,
       sent_colors_;
   std::vector<Eigen::Vector4i> sent_slots_;
+  std::vector<float> areas_;  // scratch
 };
 
 }  // namespace cholecystectomy
