@@ -63,7 +63,8 @@ bool slider(const char* name, double& value, float least, float most, const char
 
 }  // namespace
 
-Panels::Panels(Window& window, const Texts& texts) : window_(window), texts_(texts) {
+Panels::Panels(Window& window, const Texts& texts, bool& has_understood)
+    : window_(window), texts_(texts), has_understood_(has_understood) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();

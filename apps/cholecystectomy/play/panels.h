@@ -27,8 +27,9 @@ struct PictureTimes {
 /// Made anew with each window, whose context it uses.
 class Panels {
  public:
-  /// @param window  kept by reference
-  Panels(Window& window, const Texts& texts);
+  /// @param window          kept by reference
+  /// @param has_understood  the disclaimer: kept by reference, for it outlives windows
+  Panels(Window& window, const Texts& texts, bool& has_understood);
   ~Panels();
   Panels(const Panels&) = delete;
   Panels& operator=(const Panels&) = delete;
@@ -73,7 +74,7 @@ class Panels {
 
   Window& window_;
   const Texts& texts_;
-  bool has_understood_ = false;
+  bool& has_understood_;
   float scale_ = 0;
   Plot grasper_, hook_;
   double plotted_ = 0;  // s of the scene

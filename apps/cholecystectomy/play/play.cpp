@@ -53,11 +53,11 @@ ScopeOptions scope_options() {
 
 // All that a lost context takes along.
 struct Screen {
-  Screen(const WindowOptions& options, const Texts& texts)
+  Screen(const WindowOptions& options, const Texts& texts, bool& has_understood)
       : window(options),
         quality(window.is_software() ? RenderQuality::quick() : RenderQuality::full()),
         renderer(std::max(window.width(), 16), std::max(window.height(), 16), quality),
-        panels(window, texts) {}
+        panels(window, texts, has_understood) {}
 
   Window window;
   RenderQuality quality;
@@ -134,7 +134,7 @@ class Play {
   void open_screen() {
     screen_.reset();
     screen_ = std::make_unique<Screen>(
-        WindowOptions{texts_.title, settings_.width, settings_.height}, texts_);
+        WindowOptions{texts_.title, settings_.width, settings_.height}, texts_, has_understood_);
     drawn_generation_ = kNone;
     seen_ = {};
     seen_.generation = kNone;
@@ -365,7 +365,7 @@ class Play {
   EventCounts events_{};
   Seen seen_;
   std::uint32_t drawn_generation_ = kNone;
-  bool was_refused_ = false, is_alarmed_ = false;
+  bool has_understood_ = false, was_refused_ = false, is_alarmed_ = false;
   std::int64_t pictures_ = 0;
   int screenshots_ = 0;
   double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
