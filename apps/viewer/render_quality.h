@@ -15,6 +15,8 @@ struct RenderQuality {
   bool glow = true;        ///< light around highlights
   bool detail = true;      ///< all layers of the tissue's texture, and soft shadows
 
+  friend bool operator==(const RenderQuality&, const RenderQuality&) = default;
+
   /// For a GPU.
   static RenderQuality full() { return {}; }
   /// For OpenGL in software.

@@ -174,6 +174,9 @@ void SceneRenderer::resize(int width, int height) {
 }
 
 void SceneRenderer::set_quality(const RenderQuality& quality) {
+  if (quality == quality_) {
+    return;
+  }
   RenderTargets targets(targets_.width, targets_.height, checked(quality));
   targets_ = std::move(targets);
   quality_ = quality;

@@ -40,6 +40,7 @@ TEST_CASE("session: a hand grasps, pulls and lets go", "[session]") {
   play.step(1);
   CHECK(play.count(Event::missed) == 1);
   CHECK_FALSE(play.whole().grasper.is_holding);
+  CHECK(play.whole().grasper.distance > 0.01F);
   play.hands[0].set_jaw(1);
   play.go(0, play.farthest(Organ::gallbladder, {-1, 0, -0.7F}), 40);
   play.hands[0].set_jaw(0.5F);  // between the two marks nothing changes

@@ -23,6 +23,7 @@ TEST_CASE("settings: what is saved is loaded", "[unit]") {
   const pbdsurg::testing::TemporaryFolder folder;
   Settings settings;
   settings.detail = Detail::low;
+  settings.quality = PictureQuality::quick;
   settings.is_left_handed = true;
   settings.motion_scale = 0.5;
   settings.text_scale = 2;
@@ -37,6 +38,7 @@ TEST_CASE("settings: what is saved is loaded", "[unit]") {
   const Settings loaded = load_settings(path, complaint);
   CHECK(complaint.empty());
   CHECK(loaded.detail == Detail::low);
+  CHECK(loaded.quality == PictureQuality::quick);
   CHECK(loaded.is_left_handed);
   CHECK(loaded.motion_scale == 0.5);
   CHECK(loaded.text_scale == 2);
@@ -65,7 +67,7 @@ TEST_CASE("settings: what is wrong keeps its default and is named", "[unit]") {
   CHECK(settings.detail == Detail::full);
   CHECK(settings.cut_power == 50);
   for (const char* part : {"volume must be from 0.0 to 1.0", "width must",
-                           "left_handed must be true", "detail must be"}) {
+                           "left_handed must be true", "detail must be one of \"full\", \"low\""}) {
     CHECK_THAT(complaint, ContainsSubstring(part));
   }
 }

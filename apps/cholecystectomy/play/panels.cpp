@@ -345,6 +345,12 @@ void Panels::draw_settings(Settings& settings) {
     slider(texts_.volume, settings.volume, 0, 1, "%.2f");
     slider(texts_.size, settings.text_scale, 0.7F, 3, "%.1f");
     slider(texts_.motion, settings.motion_scale, 0.2F, 3, "%.1f");
+    int quality = static_cast<int>(settings.quality);
+    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 7);
+    if (ImGui::Combo(texts_.quality, &quality, texts_.qualities.data(),
+                     static_cast<int>(texts_.qualities.size()))) {
+      settings.quality = static_cast<PictureQuality>(quality);
+    }
     bool is_low = settings.detail == Detail::low;
     if (ImGui::Checkbox(texts_.low_detail, &is_low)) {
       settings.detail = is_low ? Detail::low : Detail::full;

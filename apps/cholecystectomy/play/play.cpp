@@ -51,16 +51,22 @@ ScopeOptions scope_options() {
   return options;
 }
 
+RenderQuality quality_of(PictureQuality wanted, const Window& window) {
+  const bool is_quick = wanted == PictureQuality::quick ||
+                        (wanted == PictureQuality::automatic && window.is_software());
+  return is_quick ? RenderQuality::quick() : RenderQuality::full();
+}
+
 // All that a lost context takes along.
 struct Screen {
-  Screen(const WindowOptions& options, const Texts& texts, bool& has_understood)
+  Screen(const WindowOptions& options, PictureQuality quality, const Texts& texts,
+         bool& has_understood)
       : window(options),
-        quality(window.is_software() ? RenderQuality::quick() : RenderQuality::full()),
-        renderer(std::max(window.width(), 16), std::max(window.height(), 16), quality),
+        renderer(std::max(window.width(), 16), std::max(window.height(), 16),
+                 quality_of(quality, window)),
         panels(window, texts, has_understood) {}
 
   Window window;
-  RenderQuality quality;
   SceneRenderer renderer;
   Panels panels;
 };
@@ -133,8 +139,9 @@ class Play {
 
   void open_screen() {
     screen_.reset();
-    screen_ = std::make_unique<Screen>(
-        WindowOptions{texts_.title, settings_.width, settings_.height}, texts_, has_understood_);
+    screen_ =
+        std::make_unique<Screen>(WindowOptions{texts_.title, settings_.width, settings_.height},
+                                 settings_.quality, texts_, has_understood_);
     drawn_generation_ = kNone;
     seen_ = {};
     seen_.generation = kNone;
@@ -235,6 +242,7 @@ class Play {
     const int height = std::max(screen.window.height(), 16);
     const double start = clock_.now();
     screen.renderer.resize(width, height);
+    screen.renderer.set_quality(quality_of(settings_.quality, screen.window));
     if (drawn_generation_ != kNone) {
       screen.renderer.draw(view(), 0);
     } else {
@@ -284,7 +292,7 @@ class Play {
     try {
       std::filesystem::create_directories(options_.out);
       write_png(options_.out / name, image);
-      screen_->panels.warn((options_.out / name).string(), clock_.now());
+      screen_->panels.warn(name, clock_.now());
     } catch (const std::exception& error) {
       warn(error.what());
     }

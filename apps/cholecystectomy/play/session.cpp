@@ -145,7 +145,8 @@ void Session::fill(SceneState& state, const Seen& seen) {
   feed_.fill(state, seen);
   const auto of = [&](const Instrument& instrument) {
     return InstrumentState{simulation_.world.pose(instrument.tool), false, !instrument.held.empty(),
-                           simulation_.world.force(instrument.tool)};
+                           simulation_.world.force(instrument.tool),
+                           nearest_organ(simulation_, instrument.tip).distance};
   };
   state.grasper = of(simulation_.grasper);
   state.grasper.is_closed = is_closed_;

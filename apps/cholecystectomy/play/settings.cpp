@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/play/settings.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <system_error>
+#include <type_traits>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -15,6 +19,13 @@ namespace cholecystectomy {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::array<std::pair<const char*, Detail>, 2> kDetails{
+    {{"full", Detail::full}, {"low", Detail::low}}};
+constexpr std::array<std::pair<const char*, PictureQuality>, 3> kQualities{
+    {{"automatic", PictureQuality::automatic},
+     {"quick", PictureQuality::quick},
+     {"full", PictureQuality::full}}};
 
 // Calls visit(key, value, least, most) for each number of the settings.
 template <class AnySettings, class Visit>
@@ -49,14 +60,27 @@ void read(const json& file, Settings& settings, std::string& complaint) {
     found.is_boolean() ? static_cast<void>(settings.is_left_handed = found.get<bool>())
                        : complain("left_handed", "true or false");
   }
-  if (file.contains("detail")) {
-    const json& found = file.at("detail");
-    if (found == "low" || found == "full") {
-      settings.detail = found == "low" ? Detail::low : Detail::full;
-    } else {
-      complain("detail", "\"full\" or \"low\"");
+  const auto read_word = [&](const char* key, const auto& words, auto& value) {
+    if (!file.contains(key)) {
+      return;
     }
-  }
+    std::string known;
+    for (const auto& [word, meaning] : words) {
+      if (file.at(key) == word) {
+        value = meaning;
+        return;
+      }
+      known += std::string(known.empty() ? "" : ", ") + '"' + word + '"';
+    }
+    complain(key, "one of " + known);
+  };
+  read_word("detail", kDetails, settings.detail);
+  read_word("pictures", kQualities, settings.quality);
+}
+
+template <class Words, class Value>
+const char* word_of(const Words& words, Value value) {
+  return std::ranges::find(words, value, &Words::value_type::second)->first;
 }
 
 }  // namespace
@@ -101,7 +125,8 @@ std::string save_settings(const std::filesystem::path& path, const Settings& set
   for_each_number(settings,
                   [&](const char* key, const auto& value, auto, auto) { file[key] = value; });
   file["left_handed"] = settings.is_left_handed;
-  file["detail"] = settings.detail == Detail::low ? "low" : "full";
+  file["detail"] = word_of(kDetails, settings.detail);
+  file["pictures"] = word_of(kQualities, settings.quality);
   try {
     std::filesystem::create_directories(path.parent_path());
     pbdsurg::write_file(path, file.dump(2) + "\n");

@@ -11,8 +11,16 @@
 
 namespace cholecystectomy {
 
+/// How much a picture may cost.
+enum class PictureQuality {
+  automatic,  ///< quick where a processor draws, else full
+  quick,
+  full,
+};
+
 struct Settings {
   Detail detail = Detail::full;
+  PictureQuality quality = PictureQuality::automatic;
   bool is_left_handed = false;
   double motion_scale = 1;         ///< of the mouse's moves, 0.2 to 3
   double text_scale = 1;           ///< of panels, 0.7 to 3

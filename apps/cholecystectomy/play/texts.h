@@ -69,6 +69,8 @@ struct Texts {
   const char* volume = "volume";
   const char* size = "size of texts";
   const char* motion = "hand motion";
+  const char* quality = "pictures";
+  std::array<const char*, 3> qualities{"automatic", "quick", "full"};  // [PictureQuality]
   const char* low_detail = "coarse organs (from the next start)";
 
   /// [Event] empty: not worth a word
