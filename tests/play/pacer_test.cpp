@@ -75,16 +75,18 @@ TEST_CASE("pacer: slow motion, and standing still", "[unit]") {
 TEST_CASE("picture pace: late steps make pictures rarer, to five a second at least", "[unit]") {
   PicturePace pace;
   pace.drew(0, 10);
-  CHECK(pace.next() == Approx(10));
+  CHECK(pace.next() == Approx(10 + PicturePace::kShortest));
+  CHECK_FALSE(pace.is_due(10));
   for (int i = 0; i < 100; ++i) {
     pace.drew(0.04, 20);
   }
-  CHECK(pace.next() == Approx(20 + PicturePace::kLongest - PicturePace::kShortest));
+  CHECK(pace.next() == Approx(20 + PicturePace::kLongest));
   CHECK_FALSE(pace.is_due(20.1));
+  CHECK(pace.is_due(20.21));
   for (int i = 0; i < 100; ++i) {
     pace.drew(0, 30);
   }
-  CHECK(pace.next() == Approx(30));
+  CHECK(pace.next() == Approx(30 + PicturePace::kShortest));
 }
 
 }  // namespace cholecystectomy

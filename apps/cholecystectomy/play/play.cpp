@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <future>
 #include <memory>
 #include <utility>
@@ -138,6 +139,9 @@ class Play {
   }
 
   void open_screen() {
+    if (screen_ != nullptr) {
+      remember_size();
+    }
     screen_.reset();
     screen_ =
         std::make_unique<Screen>(WindowOptions{texts_.title, settings_.width, settings_.height},
@@ -270,7 +274,7 @@ class Play {
       times_.per_second += 0.1 * (1 / std::max(now - last_picture_, 1e-6) - times_.per_second);
     }
     last_picture_ = now;
-    pace_.drew(state().owed, now);
+    pace_.drew(state().owed, start);
     watch_memory();
   }
 
@@ -316,14 +320,18 @@ class Play {
     return static_cast<double>(pages) * static_cast<double>(sysconf(_SC_PAGESIZE));
   }
 
-  void remember_settings() {
-    settings_.is_left_handed = orders_.is_left_handed;
-    settings_.cut_power = orders_.cut_power;
-    settings_.coagulation_power = orders_.coagulation_power;
+  void remember_size() {
     if (screen_->window.width() > 0) {
       settings_.width = screen_->window.width();
       settings_.height = screen_->window.height();
     }
+  }
+
+  void remember_settings() {
+    settings_.is_left_handed = orders_.is_left_handed;
+    settings_.cut_power = orders_.cut_power;
+    settings_.coagulation_power = orders_.coagulation_power;
+    remember_size();
     const std::string problem = save_settings(settings_path_, settings_);
     if (!problem.empty()) {
       std::fprintf(stderr, "warning: %s\n", problem.c_str());
@@ -383,6 +391,8 @@ class Play {
 }  // namespace
 
 int play(const PlayOptions& options) {
+  // which the player would do later, when other threads may read the environment
+  setenv("ALSOFT_LOGLEVEL", "0", 0);
   return Play(options).run();
 }
 
