@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/pictures.h"
 
-#include <cstdint>
 #include <cstdio>
 #include <utility>
 
@@ -10,12 +9,6 @@
 
 namespace cholecystectomy {
 namespace {
-
-constexpr double kSuction = 0.3;  // a valve that stands a little open
-constexpr std::uint64_t kSmokeSeed = 7;
-
-// The hook works from below, so that smoke cannot rise: it flows along the organs, to the scope.
-const Eigen::Vector3f kSmokeFlow(0, -1, 0.3F);
 
 // Each part of the operation is seen from where a surgeon's assistant would hold the scope.
 Camera camera_for(const std::string& moment) {
@@ -44,14 +37,14 @@ PictureRecorder::PictureRecorder(const std::filesystem::path& directory,
     : directory_(directory),
       backdrop_(backdrop),
       renderer_({.width = 960, .height = 720}),
-      smoke_(kSmokeSeed, kSmokeFlow) {}
+      smoke_(Smoke::of_scene()) {}
 
 void PictureRecorder::step(const Simulation& simulation, double) {
   if (!feed_) {
     feed_.emplace(simulation, backdrop_, 1);
   }
   const double power = simulation.last_burn.energy / simulation.time_step;
-  smoke_.advance(simulation.time_step, simulation.hook.tip, power, kSuction);
+  smoke_.advance(simulation.time_step, simulation.hook.tip, power, Smoke::kSuction);
 }
 
 void PictureRecorder::moment(const Simulation& simulation, const std::string& name) {

@@ -37,6 +37,12 @@ class Smoke {
   static constexpr double kClearing = 25;          ///< s, in which the haze thins to 1 / e
   static constexpr double kClearingBySuction = 4;  ///< s, the same under suction
 
+  static constexpr double kSuction = 0.3;  ///< a valve that stands a little open
+
+  /// Of the demo: the hook works from below, so that smoke cannot rise: it flows along the organs,
+  /// to the scope.
+  [[nodiscard]] static Smoke of_scene() { return Smoke(7, {0, -1, 0.3F}); }
+
   /// @param up  where smoke rises to, of any length but zero
   /// @throws pbdsurg::InvalidArgument  if that has no direction
   explicit Smoke(std::uint64_t seed = 7, const Eigen::Vector3f& up = Eigen::Vector3f::UnitZ());

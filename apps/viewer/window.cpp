@@ -118,7 +118,6 @@ Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>()) {
       glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
   if (impl_->window == nullptr) {
     const std::string reason = last_error();
-    glfwTerminate();
     throw pbdsurg::BackendUnavailable(
         "this display has no OpenGL 3.3 (" + reason +
         "); update the graphics driver, set LIBGL_ALWAYS_SOFTWARE=1, or use --headless");
@@ -131,8 +130,8 @@ Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>()) {
 }
 
 Window::~Window() {
+  // GLFW is never ended: the driver would be unloaded, and lose allocations that it still holds
   glfwDestroyWindow(impl_->window);
-  glfwTerminate();
 }
 
 void Window::poll(double patience) {
@@ -163,10 +162,23 @@ int Window::height() const {
   return glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED) == GLFW_TRUE ? 0 : height;
 }
 
+std::array<int, 2> Window::windowed_size() const {
+  if (glfwGetWindowMonitor(impl_->window) != nullptr) {
+    return {impl_->windowed[2], impl_->windowed[3]};
+  }
+  std::array<int, 2> size{};
+  glfwGetWindowSize(impl_->window, &size[0], &size[1]);
+  return size;
+}
+
 float Window::scale() const {
-  float x = 1, y = 1;
-  glfwGetWindowContentScale(impl_->window, &x, &y);
-  return x;
+  float wanted = 1;
+  glfwGetWindowContentScale(impl_->window, &wanted, nullptr);
+  int units = 1, pixels = 1;
+  glfwGetWindowSize(impl_->window, &units, nullptr);
+  glfwGetFramebufferSize(impl_->window, &pixels, nullptr);
+  return units > 0 && pixels > 0 ? wanted * static_cast<float>(units) / static_cast<float>(pixels)
+                                 : wanted;
 }
 
 void Window::show() {

@@ -4,6 +4,7 @@
 /// @file
 /// A window with an OpenGL context.
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,7 +44,12 @@ class Window {
   [[nodiscard]] bool is_closing() const;  ///< someone wants it closed
   [[nodiscard]] int width() const;        ///< pixels; 0 while it is minimised
   [[nodiscard]] int height() const;       ///< likewise
-  [[nodiscard]] float scale() const;      ///< pixels per 1/96 inch, as its screen wants
+
+  /// Of the window, as it was before it filled the screen, in the units of WindowOptions, which
+  /// some systems count coarser than pixels.
+  [[nodiscard]] std::array<int, 2> windowed_size() const;
+  /// How large a screen wants texts, in those units.
+  [[nodiscard]] float scale() const;
 
   void show();  ///< the picture that was drawn last
   void toggle_fullscreen();

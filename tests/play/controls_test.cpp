@@ -65,7 +65,7 @@ TEST_CASE("controls: the wheel moves the tip along the view, Tab chooses the oth
   const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
   CHECK((room.hands[0].tip() - left).normalized().dot(ahead) == Approx(1));
   room.press(Key::tab);
-  CHECK_FALSE(room.controls.has_grasper());
+  CHECK(room.controls.chosen() == Controls::hook);
   room.handle({WheelInput{-1}});
   CHECK((room.hands[1].tip() - right).normalized().dot(ahead) == Approx(-1));
 }
@@ -96,7 +96,7 @@ TEST_CASE("controls: a lost window ends drags", "[unit]") {
   CHECK(room.hands[0].tip() == tip);
 }
 
-TEST_CASE("controls: jaws are the grasper's, whichever hand has it", "[unit]") {
+TEST_CASE("controls: jaws are the grasper's, whichever instrument is chosen", "[unit]") {
   Room room;
   room.press(Key::g);
   CHECK(room.hands[0].state().jaw == 0);
@@ -106,23 +106,23 @@ TEST_CASE("controls: jaws are the grasper's, whichever hand has it", "[unit]") {
   CHECK(room.hands[1].state().jaw == 1);
 }
 
-// Would catch a left-handed trainee whose instruments, pedals or chosen hand are mixed up.
-TEST_CASE("controls: swapped hands exchange instruments and their places", "[unit]") {
+// Would catch a left-handed trainee whose pedals or chosen instrument are mixed up.
+TEST_CASE("controls: swapped hands exchange ports, and the scene begins anew", "[unit]") {
   Room room;
-  room.handle({KeyInput{Key::c, true}});
   const Eigen::Isometry3f grasper = room.hands[0].state().pose, hook = room.hands[1].state().pose;
+  room.handle({KeyInput{Key::c, true}});
+  CHECK(room.controls.is_left());
   room.press(Key::x);
-  CHECK(room.orders.is_left_handed);
+  CHECK(room.controls.is_left_handed());
+  CHECK_FALSE(room.controls.is_left());  // the grasper is still chosen, in the right hand
   CHECK(room.hands[0].state().pose.isApprox(hook));
   CHECK(room.hands[1].state().pose.isApprox(grasper));
-  CHECK(room.controls.has_grasper());
-  CHECK(room.controls.chosen() == Controls::right);
-  CHECK(room.hands[0].state().pedals == Pedals{});
   CHECK(room.hands[1].state().pedals == Pedals{});
+  CHECK(room.orders.restarts == 1);
   room.handle({KeyInput{Key::v, true}});
-  CHECK(room.hands[0].state().pedals == Pedals{false, true});
+  CHECK(room.hands[1].state().pedals == Pedals{false, true});
   room.press(Key::x);
-  CHECK_FALSE(room.orders.is_left_handed);
+  CHECK_FALSE(room.controls.is_left_handed());
   CHECK(room.hands[0].state().pose.isApprox(grasper));
 }
 

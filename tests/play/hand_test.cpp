@@ -57,16 +57,33 @@ TEST_CASE("hand: a state has the time, the jaw and the pedals of its last change
   CHECK(hand.state().jaw == 1);
 }
 
-// Would catch instruments that jump when hands are swapped.
-TEST_CASE("hand: two exchange their places", "[unit]") {
+// Would catch a left-handed trainee whose hook comes from the wrong side.
+TEST_CASE("hand: two exchange their ports and begin anew", "[unit]") {
   const pbdsurg::VirtualClock clock;
-  MouseHand left("left", kReach, {0.01F, 0, 0}, clock);
-  MouseHand right("right", {{0.1F, 0, 0.2F}, {0, 0, 0}, 0.1F}, {0.05F, 0, 0}, clock);
-  const Eigen::Isometry3f of_left = left.state().pose, of_right = right.state().pose;
-  left.exchange(right);
-  CHECK(left.state().pose.isApprox(of_right));
-  CHECK(right.state().pose.isApprox(of_left));
-  CHECK(left.name() == "left");
+  MouseHand one("grasper", kReach, {0.01F, 0, 0}, clock);
+  MouseHand other("hook", {{0.1F, 0, 0.2F}, {0, 0, 0}, 0.1F}, {0.05F, 0, 0}, clock);
+  const Eigen::Isometry3f of_one = one.state().pose, of_other = other.state().pose;
+  one.move({0.01F, 0.01F, 0});
+  one.set_jaw(0);
+  other.set_pedals({.cut = true});
+  one.exchange_places(other);
+  CHECK(one.state().pose.isApprox(of_other));
+  CHECK(other.state().pose.isApprox(of_one));
+  CHECK(one.state().jaw == 1);
+  CHECK(other.state().pedals == pbdsurg::Pedals{});
+  CHECK(one.name() == "grasper");
+}
+
+// Would catch a hand that is there but is not heard of.
+TEST_CASE("hand: a refresh tells the time and changes nothing else", "[unit]") {
+  pbdsurg::VirtualClock clock;
+  MouseHand hand("grasper", kReach, {0.01F, 0, 0}, clock);
+  const Eigen::Isometry3f pose = hand.state().pose;
+  clock.advance(2);
+  CHECK(hand.state().time == 0);
+  hand.refresh();
+  CHECK(hand.state().time == 2);
+  CHECK(hand.state().pose.isApprox(pose));
 }
 
 }  // namespace cholecystectomy

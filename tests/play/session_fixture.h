@@ -26,11 +26,11 @@ struct PlayedSession {
   explicit PlayedSession(std::uint32_t generation = 1)
       : session(LoadedScene::get().scene, LoadedScene::get().anatomy.anatomy.abdominal_wall,
                 solver_options(pbdsurg::executor::threads(), false), {&hands[0], &hands[1]},
-                generation, orders) {}
+                generation) {}
 
   void step(int count) {
     for (int i = 0; i < count; ++i) {
-      session.step(orders, events);
+      session.step(orders, clock.now(), events);
     }
   }
 

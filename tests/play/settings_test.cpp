@@ -75,6 +75,12 @@ TEST_CASE("settings: what is wrong keeps its default and is named", "[unit]") {
 TEST_CASE("settings: where they cannot be kept, one sentence says so", "[unit]") {
   const pbdsurg::testing::TemporaryFolder folder;
   CHECK_THAT(save_settings({}, {}), ContainsSubstring("neither"));
+  // a name without a folder
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder / "");
+  CHECK(save_settings("bare.json", {}).empty());
+  CHECK(std::filesystem::exists(folder / "bare.json"));
+  std::filesystem::current_path(before);
   CHECK_THAT(save_settings(folder.put("file", "in the way") / "settings.json", {}),
              ContainsSubstring("not kept"));
 }

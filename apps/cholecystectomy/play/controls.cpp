@@ -16,10 +16,9 @@ constexpr float kSlowMotion = 0.25F;
 
 }  // namespace
 
-Controls::Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders)
-    : hands_(hands), scope_(scope), orders_(orders) {
-  chosen_ = orders.is_left_handed ? right : left;
-}
+Controls::Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders,
+                   bool is_left_handed)
+    : hands_(hands), scope_(scope), orders_(orders), is_left_handed_(is_left_handed) {}
 
 void Controls::handle(const std::vector<Input>& inputs, int height) {
   for (const Input& input : inputs) {
@@ -43,13 +42,9 @@ void Controls::handle(const std::vector<Input>& inputs, int height) {
   }
 }
 
-void Controls::choose(Side side) {
-  chosen_ = side;
-}
-
 void Controls::toggle_jaw() {
-  MouseHand& grasper = grasper_hand();
-  grasper.set_jaw(grasper.jaw() > 0.5F ? 0 : 1);
+  MouseHand& hand = hands_[grasper];
+  hand.set_jaw(hand.jaw() > 0.5F ? 0 : 1);
 }
 
 void Controls::press_on_screen(const pbdsurg::Pedals& pedals) {
@@ -64,20 +59,25 @@ pbdsurg::Pedals Controls::pedals() const {
 }
 
 void Controls::toggle_handedness() {
-  const bool had_grasper = has_grasper();
-  let_go();
-  orders_.is_left_handed = !orders_.is_left_handed;
-  chosen_ = had_grasper == orders_.is_left_handed ? right : left;
-  // each hand takes the place of the other, so that instruments stay where they are
-  hands_[0].exchange(hands_[1]);
+  is_left_handed_ = !is_left_handed_;
+  hands_[grasper].exchange_places(hands_[hook]);
+  restart();
+}
+
+void Controls::toggle_slow_motion() {
+  orders_.speed = orders_.speed < 1 ? 1 : kSlowMotion;
 }
 
 void Controls::restart() {
+  reset();
+  ++orders_.restarts;
+}
+
+void Controls::reset() {
   let_go();
   for (MouseHand& each : hands_) {
     each.reset();
   }
-  ++orders_.restarts;
 }
 
 void Controls::key(const KeyInput& input) {
@@ -94,7 +94,7 @@ void Controls::key(const KeyInput& input) {
   }
   switch (input.key) {
     case Key::tab:
-      choose(chosen_ == left ? right : left);
+      choose(chosen_ == grasper ? hook : grasper);
       break;
     case Key::g:
     case Key::space:
@@ -139,8 +139,7 @@ void Controls::key(const KeyInput& input) {
       ++orders_.single_steps;
       break;
     case Key::comma:
-      is_slow = !is_slow;
-      orders_.speed = is_slow ? kSlowMotion : 1;
+      toggle_slow_motion();
       break;
     case Key::r:
       if (input.has_shift) {
@@ -200,7 +199,6 @@ void Controls::wheel(float notches) {
   hand().move(motion_scale * kNotch * notches * (camera.target - camera.eye).normalized());
 }
 
-// A window without the keyboard hears no key that is let go.
 void Controls::let_go() {
   moves_tip_ = moves_scope_ = false;
   keys_ = screen_ = {};
@@ -208,7 +206,7 @@ void Controls::let_go() {
 }
 
 void Controls::send_pedals() {
-  hook_hand().set_pedals(pedals());
+  hands_[hook].set_pedals(pedals());
 }
 
 }  // namespace cholecystectomy

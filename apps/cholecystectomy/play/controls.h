@@ -29,45 +29,54 @@ struct Wishes {
 /// scope about its port, the wheel with that button held slides it.
 class Controls {
  public:
-  enum Side : std::uint8_t { left, right };
+  enum Role : std::uint8_t { grasper, hook };
 
-  /// All are kept by reference.
-  Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders);
+  /// @param hands  [Role]; all are kept by reference
+  /// @param is_left_handed  whether the hook is in the left hand
+  Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders,
+           bool is_left_handed = false);
 
   /// @param height  of the picture, pixels
   void handle(const std::vector<Input>& inputs, int height);
 
   /// Which hand the mouse moves.
-  [[nodiscard]] Side chosen() const { return chosen_; }
-  void choose(Side side);
-  [[nodiscard]] bool has_grasper() const { return (chosen_ == left) != orders_.is_left_handed; }
+  [[nodiscard]] Role chosen() const { return chosen_; }
+  void choose(Role role) { chosen_ = role; }
+  [[nodiscard]] bool is_left_handed() const { return is_left_handed_; }
+  /// Whether the mouse moves the left hand.
+  [[nodiscard]] bool is_left() const { return (chosen_ == hook) == is_left_handed_; }
 
   void toggle_jaw();
   /// Pedals under a finger on the screen; those of keys count beside them.
   void press_on_screen(const pbdsurg::Pedals& pedals);
   [[nodiscard]] pbdsurg::Pedals pedals() const;
+  /// Instruments exchange their ports, and the scene begins anew.
   void toggle_handedness();
+  void toggle_slow_motion();
   void restart();
+  /// As the wheel, for who has none.
+  void push(float notches) { wheel(notches); }
+  /// Pedals up, drags over: a window without the keyboard hears no key that is let go.
+  void let_go();
+  /// Both hands to where they began, without what they held.
+  void reset();
 
   Wishes wishes;
   float motion_scale = 1;  ///< of drags and the wheel
   bool shows_help = false;
-  bool is_slow = false;
 
  private:
   void key(const KeyInput& input);
   void cursor(const CursorInput& input, int height);
   void wheel(float notches);
-  void let_go();
   void send_pedals();
   [[nodiscard]] MouseHand& hand() { return hands_[chosen_]; }
-  [[nodiscard]] MouseHand& grasper_hand() { return hands_[orders_.is_left_handed ? right : left]; }
-  [[nodiscard]] MouseHand& hook_hand() { return hands_[orders_.is_left_handed ? left : right]; }
 
   std::array<MouseHand, 2>& hands_;
   Scope& scope_;
   Orders& orders_;
-  Side chosen_ = left;
+  bool is_left_handed_;
+  Role chosen_ = grasper;
   bool moves_tip_ = false, moves_scope_ = false;
   CursorInput at_{0, 0};
   pbdsurg::Pedals keys_, screen_;

@@ -35,7 +35,7 @@ bool Guide::is_followed(const SceneState& state, const Controls& controls,
     case 2:
       return state.grasper.is_holding && state.grasper.force.norm() > kPull;
     case 3:
-      return !controls.has_grasper();
+      return controls.chosen() == Controls::hook;
     case 4:
       return state.generator.activation != pbdsurg::Activation::none && state.generator.is_touching;
     default:

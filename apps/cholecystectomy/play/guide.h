@@ -21,7 +21,6 @@ class Guide {
 
   /// The hint in Texts::guide; kHints for the last words, and beyond when nothing is to be said.
   [[nodiscard]] std::size_t hint() const { return hint_; }
-  void skip() { hint_ = kHints + 1; }
 
  private:
   [[nodiscard]] bool is_followed(const SceneState& state, const Controls& controls,

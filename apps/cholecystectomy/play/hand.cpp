@@ -41,17 +41,15 @@ void MouseHand::reset() {
   tip_ = start_;
   roll_ = 0;
   jaw_ = 1;
+  pedals_ = {};
   publish();
 }
 
-void MouseHand::exchange(MouseHand& other) {
+void MouseHand::exchange_places(MouseHand& other) {
   std::swap(reach_, other.reach_);
   std::swap(start_, other.start_);
-  std::swap(tip_, other.tip_);
-  std::swap(roll_, other.roll_);
-  std::swap(jaw_, other.jaw_);
-  publish();
-  other.publish();
+  reset();
+  other.reset();
 }
 
 pbdsurg::DeviceState MouseHand::state() noexcept {

@@ -34,8 +34,10 @@ class MouseHand final : public pbdsurg::Device {
   void roll(float angle);                 ///< rad, about the shaft
   void set_jaw(float jaw);                ///< 0 closed to 1 open
   void set_pedals(const pbdsurg::Pedals& pedals);
-  void reset();                     ///< to where it was made
-  void exchange(MouseHand& other);  ///< places, ports and jaws: who had the hook has the grasper
+  void reset();                  ///< to where it was made, the jaws open, pedals up
+  void refresh() { publish(); }  ///< says that it is still there
+  /// Ports and places to begin at; both begin anew there.
+  void exchange_places(MouseHand& other);
   [[nodiscard]] const Eigen::Vector3f& tip() const { return tip_; }
   [[nodiscard]] float jaw() const { return jaw_; }
   /// @}

@@ -17,8 +17,9 @@ constexpr double kWarned = 6;        // s for which a warning stays
 constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing place
 // pixels that panels of scale 1 leave to the picture; in smaller windows they are smaller, to a
 // limit
-constexpr float kNarrow = 30;  // letters
 constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
+constexpr float kLargest = 1.5F;  // of what fits, so that panels do not cover each other
+constexpr int kNarrowest = 360;   // pixels of a window with panels
 
 const ImVec4 kYellow(0.95F, 0.80F, 0.20F, 1), kBlue(0.35F, 0.60F, 1.0F, 1), kRed(1, 0.4F, 0.3F, 1);
 
@@ -80,22 +81,39 @@ Panels::~Panels() {
 }
 
 std::vector<Input> Panels::unclaimed(const std::vector<Input>& inputs) {
-  const ImGuiIO& io = ImGui::GetIO();
   std::vector<Input> rest;
   for (const Input& input : inputs) {
+    if (const auto* moved = std::get_if<CursorInput>(&input)) {
+      cursor_ = *moved;
+    }
     const auto* button = std::get_if<ButtonInput>(&input);
     const auto* key = std::get_if<KeyInput>(&input);
-    const bool is_press = button != nullptr && button->is_down;
     has_understood_ = has_understood_ || (key != nullptr && key->key == Key::enter);
     // what was pressed outside is let go outside, wherever the cursor is by then
+    const bool is_press = button != nullptr && button->is_down;
     const bool is_claimed =
-        (io.WantCaptureMouse && (is_press || std::holds_alternative<WheelInput>(input))) ||
-        (io.WantTextInput && key != nullptr && key->is_down);
+        ((is_press || std::holds_alternative<WheelInput>(input)) && is_covered()) ||
+        (ImGui::GetIO().WantTextInput && key != nullptr && key->is_down);
     if (!is_claimed) {
       rest.push_back(input);
     }
   }
   return rest;
+}
+
+// By what was drawn, not by where ImGui saw the cursor a picture ago.
+bool Panels::is_covered() const {
+  return std::ranges::any_of(covered_, [&](const Rectangle& r) {
+    return cursor_.x >= r.left && cursor_.x < r.right && cursor_.y >= r.top && cursor_.y < r.bottom;
+  });
+}
+
+void Panels::end_panel() {
+  const ImVec2 corner = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  const ImVec2 pixels = ImGui::GetIO().DisplayFramebufferScale;
+  covered_.push_back({pixels.x * corner.x, pixels.y * corner.y, pixels.x * (corner.x + size.x),
+                      pixels.y * (corner.y + size.y)});
+  ImGui::End();
 }
 
 void Panels::warn(const std::string& text, double now) {
@@ -131,10 +149,13 @@ void Panels::apply_scale(float scale) {
 
 void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, Guide& guide,
                   Settings& settings, const PictureTimes& pictures, double now) {
-  const float room = std::min(static_cast<float>(window_.width()) / kRoomyWidth,
-                              static_cast<float>(window_.height()) / kRoomyHeight);
-  apply_scale(static_cast<float>(settings.text_scale) *
-              std::clamp(room, kSmallest, std::max(window_.scale(), 1.0F)));
+  const std::array<int, 2> size = window_.windowed_size();
+  const float room = std::min(static_cast<float>(size[0]) / kRoomyWidth,
+                              static_cast<float>(size[1]) / kRoomyHeight);
+  const float fitting = std::clamp(room, kSmallest, std::max(window_.scale(), 1.0F));
+  apply_scale(std::min(fitting * static_cast<float>(settings.text_scale),
+                       std::max(kLargest * room, kSmallest)));
+  covered_.clear();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
@@ -151,12 +172,13 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
     draw_guide(guide);
   }
   const float edge = ImGui::GetFontSize() / 2;
-  if (window_.width() > 2 * kNarrow * edge) {  // else the picture alone
+  pbdsurg::Pedals pressed;
+  if (window_.width() >= kNarrowest) {  // else the picture alone
     ImGui::SetNextWindowPos(ImVec2(edge, edge));
     draw_operation(state, controls, orders);
     const float right = ImGui::GetIO().DisplaySize.x - edge;
     ImGui::SetNextWindowPos(ImVec2(right, edge), 0, ImVec2(1, 0));
-    draw_generator(state, controls, orders);
+    pressed = draw_generator(state, orders);
     const float bottom = ImGui::GetIO().DisplaySize.y - edge;
     ImGui::SetNextWindowPos(ImVec2(right, bottom), 0, ImVec2(1, 1));
     draw_forces(state);
@@ -166,8 +188,9 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
       draw_time(state, pictures);
       draw_settings(settings);
     }
-    ImGui::End();
+    end_panel();
   }
+  controls.press_on_screen(pressed);  // none where there is no button
   draw_warnings(now);
   if (controls.shows_help) {
     draw_help(controls);
@@ -189,7 +212,7 @@ void Panels::draw_disclaimer() {
       has_understood_ = true;
     }
   }
-  ImGui::End();
+  end_panel();
 }
 
 void Panels::draw_guide(Guide& guide) {
@@ -226,7 +249,7 @@ void Panels::draw_help(Controls& controls) {
       controls.shows_help = false;
     }
   }
-  ImGui::End();
+  end_panel();
 }
 
 void Panels::draw_operation(const SceneState& state, Controls& controls, Orders& orders) {
@@ -236,15 +259,28 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     } else if (state.phase == Phase::failed) {
       ImGui::TextColored(kRed, texts_.failed, state.message.c_str());
     }
-    ImGui::Text("%s: %s",
-                controls.chosen() == Controls::left ? texts_.chosen_left : texts_.chosen_right,
-                controls.has_grasper() ? texts_.grasper : texts_.hook);
+    const bool has_grasper = controls.chosen() == Controls::grasper;
+    ImGui::Text("%s: %s", controls.is_left() ? texts_.chosen_left : texts_.chosen_right,
+                has_grasper ? texts_.grasper : texts_.hook);
     if (ImGui::Button(texts_.choose_other)) {
-      controls.choose(controls.chosen() == Controls::left ? Controls::right : Controls::left);
+      controls.choose(has_grasper ? Controls::hook : Controls::grasper);
     }
     ImGui::SameLine();
     if (ImGui::Button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
       controls.toggle_jaw();
+    }
+    ImGui::PushButtonRepeat(true);
+    if (ImGui::Button(texts_.deeper)) {
+      controls.push(0.5F);
+    }
+    ImGui::SameLine();
+    if (ImGui::Button(texts_.nearer)) {
+      controls.push(-0.5F);
+    }
+    ImGui::PopButtonRepeat();
+    ImGui::SameLine();
+    if (ImGui::Button(texts_.slow_motion)) {
+      controls.toggle_slow_motion();
     }
     if (ImGui::Button(texts_.undo)) {
       ++orders.undos;
@@ -272,19 +308,18 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     ImGui::Text(texts_.removed, static_cast<long long>(state.removed_tets),
                 static_cast<long long>(state.parted_strands));
   }
-  ImGui::End();
+  end_panel();
 }
 
-void Panels::draw_generator(const SceneState& state, Controls& controls, Orders& orders) {
+pbdsurg::Pedals Panels::draw_generator(const SceneState& state, Orders& orders) {
+  pbdsurg::Pedals pressed;
   if (ImGui::Begin(texts_.generator, nullptr, kStill)) {
     const GeneratorState& generator = state.generator;
-    pbdsurg::Pedals pressed;
     pressed.cut =
         held_button(texts_.cut, kYellow, generator.activation == pbdsurg::Activation::cut);
     ImGui::SameLine();
     pressed.coagulation = held_button(texts_.coagulation, kBlue,
                                       generator.activation == pbdsurg::Activation::coagulation);
-    controls.press_on_screen(pressed);
     slider(texts_.cut_power, orders.cut_power, 1, 120, "%.0f");
     slider(texts_.coagulation_power, orders.coagulation_power, 1, 120, "%.0f");
     ImGui::Text(texts_.delivered, generator.power, generator.voltage,
@@ -296,7 +331,8 @@ void Panels::draw_generator(const SceneState& state, Controls& controls, Orders&
       ImGui::TextColored(kBlue, "%s", texts_.sparks);
     }
   }
-  ImGui::End();
+  end_panel();
+  return pressed;
 }
 
 void Panels::draw_forces(const SceneState& state) {
@@ -316,7 +352,7 @@ void Panels::draw_forces(const SceneState& state) {
     plot(texts_.force_on_grasper, grasper_, state.grasper);
     plot(texts_.force_on_hook, hook_, state.hook);
   }
-  ImGui::End();
+  end_panel();
 }
 
 std::string Panels::time_text(const SceneState& state, const Orders& orders) const {

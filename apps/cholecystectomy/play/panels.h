@@ -64,12 +64,14 @@ class Panels {
   void draw_guide(Guide& guide);
   void draw_help(Controls& controls);
   void draw_operation(const SceneState& state, Controls& controls, Orders& orders);
-  void draw_generator(const SceneState& state, Controls& controls, Orders& orders);
+  [[nodiscard]] pbdsurg::Pedals draw_generator(const SceneState& state, Orders& orders);
   void draw_forces(const SceneState& state);
   [[nodiscard]] std::string time_text(const SceneState& state, const Orders& orders) const;
   void draw_time(const SceneState& state, const PictureTimes& pictures);
   void draw_settings(Settings& settings);
   void draw_warnings(double now);
+  void end_panel();
+  [[nodiscard]] bool is_covered() const;
   void apply_scale(float scale);
 
   Window& window_;
@@ -79,6 +81,11 @@ class Panels {
   Plot grasper_, hook_;
   double plotted_ = 0;  // s of the scene
   std::deque<Warned> warnings_;
+  struct Rectangle {
+    float left, top, right, bottom;
+  };
+  std::vector<Rectangle> covered_;  // pixels, by panels of the last picture
+  CursorInput cursor_{-1, -1};
 };
 
 }  // namespace cholecystectomy

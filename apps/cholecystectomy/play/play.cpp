@@ -78,20 +78,21 @@ class Play {
       : options_(options),
         settings_path_(options.settings ? *options.settings : default_settings_path()),
         settings_(load_settings(settings_path_, complaint_)),
-        hands_{{{"mouse, left hand", {kLeftPort, kCentre, kReach}, kLeftTip, clock_},
-                {"mouse, right hand", {kRightPort, kCentre, kReach}, kRightTip, clock_}}},
+        hands_{{{"mouse, grasper", {kLeftPort, kCentre, kReach}, kLeftTip, clock_},
+                {"mouse, hook", {kRightPort, kCentre, kReach}, kRightTip, clock_}}},
         scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
-        controls_(hands_, scope_, orders_),
+        controls_(hands_, scope_, orders_, settings_.is_left_handed),
+        player_(std::async(std::launch::async, make_player)),
         simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
     orders_.cut_power = settings_.cut_power;
     orders_.coagulation_power = settings_.coagulation_power;
     if (settings_.is_left_handed) {
-      controls_.toggle_handedness();
+      hands_[0].exchange_places(hands_[1]);
     }
     yield_to_steps();
-    player_ = std::async(std::launch::async, make_player);
     open_screen();
     if (!complaint_.empty()) {
+      std::fprintf(stderr, "warning: %s\n", complaint_.c_str());
       warn(complaint_);
     }
   }
@@ -103,9 +104,11 @@ class Play {
         controls_.wishes.new_window = false;
         open_screen();
       }
-      take_state();
-      make_sounds();
       const bool is_hidden = screen_->window.width() == 0 || screen_->window.height() == 0;
+      if (is_hidden || pace_.is_due(clock_.now())) {  // else nobody asks for a state
+        take_state();
+        make_sounds();
+      }
       if (!is_hidden && pace_.is_due(clock_.now())) {
         draw();
       }
@@ -139,6 +142,7 @@ class Play {
   }
 
   void open_screen() {
+    controls_.let_go();  // the new window does not hear keys that the old one heard
     if (screen_ != nullptr) {
       remember_size();
     }
@@ -147,9 +151,14 @@ class Play {
         std::make_unique<Screen>(WindowOptions{texts_.title, settings_.width, settings_.height},
                                  settings_.quality, texts_, has_understood_);
     drawn_generation_ = kNone;
+    if (!rest_.empty()) {  // until a state comes
+      screen_->renderer.set_surfaces(rest_);
+      drawn_generation_ = 0;
+    }
     seen_ = {};
     seen_.generation = kNone;
     publish_seen();
+    ++windows_;
   }
 
   void take_inputs() {
@@ -163,6 +172,9 @@ class Play {
     if (std::exchange(controls_.wishes.fullscreen, false)) {
       screen_->window.toggle_fullscreen();
     }
+    for (MouseHand& hand : hands_) {
+      hand.refresh();
+    }
     simulation_.orders.draft() = orders_;
     simulation_.orders.publish();
   }
@@ -175,6 +187,9 @@ class Play {
     if (!now.whole.empty()) {
       screen_->renderer.set_surfaces(now.whole);
       drawn_generation_ = now.generation;
+      if (now.generation == 0) {
+        rest_ = now.whole;
+      }
     } else if (now.generation == drawn_generation_) {
       for (std::size_t i = 0; i < now.changes.size(); ++i) {
         screen_->renderer.update(i, now.changes[i]);
@@ -188,11 +203,24 @@ class Play {
     seen_.sequence = simulation_.states.sequence();
     publish_seen();
     for (std::size_t i = 0; i < now.events.size(); ++i) {
-      if (now.events[i] != events_[i] && texts_.events[i][0] != '\0') {
-        warn(texts_.events[i]);
+      if (now.events[i] <= events_[i]) {
+        continue;
+      }
+      const Event event = static_cast<Event>(i);
+      is_alarmed_ = is_alarmed_ || event == Event::slipped || event == Event::lost;
+      if (event == Event::lost) {
+        controls_.reset();  // hands that are where the old scene was lost
+      }
+      if (texts_.events[i][0] != '\0') {
+        screen_->panels.warn(texts_.events[i], clock_.now());
       }
     }
-    events_ = now.events;
+    if (now.phase == Phase::playing) {
+      events_ = now.events;
+      solve_ms_ += now.times.solve;
+      heat_ms_ += now.times.heat;
+      ++states_;
+    }
     guide_.update(now, controls_, scope_, clock_.now());
   }
 
@@ -230,10 +258,11 @@ class Play {
 
   [[nodiscard]] SceneView view() const {
     SceneView view;
-    view.tools = {draw_grasper(state().grasper.pose, state().grasper.is_closed),
-                  draw_hook(state().hook.pose)};
+    if (state().phase == Phase::playing) {
+      view.tools = {draw_grasper(state().grasper.pose, state().grasper.is_closed),
+                    draw_hook(state().hook.pose)};
+    }
     view.sheets = state().sheets;
-    view.strands = state().strands;
     view.smoke = state().smoke;
     view.haze = state().haze;
     view.camera = scope_.camera();
@@ -258,6 +287,7 @@ class Play {
     if (std::exchange(controls_.wishes.screenshot, false)) {
       write_screenshot(width, height);
     }
+    const double drawn = clock_.now();
     screen.window.show();
     pictures_ += state().phase == Phase::playing ? 1 : 0;
     if (first_picture_ == 0 && drawn_generation_ != kNone) {
@@ -265,11 +295,13 @@ class Play {
     }
     if (first_play_ == 0 && state().phase == Phase::playing) {
       first_play_ = clock_.now();
+      first_time_ = state().time;
       std::printf("playing\n");
       std::fflush(stdout);
     }
     const double now = clock_.now();
-    times_.milliseconds += 0.1 * (1e3 * (now - start) - times_.milliseconds);
+    times_.milliseconds += 0.1 * (1e3 * (drawn - start) - times_.milliseconds);
+    drawn_s_ += first_play_ > 0 ? drawn - start : 0;
     if (last_picture_ > 0) {
       times_.per_second += 0.1 * (1 / std::max(now - last_picture_, 1e-6) - times_.per_second);
     }
@@ -292,7 +324,9 @@ class Play {
                    image.rgb.data() + row * static_cast<std::size_t>(y));
     }
     char name[32];
-    std::snprintf(name, sizeof name, "screenshot_%03d.png", ++screenshots_);
+    do {
+      std::snprintf(name, sizeof name, "screenshot_%03d.png", ++screenshots_);
+    } while (std::filesystem::exists(options_.out / name));
     try {
       std::filesystem::create_directories(options_.out);
       write_png(options_.out / name, image);
@@ -321,14 +355,13 @@ class Play {
   }
 
   void remember_size() {
-    if (screen_->window.width() > 0) {
-      settings_.width = screen_->window.width();
-      settings_.height = screen_->window.height();
-    }
+    const std::array<int, 2> size = screen_->window.windowed_size();
+    settings_.width = std::max(size[0], 160);
+    settings_.height = std::max(size[1], 120);
   }
 
   void remember_settings() {
-    settings_.is_left_handed = orders_.is_left_handed;
+    settings_.is_left_handed = controls_.is_left_handed();
     settings_.cut_power = orders_.cut_power;
     settings_.coagulation_power = orders_.coagulation_power;
     remember_size();
@@ -344,10 +377,15 @@ class Play {
     }
     std::printf("renderer %s\npictures_drawn %lld\n", screen_->window.device_name().c_str(),
                 static_cast<long long>(pictures_));
-    std::printf("first_picture_s %.2f\nplayable_s %.2f\nsimulated_s %.2f\nfactor %.3f\n",
-                first_picture_, first_play_, state().time, state().factor);
-    std::printf("pictures_per_s %.1f\npicture_ms %.1f\nsolve_ms %.2f\nheat_ms %.2f\n",
-                times_.per_second, times_.milliseconds, state().times.solve, state().times.heat);
+    // means of the whole play
+    const double played = last_picture_ - first_play_;
+    const double pictures = static_cast<double>(std::max<std::int64_t>(pictures_, 1));
+    std::printf("first_picture_s %.2f\nplayable_s %.2f\nsimulated_s %.2f\nrealtime_factor %.3f\n",
+                first_picture_, first_play_, state().time - first_time_,
+                (state().time - first_time_) / std::max(played, 1e-3));
+    std::printf("pictures_per_s %.1f\npicture_ms %.1f\nsolve_ms %.2f\nheat_ms %.2f\nwindows %d\n",
+                pictures / std::max(played, 1e-3), 1e3 * drawn_s_ / pictures,
+                solve_ms_ / std::max(states_, 1.0), heat_ms_ / std::max(states_, 1.0), windows_);
     const auto count = [&](Event event) { return events_[static_cast<std::size_t>(event)]; };
     std::printf("grasped %u\nmissed %u\nundone %u\nnot_undone %u\n", count(Event::grasped),
                 count(Event::missed), count(Event::undone), count(Event::no_undo));
@@ -371,10 +409,10 @@ class Play {
   Scope scope_;
   Orders orders_;
   Controls controls_;
+  std::future<std::unique_ptr<SoundPlayer>> player_;  // before the window, which closes first
+  std::unique_ptr<SoundPlayer> sound_;
   SimulationThread simulation_;
   std::unique_ptr<Screen> screen_;
-  std::future<std::unique_ptr<SoundPlayer>> player_;
-  std::unique_ptr<SoundPlayer> sound_;
   Guide guide_;
   PicturePace pace_;
   PictureTimes times_;
@@ -384,7 +422,11 @@ class Play {
   bool has_understood_ = false, was_refused_ = false, is_alarmed_ = false;
   std::int64_t pictures_ = 0;
   int screenshots_ = 0;
+  int windows_ = 0;
+  std::vector<Surface> rest_;                                     // of generation 0
   double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
+  double first_time_ = 0;                                         // s, simulated at first_play_
+  double drawn_s_ = 0, solve_ms_ = 0, heat_ms_ = 0, states_ = 0;  // sums
   double half_memory_ = 0;                                        // bytes
 };
 

@@ -78,8 +78,8 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
     : simulation_(simulation),
       backdrop_(backdrop),
       generation_(generation),
-      burns_(simulation),
       sheets_(simulation.scene) {
+  burns_.emplace(simulation);
   for (const Organ organ : pbdsurg::kOrgans) {
     auto& skin = skin_[static_cast<std::size_t>(organ)];
     for (const Triangle& triangle : simulation.surface(organ).triangles()) {
@@ -89,9 +89,14 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
   }
 }
 
+void SceneFeed::begin_anew() {
+  ++generation_;
+  burns_.emplace(simulation_);  // strands that are back left no stumps
+}
+
 void SceneFeed::fill(SceneState& state, const Seen& seen) {
-  burns_.update();
-  sheets_.update(simulation_, burns_.layers());
+  burns_->update();
+  sheets_.update(simulation_, burns_->layers());
   state.sheets.assign(sheets_.surfaces().begin(), sheets_.surfaces().end());
   state.generation = generation_;
   state.whole.clear();
@@ -103,7 +108,7 @@ void SceneFeed::fill(SceneState& state, const Seen& seen) {
     }
     fill(organ, state.changes[i], seen.triangle_versions[i], seen.burn_versions[i]);
     state.triangle_versions[i] = simulation_.surface(organ).version();
-    state.burn_versions[i] = burns_.version(organ);
+    state.burn_versions[i] = burns_->version(organ);
   }
   if (is_new) {
     state.whole.push_back(backdrop_surface(backdrop_));
@@ -127,14 +132,14 @@ void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_tria
       run.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
     }
   }
-  burns_.collect_changes(organ, seen_burns, ranges_);
+  burns_->collect_changes(organ, seen_burns, ranges_);
   change.burns.resize(ranges_.size());
   for (std::size_t r = 0; r < ranges_.size(); ++r) {
     SurfaceChange::Burns& run = change.burns[r];
     run.first = ranges_[r].first;
     run.values.clear();
     for (Index place = ranges_[r].first; place < ranges_[r].end; ++place) {
-      run.values.push_back(burns_.layers()[surface.vertices()[place]]);
+      run.values.push_back(burns_->layers()[surface.vertices()[place]]);
     }
   }
 }
@@ -153,7 +158,7 @@ Surface SceneFeed::whole_surface(Organ organ) const {
     surface.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
   }
   for (const Index v : skin.vertices()) {
-    surface.burn.push_back(burns_.layers()[v]);
+    surface.burn.push_back(burns_->layers()[v]);
   }
   return surface;
 }

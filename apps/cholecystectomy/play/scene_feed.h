@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pbdsurg/mesh/mesh_data.h"
@@ -31,6 +32,12 @@ class SceneFeed {
   SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& backdrop,
             std::uint32_t generation);
 
+  /// Of the states to come.
+  [[nodiscard]] std::uint32_t generation() const { return generation_; }
+
+  /// Call this after an undo: surfaces come whole, in a new generation.
+  void begin_anew();
+
   /// Surfaces and sheets of the state. @param state  may hold an older one
   void fill(SceneState& state, const Seen& seen);
 
@@ -43,7 +50,7 @@ class SceneFeed {
   const Simulation& simulation_;
   const pbdsurg::MeshData& backdrop_;
   std::uint32_t generation_;
-  BurnLayers burns_;
+  std::optional<BurnLayers> burns_;
   SceneSheets sheets_;
   std::array<std::vector<pbdsurg::Triangle>, kOrganCount>
       skin_;                                // at rest, corners ascending, sorted

@@ -29,7 +29,6 @@ struct Orders {
   std::uint32_t restarts = 0;      ///< so far
   double cut_power = 30;           ///< W
   double coagulation_power = 30;   ///< W
-  bool is_left_handed = false;     ///< the hook is in the left hand
 };
 
 struct InstrumentState {
@@ -87,7 +86,6 @@ struct SceneState {
   std::array<std::uint64_t, kOrganCount> triangle_versions{}, burn_versions{};
 
   std::vector<Surface> sheets;
-  std::vector<Strand> strands;
   std::vector<SmokePuff> smoke;
   float haze = 0;
   InstrumentState grasper, hook;

@@ -18,11 +18,6 @@ constexpr float kClosed = 0.35F, kOpen = 0.65F;
 constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
 constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
 
-// As in the script's pictures: the hook works from below, so that smoke flows along the organs.
-constexpr std::uint64_t kSmokeSeed = 7;
-const Eigen::Vector3f kSmokeFlow(0, -1, 0.3F);
-constexpr double kSuction = 0.3;  // a valve that stands a little open
-
 void count(EventCounts& events, Event event) {
   ++events[static_cast<std::size_t>(event)];
 }
@@ -53,34 +48,34 @@ Nearest nearest_organ(const Simulation& simulation, const Eigen::Vector3f& point
 
 Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
                  const pbdsurg::SolverOptions& options, const Hands& hands,
-                 std::uint32_t generation, const Orders& orders)
+                 std::uint32_t generation)
     : simulation_(scene, options, std::nullopt, stages_, kTimeStep),
       feed_(simulation_, backdrop, generation),
-      smoke_(kSmokeSeed, kSmokeFlow),
-      hands_(hands),
-      before_(orders) {
+      smoke_(Smoke::of_scene()),
+      hands_(hands) {
   simulation_.grasper.is_aimed = simulation_.hook.is_aimed = false;
 }
 
-void Session::step(const Orders& orders, EventCounts& events) {
-  if (orders.undos != before_.undos) {
-    undo(events);
-  }
-  before_ = orders;
-  const std::array states{hands_[0]->state(), hands_[1]->state()};
-  const std::size_t hook_hand = orders.is_left_handed ? 0 : 1;
+void Session::step(const Orders& orders, double now, EventCounts& events) {
+  const pbdsurg::DeviceState grasper = hands_.grasper->state(), hook = hands_.hook->state();
   const auto follow = [&](Instrument& instrument, const pbdsurg::DeviceState& hand) {
     simulation_.approach(instrument, hand.pose.translation(), kTopSpeed);
     instrument.orientation = Eigen::Quaternionf(hand.pose.rotation());
   };
-  follow(simulation_.hook, states[hook_hand]);
-  follow(simulation_.grasper, states[1 - hook_hand]);
-  work_jaws(states[1 - hook_hand].jaw, events);
+  follow(simulation_.grasper, grasper);
+  follow(simulation_.hook, hook);
+  work_jaws(grasper.jaw, events);
 
   pbdsurg::Pedals pedals;
-  for (const pbdsurg::DeviceState& hand : states) {
-    pedals.cut |= hand.pedals.cut;
-    pedals.coagulation |= hand.pedals.coagulation;
+  for (const pbdsurg::DeviceState& hand : {grasper, hook}) {
+    if (hand.is_connected && now - hand.time <= kSilence) {
+      pedals.cut |= hand.pedals.cut;
+      pedals.coagulation |= hand.pedals.coagulation;
+    }
+  }
+  has_seen_pedals_up_ = has_seen_pedals_up_ || pedals == pbdsurg::Pedals{};
+  if (!has_seen_pedals_up_) {
+    pedals = {};
   }
   activation_ = pbdsurg::activation_of(pedals);
   is_refused_ = pedals.cut && pedals.coagulation;
@@ -99,7 +94,7 @@ void Session::step(const Orders& orders, EventCounts& events) {
     return stages_[stage] - (found == stages.end() ? 0 : found->second);
   };
   smoke_.advance(kTimeStep, simulation_.hook.tip, simulation_.last_burn.energy / kTimeStep,
-                 kSuction);
+                 Smoke::kSuction);
   times_ = {taken("cautery"), taken("tearing"), taken("solve"), taken("readback"), 0};
   if (simulation_.totals.tets_deleted > totals.tets_deleted) {
     count(events, Event::tissue_removed);
@@ -135,6 +130,7 @@ void Session::work_jaws(float jaw, EventCounts& events) {
 void Session::undo(EventCounts& events) {
   try {
     simulation_.world.undo();
+    feed_.begin_anew();
     count(events, Event::undone);
   } catch (const pbdsurg::InvalidArgument&) {
     count(events, Event::no_undo);

@@ -17,8 +17,11 @@
 
 namespace cholecystectomy {
 
-/// The devices of both hands: left, right.
-using Hands = std::array<pbdsurg::Device*, 2>;
+/// The devices of both hands, by what they hold.
+struct Hands {
+  pbdsurg::Device* grasper;
+  pbdsurg::Device* hook;
+};
 
 /// One play from its start on. Deterministic: the same states of hands and the same orders, step by
 /// step, give the same bits.
@@ -28,17 +31,20 @@ class Session {
                                               ///< time for pictures
   static constexpr float kTopSpeed = 0.4F;    ///< m/s, of tips; hands that are faster are followed
   static constexpr float kGrip = 40;          ///< N; more slips out of the jaws
+  static constexpr double kSilence = 2;       ///< s; pedals of a hand not heard of since are up
 
   /// @param scene, backdrop, hands  kept by reference: they must outlive the session
   /// @param generation              of its states: above zero, another one for each session
-  /// @param orders                  what happened before counts as done
   Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
-          const pbdsurg::SolverOptions& options, const Hands& hands, std::uint32_t generation,
-          const Orders& orders);
+          const pbdsurg::SolverOptions& options, const Hands& hands, std::uint32_t generation);
 
   /// One step.
+  /// @param now     s, by the clock of the hands
   /// @param events  of the whole play; those of this step are added
-  void step(const Orders& orders, EventCounts& events);
+  void step(const Orders& orders, double now, EventCounts& events);
+
+  /// Takes back the last edit of the tissue, between two steps.
+  void undo(EventCounts& events);
 
   /// Whether positions are no longer finite: only a new session helps.
   [[nodiscard]] bool is_lost() const { return simulation_.totals.non_finite_vertices > 0; }
@@ -46,8 +52,10 @@ class Session {
   /// All of a state but what time and events are.
   void fill(SceneState& state, const Seen& seen);
 
+  /// Of its last state: the next session takes a later one.
+  [[nodiscard]] std::uint32_t generation() const { return feed_.generation(); }
+
  private:
-  void undo(EventCounts& events);
   void work_jaws(float jaw, EventCounts& events);
 
   StageTimes stages_;
@@ -55,8 +63,8 @@ class Session {
   SceneFeed feed_;
   Smoke smoke_;
   Hands hands_;
-  Orders before_;
   bool is_closed_ = false;
+  bool has_seen_pedals_up_ = false;  // who begins with a foot down lifts it first
   pbdsurg::Activation activation_ = pbdsurg::Activation::none;
   bool is_refused_ = false;
   StepTimes times_;

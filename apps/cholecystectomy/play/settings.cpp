@@ -128,7 +128,9 @@ std::string save_settings(const std::filesystem::path& path, const Settings& set
   file["detail"] = word_of(kDetails, settings.detail);
   file["pictures"] = word_of(kQualities, settings.quality);
   try {
-    std::filesystem::create_directories(path.parent_path());
+    if (!path.parent_path().empty()) {
+      std::filesystem::create_directories(path.parent_path());
+    }
     pbdsurg::write_file(path, file.dump(2) + "\n");
   } catch (const std::exception& error) {
     return std::string("settings are not kept: ") + error.what();

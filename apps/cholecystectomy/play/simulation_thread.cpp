@@ -54,22 +54,22 @@ void SimulationThread::show_rest(const Load& load) {
 
 void SimulationThread::fail(const std::string& message) {
   SceneState& state = states.draft();
-  state = {};
+  state = {};  // an older one lies there
   state.phase = Phase::failed;
   state.message = message;
   states.publish();
 }
 
 void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solver) {
-  std::uint32_t generation = 0;
+  std::uint32_t generation = 1;
   std::optional<Session> session;
   EventCounts events{};
   orders.take();
   Orders before = orders.value();
   const auto begin = [&] {
+    generation = session ? session->generation() + 1 : 1;
     session.reset();  // its memory first
-    session.emplace(load.scene, load.anatomy.anatomy.abdominal_wall, solver, hands_, ++generation,
-                    orders.value());
+    session.emplace(load.scene, load.anatomy.anatomy.abdominal_wall, solver, hands_, generation);
   };
   begin();
   Pacer pacer(Session::kTimeStep, clock_.now());
@@ -85,14 +85,16 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       pacer = Pacer(Session::kTimeStep, clock_.now());
     }
     pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
-    const bool is_single = now.is_paused && now.single_steps != before.single_steps;
-    const bool is_due = pacer.is_due(clock_.now());
+    for (; before.undos < now.undos; ++before.undos) {
+      session->undo(events);
+    }
+    for (; now.is_paused && before.single_steps < now.single_steps; ++before.single_steps) {
+      session->step(now, clock_.now(), events);
+    }
     before = now;
-    if (is_single || is_due) {
-      session->step(now, events);
-      if (is_due) {
-        pacer.took_step(clock_.now());
-      }
+    if (pacer.is_due(clock_.now())) {
+      session->step(now, clock_.now(), events);
+      pacer.took_step(clock_.now());
     }
     seen.take();
     if (seen.value().sequence >= published || clock_.now() > published_at + kSilence) {
@@ -100,6 +102,10 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       const double start = clock_.now();
       session->fill(state, seen.value());
       state.phase = Phase::playing;
+      state.message.clear();
+      if (now.is_paused) {
+        state.generator = {};  // no current flows while time stands still
+      }
       state.events = events;
       state.factor = pacer.factor();
       state.owed = pacer.owed(start);

@@ -21,7 +21,7 @@ struct Texts {
       "Not a medical device. Not validated: nothing here teaches or proves surgical skill.";
   const char* understood = "I understand";
   const char* loading = "Making organs and their solver ...";
-  const char* failed = "The scene could not be made: %s";
+  const char* failed = "The scene cannot go on: %s";
   const char* close = "Close";
 
   const char* operation = "Operation";
@@ -38,6 +38,8 @@ struct Texts {
   const char* go_on = "Go on (P)";
   const char* single_step = "Step (.)";
   const char* slow_motion = "Slow (,)";
+  const char* deeper = "Deeper (W)";
+  const char* nearer = "Nearer (S)";
   const char* swap_hands = "Swap hands (X)";
   const char* help = "Help (H)";
   const char* removed = "removed %lld tetrahedra, parted %lld strands";
@@ -107,10 +109,10 @@ struct Texts {
        {"right button + wheel", "slide the scope"},
        {"A, D", "turn the light post: the oblique view goes around"},
        {"[, ], L", "turn the camera head; level it again"},
-       {"Z", "take the last edit back"},
+       {"Z", "take the last edit of the tissue back"},
        {"P, .", "pause; one step"},
        {",", "slow motion"},
-       {"X", "swap hands"},
+       {"X", "swap hands and begin anew: the hook in the left"},
        {"Shift R", "begin anew"},
        {"F11, F12", "fill the screen; write a screenshot"},
        {"F9", "make the window anew, if pictures are broken"},
