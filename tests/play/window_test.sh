@@ -146,7 +146,7 @@ case $case in
     rest
     xdotool keydown v
     rest
-    xdotool windowfocus "$(xdotool search --maxdepth 0 '' | head -n 1)"
+    xdotool windowfocus "$(xdotool search --maxdepth 0 --name '.*' 2>/dev/null | head -n 1)"
     rest
     xdotool keyup v
     xdotool windowfocus "$window"
