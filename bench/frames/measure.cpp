@@ -16,7 +16,7 @@ constexpr int kFirstFrames = 2;  // which bring the state to a device, and the h
 
 FrameEffort frame_effort(bool is_software, bool steps_on_gpu, bool quick) {
   if (quick) {
-    return {3, 3, 0, 1};
+    return {3, 3, 0, 5};
   }
   if (is_software) {
     return {5, 60, 3, 15};
