@@ -95,6 +95,7 @@ Json to_json(const Measured& measured) {
         stage.ms ? std::optional(100 * *stage.ms / sums[stage.online ? 1 : 0]) : std::nullopt;
     rows.push_back({{"stage", stage.name},
                     {"online", stage.online},
+                    {"phase", stage.online ? "in a frame" : "before the first"},
                     {"ms", rounded(stage.ms, 1e3)},
                     {"share_percent", rounded(share, 1e1)},
                     {"paper_ms", stage.paper_ms ? Json(*stage.paper_ms) : Json()},
