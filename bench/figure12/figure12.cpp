@@ -128,10 +128,10 @@ std::string to_markdown(const Json& rows, const Measured& measured) {
   text += measured.why_no_picture.empty() ? "- pictures of 1280x720 by " + measured.renderer + "\n"
                                           : "- no pictures: " + measured.why_no_picture + "\n";
   text +=
-      "- offline: once each, before the first frame. online: medians of a frame with the hook in "
-      "the liver and current, as table 3 has them\n"
+      "- offline: once each, before the first frame. online: medians of a frame with two "
+      "instruments on the liver and current, as table 3 has them\n"
       "- solver and colours: tissue, constraints, their colours, the plan\n"
-      "- contact: what the solver takes less without the hook, by comparison; solver: the rest\n"
+      "- contact: what the solver takes less without instruments, by comparison; solver: the rest\n"
       "- printed: the two that the paper names, on its machine (GTX 980 Ti)\n";
   const std::vector<Column> columns{
       {"ms", "ms", 3}, {"share_percent", "%", 1}, {"paper_ms", "printed, ms", 1}};

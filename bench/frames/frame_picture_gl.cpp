@@ -27,13 +27,14 @@ bool names_software(const std::string& renderer) {
       [&](const char* name) { return renderer.find(name) != std::string::npos; });
 }
 
-// Through the laparoscope, on both organs and the hook.
+// Through the laparoscope, on both organs and both instruments.
 SceneView view_of(const FrameWorld& world) {
   SceneView view;
   view.camera.up = {0, 0, 1};
   view.camera.target = {0.012F, 0, 0.008F};
   view.camera.eye = {-0.055F, -0.085F, -0.045F};
-  view.tools = {cholecystectomy::draw_hook(world.hook_pose())};
+  view.tools = {cholecystectomy::draw_hook(world.hook_pose()),
+                cholecystectomy::draw_grasper(world.grasper_pose(), true)};
   return view;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Liver and gallbladder in a world, and a hook that is pressed into the liver and burns it.
+/// Liver and gallbladder in a world, a grasper that presses on the liver and a hook that burns it.
 
 #include <array>
 #include <cstddef>
@@ -25,7 +25,7 @@ class FrameWorld {
   /// @param step     s, of a frame
   FrameWorld(const Scene& scene, const SolverOptions& options, double step);
 
-  /// The hook moves on, with current.
+  /// The instruments move on, the hook with current.
   /// @throws Error  if the world refuses something or a vertex is not finite
   Frame next();
 
@@ -36,19 +36,22 @@ class FrameWorld {
 
   [[nodiscard]] const MakingTimes& making() const { return making_; }
   [[nodiscard]] double step() const { return step_; }
-  [[nodiscard]] ToolPose hook_pose() const { return pose_; }
+  [[nodiscard]] const ToolPose& hook_pose() const { return hook_pose_; }
+  [[nodiscard]] const ToolPose& grasper_pose() const { return grasper_pose_; }
   [[nodiscard]] World& world() { return world_; }
   /// [body] gallbladder and liver
   [[nodiscard]] const std::array<const Surface*, 2>& surfaces() const { return surfaces_; }
 
  private:
+  void aim();
+
   MakingTimes making_{};
   World world_;
   double step_;
   double time_ = 0;         // s
   Eigen::Vector3f lowest_;  // m, of the liver at rest
-  ToolPose pose_ = ToolPose::Identity();
-  ToolId hook_;
+  ToolPose hook_pose_ = ToolPose::Identity(), grasper_pose_ = ToolPose::Identity();
+  ToolId hook_, grasper_;
   CauteryId burner_;
   std::array<const Surface*, 2> surfaces_{};
 };

@@ -10,7 +10,7 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr int kFirstFrames = 2;  // which bring the state to a device, and the hook to its place
+constexpr int kFirstFrames = 2;  // which bring the state to a device, and tools to their places
 
 }  // namespace
 
@@ -42,7 +42,7 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     draw_picture();
   }
   std::vector<double> heat, edit, step, readback, upload, draw, whole;
-  double seconds = 0, energy = 0;
+  double seconds = 0, energy = 0, contacts = 0;
   int touching = 0;
   for (int i = 0;
        i < effort.most_frames && (i < effort.least_frames || seconds < effort.most_seconds); ++i) {
@@ -58,10 +58,11 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     step.push_back(1e3 * frame.times.step);
     readback.push_back(1e3 * frame.times.readback);
     energy += frame.cauteries.front().energy;
+    contacts += frame.report.contacts;
     touching += frame.report.contacts > 0 ? 1 : 0;
   }
   if (2 * touching < static_cast<int>(whole.size())) {
-    throw Error("the hook touches tissue in " + std::to_string(touching) + " of " +
+    throw Error("instruments touch tissue in " + std::to_string(touching) + " of " +
                 std::to_string(whole.size()) + " frames");
   }
   if (energy <= 0) {
@@ -77,6 +78,7 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
           picture != nullptr ? picture->quality() : "",
           world.step(),
           static_cast<int>(whole.size()),
+          contacts / static_cast<double>(whole.size()),
           1e3 * static_cast<double>(whole.size()) / sum,
           median(whole),
           quantile(whole, 0.99),

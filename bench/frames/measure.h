@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// How long a whole frame takes: a step under the hook, heat, and a picture of it.
+/// How long a whole frame takes: a step under two instruments, heat, and a picture of it.
 
 #include <filesystem>
 #include <string>
@@ -40,6 +40,7 @@ struct FrameTimes {
   std::string quality;
   double step;  ///< s, of a frame
   int frames;
+  double contacts;      ///< of vertices and instruments in a frame, mean
   double frames_per_s;  ///< of all frames and their time
   double median_ms;
   double p99_ms;
@@ -51,7 +52,7 @@ struct FrameTimes {
 
 /// @param picture  of the world; null for frames without
 /// @param file     for the picture of the last frame, or empty
-/// @throws Error  if the hook touches or heats nothing, or the picture shows nothing
+/// @throws Error  if instruments touch or the hook heats nothing, or the picture shows nothing
 [[nodiscard]] FrameTimes measure_frames(FrameWorld& world, FramePicture* picture,
                                         const FrameEffort& effort,
                                         const std::filesystem::path& file = {});

@@ -18,6 +18,7 @@ Json to_json(const std::optional<FrameTimes>& times) {
           {"frame_ms", rounded(times->median_ms, 1e3)},
           {"p99_ms", rounded(times->p99_ms, 1e3)},
           {"frames", times->frames},
+          {"contacts", rounded(times->contacts, 1e1)},
           {"step_ms", rounded(1e3 * times->step, 1e3)},
           {"realtime_factor", rounded(times->realtime_factor(), 1e4)},
           {"size", std::to_string(kFrameWidth) + "x" + std::to_string(kFrameHeight)},

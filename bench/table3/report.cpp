@@ -83,6 +83,7 @@ const std::vector<Column>& frame_columns() {
                                        {"frame_ms", "ms", 2},
                                        {"p99_ms", "p99", 2},
                                        {"frames", "frames", 0},
+                                       {"contacts", "contacts", 1},
                                        {"realtime_factor", "simulated / wall time", 4},
                                        {"heat", "heat, ms", 2},
                                        {"edit", "edit", 2},
@@ -95,10 +96,10 @@ const std::vector<Column>& frame_columns() {
 }
 
 constexpr const char* kFramesLegend = R"(
-- from the move of the hook until the picture is in the memory of whoever draws, without reading it back: one step with the hook 1.5 mm in the liver, current of 15 W, removal of what it burns, positions to the host, what changed to the renderer, the picture; one after another, nothing overlaps
+- from the move of the instruments until the picture is in the memory of whoever draws, without reading it back: one step with a grasper and the hook pressed into the liver, current of 15 W, removal of what it burns, positions to the host, what changed to the renderer, the picture; one after another, nothing overlaps
 - paper mode: one step of 0.2 ms as above, from rest. default: Neo-Hookean tissue, options as they are by default, a step of 10 ms on the CPU, so that a slow picture stands for more time, and 5 ms on a device, as the demo steps
 - frames/s: of all frames and their time; p99 of few frames is the longest
-- contact: what the solver takes less without the hook, by comparison; solver: the rest of its step. Stages are medians
+- contact: what the solver takes less without instruments, by comparison; solver: the rest of its step. Stages are medians
 
 )";
 
