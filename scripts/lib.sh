@@ -131,9 +131,28 @@ describe_run() {
 }
 
 # Programs that make tables, beside the benchmarks.
-table_programs=(table1 table2 table3 convergence edits figure4 figure8 haptic_loop held_force neighbours replicas sizes statics accuracy)
+table_programs=(table1 table2 table3 convergence edits figure4 figure8 figure12 haptic_loop held_force neighbours replicas sizes statics accuracy)
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
+
+# Figures of the paper that the demo draws: scripts/demo-figures.
+demo_figures=(figure1 figure9)
+
+is_demo_figure() { [[ " ${demo_figures[*]} " == *" $1 "* ]]; }
+
+# run_demo_figures BIN_DIR OUT_DIR [NAME]: all, or one, if the demo was built.
+run_demo_figures() {
+  local bin=$1 out=$2 only=${3:-} name
+  for name in "${demo_figures[@]}"; do
+    [[ -z $only || $name == "$only" ]] || continue
+    if [[ ! -x $bin/cholecystectomy ]]; then
+      say "no $name: the demo was not built; configuring says what is missing"
+      continue
+    fi
+    say "$name"
+    "$root/scripts/demo-figures" "$name" "$bin" "$out" || fail "$name failed"
+  done
+}
 
 # run_table BIN_DIR OUT_DIR NAME [arguments...]: one of them, if its needs were there to build it.
 run_table() {

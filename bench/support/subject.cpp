@@ -42,13 +42,21 @@ Scene make_sagging_liver(Index vertices) {
   return scene;
 }
 
+OrganPair make_organ_pair(const SceneSize& size) {
+  return {make_organ(Organ::gallbladder, size.gallbladder_vertices),
+          make_liver(size.liver_vertices)};
+}
+
 Scene make_liver_and_gallbladder(const SceneSize& size, ElasticModel model) {
+  return make_liver_and_gallbladder(make_organ_pair(size), model);
+}
+
+Scene make_liver_and_gallbladder(const OrganPair& organs, ElasticModel model) {
   constexpr double kMembraneReach = 4.5e-3;  // m
   constexpr double kFixedShare = 0.4;        // of the liver's height
   constexpr double kMembraneArea = 2e-6;     // m^2, of a link
   constexpr double kLeastLength = 0.2e-3;    // m, with which a link stretches
-  const TetMesh gallbladder = make_organ(Organ::gallbladder, size.gallbladder_vertices);
-  const TetMesh liver = make_liver(size.liver_vertices);
+  const auto& [gallbladder, liver] = organs;
   const auto material = [&](const TissueRecord& tissue) {
     Material real = tissue.mechanics;
     real.damping = 0;

@@ -40,9 +40,18 @@ struct SceneSize {
 /// It has about the tetrahedra of the paper's largest scene, table 3: 19729 and 22611.
 inline constexpr SceneSize kLargestScene{4320, 6600};
 
+/// Their meshes.
+struct OrganPair {
+  TetMesh gallbladder;
+  TetMesh liver;
+};
+[[nodiscard]] OrganPair make_organ_pair(const SceneSize& size);
+
 /// Liver and gallbladder as in the demo: the liver's upper part is fixed, a membrane of links joins
-/// them.
+/// them. The gallbladder is the first body.
 /// @param model  springs as the paper's, or the moduli of the tissue library
+[[nodiscard]] Scene make_liver_and_gallbladder(const OrganPair& organs,
+                                               ElasticModel model = ElasticModel::springs);
 [[nodiscard]] Scene make_liver_and_gallbladder(const SceneSize& size,
                                                ElasticModel model = ElasticModel::springs);
 

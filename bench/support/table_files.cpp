@@ -19,6 +19,23 @@ std::string cell_of(const Json& value, int digits) {
   return text;
 }
 
+// Objects give way to their members, as KEY.MEMBER.
+void add_members(const Json& row, const std::string& prefix, Json& members) {
+  for (const auto& item : row.items()) {
+    if (item.value().is_object()) {
+      add_members(item.value(), prefix + item.key() + ".", members);
+    } else {
+      members[prefix + item.key()] = item.value();
+    }
+  }
+}
+
+Json members_of(const Json& row) {
+  Json members = Json::object();
+  add_members(row, "", members);
+  return members;
+}
+
 std::string csv_field(const Json& value) {
   const std::string text = text_of(value);
   return text.find(',') == std::string::npos ? text : '"' + text + '"';
@@ -55,9 +72,10 @@ std::string markdown_line(const std::string& label, const Json& row,
 
 std::string to_csv(const Json& rows) {
   std::string text;
+  const Json first = members_of(rows.at(0));
   const auto add_line = [&](auto&& field_of) {
     std::string separator;
-    for (const auto& item : rows.at(0).items()) {
+    for (const auto& item : first.items()) {
       text += separator + field_of(item.key());
       separator = ",";
     }
@@ -65,7 +83,8 @@ std::string to_csv(const Json& rows) {
   };
   add_line([](const std::string& key) { return key; });
   for (const Json& row : rows) {
-    add_line([&](const std::string& key) { return csv_field(row[key]); });
+    const Json members = members_of(row);
+    add_line([&](const std::string& key) { return csv_field(members.value(key, Json())); });
   }
   return text;
 }

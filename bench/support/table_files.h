@@ -38,7 +38,8 @@ struct Column {
 [[nodiscard]] std::string markdown_line(const std::string& label, const Json& row,
                                         const std::vector<Column>& columns);
 
-/// A line of keys, then one a row; null is empty. Text with a comma is quoted.
+/// A line of keys, then one a row; null is empty. Text with a comma is quoted. An object has a
+/// column for each of its members, KEY.MEMBER; those of the first row count.
 [[nodiscard]] std::string to_csv(const Json& rows);
 
 /// Puts rows under a key of a JSON file, which keeps its other keys.

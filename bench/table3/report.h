@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/frames/measure.h"
 #include "bench/support/cpu_times.h"
 #include "bench/support/gpu_times.h"
 #include "bench/support/subject.h"
@@ -35,6 +36,17 @@ inline constexpr std::array<Table3Line, 6> kTable3{
      {"Pan et al.", 12876, 883, 82.64, {2920, 268}},
      {"Pan et al.", 19729, 22611, 57.44, kLargestScene}}};
 
+/// Whole frames of one scene; none where no picture can be drawn, or there is no device.
+struct RowFrames {
+  std::optional<FrameTimes> cpu_paper, cpu_default;
+  std::optional<FrameTimes> gpu_paper, gpu_default;
+
+  /// In paper mode by a device where there is one, else by the CPU.
+  [[nodiscard]] const std::optional<FrameTimes>& best() const {
+    return gpu_paper ? gpu_paper : cpu_paper;
+  }
+};
+
 /// A line, measured under the plans that are fastest on all threads and on the device.
 struct Row {
   const Table3Line* line;
@@ -44,6 +56,7 @@ struct Row {
   CpuTimes cpu;
   CpuTimes vertex_blocks;  ///< of the same scene of real moduli
   std::optional<GpuTimes> gpu;
+  RowFrames frames;
 };
 
 [[nodiscard]] Json to_json(const std::vector<Row>& rows);

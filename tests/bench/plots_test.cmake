@@ -51,6 +51,7 @@ foreach(away 0 1)
   expect_picture(accuracy_organ_of_10_kPa_table2_2_${away}_0.png 2200 640 20000)
 endforeach()
 expect_picture(table1_hollow.png 1900 640 40000)
+expect_picture(figure12.png 1500 640 10000)
 if(EXISTS "${FOLDER}/figure8_pictures.csv")  # where this machine can draw
   expect_picture(figure8_hollow.png 2400 2384 40000)
 endif()
@@ -84,6 +85,7 @@ refuse_table("convergence.csv: has no column tip_error" convergence.csv "${heade
 refuse_table("convergence.csv: has no rows" convergence.csv "${header},tip_error\n")
 refuse_table("convergence.csv: line 2 has 3 fields; expected 7" convergence.csv "${header},tip_error\n1,step,sweeps\n")
 refuse_table("table1_colors.csv: has no column kind" table1_colors.csv "rank,size\n1,2\n")
+refuse_table("figure12_stages.csv: has no column paper_ms" figure12_stages.csv "stage,online,ms\nheat,true,1\n")
 refuse_table("figure8_pictures.csv names gone.png" figure8_pictures.csv
   "figure,row,column,picture,caption\nfigure8_hollow,0,0,gone.png,greedy\n")
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/frames/measure.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "bench/support/timing.h"
+
+namespace pbdsurg::bench {
+namespace {
+
+constexpr int kFirstFrames = 2;  // which bring the state to a device, and tools to their places
+
+}  // namespace
+
+FrameEffort frame_effort(bool is_software, bool steps_on_gpu, bool quick) {
+  if (quick) {
+    return {3, 3, 0, 5};
+  }
+  if (is_software) {
+    return {5, 60, 3, 15};
+  }
+  return steps_on_gpu ? FrameEffort{400, 400, 0, 25} : FrameEffort{5, 400, 3, 15};
+}
+
+FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameEffort& effort,
+                          const std::filesystem::path& file) {
+  const auto upload_changes = [&] {
+    if (picture != nullptr) {
+      picture->upload();
+    }
+  };
+  const auto draw_picture = [&] {
+    if (picture != nullptr) {
+      picture->draw();
+    }
+  };
+  for (int i = 0; i < kFirstFrames; ++i) {
+    world.next();
+    upload_changes();
+    draw_picture();
+  }
+  std::vector<double> heat, edit, step, readback, upload, draw, whole;
+  double seconds = 0, energy = 0, contacts = 0;
+  int touching = 0;
+  for (int i = 0;
+       i < effort.most_frames && (i < effort.least_frames || seconds < effort.most_seconds); ++i) {
+    Frame frame;
+    whole.push_back(time_of([&] {
+      frame = world.next();
+      upload.push_back(time_of(upload_changes));
+      draw.push_back(time_of(draw_picture));
+    }));
+    seconds += 1e-3 * whole.back();
+    heat.push_back(1e3 * frame.times.heat);
+    edit.push_back(1e3 * frame.times.edit);
+    step.push_back(1e3 * frame.times.step);
+    readback.push_back(1e3 * frame.times.readback);
+    energy += frame.cauteries.front().energy;
+    contacts += frame.report.contacts;
+    touching += frame.report.contacts > 0 ? 1 : 0;
+  }
+  if (2 * touching < static_cast<int>(whole.size())) {
+    throw Error("instruments touch tissue in " + std::to_string(touching) + " of " +
+                std::to_string(whole.size()) + " frames");
+  }
+  if (energy <= 0) {
+    throw Error("the hook heats nothing");
+  }
+  if (picture != nullptr && !file.empty()) {
+    picture->write(file);
+  }
+  const double contact = std::clamp(world.contact_ms(effort.contact_rounds), 0.0, median(step));
+  const double sum = std::accumulate(whole.begin(), whole.end(), 0.0);
+  return {world.world().solver().backend_name(),
+          picture != nullptr ? picture->renderer() : "",
+          picture != nullptr ? picture->quality() : "",
+          world.step(),
+          static_cast<int>(whole.size()),
+          contacts / static_cast<double>(whole.size()),
+          1e3 * static_cast<double>(whole.size()) / sum,
+          median(whole),
+          quantile(whole, 0.99),
+          {median(heat), median(edit), median(step) - contact, contact, median(readback),
+           median(upload), median(draw)}};
+}
+
+}  // namespace pbdsurg::bench
