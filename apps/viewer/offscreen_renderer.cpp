@@ -74,8 +74,18 @@ void OffscreenRenderer::update(std::size_t surface, const SurfaceChange& change)
 }
 
 void OffscreenRenderer::draw(const SceneView& view) {
+  start(view);
+  finish();
+}
+
+void OffscreenRenderer::start(const SceneView& view) {
   impl_->context.make_current();
   impl_->scene.draw(view, impl_->framebuffer.name());
+  glFlush();
+}
+
+void OffscreenRenderer::finish() {
+  impl_->context.make_current();
   glFinish();
 }
 

@@ -44,6 +44,10 @@ class OffscreenRenderer {
   /// @throws pbdsurg::InvalidArgument  as render()
   void draw(const SceneView& view);
 
+  /// draw() in two parts: a GPU works between them, while the program does something else.
+  void start(const SceneView& view);
+  void finish();  ///< waits until the picture is there
+
   /// Draws the surfaces as they are. What is not finite is left out.
   /// @throws pbdsurg::InvalidArgument  if an array of a sheet has the wrong length, a triangle
   /// names

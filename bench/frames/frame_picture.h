@@ -26,8 +26,10 @@ class FramePicture {
 
   /// What the last frame changed: positions, triangles, burns.
   virtual void upload() = 0;
+  /// Begins to draw. A GPU goes on while the program does something else.
+  virtual void start() = 0;
   /// Waits until the picture is there, without reading it back.
-  virtual void draw() = 0;
+  virtual void finish() = 0;
   /// Reads it back.
   /// @throws Error  if it shows nothing
   virtual void write(const std::filesystem::path& path) = 0;

@@ -74,7 +74,7 @@ class GlFramePicture final : public FramePicture {
     }
     surfaces.push_back(backdrop());
     renderer_->set_surfaces(surfaces);
-    draw();
+    renderer_->draw(view_of(world));
   }
 
   void upload() override {
@@ -113,7 +113,8 @@ class GlFramePicture final : public FramePicture {
     }
   }
 
-  void draw() override { renderer_->draw(view_of(world_)); }
+  void start() override { renderer_->start(view_of(world_)); }
+  void finish() override { renderer_->finish(); }
 
   void write(const std::filesystem::path& path) override {
     const Image image = renderer_->render(view_of(world_));

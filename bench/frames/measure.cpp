@@ -10,7 +10,8 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr int kFirstFrames = 2;  // which bring the state to a device, and tools to their places
+constexpr int kPicturesAlone = 5;  // for their time without steps beside them
+constexpr int kFirstFrames = 2;    // which bring the state to a device, and tools to their places
 
 }  // namespace
 
@@ -31,15 +32,21 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
       picture->upload();
     }
   };
-  const auto draw_picture = [&] {
+  const auto start_picture = [&] {
     if (picture != nullptr) {
-      picture->draw();
+      picture->start();
+    }
+  };
+  const auto finish_picture = [&] {
+    if (picture != nullptr) {
+      picture->finish();
     }
   };
   for (int i = 0; i < kFirstFrames; ++i) {
     world.next();
     upload_changes();
-    draw_picture();
+    start_picture();
+    finish_picture();
   }
   std::vector<double> heat, edit, step, readback, upload, draw, whole;
   double seconds = 0, energy = 0, contacts = 0;
@@ -47,10 +54,12 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
   for (int i = 0;
        i < effort.most_frames && (i < effort.least_frames || seconds < effort.most_seconds); ++i) {
     Frame frame;
+    // a picture is drawn while the next frame is simulated, and done before that is shown
     whole.push_back(time_of([&] {
       frame = world.next();
+      finish_picture();
       upload.push_back(time_of(upload_changes));
-      draw.push_back(time_of(draw_picture));
+      start_picture();
     }));
     seconds += 1e-3 * whole.back();
     heat.push_back(1e3 * frame.times.heat);
@@ -60,6 +69,13 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     energy += frame.cauteries.front().energy;
     contacts += frame.report.contacts;
     touching += frame.report.contacts > 0 ? 1 : 0;
+  }
+  finish_picture();
+  for (int i = 0; i < kPicturesAlone; ++i) {
+    draw.push_back(time_of([&] {
+      start_picture();
+      finish_picture();
+    }));
   }
   if (2 * touching < static_cast<int>(whole.size())) {
     throw Error("instruments touch tissue in " + std::to_string(touching) + " of " +
