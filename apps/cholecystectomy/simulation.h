@@ -85,7 +85,7 @@ struct Instrument {
   [[nodiscard]] pbdsurg::ToolPose pose() const;
 };
 
-/// Ten sweeps of vertices a step, over-relaxed as far as tissue of a Poisson's ratio of 0.45 takes,
+/// Four sweeps of vertices a step, over-relaxed by 1.2, and a coarse correction after the first,
 /// with a drag for the organs around that lets what is dragged come back in half a second; or the
 /// paper's solver.
 [[nodiscard]] pbdsurg::SolverOptions solver_options(const pbdsurg::Executor& executor, bool paper);

@@ -2,6 +2,7 @@
 #include "apps/cholecystectomy/play/scene_feed.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/library.h"
@@ -78,8 +79,8 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
     : simulation_(simulation),
       backdrop_(backdrop),
       generation_(generation),
+      burns_(std::in_place, simulation),
       sheets_(simulation.scene) {
-  burns_.emplace(simulation);
   for (const Organ organ : pbdsurg::kOrgans) {
     auto& skin = skin_[static_cast<std::size_t>(organ)];
     for (const Triangle& triangle : simulation.surface(organ).triangles()) {

@@ -104,7 +104,11 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       state.phase = Phase::playing;
       state.message.clear();
       if (now.is_paused) {
-        state.generator = {};  // no current flows while time stands still
+        // no current flows while time stands still; what was spent stays
+        GeneratorState& generator = state.generator;
+        generator.activation = pbdsurg::Activation::none;
+        generator.is_refused = generator.is_arcing = false;
+        generator.power = generator.voltage = 0;
       }
       state.events = events;
       state.factor = pacer.factor();
