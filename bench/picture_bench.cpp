@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // One picture of the demo's organs in motion: all positions are new, then the scene is drawn until
-// the device has finished. Without reading the picture back. LP_NUM_THREADS=1 keeps Mesa's software
-// renderer on the calling thread and one more, which draws.
+// the device has finished; then the median of what it takes for each pass. Without reading the
+// picture back. LP_NUM_THREADS=1 keeps Mesa's software renderer on the calling thread and one more,
+// which draws.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -17,15 +20,19 @@
 
 #include "apps/viewer/instruments.h"
 #include "apps/viewer/offscreen_renderer.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {
 
 using cholecystectomy::OffscreenOptions;
 using cholecystectomy::OffscreenRenderer;
+using cholecystectomy::PassTime;
 using cholecystectomy::RenderQuality;
 using cholecystectomy::SceneView;
 using cholecystectomy::SurfaceChange;
+
+constexpr int kTimedPictures = 11;  // pass by pass, after the others
 
 const TissueRecord& tissue_of(Organ organ) {
   switch (organ) {
@@ -104,6 +111,7 @@ void run_pictures(benchmark::State& state, const RenderQuality& quality, int wid
   }
   renderer->draw(view);  // shaders are compiled with the first picture
   int picture = 0;
+  double submission = 0;
   for (auto _ : state) {
     state.PauseTiming();
     const float shift = 1e-4F * std::sin(0.3F * static_cast<float>(++picture));
@@ -116,9 +124,20 @@ void run_pictures(benchmark::State& state, const RenderQuality& quality, int wid
     for (std::size_t s = 0; s + 1 < changes.size(); ++s) {
       renderer->update(s, changes[s]);
     }
-    renderer->draw(view);
+    submission += time_of([&] { renderer->start(view); });
+    renderer->finish();
   }
   state.counters["triangles"] = static_cast<double>(triangles);
+  state.counters["submission_ms"] = submission / static_cast<double>(state.iterations());
+  std::map<std::string, std::vector<double>> passes;
+  for (int i = 0; i < kTimedPictures; ++i) {
+    for (const PassTime& pass : renderer->time_passes(view)) {
+      passes[pass.name].push_back(pass.milliseconds);
+    }
+  }
+  for (auto& [name, milliseconds] : passes) {
+    state.counters[name + "_ms"] = median(milliseconds);
+  }
 }
 
 BENCHMARK_CAPTURE(run_pictures, quick_640x480, RenderQuality::quick(), 640, 480)

@@ -53,11 +53,16 @@ struct GlRenderbufferKind {
   static void create(GLuint* name) { glGenRenderbuffers(1, name); }
   static void destroy(const GLuint* name) { glDeleteRenderbuffers(1, name); }
 };
+struct GlQueryKind {
+  static void create(GLuint* name) { glGenQueries(1, name); }
+  static void destroy(const GLuint* name) { glDeleteQueries(1, name); }
+};
 
 using GlTexture = GlObject<GlTextureKind>;
 using GlBuffer = GlObject<GlBufferKind>;
 using GlVertexArray = GlObject<GlVertexArrayKind>;
 using GlFramebuffer = GlObject<GlFramebufferKind>;
 using GlRenderbuffer = GlObject<GlRenderbufferKind>;
+using GlQuery = GlObject<GlQueryKind>;
 
 }  // namespace cholecystectomy

@@ -89,6 +89,13 @@ void OffscreenRenderer::finish() {
   glFinish();
 }
 
+std::vector<PassTime> OffscreenRenderer::time_passes(const SceneView& view) {
+  impl_->context.make_current();
+  PassTimer timer;
+  impl_->scene.draw(view, impl_->framebuffer.name(), &timer);
+  return timer.take();
+}
+
 Image OffscreenRenderer::render(const RenderSnapshot& snapshot) {
   set_surfaces(snapshot.surfaces);
   return render(static_cast<const SceneView&>(snapshot));

@@ -8,8 +8,10 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "apps/viewer/image.h"
+#include "apps/viewer/pass_timer.h"
 #include "apps/viewer/render_quality.h"
 #include "apps/viewer/render_snapshot.h"
 
@@ -47,6 +49,10 @@ class OffscreenRenderer {
   /// draw() in two parts: a GPU works between them, while the program does something else.
   void start(const SceneView& view);
   void finish();  ///< waits until the picture is there
+
+  /// draw(), and what the device took for each pass of it.
+  /// @throws pbdsurg::InvalidArgument  as render()
+  [[nodiscard]] std::vector<PassTime> time_passes(const SceneView& view);
 
   /// Draws the surfaces as they are. What is not finite is left out.
   /// @throws pbdsurg::InvalidArgument  if an array of a sheet has the wrong length, a triangle

@@ -206,7 +206,7 @@ void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
   draw(static_cast<const SceneView&>(snapshot), framebuffer);
 }
 
-void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
+void SceneRenderer::draw(const SceneView& view, GLuint framebuffer, PassTimer* timer) {
   const Eigen::Vector3f& eye = view.camera.eye;
   opaque_.clear();
   translucent_.clear();
@@ -237,7 +237,7 @@ void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
       std::max(farthest, list.farthest));
   const float haze = view.haze > 0 ? std::min(view.haze, kThickestHaze) : 0;
   const Frame frame{view, std::move(list), resolved,
-                    -std::log(1 - haze) / resolved.reference_distance};
+                    -std::log(1 - haze) / resolved.reference_distance, timer};
   upload(frame.list);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
@@ -249,6 +249,9 @@ void SceneRenderer::draw(const SceneView& view, GLuint framebuffer) {
   }
   draw_lit(frame);
   draw_scope(frame, framebuffer);
+  if (timer != nullptr) {
+    timer->end();
+  }
 }
 
 void SceneRenderer::upload(const DrawList& list) {
@@ -322,6 +325,7 @@ void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, 
 }
 
 void SceneRenderer::draw_shadow_map(const Frame& frame) {
+  frame.begin("shadow");
   targets_.shadow->begin();
   glEnable(GL_DEPTH_TEST);
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -338,6 +342,7 @@ void SceneRenderer::draw_shadow_map(const Frame& frame) {
 
 void SceneRenderer::draw_occlusion(const Frame& frame) {
   const OcclusionTargets& targets = *targets_.occlusion;
+  frame.begin("geometry");
   targets.geometry.begin();
   glEnable(GL_DEPTH_TEST);
   glClearColor(0, 0, 0, 0);  // depth 0: nothing there
@@ -354,6 +359,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
   }
 
   glDisable(GL_DEPTH_TEST);
+  frame.begin("occlusion");
   targets.raw.begin();
   occlusion_program_->use();
   bind(*occlusion_program_, "geometry", 0, GL_TEXTURE_2D, targets.geometry.texture);
@@ -361,6 +367,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
   set(*occlusion_program_, "radius", kOcclusionRadius * frame.view.reference_distance);
   fill_screen();
 
+  frame.begin("occlusion blur");
   targets.blurred.begin();
   occlusion_blur_program_->use();
   bind(*occlusion_blur_program_, "geometry", 0, GL_TEXTURE_2D, targets.geometry.texture);
@@ -406,6 +413,7 @@ void SceneRenderer::draw_mask(const Frame& frame) const {
 }
 
 void SceneRenderer::draw_lit(const Frame& frame) {
+  frame.begin("lit");
   targets_.begin_lit();
   glEnable(GL_DEPTH_TEST);
   const bool is_figure = frame.scene.style == Style::figure;
@@ -439,6 +447,7 @@ void SceneRenderer::draw_lit(const Frame& frame) {
   draw_list(smoke, list.smoke.size());
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
+  frame.begin("resolve");
   targets_.finish_lit();
 }
 
@@ -446,6 +455,7 @@ void SceneRenderer::draw_scope(const Frame& frame, GLuint framebuffer) {
   glDisable(GL_DEPTH_TEST);
   const bool is_figure = frame.scene.style == Style::figure;
   if (targets_.glow && !is_figure) {
+    frame.begin("glow");
     const auto& [across, both] = *targets_.glow;
     glow_program_->use();
     across.begin();
@@ -460,6 +470,7 @@ void SceneRenderer::draw_scope(const Frame& frame, GLuint framebuffer) {
     fill_screen();
   }
 
+  frame.begin("scope");
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, targets_.width, targets_.height);
   scope_program_->use();

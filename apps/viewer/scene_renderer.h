@@ -13,6 +13,7 @@
 
 #include "apps/viewer/draw_list.h"
 #include "apps/viewer/gl_objects.h"
+#include "apps/viewer/pass_timer.h"
 #include "apps/viewer/render_quality.h"
 #include "apps/viewer/render_snapshot.h"
 #include "apps/viewer/render_targets.h"
@@ -60,8 +61,9 @@ class SceneRenderer {
 
   /// Draws the surfaces as they are.
   /// @param framebuffer  what receives the picture
+  /// @param timer  where there is one, gets the passes
   /// @throws pbdsurg::InvalidArgument  if a sheet contradicts itself or the camera is not usable
-  void draw(const SceneView& view, GLuint framebuffer);
+  void draw(const SceneView& view, GLuint framebuffer, PassTimer* timer = nullptr);
 
   /// set_surfaces() and draw().
   void draw(const RenderSnapshot& snapshot, GLuint framebuffer);
@@ -84,6 +86,13 @@ class SceneRenderer {
     DrawList list;
     View view;
     float haze_density;  ///< 1 / m
+    PassTimer* timer;
+
+    void begin(const char* pass) const {
+      if (timer != nullptr) {
+        timer->begin(pass);
+      }
+    }
   };
 
   const SkinMesh& skin_mesh(int subdivision);
