@@ -70,16 +70,18 @@ void ShadowTarget::begin() const {
 }
 
 OcclusionTargets::OcclusionTargets(int width, int height)
-    : geometry(width, height, GL_RGBA32F, GL_NEAREST),
-      raw(width, height, GL_R8, GL_NEAREST),
-      blurred(width, height, GL_RG32F, GL_NEAREST) {
+    : geometry(width, height, GL_RGBA16F, GL_NEAREST),
+      raw(width, height, GL_RG16F, GL_NEAREST),
+      blurred(width, height, GL_RG16F, GL_NEAREST) {
   glBindFramebuffer(GL_FRAMEBUFFER, geometry.framebuffer.name());
   attach(GL_DEPTH_ATTACHMENT, depth, GL_DEPTH_COMPONENT32F, 0, width, height);
   check_framebuffer("geometry");
 }
 
 RenderTargets::RenderTargets(int wanted_width, int wanted_height, const RenderQuality& quality)
-    : width(wanted_width), height(wanted_height), resolved(width, height, GL_RGBA16F, GL_LINEAR) {
+    : width(wanted_width),
+      height(wanted_height),
+      resolved(width, height, GL_R11F_G11F_B10F, GL_LINEAR) {
   GLint most = 1;
   glGetIntegerv(GL_MAX_SAMPLES, &most);
   const int samples = std::min(quality.samples, static_cast<int>(most));
@@ -87,11 +89,11 @@ RenderTargets::RenderTargets(int wanted_width, int wanted_height, const RenderQu
     multisampled_color.emplace();
     multisampled.emplace();
     glBindFramebuffer(GL_FRAMEBUFFER, multisampled->name());
-    attach(GL_COLOR_ATTACHMENT0, *multisampled_color, GL_RGBA16F, samples, width, height);
+    attach(GL_COLOR_ATTACHMENT0, *multisampled_color, GL_R11F_G11F_B10F, samples, width, height);
   } else {
     glBindFramebuffer(GL_FRAMEBUFFER, resolved.framebuffer.name());
   }
-  attach(GL_DEPTH_ATTACHMENT, depth, GL_DEPTH_COMPONENT32F, samples > 1 ? samples : 0, width,
+  attach(GL_DEPTH_ATTACHMENT, depth, GL_DEPTH_COMPONENT24, samples > 1 ? samples : 0, width,
          height);
   check_framebuffer("lit");
   if (quality.shadow_size > 0) {

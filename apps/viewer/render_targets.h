@@ -36,14 +36,15 @@ struct ShadowTarget {
   GlFramebuffer framebuffer;
 };
 
-/// Normals and depth at half size, and what is made of them.
+/// Normals and depth at half size, and what is made of them. Halves of floats: a depth is right
+/// within 0.05 %, a tenth of what the occlusion takes for nothing, and is read in half the time.
 struct OcclusionTargets {
   OcclusionTargets(int width, int height);
 
   ColorTarget geometry;
   GlRenderbuffer depth;
-  ColorTarget raw;
-  ColorTarget blurred;  ///< visibility and depth
+  ColorTarget raw;      ///< visibility and depth
+  ColorTarget blurred;  ///< the same
 };
 
 /// All of a renderer. What its quality leaves out does not exist.

@@ -298,12 +298,15 @@ int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const Frame& fr
                                                       : surface.box().exteriorDistance(view.eye);
   const float picture = 2 * view.tangent.y() * std::max(away, 0.1f * view.reference_distance);
   const float parts = static_cast<float>(height) * surface.edge_length() / picture / kLeastPart;
-  return std::clamp(static_cast<int>(std::min(parts, 8.0f)) + 1, 1, quality_.subdivision);
+  return std::clamp(static_cast<int>(std::min(parts, 8.0f)), 1, quality_.subdivision);
 }
 
 void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int height) {
   set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
   for (const SurfaceBuffers* surface : opaque_) {
+    if (&program == &shadow_skin_program_ && surface->box().contains(frame.view.light)) {
+      continue;  // what is all around the lamp has nothing behind it
+    }
     const SkinMesh& mesh = skin_mesh(subdivision_of(*surface, frame, height));
     set(program, "subdivision", mesh.subdivision);
     surface->bind(program, kSurfaceUnit);
@@ -347,6 +350,9 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
   glEnable(GL_DEPTH_TEST);
   glClearColor(0, 0, 0, 0);  // depth 0: nothing there
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  if (frame.scene.style != Style::figure) {
+    draw_mask(frame);
+  }
   for (const ShaderProgram* program : {&*geometry_program_, &*geometry_skin_program_}) {
     program->use();
     set(*program, "view_of_world", frame.view.view_of_world);
@@ -370,8 +376,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
   frame.begin("occlusion blur");
   targets.blurred.begin();
   occlusion_blur_program_->use();
-  bind(*occlusion_blur_program_, "geometry", 0, GL_TEXTURE_2D, targets.geometry.texture);
-  bind(*occlusion_blur_program_, "occlusion", 1, GL_TEXTURE_2D, targets.raw.texture);
+  bind(*occlusion_blur_program_, "occlusion", 0, GL_TEXTURE_2D, targets.raw.texture);
   fill_screen();
 }
 

@@ -29,7 +29,7 @@ const char* const kOcclusionFragmentShader = R"(in vec2 v_place;
 uniform sampler2D geometry;
 uniform vec2 tangent;
 uniform float radius;  // m
-out float visibility;
+out vec2 visibility_and_depth;
 const int kSamples = 14;
 const float kGoldenAngle = 2.39996323;
 vec3 position_at(vec2 place, float depth) {
@@ -37,7 +37,7 @@ vec3 position_at(vec2 place, float depth) {
 }
 void main() {
   vec4 here = texture(geometry, v_place);
-  visibility = 1;
+  visibility_and_depth = vec2(1, here.w);
   if (here.w <= 0) {
     return;
   }
@@ -60,27 +60,29 @@ void main() {
     sum += fade * max(0, dot(offset, here.xyz) - 0.012 * radius - 0.004 * here.w) /
            (sqrt(squared) + 0.02 * radius);
   }
-  visibility = max(0, 1 - 2.6 * sum / float(kSamples));
+  visibility_and_depth.x = max(0, 1 - 2.6 * sum / float(kSamples));
 }
 )";
 
-const char* const kOcclusionBlurFragmentShader = R"(in vec2 v_place;
-uniform sampler2D geometry;
-uniform sampler2D occlusion;
+const char* const kOcclusionBlurFragmentShader = R"(uniform sampler2D occlusion;
 out vec2 visibility_and_depth;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   ivec2 last = textureSize(occlusion, 0) - 1;
-  float depth = texelFetch(geometry, pixel, 0).w;
+  float depth = texelFetch(occlusion, pixel, 0).y;
+  if (depth <= 0) {
+    visibility_and_depth = vec2(1, depth);
+    return;
+  }
+  float scale = 1 / (0.03 * depth);
   float sum = 0;
   float weights = 0;
   // 4 x 4 pixels, the period of the turned samples
   for (int y = -2; y < 2; ++y) {
     for (int x = -2; x < 2; ++x) {
-      ivec2 other = clamp(pixel + ivec2(x, y), ivec2(0), last);
-      float difference = abs(texelFetch(geometry, other, 0).w - depth);
-      float weight = max(0.001, 1 - difference / (0.03 * max(depth, 1e-6)));
-      sum += weight * texelFetch(occlusion, other, 0).r;
+      vec2 other = texelFetch(occlusion, clamp(pixel + ivec2(x, y), ivec2(0), last), 0).xy;
+      float weight = max(0.001, 1 - abs(other.y - depth) * scale);
+      sum += weight * other.x;
       weights += weight;
     }
   }
@@ -130,13 +132,17 @@ vec3 encode(vec3 x) {  // by square roots, within half a step of 8 bits
 }
 #endif
 void main() {
+  vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
+  float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
+  if (r >= 1 && figure < 0.5) {
+    pixel = vec4(0, 0, 0, 1);
+    return;
+  }
   vec3 light = texelFetch(scene, ivec2(gl_FragCoord.xy), 0).rgb;
   if (figure > 0.5) {
     pixel = vec4(srgb(clamp(light, 0, 1)), 1);
     return;
   }
-  vec2 from_center = (v_place - 0.5) * vec2(aspect, 1);
-  float r = length(from_center) / 0.60;  // the mask's radius, in heights of the picture
 #ifdef GLOW
   light += 0.10 * texture(glow, v_place).rgb;
 #endif

@@ -100,12 +100,14 @@ void SurfaceBuffers::update(const SurfaceChange& change) {
   if (!change.positions.empty()) {
     send_positions();
     has_stale_normals_ = true;
+    has_stale_shape_ |= surface_.rest_positions.empty();
   }
   for (const SurfaceChange::Triangles& run : change.triangles) {
     send_slots(static_cast<std::size_t>(run.first), run.values.size());
-    has_stale_normals_ = true;
+    has_stale_normals_ = has_stale_shape_ = true;
   }
   if (count > before) {
+    has_stale_shape_ = true;
     send_rest(before, count - before);
     send_colors(before, count - before);
   }
@@ -195,6 +197,10 @@ int SurfaceBuffers::closed_side() const {
 }
 
 void SurfaceBuffers::prepare() {
+  if (has_stale_shape_) {
+    measure_shape();
+    has_stale_shape_ = false;
+  }
   if (has_stale_normals_) {
     compute_normals();
     normals_.replace(sent_normals_.data(), sent_normals_.size());
@@ -202,13 +208,44 @@ void SurfaceBuffers::prepare() {
   }
 }
 
+void SurfaceBuffers::measure_shape() {
+  const std::size_t count = surface_.positions.size();
+  const std::vector<Eigen::Vector3f>& places =
+      surface_.rest_positions.empty() ? surface_.positions : surface_.rest_positions;
+  const auto place = [&](int v) { return places[static_cast<std::size_t>(v)]; };
+  inner_share_.assign(count, 0);
+  std::vector<float> triangle_counts(count, 0);
+  double area = 0, edges = 0;
+  for (const Eigen::Vector4i& slot : sent_slots_) {
+    if (slot.w() == 0) {
+      continue;
+    }
+    for (int i = 0; i < 3; ++i) {
+      const auto v = static_cast<std::size_t>(slot[i]);
+      triangle_counts[v] += 1;
+      inner_share_[v] += slot.w() == 2 ? 1.0f : 0.0f;
+    }
+    const float doubled =
+        (place(slot[1]) - place(slot[0])).cross(place(slot[2]) - place(slot[0])).norm();
+    if (std::isfinite(doubled)) {
+      area += doubled;
+      edges += doubled * std::sqrt(doubled);
+    }
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    inner_share_[v] /= std::max(triangle_counts[v], 1.0f);
+  }
+  // twice the area of a triangle with equal edges is 0.866 of an edge's square
+  edge_length_ = area > 0 ? static_cast<float>(edges / area / std::sqrt(0.866)) : 0;
+}
+
+// This is most of what a picture of moving tissue costs on the CPU: one product a triangle.
 void SurfaceBuffers::compute_normals() {
   const std::size_t count = surface_.positions.size();
   sent_normals_.assign(count, Eigen::Vector4f::Zero());
-  areas_.assign(count, 0);
   const Eigen::Vector4f middle =
       box_.isEmpty() ? Eigen::Vector4f(Eigen::Vector4f::Zero()) : padded(box_.center());
-  double volume = 0, area = 0, edges = 0;
+  Eigen::Vector4d volume = Eigen::Vector4d::Zero();  // in parts
   for (const Eigen::Vector4i& slot : sent_slots_) {
     if (slot.w() == 0) {
       continue;
@@ -219,20 +256,13 @@ void SurfaceBuffers::compute_normals() {
     if (has_broken_vertices_ && a.w() * b.w() * c.w() == 0) {
       continue;
     }
-    Eigen::Vector4f normal = (b - a).cross3(c - a);  // twice its area long
-    const float doubled = normal.norm();
-    volume += (a - middle).dot(normal);
-    area += doubled;
-    edges += doubled * std::sqrt(doubled);
-    normal.w() = slot.w() == 2 ? doubled : 0;
+    const Eigen::Vector4f normal = (b - a).cross3(c - a);  // twice its area long
+    volume += (a - middle).cwiseProduct(normal).cast<double>();
     for (int i = 0; i < 3; ++i) {
       sent_normals_[static_cast<std::size_t>(slot[i])] += normal;
-      areas_[static_cast<std::size_t>(slot[i])] += doubled;
     }
   }
-  volume_ = volume;
-  // twice the area of a triangle with equal edges is 0.866 of an edge's square
-  edge_length_ = area > 0 ? static_cast<float>(edges / area / std::sqrt(0.866)) : 0;
+  volume_ = volume.head<3>().sum();
   for (std::size_t v = 0; v < count; ++v) {
     Eigen::Vector4f& sent = sent_normals_[v];
     if (!surface_.normals.empty()) {
@@ -240,11 +270,11 @@ void SurfaceBuffers::compute_normals() {
     }
     const float squared = sent.head<3>().squaredNorm();
     if (squared > 1e-36f && std::isfinite(squared)) {
-      sent.head<3>() /= std::sqrt(squared);
+      sent /= std::sqrt(squared);
     } else {  // not finite, or too small for its direction to be known
-      sent.head<3>().setZero();
+      sent.setZero();
     }
-    sent.w() = areas_[v] > 0 ? sent.w() / areas_[v] : 0;
+    sent.w() = inner_share_[v];
   }
 }
 

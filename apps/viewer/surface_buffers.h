@@ -62,7 +62,7 @@ class SurfaceBuffers {
   /// backs, zero where they do not close. From outside of the box then only one side is seen.
   [[nodiscard]] int closed_side() const;
 
-  /// Mean length of its triangles' edges, the more of a triangle the larger it is. m, after
+  /// Mean length at rest of its triangles' edges, the more of a triangle the larger it is. m, after
   /// prepare()
   [[nodiscard]] float edge_length() const { return edge_length_; }
 
@@ -78,12 +78,13 @@ class SurfaceBuffers {
   void send_burns(std::size_t first, std::size_t count);
   void send_rest(std::size_t first, std::size_t count);
   void send_colors(std::size_t first, std::size_t count);
+  void measure_shape();  // what changes with triangles alone
   void compute_normals();
 
   Surface surface_;
   DrawMaterial skin_look_, inner_look_;
   bool is_translucent_;
-  bool has_stale_normals_ = true;
+  bool has_stale_normals_ = true, has_stale_shape_ = true;
   bool has_broken_vertices_ = false;
   std::uint64_t open_edges_ = 0;  // zero where each edge has its reverse
   double volume_ = 0;             // m^3, where closed
@@ -91,7 +92,7 @@ class SurfaceBuffers {
   Eigen::AlignedBox3f box_;
 
   TexelBuffer positions_{GL_RGBA32F, 16};  // xyz, 1 where finite
-  TexelBuffer normals_{GL_RGBA32F, 16};    // xyz, zero where unknown; share of area inside
+  TexelBuffer normals_{GL_RGBA32F, 16};    // xyz, zero where unknown; share of triangles inside
   TexelBuffer rest_{GL_RGBA32F, 16};       // as positions
   TexelBuffer burns_{GL_RGBA32F, 16};
   TexelBuffer colors_{GL_RGBA32F, 16};
@@ -102,7 +103,7 @@ class SurfaceBuffers {
   std::vector<Eigen::Vector4f> sent_positions_, sent_normals_, sent_rest_, sent_burns_,
       sent_colors_;
   std::vector<Eigen::Vector4i> sent_slots_;
-  std::vector<float> areas_;  // scratch
+  std::vector<float> inner_share_;
 };
 
 }  // namespace cholecystectomy

@@ -134,6 +134,7 @@ TEST_CASE("skin: no hole opens after a thousand random removals", "[property][op
     view.camera.target = box.center();
     view.camera.eye = box.center() + 0.9f * box.diagonal().norm() * direction.normalized();
     view.camera.up = {0.3f, 0.5f, 0.8f};
+    view.camera.vertical_field_of_view = 0.35f;  // so near that triangles are split
     const std::array surfaces{surface, backdrop(view.camera)};
     flat->set_surfaces(surfaces);
     curved->set_surfaces(surfaces);
