@@ -24,12 +24,14 @@ class FramePicture {
   FramePicture(const FramePicture&) = delete;
   FramePicture& operator=(const FramePicture&) = delete;
 
-  /// What the last frame changed: positions, triangles, burns.
-  virtual void upload() = 0;
-  /// Begins to draw. A GPU goes on while the program does something else.
+  /// Takes what the last frame changed (positions, triangles, burns) and begins to send and draw
+  /// it, on a thread of its own: the next frame may be simulated meanwhile.
   virtual void start() = 0;
   /// Waits until the picture is there, without reading it back.
-  virtual void finish() = 0;
+  /// @return  what of it went into sending, ms
+  virtual double finish() = 0;
+  /// Draws the same again and waits until that is there.
+  virtual void draw_again() = 0;
   /// Reads it back.
   /// @throws Error  if it shows nothing
   virtual void write(const std::filesystem::path& path) = 0;

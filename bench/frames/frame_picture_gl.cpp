@@ -11,6 +11,8 @@
 #include "apps/viewer/offscreen_renderer.h"
 #include "apps/viewer/png.h"
 #include "bench/frames/frame_picture.h"
+#include "bench/frames/worker.h"
+#include "bench/support/timing.h"
 
 namespace pbdsurg::bench {
 namespace {
@@ -52,72 +54,45 @@ cholecystectomy::Surface backdrop() {
 
 class GlFramePicture final : public FramePicture {
  public:
-  explicit GlFramePicture(const FrameWorld& world) : world_(world) {
-    renderer_.emplace(options(RenderQuality::quick()));
-    is_software_ = names_software(renderer_->device_name());
-    if (!is_software_) {
-      renderer_.emplace(options(RenderQuality::full()));
-    }
-    const std::array looks{tissues::gallbladder_wall().look, tissues::liver().look};
-    std::vector<cholecystectomy::Surface> surfaces;
-    for (std::size_t b = 0; b < looks.size(); ++b) {
-      const Surface& skin = *world.surfaces()[b];
-      cholecystectomy::Surface& surface = surfaces.emplace_back();
-      surface.name = b == 0 ? "gallbladder" : "liver";
-      surface.look = surface.inner_look = looks[b];
-      surface.positions.assign(skin.positions().begin(), skin.positions().end());
-      surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
-      surface.triangles.assign(skin.triangles().begin(), skin.triangles().end());
-      surface.burn.assign(surface.positions.size(), Eigen::Vector4f::Zero());
-      kept_[b].triangles = skin.version();
-      kept_[b].change.positions = surface.positions;
-    }
-    surfaces.push_back(backdrop());
-    renderer_->set_surfaces(surfaces);
-    renderer_->draw(view_of(world));
+  explicit GlFramePicture(const FrameWorld& world) : world_(world), view_(view_of(world)) {
+    worker_.start([&] { make_renderer(); });
+    worker_.wait();
   }
 
-  void upload() override {
+  ~GlFramePicture() override {
+    worker_.start([&] { renderer_.reset(); });  // OpenGL objects end on the thread of their context
+  }
+
+  void start() override {
+    worker_.wait();
     for (std::size_t b = 0; b < kept_.size(); ++b) {
-      const Surface& skin = *world_.surfaces()[b];
-      Kept& kept = kept_[b];
-      SurfaceChange& change = kept.change;
-      const std::size_t before = change.positions.size();
-      change.positions.assign(skin.positions().begin(), skin.positions().end());
-      const auto rest = skin.rest_positions();
-      change.new_rest_positions.assign(rest.begin() + static_cast<std::ptrdiff_t>(before),
-                                       rest.end());
-      skin.collect_changes(kept.triangles, ranges_);
-      kept.triangles = skin.version();
-      change.triangles.resize(ranges_.size());
-      for (std::size_t r = 0; r < ranges_.size(); ++r) {
-        const auto values =
-            skin.triangles().subspan(static_cast<std::size_t>(ranges_[r].first),
-                                     static_cast<std::size_t>(ranges_[r].end - ranges_[r].first));
-        change.triangles[r].first = ranges_[r].first;
-        change.triangles[r].values.assign(values.begin(), values.end());
-      }
-      skin.collect_mark_changes(kept.marks, ranges_);
-      kept.marks = skin.marks_version();
-      change.burns.resize(ranges_.size());
-      for (std::size_t r = 0; r < ranges_.size(); ++r) {
-        change.burns[r].first = ranges_[r].first;
-        change.burns[r].values.clear();
-        for (Index v = ranges_[r].first; v < ranges_[r].end; ++v) {
-          const Color color = burn_layer(ColorRule::state, skin.peak_temperatures()[v],
-                                         burn_marks(skin.marks()[v]));
-          change.burns[r].values.emplace_back(color.red, color.green, color.blue, color.alpha);
-        }
-      }
-      renderer_->update(b, change);
+      collect(*world_.surfaces()[b], kept_[b]);
     }
+    view_ = view_of(world_);
+    worker_.start([&] {
+      upload_ms_ = time_of([&] {
+        for (std::size_t b = 0; b < kept_.size(); ++b) {
+          renderer_->update(b, kept_[b].change);
+        }
+      });
+      renderer_->draw(view_);
+    });
   }
 
-  void start() override { renderer_->start(view_of(world_)); }
-  void finish() override { renderer_->finish(); }
+  double finish() override {
+    worker_.wait();
+    return upload_ms_;
+  }
+
+  void draw_again() override {
+    worker_.start([&] { renderer_->draw(view_); });
+    worker_.wait();
+  }
 
   void write(const std::filesystem::path& path) override {
-    const Image image = renderer_->render(view_of(world_));
+    Image image;
+    worker_.start([&] { image = renderer_->render(view_); });
+    worker_.wait();
     const auto [least, most] = std::ranges::minmax_element(image.rgb);
     if (*most - *least < 64) {
       throw Error("the picture of a frame on " + renderer() + " shows nothing");
@@ -135,15 +110,75 @@ class GlFramePicture final : public FramePicture {
     SurfaceChange change;
   };
 
+  void make_renderer() {
+    renderer_.emplace(options(RenderQuality::quick()));
+    is_software_ = names_software(renderer_->device_name());
+    if (!is_software_) {
+      renderer_.emplace(options(RenderQuality::full()));
+    }
+    const std::array looks{tissues::gallbladder_wall().look, tissues::liver().look};
+    std::vector<cholecystectomy::Surface> surfaces;
+    for (std::size_t b = 0; b < looks.size(); ++b) {
+      const Surface& skin = *world_.surfaces()[b];
+      cholecystectomy::Surface& surface = surfaces.emplace_back();
+      surface.name = b == 0 ? "gallbladder" : "liver";
+      surface.look = surface.inner_look = looks[b];
+      surface.positions.assign(skin.positions().begin(), skin.positions().end());
+      surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
+      surface.triangles.assign(skin.triangles().begin(), skin.triangles().end());
+      surface.burn.assign(surface.positions.size(), Eigen::Vector4f::Zero());
+      kept_[b].triangles = skin.version();
+      kept_[b].change.positions = surface.positions;
+    }
+    surfaces.push_back(backdrop());
+    renderer_->set_surfaces(surfaces);
+    renderer_->draw(view_);
+  }
+
+  void collect(const Surface& skin, Kept& kept) {
+    SurfaceChange& change = kept.change;
+    const std::size_t before = change.positions.size();
+    change.positions.assign(skin.positions().begin(), skin.positions().end());
+    const auto rest = skin.rest_positions();
+    change.new_rest_positions.assign(rest.begin() + static_cast<std::ptrdiff_t>(before),
+                                     rest.end());
+    skin.collect_changes(kept.triangles, ranges_);
+    kept.triangles = skin.version();
+    change.triangles.resize(ranges_.size());
+    for (std::size_t r = 0; r < ranges_.size(); ++r) {
+      const auto values =
+          skin.triangles().subspan(static_cast<std::size_t>(ranges_[r].first),
+                                   static_cast<std::size_t>(ranges_[r].end - ranges_[r].first));
+      change.triangles[r].first = ranges_[r].first;
+      change.triangles[r].values.assign(values.begin(), values.end());
+    }
+    skin.collect_mark_changes(kept.marks, ranges_);
+    kept.marks = skin.marks_version();
+    change.burns.resize(ranges_.size());
+    for (std::size_t r = 0; r < ranges_.size(); ++r) {
+      change.burns[r].first = ranges_[r].first;
+      change.burns[r].values.clear();
+      for (Index v = ranges_[r].first; v < ranges_[r].end; ++v) {
+        const Color color =
+            burn_layer(ColorRule::state, skin.peak_temperatures()[v], burn_marks(skin.marks()[v]));
+        change.burns[r].values.emplace_back(color.red, color.green, color.blue, color.alpha);
+      }
+    }
+  }
+
   static cholecystectomy::OffscreenOptions options(const RenderQuality& quality) {
     return {.width = kFrameWidth, .height = kFrameHeight, .quality = quality};
   }
 
   const FrameWorld& world_;
-  std::optional<OffscreenRenderer> renderer_;
-  bool is_software_ = false;
+  SceneView view_;
   std::array<Kept, 2> kept_;
   std::vector<SlotRange> ranges_;  // scratch
+  // of the worker
+  std::optional<OffscreenRenderer> renderer_;
+  bool is_software_ = false;
+  double upload_ms_ = 0;
+  Worker worker_;
 };
 
 }  // namespace
