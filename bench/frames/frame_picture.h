@@ -30,8 +30,6 @@ class FramePicture {
   /// Waits until the picture is there, without reading it back.
   /// @return  what of it went into sending, ms
   virtual double finish() = 0;
-  /// Draws the same again and waits until that is there.
-  virtual void draw_again() = 0;
   /// Reads it back.
   /// @throws Error  if it shows nothing
   virtual void write(const std::filesystem::path& path) = 0;

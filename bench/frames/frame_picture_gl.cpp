@@ -84,11 +84,6 @@ class GlFramePicture final : public FramePicture {
     return upload_ms_;
   }
 
-  void draw_again() override {
-    worker_.start([&] { renderer_->draw(view_); });
-    worker_.wait();
-  }
-
   void write(const std::filesystem::path& path) override {
     Image image;
     worker_.start([&] { image = renderer_->render(view_); });

@@ -10,8 +10,8 @@
 namespace pbdsurg::bench {
 namespace {
 
-constexpr int kPicturesAlone = 5;  // for their time without steps beside them
-constexpr int kFirstFrames = 2;    // which bring the state to a device, and tools to their places
+constexpr int kFramesApart = 25;  // whose stages follow one another, for the time of each
+constexpr int kFirstFrames = 2;   // which bring the state to a device, and tools to their places
 
 }  // namespace
 
@@ -38,7 +38,7 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     start_picture();
     finish_picture();
   }
-  std::vector<double> heat, edit, step, readback, upload, draw, whole;
+  std::vector<double> whole;
   double seconds = 0, energy = 0, contacts = 0;
   int touching = 0;
   for (int i = 0;
@@ -47,21 +47,27 @@ FrameTimes measure_frames(FrameWorld& world, FramePicture* picture, const FrameE
     // a picture is drawn while the next frame is simulated, and done before that is shown
     whole.push_back(time_of([&] {
       frame = world.next();
-      upload.push_back(finish_picture());
+      finish_picture();
       start_picture();
     }));
     seconds += 1e-3 * whole.back();
-    heat.push_back(1e3 * frame.times.heat);
-    edit.push_back(1e3 * frame.times.edit);
-    step.push_back(1e3 * frame.times.step);
-    readback.push_back(1e3 * frame.times.readback);
     energy += frame.cauteries.front().energy;
     contacts += frame.report.contacts;
     touching += frame.report.contacts > 0 ? 1 : 0;
   }
   finish_picture();
-  for (int i = 0; i < kPicturesAlone; ++i) {
-    draw.push_back(picture != nullptr ? time_of([&] { picture->draw_again(); }) : 0.0);
+  std::vector<double> heat, edit, step, readback, upload, draw;
+  for (int i = 0; i < std::min(kFramesApart, effort.least_frames); ++i) {
+    const Frame frame = world.next();
+    heat.push_back(1e3 * frame.times.heat);
+    edit.push_back(1e3 * frame.times.edit);
+    step.push_back(1e3 * frame.times.step);
+    readback.push_back(1e3 * frame.times.readback);
+    const double picture_ms = time_of([&] {
+      start_picture();
+      upload.push_back(finish_picture());
+    });
+    draw.push_back(picture_ms - upload.back());
   }
   if (2 * touching < static_cast<int>(whole.size())) {
     throw Error("instruments touch tissue in " + std::to_string(touching) + " of " +

@@ -23,7 +23,7 @@ struct FrameEffort {
 /// GPU, p99 needs a few hundred.
 [[nodiscard]] FrameEffort frame_effort(bool is_software, bool steps_on_gpu, bool quick);
 
-/// ms a frame, medians. Of one frame they follow one another; nothing overlaps.
+/// ms a frame, medians of frames whose stages follow one another.
 struct FrameStages {
   double heat;
   double edit;     ///< what heat removed and parted
