@@ -69,6 +69,10 @@ std::size_t bytes_of(const TopologyEdit& edit) noexcept {
 
 }  // namespace
 
+std::size_t WorldState::edit_count() const noexcept {
+  return data_ == nullptr ? 0 : data_->edits.size();
+}
+
 std::size_t WorldState::memory_bytes() const noexcept {
   if (data_ == nullptr) {
     return 0;

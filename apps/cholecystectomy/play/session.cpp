@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace cholecystectomy {
 namespace {
@@ -14,8 +15,8 @@ using pbdsurg::Activation;
 // changes, so that a handle that trembles does not chatter.
 constexpr float kClosed = 0.35F, kOpen = 0.65F;
 
-// How many edits an undo goes through at most, beside those of its stroke: some 0.1 ms each.
-constexpr std::uint64_t kMostEdits = 1000;
+// How many edits an undo goes through, beside those of strokes that are longer: 0.06 ms each.
+constexpr std::size_t kMostEdits = 1000;
 
 constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
 constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
@@ -140,12 +141,12 @@ void Session::work_jaws(float jaw, EventCounts& events) {
 
 void Session::begin_stroke() {
   settle_strokes();
-  const std::uint64_t version = simulation_->solver.tissue().version();
-  if (version > recorded_version_ + kMostEdits) {
+  SimulationState state = simulation_->save();
+  if (state.world.edit_count() > kMostEdits) {
     simulation_->world.record();
-    recorded_version_ = version;
+    state = simulation_->save();
   }
-  strokes_.push_back({simulation_->save(), simulation_->energy_in(), smoke_, is_closed_});
+  strokes_.push_back({std::move(state), simulation_->energy_in(), smoke_, is_closed_});
 }
 
 // Once the last is over: it is none if it changed nothing.

@@ -92,8 +92,7 @@ class Session {
   pbdsurg::Activation activation_ = pbdsurg::Activation::none;
   bool is_refused_ = false;
   StepTimes times_;
-  std::deque<Moment> strokes_;          // oldest first; the last may have changed nothing yet
-  std::uint64_t recorded_version_ = 0;  // of the tissue
+  std::deque<Moment> strokes_;  // oldest first; the last may have changed nothing yet
 };
 
 }  // namespace cholecystectomy

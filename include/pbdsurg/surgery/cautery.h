@@ -125,8 +125,8 @@ struct CauterySnapshot {
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
 /// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
 ///
-/// Undoing an edit
-/// does not take back the heat that led to it: what heat removed goes again in the next update.
+/// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
+/// next update. A snapshot() goes back in heat, a WorldState in all.
 class PBDSURG_API Cautery {
  public:
   /// At any time, also after edits, which it follows from here on. It starts at body temperature.

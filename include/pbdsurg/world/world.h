@@ -155,8 +155,9 @@ class PBDSURG_API World {
   /// beginning; the last edit before cannot be taken back. That other world need not be there any
   /// more.
   ///
-  /// Cost: that of copying tissue and constraints, and of the edits since record(): of 73,370
-  /// tetrahedra, 60 ms, and as much for each 1,000 edits of a cautery.
+  /// Cost: that of copying tissue and constraints, and of the edits since record(): 53 ms for
+  /// 73,370 tetrahedra in vertex blocks, and 56 ms for 1,000 edits of a cautery, on a core of a
+  /// Xeon.
   /// @throws InvalidArgument  if the state is of no world
   /// @throws Error            if a device fails
   explicit World(const WorldState& state);
@@ -269,7 +270,8 @@ class PBDSURG_API World {
   void edit(const TopologyEdit& edit);
 
   /// Takes back the last edit of the tissue: Tissue::undo(). A body that came with it has gone for
-  /// good. Refused if a surface, pieces or a cautery was asked for since.
+  /// good. Refused if a surface, pieces, a cautery or record() was asked for since. Heat stays as
+  /// it is: save() takes it along, and goes back further.
   void undo();
 
   /// New ids, memory and colours of what lives, between two steps: see Compaction. Ids of bodies

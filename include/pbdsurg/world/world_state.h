@@ -18,8 +18,11 @@ class PBDSURG_API WorldState {
   /// Of no world.
   WorldState() = default;
 
-  /// Bytes of this moment alone: about 190 a vertex that heat reaches, 70 for others, 8 for each
-  /// link, and 16 for each edit since World::record().
+  /// Edits since World::record(), which a world that is made of it goes through.
+  [[nodiscard]] std::size_t edit_count() const noexcept;
+
+  /// Bytes of this moment alone. For a vertex, some 40 of each replica and 48 of each cautery; for
+  /// a link, 8 of each cautery; and 16 for an edit since World::record().
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
   /// Bytes that it shares with the other states since the same call of World::record(): tissue and
