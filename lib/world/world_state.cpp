@@ -111,7 +111,14 @@ void World::record() {
   data.origin = std::move(origin);
   data.journal = std::move(journal);
   for (const auto& burner : data.burners) {
-    burner->setup.edits_before = 0;
+    BurnerSetup& setup = burner->setup;
+    setup.edits_before = 0;
+    setup.burnt.clear();  // a compaction may have come
+    for (const BodyId body : setup.bodies) {
+      if (data.bodies.is_there(body)) {
+        setup.burnt.push_back({data.bodies.in_tissue(body), data.bodies.record(body).heat});
+      }
+    }
   }
 }
 

@@ -211,6 +211,37 @@ TEST_CASE("world state: takes part in edits of all kinds, and not in those undon
   CHECK(other.surface(slabs.lower).marks().size() == other.surface(slabs.lower).vertices().size());
 }
 
+// Would catch burners that heat another body than theirs, or one that has gone.
+TEST_CASE("world state: burners keep their bodies over removals and compactions", "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  world.record();
+  burn_and_pull(slabs);
+  world.energise(slabs.burner, off_settings());
+  world.remove_body(slabs.lower);
+  world.step(kDt);
+  const auto go_on = [&] {
+    World other(world.save());
+    for (int step = 0; step < 10; ++step) {
+      world.step(kDt);
+      other.step(kDt);
+    }
+    check_same_heat(world.cautery(slabs.burner).field(), other.cautery(slabs.burner).field());
+    CHECK(slabs.hash() == other.solver().state_hash());
+    CHECK(other.body_in_tissue(slabs.upper) == world.body_in_tissue(slabs.upper));
+    check_refused([&] { (void)other.body_in_tissue(slabs.lower); }, "not there any more");
+    const Index tet = world.tissue().tets_of(world.body_in_tissue(slabs.upper)).back();
+    CHECK(other.cautery(slabs.burner).field().mesh().is_alive(tet));
+  };
+  go_on();
+  world.record();
+  go_on();
+  world.compact();
+  world.record();
+  REQUIRE(world.body_in_tissue(slabs.upper) == 0);
+  go_on();
+}
+
 // Would catch replicas that share one state.
 TEST_CASE("world state: has all replicas", "[unit]") {
   SlabWorld slabs({.damping = 20, .copies = 3});
