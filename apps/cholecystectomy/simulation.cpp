@@ -120,6 +120,31 @@ Simulation::Simulation(const SurgicalScene& surgical_scene, const pbdsurg::Solve
       cautery(world.cautery(burner)),
       times(stage_times),
       seed_(seed) {
+  find_surfaces();
+}
+
+Simulation::Simulation(const SurgicalScene& surgical_scene, const SimulationState& state,
+                       StageTimes& stage_times, double step)
+    : scene(surgical_scene),
+      time_step(step),
+      world(state.world),
+      solver(world.solver()),
+      connections(world.strands()),
+      grasper(state.grasper),
+      hook(state.hook),
+      burner(state.burner),
+      cautery(world.cautery(burner)),
+      last_burn(state.last_burn),
+      totals(state.totals),
+      times(stage_times) {
+  find_surfaces();
+}
+
+SimulationState Simulation::save() const {
+  return {world.save(), grasper, hook, burner, last_burn, totals};
+}
+
+void Simulation::find_surfaces() {
   for (const Organ organ : pbdsurg::kOrgans) {
     surfaces_.push_back(&world.surface(body_of(organ)));
   }

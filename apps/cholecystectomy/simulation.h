@@ -94,6 +94,15 @@ struct Instrument {
 inline constexpr std::array<pbdsurg::BodyId, 3> kBurnable{
     body_of(Organ::gallbladder), body_of(Organ::liver), body_of(Organ::calot_fat)};
 
+/// A simulation at a moment. Its copies share the world.
+struct SimulationState {
+  pbdsurg::WorldState world;
+  Instrument grasper, hook;
+  pbdsurg::CauteryId burner;
+  pbdsurg::CauteryReport last_burn;
+  Totals totals;
+};
+
 class Simulation {
  public:
   /// @param scene  kept by reference: must outlive the simulation
@@ -101,6 +110,14 @@ class Simulation {
   Simulation(const SurgicalScene& scene, const pbdsurg::SolverOptions& options,
              std::optional<std::uint64_t> seed, StageTimes& times, double time_step = kTimeStep);
   static constexpr double kTimeStep = 5e-3;  ///< s, of the scripted operation
+
+  /// As it was at a moment, without tremor: see World's constructor of its state.
+  /// @param scene  of the simulation that was saved, kept by reference
+  Simulation(const SurgicalScene& scene, const SimulationState& state, StageTimes& times,
+             double time_step = kTimeStep);
+
+  /// This moment; world.record() comes before.
+  [[nodiscard]] SimulationState save() const;
 
   /// One step with these settings at the hook.
   void advance(const std::optional<pbdsurg::GeneratorSettings>& settings);
@@ -145,6 +162,7 @@ class Simulation {
   StageTimes& times;
 
  private:
+  void find_surfaces();
   void place(Instrument& instrument);
   void count(const pbdsurg::CauteryReport& report);
 

@@ -98,3 +98,4 @@
 #include "pbdsurg/views/live_surface.h"
 #include "pbdsurg/world/surface.h"
 #include "pbdsurg/world/world.h"
+#include "pbdsurg/world/world_state.h"

@@ -41,6 +41,35 @@ void check_power(const char* what, Index id, double power) {
   }
 }
 
+void check_size(const char* what, std::size_t size, std::size_t vertex_count) {
+  if (size != vertex_count) {
+    throw InvalidArgument(std::string("the snapshot has ") + std::to_string(size) + " values of " +
+                          what + "; the field has " + std::to_string(vertex_count) + " vertices");
+  }
+}
+
+void check_values(const char* what, std::span<const double> values, double low, double high) {
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (!std::isfinite(values[v]) || values[v] < low || values[v] > high) {
+      throw InvalidArgument(std::string(what) + " of vertex " + std::to_string(v) +
+                            " in the snapshot is " + describe(values[v]) +
+                            (std::isinf(high) ? "; it must be finite" : "; it must be in [0, 1]"));
+    }
+  }
+}
+
+void check_vertices(const char* what, std::span<const Index> vertices, std::size_t vertex_count) {
+  std::vector<bool> is_listed(vertex_count);
+  for (const Index v : vertices) {
+    check_id("vertex", v, vertex_count);
+    if (is_listed[v]) {
+      throw InvalidArgument("vertex " + std::to_string(v) + " is twice among the " + what +
+                            " ones of the snapshot");
+    }
+    is_listed[v] = true;
+  }
+}
+
 }  // namespace
 
 HeatField::RegionPointer::RegionPointer(const HeatOptions& options)
@@ -188,6 +217,53 @@ void HeatField::hold(std::span<const Index> vertices) {
     check_id("vertex", v, temperatures_.size());
   }
   held_.assign(vertices.begin(), vertices.end());
+}
+
+HeatSnapshot HeatField::snapshot() const {
+  const std::span<const Index> active = active_vertices();
+  HeatSnapshot snapshot{temperatures_, peaks_,     water_, survival_,
+                        collagen_,     charred_,   held_,  {active.begin(), active.end()},
+                        pending_,      most_warm_, ledger_};
+  std::ranges::sort(snapshot.active);
+  std::ranges::sort(snapshot.pending);
+  snapshot.pending.erase(std::unique(snapshot.pending.begin(), snapshot.pending.end()),
+                         snapshot.pending.end());
+  return snapshot;
+}
+
+void HeatField::restore(const HeatSnapshot& snapshot) {
+  region_.check();
+  mesh_.check_current("a heat field");
+  const std::size_t count = temperatures_.size();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto check_array = [&](const char* what, const std::vector<double>& values, double low,
+                               double high) {
+    check_size(what, values.size(), count);
+    check_values(what, values, low, high);
+  };
+  check_array("temperature", snapshot.temperatures, -kInfinity, kInfinity);
+  check_array("peak temperature", snapshot.peak_temperatures, -kInfinity, kInfinity);
+  check_array("water", snapshot.water, 0, 1);
+  check_array("survival", snapshot.survival, 0, 1);
+  check_array("collagen", snapshot.collagen, 0, 1);
+  check_array("char", snapshot.charred, 0, 1);
+  check_vertices("held", snapshot.held, count);
+  check_vertices("active", snapshot.active, count);
+  check_vertices("pending", snapshot.pending, count);
+  temperatures_ = snapshot.temperatures;
+  peaks_ = snapshot.peak_temperatures;
+  water_ = snapshot.water;
+  survival_ = snapshot.survival;
+  collagen_ = snapshot.collagen;
+  charred_ = snapshot.charred;
+  held_ = snapshot.held;
+  pending_ = snapshot.pending;
+  most_warm_ = snapshot.most_warm;
+  ledger_ = snapshot.ledger;
+  region_->clear();
+  region_->add(mesh_, snapshot.active, 0);
+  region_->update(mesh_, model_.surface_transfer > 0);
+  has_stepped_ = true;
 }
 
 void HeatField::check(double dt, std::span<const HeatSource> sources,

@@ -57,9 +57,17 @@ Solver::Solver(Tissue& tissue, const SolverOptions& asked) : tissue_(&tissue) {
   std::unique_ptr<SolverData> data = make_solver_data(tissue, options);
   // edits colour little, and must not fail
   data->options.coloring.executor = {};
-  reserve_spare_room(tissue, options.spare);
+  follow(std::move(data));
+}
+
+Solver::Solver(Tissue& tissue, std::unique_ptr<SolverData> data) : tissue_(&tissue) {
+  follow(std::move(data));
+}
+
+void Solver::follow(std::unique_ptr<SolverData> data) {
+  reserve_spare_room(*tissue_, data->options.spare);
   data->follow_tissue();
-  data->free_pieces.refresh(tissue, data->place_of_vertex);  // the first step finds no memory
+  data->free_pieces.refresh(*tissue_, data->place_of_vertex);  // the first step finds no memory
   data_ = std::move(data);
 }
 

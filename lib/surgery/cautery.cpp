@@ -134,6 +134,56 @@ double Cautery::removal_energy() const {
   return work_->changes.spent();
 }
 
+CauterySnapshot Cautery::snapshot() const {
+  const Work& work = *work_;
+  const std::span<const DueTet> due = work.changes.pending();
+  return {work.field.snapshot(),     work.link_doses,  {due.begin(), due.end()},
+          work.changes.spent(),      work.link_energy, work.electrode_energy,
+          work.electrode_temperature};
+}
+
+void Cautery::restore(const CauterySnapshot& snapshot) {
+  Work& work = *work_;
+  if (snapshot.link_doses.size() != work.link_doses.size()) {
+    throw InvalidArgument("the snapshot has doses of " +
+                          std::to_string(snapshot.link_doses.size()) + " links; the tissue has " +
+                          std::to_string(work.link_doses.size()) + " links");
+  }
+  for (std::size_t l = 0; l < snapshot.link_doses.size(); ++l) {
+    check_not_negative(("the dose of link " + std::to_string(l)).c_str(), snapshot.link_doses[l]);
+  }
+  Index before = kInvalidIndex;
+  for (const DueTet& due : snapshot.due) {
+    check_id("tet", due.tet, work.field.mesh().tets().size());
+    if (due.tet <= before) {
+      throw InvalidArgument("tetrahedron " + std::to_string(due.tet) + " follows " +
+                            std::to_string(before) + " in the snapshot; they must ascend");
+    }
+    before = due.tet;
+  }
+  check_not_negative("removal_energy", snapshot.removal_energy);
+  check_not_negative("link_energy", snapshot.link_energy);
+  check_not_negative("electrode_energy", snapshot.electrode_energy);
+  check(std::isfinite(snapshot.electrode_temperature), "electrode_temperature",
+        snapshot.electrode_temperature, "finite");
+  std::vector<double> doses = snapshot.link_doses;  // nothing is left to fail after the field
+  std::vector<DueTet> due = snapshot.due;
+  work.field.restore(snapshot.heat);
+  work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
+  work.current.restore(work.field);
+  work.contact.forget();
+  work.link_doses = std::move(doses);
+  work.parting_links.clear();
+  for (Index l = 0; l < static_cast<Index>(work.link_doses.size()); ++l) {
+    if (work.is_full(l)) {
+      work.parting_links.push_back(l);  // of which those that live part in the next update
+    }
+  }
+  work.link_energy = snapshot.link_energy;
+  work.electrode_energy = snapshot.electrode_energy;
+  work.electrode_temperature = snapshot.electrode_temperature;
+}
+
 HeatState Cautery::state(Index tet) const {
   const ThermalMesh& mesh = work_->field.mesh();
   check_id("tet", tet, mesh.tets().size());

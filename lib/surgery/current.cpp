@@ -53,6 +53,20 @@ void Current::follow(const HeatField& field) noexcept {
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
 }
 
+void Current::restore(const HeatField& field) {
+  for (Index t = 0; t < static_cast<Index>(conductivities_.size()); ++t) {
+    find_conductivity(field, t);
+  }
+  warm_tets_.clear();
+  for (const Index v : field.active_vertices()) {
+    field.mesh().for_each_tet(v, [&](Index t) { warm_tets_.push_back(t); });
+  }
+  std::ranges::sort(warm_tets_);
+  warm_tets_.erase(std::unique(warm_tets_.begin(), warm_tets_.end()), warm_tets_.end());
+  cooled_.clear();
+  shares_.clear();
+}
+
 void Current::renumber(const HeatField& field, const Renumbering& ids) {
   const auto count = static_cast<std::size_t>(field.mesh().tet_count());
   renumber_values(conductivities_, ids.tets, count);

@@ -67,6 +67,10 @@ class Current {
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
   [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
 
+  /// Takes the conductivity of all tissue anew, after the field went back to a snapshot. Cost:
+  /// O(tetrahedra).
+  void restore(const HeatField& field);
+
   /// Goes along with a compaction, after the field has. What was touched has to be told again.
   void renumber(const HeatField& field, const Renumbering& ids);
 

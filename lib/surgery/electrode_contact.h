@@ -111,6 +111,9 @@ class ElectrodeContact {
   /// What was touched has to be found again.
   void renumber(const Tissue& tissue, const Renumbering& ids);
 
+  /// After tissue was put elsewhere.
+  void forget() noexcept { slack_ = -1; }
+
   /// After an undo: what was a new link may be another soon.
   void forget_links() noexcept { seen_links_ = kUnseen; }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <tuple>
+#include <utility>
 
 #include "pbdsurg/heat/tissue_state.h"
 #include "pbdsurg/mesh/topology.h"
@@ -85,7 +86,7 @@ void HeatChanges::find_marked(const HeatField& field) {
       field.mesh().for_each_tet(v, add);
     }
   }
-  for (const Pending& pending : pending_) {
+  for (const DueTet& pending : pending_) {
     add(pending.tet);
   }
   std::sort(marked_.begin(), marked_.end());
@@ -100,7 +101,7 @@ bool HeatChanges::is_tearing(const HeatField& field, Index tet, double water, do
   if (boiled_off > 0 && boiled_off >= tearing_rate_ * dt && water <= 1 - tearing_loss_) {
     return true;
   }
-  const Pending* pending = find_pending(tet);
+  const DueTet* pending = find_pending(tet);
   return pending != nullptr && pending->is_torn;
 }
 
@@ -151,15 +152,15 @@ void HeatChanges::remember(const HeatField& field, std::size_t taken) {
   due_.erase(dropped, due_.end());  // what boils on tears later
   deferred_count_ = static_cast<Index>(due_.size() - taken);
   std::erase_if(pending_,
-                [&](const Pending& p) { return taken > 0 || field.mesh().is_alive(p.tet); });
+                [&](const DueTet& p) { return taken > 0 || field.mesh().is_alive(p.tet); });
   for (const Due& due : due_) {
     pending_.push_back({due.tet, due.is_torn});
   }
-  std::ranges::sort(pending_, {}, &Pending::tet);
+  std::ranges::sort(pending_, {}, &DueTet::tet);
 }
 
-const HeatChanges::Pending* HeatChanges::find_pending(Index tet) const {
-  const auto found = std::ranges::lower_bound(pending_, tet, {}, &Pending::tet);
+const DueTet* HeatChanges::find_pending(Index tet) const {
+  const auto found = std::ranges::lower_bound(pending_, tet, {}, &DueTet::tet);
   return found != pending_.end() && found->tet == tet ? &*found : nullptr;
 }
 
@@ -228,18 +229,25 @@ void HeatChanges::follow(const HeatField& field) noexcept {
 void HeatChanges::renumber(const HeatField& field, const Renumbering& ids) {
   renumber_values(seen_water_, ids.vertices, static_cast<std::size_t>(field.mesh().vertex_count()));
   seen_.assign(static_cast<std::size_t>(field.mesh().tet_count()), 0);
-  for (Pending& pending : pending_) {
+  for (DueTet& pending : pending_) {
     pending.tet = ids.tets[pending.tet];
   }
-  std::erase_if(pending_, [](const Pending& p) { return p.tet == kInvalidIndex; });
-  std::ranges::sort(pending_, {}, &Pending::tet);
+  std::erase_if(pending_, [](const DueTet& p) { return p.tet == kInvalidIndex; });
+  std::ranges::sort(pending_, {}, &DueTet::tet);
+}
+
+void HeatChanges::restore(const HeatField& field, double spent,
+                          std::vector<DueTet> pending) noexcept {
+  spent_ = spent_before_ = spent;
+  pending_ = std::move(pending);
+  seen_water_.assign(field.water().begin(), field.water().end());
 }
 
 void HeatChanges::undo(const HeatField& field) noexcept {
   spent_ = spent_before_;
   seen_water_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
   seen_.resize(static_cast<std::size_t>(field.mesh().tet_count()));
-  std::erase_if(pending_, [&](const Pending& p) { return p.tet >= field.mesh().tet_count(); });
+  std::erase_if(pending_, [&](const DueTet& p) { return p.tet >= field.mesh().tet_count(); });
 }
 
 }  // namespace pbdsurg

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pbdsurg/base/types.h"
@@ -45,6 +46,12 @@ class HeatChanges {
   [[nodiscard]] Index torn_count() const noexcept { return torn_; }
   [[nodiscard]] Index deferred_count() const noexcept { return deferred_count_; }
 
+  /// Tetrahedra that were due.
+  [[nodiscard]] std::span<const DueTet> pending() const noexcept { return pending_; }
+
+  /// Goes back to where these were so, after the field has.
+  void restore(const HeatField& field, double spent, std::vector<DueTet> pending) noexcept;
+
   /// Goes along with a compaction, after the field has.
   void renumber(const HeatField& field, const Renumbering& ids);
 
@@ -59,18 +66,12 @@ class HeatChanges {
     bool is_torn;
   };
 
-  // One that was.
-  struct Pending {
-    Index tet;
-    bool is_torn;
-  };
-
   [[nodiscard]] bool is_tearing(const HeatField& field, Index tet, double water, double dt) const;
   void find_marked(const HeatField& field);
   void find_due(const HeatField& field, double dt);
   void take_due(const HeatField& field, double energy, TopologyEdit& edit);
   void remember(const HeatField& field, std::size_t taken);
-  [[nodiscard]] const Pending* find_pending(Index tet) const;
+  [[nodiscard]] const DueTet* find_pending(Index tet) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
   [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
 
@@ -78,7 +79,7 @@ class HeatChanges {
   double spent_ = 0, spent_before_ = 0;  // J
   double due_energy_ = 0, due_volume_ = 0;
   Index torn_ = 0, deferred_count_ = 0;
-  std::vector<Pending> pending_;    // asked for last, or waiting for energy; ascending
+  std::vector<DueTet> pending_;     // asked for last, or waiting for energy; ascending
   std::vector<double> seen_water_;  // [vertex_count] at the last call
 
   // scratch

@@ -114,6 +114,17 @@ std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
   return copy;
 }
 
+std::unique_ptr<TissueData> copy_of(const TissueData& data) {
+  std::unique_ptr<TissueData> copy = copy_for_compaction(data);
+  copy->vertex_tets = data.vertex_tets;
+  copy->vertex_links = data.vertex_links;
+  copy->vertex_hinges = data.vertex_hinges;
+  copy->tet_edges = data.tet_edges;
+  copy->identity = next_tissue_identity();
+  copy->last_version = data.last_version;
+  return copy;
+}
+
 std::unique_ptr<TissueData> compact(const TissueData& data, Renumbering& ids) {
   auto compacted = std::make_unique<TissueData>();
   TissueData& made = *compacted;

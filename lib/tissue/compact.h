@@ -2,7 +2,7 @@
 #pragma once
 
 /// @file
-/// Tissue without what is dead in it.
+/// Copies of a tissue, as it is and without what is dead in it.
 
 #include <memory>
 
@@ -14,6 +14,9 @@ namespace pbdsurg {
 
 /// All that compact() reads. Cost: O(all that there ever was), of memory bandwidth.
 [[nodiscard]] std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data);
+
+/// All of a tissue but its followers and the undo of its last edit: another tissue. Cost: likewise.
+[[nodiscard]] std::unique_ptr<TissueData> copy_of(const TissueData& data);
 
 /// What lives, with new ids: in the order of bodies, and within a body in that of the old ids.
 /// @param ids  filled, but for versions

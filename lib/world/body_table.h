@@ -25,6 +25,10 @@ class BodyTable final : public Follower {
   /// @throws InvalidArgument  naming the id that there is not, or the body that waits or has gone
   [[nodiscard]] Index in_tissue(BodyId body) const;
 
+  /// Whether it neither waits nor has gone.
+  /// @throws InvalidArgument  naming the id that there is not
+  [[nodiscard]] bool is_there(BodyId body) const { return entry(body).in_tissue >= 0; }
+
   /// @throws InvalidArgument  naming the id that there is not
   [[nodiscard]] const TissueRecord& record(BodyId body) const;
   [[nodiscard]] const std::string& name(BodyId body) const;

@@ -26,10 +26,19 @@ void World::Data::make_solver() {
   auto made = std::make_unique<Tissue>(scene);
   solver = std::make_unique<Solver>(*made, options);
   tissue = std::move(made);
-  tissue->add_follower(bodies, FollowerRank::view);
-  tissue->add_follower(strands, FollowerRank::surgery);
+  follow_tissue();
   scene = {};
   meshes.clear();
+}
+
+void World::Data::follow_tissue() {
+  tissue->add_follower(bodies, FollowerRank::view);
+  tissue->add_follower(strands, FollowerRank::surgery);
+}
+
+void World::Data::add_burner(const BurnerSetup& setup) {
+  burners.push_back(std::make_unique<Burner>(
+      Burner{setup, std::nullopt, Cautery(*tissue, setup.burnt, setup.options)}));
 }
 
 void World::Data::check_is_scene(const char* what) const {
@@ -59,7 +68,7 @@ Burner& World::Data::burner(CauteryId cautery) const {
 
 const HeatField* World::Data::heat_of(BodyId body) const {
   for (const auto& burner : burners) {
-    if (std::ranges::count(burner->bodies, body) > 0) {
+    if (std::ranges::count(burner->setup.bodies, body) > 0) {
       return &burner->cautery.field();
     }
   }
@@ -220,11 +229,12 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
   for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
     *executor = executor->or_else(data.options.executor.or_else(data.solver->options().executor));
   }
-  data.burners.push_back(std::make_unique<Burner>(Burner{tool,
-                                                         {bodies.begin(), bodies.end()},
-                                                         electrode,
-                                                         std::nullopt,
-                                                         Cautery(*data.tissue, burnt, wanted)}));
+  data.add_burner({tool,
+                   {bodies.begin(), bodies.end()},
+                   electrode,
+                   std::move(burnt),
+                   std::move(wanted),
+                   data.journal != nullptr ? data.journal->edits().size() : 0});
   data.refresh();
   return CauteryId(static_cast<Index>(data.burners.size()) - 1);
 }

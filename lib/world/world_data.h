@@ -4,6 +4,7 @@
 /// @file
 /// What a world owns, for the calls of its users and for its steps.
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -14,14 +15,23 @@
 #include "pbdsurg/world/world.h"
 
 #include "lib/world/body_table.h"
+#include "lib/world/edit_journal.h"
 
 namespace pbdsurg {
 
-/// A generator at a tool, and what it burns.
-struct Burner {
+/// What a burner is made of.
+struct BurnerSetup {
   ToolId tool;
   std::vector<BodyId> bodies;
-  Electrode electrode;  // in the tool's frame
+  Electrode electrode;             // in the tool's frame
+  std::vector<ThermalBody> burnt;  // of the tissue, as it was when the burner came
+  CauteryOptions options;
+  std::size_t edits_before = 0;  // it came, since recording began
+};
+
+/// A generator at a tool, and what it burns.
+struct Burner {
+  BurnerSetup setup;
   std::optional<GeneratorSettings> settings;
   Cautery cautery;
 };
@@ -58,6 +68,10 @@ struct World::Data {
   std::map<Index, std::unique_ptr<Surface>> surfaces;  // by body id
   std::unique_ptr<LivePieces> pieces;
 
+  // of save(), from record() on
+  std::shared_ptr<const Origin> origin;
+  std::unique_ptr<EditJournal> journal;
+
   // for the next step
   std::vector<ProgramEdit> edits;
   std::vector<BodyId> leaving;
@@ -65,6 +79,8 @@ struct World::Data {
   std::vector<BladeSweep> blades;
 
   void make_solver();
+  void follow_tissue();
+  void add_burner(const BurnerSetup& setup);
   void check_is_scene(const char* what) const;
   [[nodiscard]] Solver& solver_of(ToolId tool) const;
   [[nodiscard]] Burner& burner(CauteryId cautery) const;

@@ -34,9 +34,9 @@ class Stopwatch {
 void World::Data::heat(double dt, Frame& frame, std::vector<EditRequest>& requests) {
   for (const auto& burner : burners) {
     EditRequest request{EditSource::heat, {}, static_cast<Index>(frame.cauteries.size())};
-    frame.cauteries.push_back(
-        burner->cautery.heat(*solver, placed(burner->electrode, solver->tool_target(burner->tool)),
-                             burner->settings, dt, request.edit));
+    frame.cauteries.push_back(burner->cautery.heat(
+        *solver, placed(burner->setup.electrode, solver->tool_target(burner->setup.tool)),
+        burner->settings, dt, request.edit));
     requests.push_back(std::move(request));
   }
 }

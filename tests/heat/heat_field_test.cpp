@@ -254,4 +254,31 @@ TEST_CASE("heat field: bad values are refused by name", "[unit]") {
   CHECK(field.temperatures()[0] == kBodyTemperature);
 }
 
+// Would catch a snapshot without what takes part, what waits, or the ledger.
+TEST_CASE("heat field: goes on from a snapshot as it went on, to the bit", "[property]") {
+  const Blocks blocks(make_box({10, 10, 10}, 0.7e-3, 0.1));
+  Tissue tissue(blocks.scene);
+  HeatField field = blocks.field(tissue), other = blocks.field(tissue);
+  const Body& body = tissue.body(1);
+  const std::vector<TetHeatSource> sources{{body.first_tet + 2700, 2}, {body.first_tet + 90, 1}};
+  const auto run = [&](HeatField& of) {
+    for (int i = 0; i < 60; ++i) {
+      of.step(5e-3, {}, i < 20 ? sources : std::vector<TetHeatSource>{});
+    }
+  };
+  run(field);
+  const std::vector<Index> some{body.first_vertex + 7};
+  field.set_temperatures(some, std::array{80.0});
+  const HeatSnapshot snapshot = field.snapshot();
+  run(field);
+  const HeatField after = field;
+  CHECK_FALSE(snapshot.temperatures == field.snapshot().temperatures);
+  for (HeatField* each : {&field, &other}) {
+    each->restore(snapshot);
+    CHECK(each->snapshot().temperatures == snapshot.temperatures);
+    run(*each);
+    CHECK(same_state(*each, after));
+  }
+}
+
 }  // namespace pbdsurg

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/play/simulation_thread.h"
 
+#include <algorithm>
 #include <thread>
 
 #include "apps/cholecystectomy/play/hand.h"
@@ -104,6 +105,40 @@ TEST_CASE("simulation thread: shows organs first, plays, pauses, steps and begin
   });
   CHECK(anew.whole.size() == kOrganCount + 1);
   CHECK(anew.step < 100);
+}
+
+// Would catch an undo that no state tells of, a pedal that burns on, or a clock that stands still.
+TEST_CASE("simulation thread: takes a stroke back and plays on", "[session]") {
+  Threaded play(Threaded::options());
+  const SceneState& begin = play.await([](const SceneState& state) { return state.step > 0; });
+  const auto& fat = begin.changes[static_cast<std::size_t>(Organ::calot_fat)].positions;
+  const auto depth = [](const Eigen::Vector3f& x) { return x.y() + x.z(); };
+  const Eigen::Vector3f facing = *std::ranges::min_element(fat, {}, depth);
+  play.hands[1].move(facing - play.hands[1].tip());
+  play.await([&](const SceneState& state) {
+    return (state.hook.pose.translation() - facing).norm() < 1e-4F;
+  });
+  play.hands[1].set_pedals({.coagulation = true});
+  const SceneState& burnt = play.await([&](const SceneState& state) {
+    play.hands[1].refresh();
+    return state.generator.energy > 1;
+  });
+  const std::uint32_t generation = burnt.generation;
+  Orders orders;
+  orders.undos = 1;
+  play.order(orders);
+  const SceneState& undone = play.await([](const SceneState& state) {
+    return state.events[static_cast<std::size_t>(Event::undone)] == 1;
+  });
+  CHECK(undone.generation == generation + 1);
+  CHECK(undone.generator.energy == 0);
+  const std::int64_t step = undone.step;
+  const SceneState& later = play.await([&](const SceneState& state) {
+    play.hands[1].refresh();
+    return state.step > step + 20;
+  });
+  CHECK(later.generator.energy == 0);
+  CHECK(later.generator.activation == pbdsurg::Activation::none);
 }
 
 // Would catch a thread that dies without a word.

@@ -155,6 +155,8 @@ TEST_CASE("world: one that was moved from says so, and what it was goes on", "[u
       [&] { gone.edit({}); },
       [&] { gone.undo(); },
       [&] { gone.compact(); },
+      [&] { gone.record(); },
+      [&] { (void)gone.save(); },
       [&] { (void)gone.surface(body); },
       [&] { (void)gone.pieces(); },
       [&] { gone.add_hinges(body, 1e-3F); },

@@ -76,7 +76,7 @@ std::vector<Surface> rest_surfaces(const SurgicalScene& scene, const pbdsurg::Me
 
 SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& backdrop,
                      std::uint32_t generation)
-    : simulation_(simulation),
+    : simulation_(&simulation),
       backdrop_(backdrop),
       generation_(generation),
       burns_(std::in_place, simulation),
@@ -90,14 +90,15 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
   }
 }
 
-void SceneFeed::begin_anew() {
+void SceneFeed::begin_anew(const Simulation& simulation) {
+  simulation_ = &simulation;
   ++generation_;
-  burns_.emplace(simulation_);  // strands that are back left no stumps
+  burns_.emplace(simulation);  // strands that are back left no stumps
 }
 
 void SceneFeed::fill(SceneState& state, const Seen& seen) {
   burns_->update();
-  sheets_.update(simulation_, burns_->layers());
+  sheets_.update(*simulation_, burns_->layers());
   state.sheets.assign(sheets_.surfaces().begin(), sheets_.surfaces().end());
   state.generation = generation_;
   state.whole.clear();
@@ -108,7 +109,7 @@ void SceneFeed::fill(SceneState& state, const Seen& seen) {
       state.whole.push_back(whole_surface(organ));
     }
     fill(organ, state.changes[i], seen.triangle_versions[i], seen.burn_versions[i]);
-    state.triangle_versions[i] = simulation_.surface(organ).version();
+    state.triangle_versions[i] = simulation_->surface(organ).version();
     state.burn_versions[i] = burns_->version(organ);
   }
   if (is_new) {
@@ -118,7 +119,7 @@ void SceneFeed::fill(SceneState& state, const Seen& seen) {
 
 void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
                      std::uint64_t seen_burns) {
-  const pbdsurg::Surface& surface = simulation_.surface(organ);
+  const pbdsurg::Surface& surface = simulation_->surface(organ);
   change.positions.assign(surface.positions().begin(), surface.positions().end());
   surface.collect_changes(seen_triangles, ranges_);
   change.triangles.resize(ranges_.size());
@@ -150,7 +151,7 @@ bool SceneFeed::is_inner(Organ organ, const Triangle& triangle) const {
 }
 
 Surface SceneFeed::whole_surface(Organ organ) const {
-  const pbdsurg::Surface& skin = simulation_.surface(organ);
+  const pbdsurg::Surface& skin = simulation_->surface(organ);
   Surface surface = named_surface(organ);
   surface.positions.assign(skin.positions().begin(), skin.positions().end());
   surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());

@@ -35,8 +35,9 @@ class SceneFeed {
   /// Of the states to come.
   [[nodiscard]] std::uint32_t generation() const { return generation_; }
 
-  /// Call this after an undo: surfaces come whole, in a new generation.
-  void begin_anew();
+  /// Goes on with another simulation of the same scene, kept by reference: surfaces come whole, in
+  /// a new generation.
+  void begin_anew(const Simulation& simulation);
 
   /// Surfaces and sheets of the state. @param state  may hold an older one
   void fill(SceneState& state, const Seen& seen);
@@ -47,7 +48,7 @@ class SceneFeed {
   void fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
             std::uint64_t seen_burns);
 
-  const Simulation& simulation_;
+  const Simulation* simulation_;
   const pbdsurg::MeshData& backdrop_;
   std::uint32_t generation_;
   std::optional<BurnLayers> burns_;

@@ -57,8 +57,8 @@ enum class Event : std::uint8_t {
   grasped,
   missed,   ///< jaws closed on nothing
   slipped,  ///< more force than jaws hold
-  undone,   ///< an edit was taken back
-  no_undo,  ///< there was none, or it was refused
+  undone,   ///< a stroke was taken back
+  no_undo,  ///< there was none
   restarted,
   lost,  ///< the state was no longer finite, and the scene began anew
   tissue_removed,

@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <limits>
-
-#include "pbdsurg/base/error.h"
+#include <optional>
+#include <utility>
 
 namespace cholecystectomy {
 namespace {
@@ -14,6 +14,9 @@ using pbdsurg::Activation;
 // Jaws that close past the first hold, those that open past the second let go: between them nothing
 // changes, so that a handle that trembles does not chatter.
 constexpr float kClosed = 0.35F, kOpen = 0.65F;
+
+// How many edits an undo goes through, beside those of strokes that are longer: 0.06 ms each.
+constexpr std::size_t kMostEdits = 1000;
 
 constexpr float kJawReach = 6e-3F;  // m, from the tip to what jaws take
 constexpr float kBite = 5e-3F;      // m, around the tip, of what they hold
@@ -49,21 +52,23 @@ Nearest nearest_organ(const Simulation& simulation, const Eigen::Vector3f& point
 Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
                  const pbdsurg::SolverOptions& options, const Hands& hands,
                  std::uint32_t generation)
-    : simulation_(scene, options, std::nullopt, stages_, kTimeStep),
-      feed_(simulation_, backdrop, generation),
+    : scene_(scene),
+      simulation_(std::make_unique<Simulation>(scene, options, std::nullopt, stages_, kTimeStep)),
+      feed_(*simulation_, backdrop, generation),
       smoke_(Smoke::of_scene()),
       hands_(hands) {
-  simulation_.grasper.is_aimed = simulation_.hook.is_aimed = false;
+  simulation_->grasper.is_aimed = simulation_->hook.is_aimed = false;
+  simulation_->world.record();
 }
 
 void Session::step(const Orders& orders, double now, EventCounts& events) {
   const pbdsurg::DeviceState grasper = hands_.grasper->state(), hook = hands_.hook->state();
   const auto follow = [&](Instrument& instrument, const pbdsurg::DeviceState& hand) {
-    simulation_.approach(instrument, hand.pose.translation(), kTopSpeed);
+    simulation_->approach(instrument, hand.pose.translation(), kTopSpeed);
     instrument.orientation = Eigen::Quaternionf(hand.pose.rotation());
   };
-  follow(simulation_.grasper, grasper);
-  follow(simulation_.hook, hook);
+  follow(simulation_->grasper, grasper);
+  follow(simulation_->hook, hook);
   work_jaws(grasper.jaw, events);
 
   pbdsurg::Pedals pedals;
@@ -77,7 +82,11 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   if (!has_seen_pedals_up_) {
     pedals = {};
   }
-  activation_ = pbdsurg::activation_of(pedals);
+  const Activation activation = pbdsurg::activation_of(pedals);
+  if (activation_ == Activation::none && activation != Activation::none) {
+    begin_stroke();
+  }
+  activation_ = activation;
   is_refused_ = pedals.cut && pedals.coagulation;
   std::optional<pbdsurg::GeneratorSettings> settings;
   if (activation_ == Activation::cut) {
@@ -87,78 +96,138 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   }
 
   const StageTimes stages = stages_;
-  const Totals totals = simulation_.totals;
-  simulation_.advance(settings);
+  const Totals totals = simulation_->totals;
+  simulation_->advance(settings);
   const auto taken = [&](const char* stage) {
     const auto found = stages.find(stage);
     return stages_[stage] - (found == stages.end() ? 0 : found->second);
   };
-  smoke_.advance(kTimeStep, simulation_.hook.tip, simulation_.last_burn.energy / kTimeStep,
+  smoke_.advance(kTimeStep, simulation_->hook.tip, simulation_->last_burn.energy / kTimeStep,
                  Smoke::kSuction);
   times_ = {taken("cautery"), taken("tearing"), taken("solve"), taken("readback"), 0};
-  if (simulation_.totals.tets_deleted > totals.tets_deleted) {
+  if (simulation_->totals.tets_deleted > totals.tets_deleted) {
     count(events, Event::tissue_removed);
   }
-  if (simulation_.totals.links_cut > totals.links_cut) {
+  if (simulation_->totals.links_cut > totals.links_cut) {
     count(events, Event::strand_parted);
   }
-  if (!simulation_.grasper.held.empty() &&
-      simulation_.world.force(simulation_.grasper.tool).norm() > kGrip) {
-    simulation_.release();
+  if (!simulation_->grasper.held.empty() &&
+      simulation_->world.force(simulation_->grasper.tool).norm() > kGrip) {
+    simulation_->release();
     count(events, Event::slipped);
   }
 }
 
 void Session::work_jaws(float jaw, EventCounts& events) {
-  Instrument& grasper = simulation_.grasper;
+  Instrument& grasper = simulation_->grasper;
   if (is_closed_ && jaw > kOpen) {
     is_closed_ = false;
     if (!grasper.held.empty()) {
-      simulation_.release();
+      simulation_->release();
     }
   } else if (!is_closed_ && jaw < kClosed) {
     is_closed_ = true;
-    const Nearest nearest = nearest_organ(simulation_, grasper.tip);
+    const Nearest nearest = nearest_organ(*simulation_, grasper.tip);
     const bool is_near = nearest.distance < kJawReach;
     if (is_near) {
-      simulation_.grasp(*nearest.organ, kBite);
+      if (activation_ == Activation::none) {
+        begin_stroke();
+      }
+      simulation_->grasp(*nearest.organ, kBite);
     }
     count(events, is_near ? Event::grasped : Event::missed);
   }
 }
 
-void Session::undo(EventCounts& events) {
-  try {
-    simulation_.world.undo();
-    feed_.begin_anew();
-    count(events, Event::undone);
-  } catch (const pbdsurg::InvalidArgument&) {
-    count(events, Event::no_undo);
+void Session::begin_stroke() {
+  settle_strokes();
+  SimulationState state = simulation_->save();
+  if (state.world.edit_count() > kMostEdits) {
+    simulation_->world.record();
+    state = simulation_->save();
   }
+  strokes_.push_back({std::move(state), simulation_->energy_in(), smoke_, is_closed_});
+}
+
+// Once the last is over: it is none if it changed nothing.
+void Session::settle_strokes() {
+  if (strokes_.empty()) {
+    return;
+  }
+  const Moment& last = strokes_.back();
+  const Totals& before = last.simulation.totals;
+  const Totals& now = simulation_->totals;
+  if (simulation_->energy_in() == last.energy && now.tets_deleted == before.tets_deleted &&
+      now.links_cut == before.links_cut) {
+    strokes_.pop_back();
+  } else if (strokes_.size() > kMostStrokes) {
+    strokes_.pop_front();
+  }
+}
+
+void Session::undo(EventCounts& events) {
+  settle_strokes();
+  if (strokes_.empty()) {
+    count(events, Event::no_undo);
+    return;
+  }
+  const Moment& moment = strokes_.back();
+  auto made = std::make_unique<Simulation>(scene_, moment.simulation, stages_, kTimeStep);
+  made.swap(simulation_);
+  smoke_ = moment.smoke;
+  is_closed_ = moment.is_closed;
+  put_hands(*made);
+  strokes_.pop_back();
+  has_seen_pedals_up_ = false;
+  activation_ = Activation::none;
+  is_refused_ = false;
+  times_ = {};
+  feed_.begin_anew(*simulation_);
+  count(events, Event::undone);
+}
+
+// Where they were before an undo, but for jaws that still hold.
+void Session::put_hands(const Simulation& before) {
+  const auto put = [&](Instrument& instrument, const Instrument& now) {
+    if (instrument.held.empty()) {
+      instrument.tip = now.tip;
+      instrument.orientation = now.orientation;
+      simulation_->world.move(instrument.tool, instrument.pose());
+    }
+  };
+  const pbdsurg::DeviceState hand = hands_.grasper->state();
+  const Instrument& grasper = simulation_->grasper;
+  if (!grasper.held.empty() &&
+      (hand.jaw > kOpen || (hand.pose.translation() - grasper.tip).norm() > kSameHold)) {
+    simulation_->release();
+  }
+  is_closed_ = hand.jaw < kClosed || (is_closed_ && hand.jaw <= kOpen);
+  put(simulation_->grasper, before.grasper);
+  put(simulation_->hook, before.hook);
 }
 
 void Session::fill(SceneState& state, const Seen& seen) {
   feed_.fill(state, seen);
   const auto of = [&](const Instrument& instrument) {
-    return InstrumentState{simulation_.world.pose(instrument.tool), false, !instrument.held.empty(),
-                           simulation_.world.force(instrument.tool),
-                           nearest_organ(simulation_, instrument.tip).distance};
+    return InstrumentState{simulation_->world.pose(instrument.tool), false,
+                           !instrument.held.empty(), simulation_->world.force(instrument.tool),
+                           nearest_organ(*simulation_, instrument.tip).distance};
   };
-  state.grasper = of(simulation_.grasper);
+  state.grasper = of(simulation_->grasper);
   state.grasper.is_closed = is_closed_;
-  state.hook = of(simulation_.hook);
-  const pbdsurg::CauteryReport& burn = simulation_.last_burn;
+  state.hook = of(simulation_->hook);
+  const pbdsurg::CauteryReport& burn = simulation_->last_burn;
   state.generator = {
       activation_,     is_refused_,  burn.contact_vertices > 0 || burn.contact_links > 0,
       burn.is_arcing,  burn.power,   burn.voltage,
-      burn.resistance, burn.hottest, simulation_.energy_in()};
+      burn.resistance, burn.hottest, simulation_->energy_in()};
   state.smoke.assign(smoke_.puffs().begin(), smoke_.puffs().end());
   state.haze = smoke_.haze();
-  state.time = simulation_.time();
-  state.step = simulation_.totals.steps;
+  state.time = simulation_->time();
+  state.step = simulation_->totals.steps;
   state.times = times_;
-  state.removed_tets = simulation_.totals.tets_deleted;
-  state.parted_strands = simulation_.totals.links_cut;
+  state.removed_tets = simulation_->totals.tets_deleted;
+  state.parted_strands = simulation_->totals.links_cut;
 }
 
 }  // namespace cholecystectomy

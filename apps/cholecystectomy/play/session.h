@@ -4,9 +4,10 @@
 /// @file
 /// The operation as hands play it: step by step, without a clock or a thread.
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <deque>
+#include <memory>
 
 #include "pbdsurg/haptics/device.h"
 
@@ -32,6 +33,7 @@ class Session {
   static constexpr float kTopSpeed = 0.4F;    ///< m/s, of tips; hands that are faster are followed
   static constexpr float kGrip = 40;          ///< N; more slips out of the jaws
   static constexpr double kSilence = 2;       ///< s; pedals of a hand not heard of since are up
+  static constexpr std::size_t kMostStrokes = 8;  ///< that can be taken back
 
   /// @param scene, backdrop, hands  kept by reference: they must outlive the session
   /// @param generation              of its states: above zero, another one for each session
@@ -43,11 +45,18 @@ class Session {
   /// @param events  of the whole play; those of this step are added
   void step(const Orders& orders, double now, EventCounts& events);
 
-  /// Takes back the last edit of the tissue, between two steps.
+  /// Takes back the last stroke that changed anything, between two steps: the scene is as it was
+  /// before it. A stroke begins when a pedal goes down, or when jaws close on tissue and no current
+  /// flows; what happens until the next begins is part of it. Hands stay where they are. Jaws hold
+  /// what they held then if their hand is not open now, and within kSameHold of where it was. A
+  /// pedal that is down counts once it was up.
+  ///
+  /// Cost: as of World's constructor of a WorldState.
   void undo(EventCounts& events);
+  static constexpr float kSameHold = 10e-3F;  ///< m
 
   /// Whether positions are no longer finite: only a new session helps.
-  [[nodiscard]] bool is_lost() const { return simulation_.totals.non_finite_vertices > 0; }
+  [[nodiscard]] bool is_lost() const { return simulation_->totals.non_finite_vertices > 0; }
 
   /// All of a state but what time and events are.
   void fill(SceneState& state, const Seen& seen);
@@ -55,11 +64,26 @@ class Session {
   /// Of its last state: the next session takes a later one.
   [[nodiscard]] std::uint32_t generation() const { return feed_.generation(); }
 
- private:
-  void work_jaws(float jaw, EventCounts& events);
+  /// Another one after each undo().
+  [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
 
+ private:
+  // What there was before a stroke.
+  struct Moment {
+    SimulationState simulation;
+    double energy;  // J, that the hook had delivered
+    Smoke smoke;
+    bool is_closed;
+  };
+
+  void work_jaws(float jaw, EventCounts& events);
+  void begin_stroke();
+  void settle_strokes();
+  void put_hands(const Simulation& before);
+
+  const SurgicalScene& scene_;
   StageTimes stages_;
-  Simulation simulation_;
+  std::unique_ptr<Simulation> simulation_;
   SceneFeed feed_;
   Smoke smoke_;
   Hands hands_;
@@ -68,6 +92,7 @@ class Session {
   pbdsurg::Activation activation_ = pbdsurg::Activation::none;
   bool is_refused_ = false;
   StepTimes times_;
+  std::deque<Moment> strokes_;  // oldest first; the last may have changed nothing yet
 };
 
 }  // namespace cholecystectomy

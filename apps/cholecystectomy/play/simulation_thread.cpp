@@ -84,10 +84,13 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       begin();
       pacer = Pacer(Session::kTimeStep, clock_.now());
     }
-    pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
-    for (; before.undos < now.undos; ++before.undos) {
-      session->undo(events);
+    if (before.undos < now.undos) {
+      for (; before.undos < now.undos; ++before.undos) {
+        session->undo(events);
+      }
+      pacer = Pacer(Session::kTimeStep, clock_.now());  // what that took is not to be caught up
     }
+    pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
     for (; now.is_paused && before.single_steps < now.single_steps; ++before.single_steps) {
       session->step(now, clock_.now(), events);
     }

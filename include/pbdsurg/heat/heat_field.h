@@ -77,6 +77,17 @@ struct HeatReport {
   bool is_on_device = false;          ///< who solved the linear system
 };
 
+/// What steps change of a field. Of the topology that there was.
+struct HeatSnapshot {
+  /// [vertex_count] each, as HeatField has them
+  std::vector<double> temperatures, peak_temperatures, water, survival, collagen, charred;
+  std::vector<Index> held;     ///< vertices of HeatField::hold(), each once
+  std::vector<Index> active;   ///< vertices that the last step worked on, ascending
+  std::vector<Index> pending;  ///< vertices that the next step looks at besides
+  Index most_warm = 0;         ///< vertices, since what takes part was last chosen
+  HeatLedger ledger;           ///< where the energy went
+};
+
 /// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
 /// damage. Temperature moves with the tissue.
 ///
@@ -143,6 +154,17 @@ class PBDSURG_API HeatField final : public Follower {
   /// @param vertices  [n] each once
   /// @throws InvalidArgument  naming the vertex out of range; then nothing has changed
   void hold(std::span<const Index> vertices);
+
+  /// The state, to go back to. Cost: O(vertex_count).
+  [[nodiscard]] HeatSnapshot snapshot() const;
+
+  /// Goes back to a snapshot of this field, or of another in the same tissue, while the topology is
+  /// what it was. On a host, steps from then on give the bits that they gave from there. Cost:
+  /// O(vertex_count).
+  /// @throws InvalidArgument  naming the array of another size, the vertex out of range or given
+  ///                          twice, the temperature that is not finite or the share outside of
+  ///                          [0, 1]; then nothing has changed
+  void restore(const HeatSnapshot& snapshot);
 
   /// The tissue there is. Its topology follows edits through this field.
   [[nodiscard]] const ThermalMesh& mesh() const noexcept { return mesh_; }

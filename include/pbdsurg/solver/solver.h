@@ -48,6 +48,7 @@ struct Snapshot {
 };
 
 class SolverData;
+class SolverMold;
 
 /// Bodies in motion.
 ///
@@ -271,10 +272,13 @@ class PBDSURG_API Solver {
 
  private:
   friend class Compaction;  // which exchanges the data
+  friend class SolverMold;  // which copies it
   friend SolverData& solver_data(Solver& solver);
   friend const SolverData& solver_data(const Solver& solver);
 
   Solver(std::unique_ptr<Tissue> tissue, const SolverOptions& options);
+  Solver(Tissue& tissue, std::unique_ptr<SolverData> data);
+  void follow(std::unique_ptr<SolverData> data);
 
   Tissue* tissue_;
   Owned<SolverData> data_;

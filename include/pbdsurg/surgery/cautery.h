@@ -99,6 +99,23 @@ struct CauteryReport {
   TissueChange edit;             ///< of update(): what heat changed; empty if there was no edit
 };
 
+/// A tetrahedron that heat took, or is to take.
+struct DueTet {
+  Index tet;     ///< its id
+  bool is_torn;  ///< by steam, rather than dry
+};
+
+/// What updates change of a cautery. Of the topology that there was.
+struct CauterySnapshot {
+  HeatSnapshot heat;               ///< of its field
+  std::vector<double> link_doses;  ///< [link_count] J that each link has taken, >= 0
+  std::vector<DueTet> due;         ///< taken last, or waiting for energy; ascending
+  double removal_energy = 0;       ///< J, as Cautery::removal_energy()
+  double link_energy = 0;          ///< J, as Cautery::link_energy_spent()
+  double electrode_energy = 0;     ///< J, as Cautery::electrode_energy()
+  double electrode_temperature = kBodyTemperature;  ///< degrees Celsius
+};
+
 /// Couples an electrode to heat in tissue, and heat to topology. Deterministic.
 ///
 /// A generator drives current from where the electrode touches the surface of live tissue; its heat
@@ -108,8 +125,8 @@ struct CauteryReport {
 /// Removal never outruns energy: all that heat has removed would have cost no more to boil dry than
 /// what has been delivered; what is dry beyond that waits, what steam would tear boils on.
 ///
-/// Undoing an edit
-/// does not take back the heat that led to it: what heat removed goes again in the next update.
+/// Undoing an edit does not take back the heat that led to it: what heat removed goes again in the
+/// next update. A snapshot() goes back in heat, a WorldState in all.
 class PBDSURG_API Cautery {
  public:
   /// At any time, also after edits, which it follows from here on. It starts at body temperature.
@@ -151,6 +168,18 @@ class PBDSURG_API Cautery {
   /// Counts what heat() added to an edit that was then applied.
   /// @param report  of that call; takes removed_volume and torn
   void commit(CauteryReport& report);
+
+  /// Heat, doses and energies, to go back to. Cost: O(vertices + links).
+  [[nodiscard]] CauterySnapshot snapshot() const;
+
+  /// Goes back to a snapshot of this, or of another of the same bodies and options, while the
+  /// topology is what it was. With the generator off, updates from then on give the bits that they
+  /// gave from there; with it on, the potential is found from another start and agrees to
+  /// PotentialOptions::tolerance. Cost: O(tetrahedra + links).
+  /// @throws InvalidArgument  as HeatField::restore(), and naming the number of links that differs,
+  ///                          the tetrahedron out of range or out of order, or the energy or
+  ///                          temperature out of range; then nothing has changed
+  void restore(const CauterySnapshot& snapshot);
 
   /// Temperature and state of what it burns.
   [[nodiscard]] const HeatField& field() const;

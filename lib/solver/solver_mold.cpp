@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lib/solver/solver_mold.h"
+
+#include <utility>
+
+#include "lib/solver/state/solver_data.h"
+#include "lib/solver/state/solver_input.h"
+
+namespace pbdsurg {
+namespace {
+
+template <class Value>
+std::size_t bytes_of(const std::vector<Value>& values) noexcept {
+  return values.size() * sizeof(Value);
+}
+
+// Of one that tools have not touched.
+CopyState without_tools(CopyState state) {
+  state.tools.clear();
+  state.attachment_colors = 0;
+  state.watched_positions.clear();
+  state.last_report = {};
+  return state;
+}
+
+}  // namespace
+
+SolverMold::SolverMold(const Solver& solver) {
+  static_cast<void>(solver.positions());  // brings the state of a device
+  const SolverData& data = solver_data(solver);
+  make_backend_ = data.backend->maker();
+  options_ = data.options;
+  substep_rule_ = data.substep_rule;
+  gravity_ = data.gravity;
+  place_of_vertex_ = data.place_of_vertex;
+  state_ = without_tools(data.copy(0));
+  constraints_ = data.sets;
+  vertex_blocks_ = data.vertex_blocks;
+  coarse_space_ = data.coarse_space;
+  stable_substep_ = data.stable_substep;
+  plan_ = data.plan;
+}
+
+Solver SolverMold::cast(Tissue& tissue) const {
+  auto made = std::make_unique<SolverData>();
+  SolverData& data = *made;
+  static_cast<CopyState&>(data) = state_;
+  data.tissue = &tissue;
+  data.options = options_;
+  data.substep_rule = substep_rule_;
+  data.gravity = gravity_;
+  data.place_of_vertex = place_of_vertex_;
+  static_cast<ConstraintData&>(data.sets) = constraints_;
+  data.vertex_blocks = vertex_blocks_;
+  data.coarse_space = coarse_space_;
+  data.stable_substep = stable_substep_;
+  data.plan = plan_;
+  data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);
+  data.reserve_spare_room();
+  data.changes.state.assign(static_cast<std::size_t>(data.options.copies), true);
+  data.rebuild_plan();
+  data.set_backend(make_backend_(data));
+  return Solver(tissue, std::move(made));
+}
+
+std::size_t SolverMold::memory_bytes() const noexcept {
+  std::size_t bytes =
+      bytes_of(place_of_vertex_) + bytes_of(state_.particles) + bytes_of(state_.velocities) +
+      bytes_of(state_.carries) + bytes_of(state_.ways) + bytes_of(state_.velocities_before) +
+      constraints_.distance_ids.memory_bytes() + constraints_.edge_owners.memory_bytes() +
+      vertex_blocks_.memory_bytes() + coarse_space_.memory_bytes() + stable_substep_.memory_bytes();
+  constraints_.for_each_set([&](const auto& set) { bytes += set.memory_bytes(); });
+  return bytes;
+}
+
+SolverMotion motion_of(const Solver& solver) {
+  SolverMotion motion;
+  const SolverData& data = solver_data(solver);
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    motion.copies.push_back({solver.snapshot(i), {}, {}, {}});  // waits for a step that runs
+    SolverMotion::OfCopy& own = motion.copies.back();
+    const CopyState& state = data.copy(i);
+    own.tools = state.tools;
+    for (ToolState& tool : own.tools) {
+      tool.contacts = {};  // of a substep
+      tool.placed_capsules = {};
+    }
+    own.watched_positions = state.watched_positions;
+    own.report = state.last_report;
+  }
+  motion.watched_places = data.watched_places;
+  motion.steps_since_convergence = data.steps_since_convergence;
+  return motion;
+}
+
+void set_motion(Solver& solver, const SolverMotion& motion) {
+  SolverData& data = solver_data(solver);
+  data.watched_places = motion.watched_places;
+  data.steps_since_convergence = motion.steps_since_convergence;
+  for (Index i = 0; i < data.copy_count(); ++i) {
+    const SolverMotion::OfCopy& own = motion.copies[i];
+    CopyState& state = data.copy(i);
+    state.tools = own.tools;
+    Snapshot snapshot = own.snapshot;
+    snapshot.tissue = solver.tissue().identified_version();
+    solver.restore(snapshot, i);
+    state.tools = own.tools;  // with what they hold
+    state.color_attachments();
+    state.watched_positions = own.watched_positions;
+    state.last_report = own.report;
+  }
+  data.reserve_tools();
+  data.changes.tools = data.changes.watched = true;
+  data.rebuild_plan();
+}
+
+std::size_t memory_bytes(const SolverMotion& motion) noexcept {
+  std::size_t bytes = bytes_of(motion.watched_places);
+  for (const SolverMotion::OfCopy& copy : motion.copies) {
+    const Snapshot& snapshot = copy.snapshot;
+    bytes += bytes_of(snapshot.positions) + bytes_of(snapshot.velocities) +
+             bytes_of(snapshot.falling) + bytes_of(snapshot.roundings) + bytes_of(snapshot.ways) +
+             bytes_of(snapshot.velocities_before) + bytes_of(copy.watched_positions);
+    for (const ToolState& tool : copy.tools) {
+      bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments);
+    }
+  }
+  return bytes;
+}
+
+}  // namespace pbdsurg

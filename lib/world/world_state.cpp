@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worlds at a moment: recorded, saved, and made again.
+#include "pbdsurg/world/world_state.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "lib/solver/solver_mold.h"
+#include "lib/tissue/compact.h"
+#include "lib/world/edit_journal.h"
+#include "lib/world/world_data.h"
+
+namespace pbdsurg {
+
+void EditJournal::follow(const Tissue&, const TissueChange& change) noexcept {
+  edits_.push_back(std::make_shared<const TopologyEdit>(change.edit));
+}
+
+void EditJournal::undo(const Tissue&, const TissueChange&) noexcept {
+  edits_.pop_back();
+}
+
+void EditJournal::renumber(const Tissue&, const Renumbering&) noexcept {
+  edits_.clear();
+  is_of_other_ids_ = true;
+}
+
+// Tissue and solver as they were when recording began.
+struct World::Origin {
+  SolverOptions options;  // of the world
+  std::unique_ptr<const TissueData> tissue;
+  SolverMold mold;
+  std::size_t bytes;
+};
+
+struct WorldState::Data {
+  std::shared_ptr<const World::Origin> origin;
+  EditJournal::Edits edits;
+  ConnectiveTissue strands;
+  BodyTable bodies;
+  struct OfBurner {
+    BurnerSetup setup;
+    std::optional<GeneratorSettings> settings;
+    CauterySnapshot cautery;
+  };
+  std::vector<OfBurner> burners;
+  SolverMotion motion;
+};
+
+namespace {
+
+template <class Value>
+std::size_t bytes_of(std::span<const Value> values) noexcept {
+  return values.size_bytes();
+}
+
+std::size_t bytes_of(const HeatSnapshot& heat) noexcept {
+  return 6 * heat.temperatures.size() * sizeof(double) +
+         (heat.held.size() + heat.active.size() + heat.pending.size()) * sizeof(Index);
+}
+
+std::size_t bytes_of(const TopologyEdit& edit) noexcept {
+  const auto bytes = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
+  return sizeof(edit) + bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies,
+                              edit.rest_lengths, edit.rest_volumes, edit.new_vertices,
+                              edit.corner_moves, edit.link_moves, edit.new_tets, edit.new_links);
+}
+
+}  // namespace
+
+std::size_t WorldState::edit_count() const noexcept {
+  return data_ == nullptr ? 0 : data_->edits.size();
+}
+
+std::size_t WorldState::memory_bytes() const noexcept {
+  if (data_ == nullptr) {
+    return 0;
+  }
+  std::size_t bytes = data_->edits.size() * sizeof(data_->edits[0]) +
+                      bytes_of(data_->strands.strands()) + bytes_of(data_->strands.events()) +
+                      pbdsurg::memory_bytes(data_->motion);
+  for (const Data::OfBurner& burner : data_->burners) {
+    bytes += bytes_of(burner.cautery.heat) + burner.cautery.link_doses.size() * sizeof(double) +
+             burner.cautery.due.size() * sizeof(DueTet);
+  }
+  return bytes;
+}
+
+std::size_t WorldState::shared_bytes() const noexcept {
+  if (data_ == nullptr) {
+    return 0;
+  }
+  std::size_t bytes = data_->origin->bytes;
+  for (const auto& edit : data_->edits) {
+    bytes += bytes_of(*edit);
+  }
+  return bytes;
+}
+
+void World::record() {
+  Data& data = *data_;
+  data.make_solver();
+  std::unique_ptr<TissueData> tissue = copy_of(tissue_data(*data.tissue));
+  SolverMold mold(*data.solver);
+  const std::size_t bytes = data.tissue->memory_bytes() + mold.memory_bytes();
+  auto origin = std::make_shared<const Origin>(
+      Origin{data.options, std::move(tissue), std::move(mold), bytes});
+  auto journal = std::make_unique<EditJournal>();
+  data.tissue->add_follower(*journal);
+  data.origin = std::move(origin);
+  data.journal = std::move(journal);
+  for (const auto& burner : data.burners) {
+    BurnerSetup& setup = burner->setup;
+    setup.edits_before = 0;
+    setup.burnt.clear();  // a compaction may have come
+    for (const BodyId body : setup.bodies) {
+      if (data.bodies.is_there(body)) {
+        setup.burnt.push_back({data.bodies.in_tissue(body), data.bodies.record(body).heat});
+      }
+    }
+  }
+}
+
+WorldState World::save() const {
+  const Data& data = *data_;
+  if (data.origin == nullptr) {
+    throw InvalidArgument("a world is saved from record() on");
+  }
+  if (data.journal->is_of_other_ids()) {
+    throw InvalidArgument("a compaction came since record(); call that again before save()");
+  }
+  WorldState state;
+  auto made = std::make_shared<WorldState::Data>();
+  made->origin = data.origin;
+  made->edits = data.journal->edits();
+  made->strands = data.strands;
+  made->bodies = data.bodies;
+  made->bodies.stop_waiting();  // for what a step was asked for
+  for (const auto& burner : data.burners) {
+    made->burners.push_back({burner->setup, burner->settings, burner->cautery.snapshot()});
+  }
+  made->motion = motion_of(*data.solver);
+  state.data_ = std::move(made);
+  return state;
+}
+
+World::World(const WorldState& state) {
+  if (state.data_ == nullptr) {
+    throw InvalidArgument("the state is of no world");
+  }
+  const WorldState::Data& saved = *state.data_;
+  auto made = std::make_unique<Data>(saved.origin->options);
+  made->tissue = make_tissue(copy_of(*saved.origin->tissue));
+  made->solver = std::make_unique<Solver>(saved.origin->mold.cast(*made->tissue));
+  // burners come when they came, so that surfaces have the same slots
+  auto burner = saved.burners.begin();
+  const auto add_burners = [&](std::size_t edits_before) {
+    for (; burner != saved.burners.end() && burner->setup.edits_before <= edits_before; ++burner) {
+      made->add_burner(burner->setup);
+    }
+  };
+  for (std::size_t i = 0; i < saved.edits.size(); ++i) {
+    add_burners(i);
+    made->tissue->apply(*saved.edits[i]);
+  }
+  add_burners(saved.edits.size());
+  set_motion(*made->solver, saved.motion);
+  for (std::size_t i = 0; i < saved.burners.size(); ++i) {
+    made->burners[i]->cautery.restore(saved.burners[i].cautery);
+    made->burners[i]->settings = saved.burners[i].settings;
+  }
+  made->strands = saved.strands;
+  made->bodies = saved.bodies;
+  made->follow_tissue();
+  made->origin = saved.origin;
+  made->journal = std::make_unique<EditJournal>(saved.edits);
+  made->tissue->add_follower(*made->journal);
+  data_ = std::move(made);
+}
+
+}  // namespace pbdsurg

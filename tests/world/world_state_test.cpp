@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/world/world_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "pbdsurg/surgery/cut.h"
+#include "pbdsurg/world/world.h"
+
+#include "tests/support/catch.h"
+#include "tests/support/check_refused.h"
+#include "tests/world/slab_world.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::at;
+using testing::check_refused;
+using testing::kDt;
+using testing::SlabWorld;
+
+template <class Value>
+bool same(std::span<const Value> a, std::span<const Value> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
+void check_same_topology(const Tissue& a, const Tissue& b) {
+  REQUIRE(a.vertex_count() == b.vertex_count());
+  CHECK(same(a.masses(), b.masses()));
+  REQUIRE(same(a.tets(), b.tets()));
+  REQUIRE(a.links().size() == b.links().size());
+  for (Index t = 0; t < static_cast<Index>(a.tets().size()); ++t) {
+    REQUIRE(a.is_tet_alive(t) == b.is_tet_alive(t));
+  }
+  for (Index l = 0; l < static_cast<Index>(a.links().size()); ++l) {
+    REQUIRE(a.is_link_alive(l) == b.is_link_alive(l));
+  }
+}
+
+void check_same_heat(const HeatField& a, const HeatField& b) {
+  CHECK(same(a.temperatures(), b.temperatures()));
+  CHECK(same(a.peak_temperatures(), b.peak_temperatures()));
+  CHECK(same(a.water(), b.water()));
+  CHECK(same(a.survival(), b.survival()));
+  CHECK(same(a.collagen(), b.collagen()));
+  CHECK(same(a.charred(), b.charred()));
+  CHECK(same(a.active_vertices(), b.active_vertices()));
+  CHECK(a.ledger().in == b.ledger().in);
+  CHECK(a.ledger().removed == b.ledger().removed);
+}
+
+void check_same_events(const ConnectiveTissue& a, const ConnectiveTissue& b) {
+  CHECK(a.whole_count() == b.whole_count());
+  REQUIRE(a.events().size() == b.events().size());
+  for (std::size_t i = 0; i < a.events().size(); ++i) {
+    CHECK(a.events()[i].link == b.events()[i].link);
+    CHECK(a.events()[i].cause == b.events()[i].cause);
+  }
+}
+
+void check_same(SlabWorld& slabs, World& other) {
+  check_same_topology(slabs.world.tissue(), other.tissue());
+  CHECK(slabs.world.tissue().version() == other.tissue().version());
+  check_same_heat(slabs.world.cautery(slabs.burner).field(), other.cautery(slabs.burner).field());
+  check_same_events(slabs.world.strands(), other.strands());
+  CHECK(slabs.hash() == other.solver().state_hash());
+  CHECK(slabs.world.force(slabs.grasper) == other.force(slabs.grasper));
+}
+
+// Burns while the grasper pulls, until tissue and strands have gone, and some steps more.
+void burn_and_pull(SlabWorld& slabs) {
+  World& world = slabs.world;
+  REQUIRE(world.grasp_near(slabs.grasper, slabs.upper, 5e-3F, 1e-4F).size() > 4);
+  slabs.burn();
+  Index removed = 0;
+  for (int step = 0; step < 60; ++step) {
+    world.move(slabs.grasper, at({6e-3F, 6e-3F, 11e-3F + 5e-5F * static_cast<float>(step)}));
+    removed += world.step(kDt).removed_tets;
+  }
+  REQUIRE(removed > 2);
+  REQUIRE(world.strands().events().size() > 0);
+}
+
+}  // namespace
+
+// Would catch anything that a state forgets: constraints, shrunk tissue, heat, doses of links, what
+// tools hold, speed, forces, or the settings of a generator.
+TEST_CASE("world state: a world goes on as the one that was saved, to the bit", "[property]") {
+  const SolverOptions blocks{.method = SolverMethod::vertex_block, .damping = 20};
+  SolverOptions bdf2 = blocks;
+  bdf2.integration = TimeIntegration::bdf2;
+  const SolverOptions projection{.method = SolverMethod::projection, .damping = 20};
+  for (const SolverOptions& options : {blocks, bdf2, projection}) {
+    SlabWorld slabs(options);
+    World& world = slabs.world;
+    world.record();
+    burn_and_pull(slabs);
+    world.energise(slabs.burner, off_settings());
+    world.step(kDt);
+    const WorldState state = world.save();
+    World other(state);
+    check_same(slabs, other);
+    Index removed = 0;
+    for (int step = 0; step < 40; ++step) {
+      for (World* each : {&world, &other}) {
+        each->move(slabs.grasper, at({6e-3F, 6e-3F, 14e-3F + 1e-4F * static_cast<float>(step)}));
+        removed += each->step(kDt).removed_links;
+      }
+      REQUIRE(slabs.hash() == other.solver().state_hash());
+    }
+    CHECK(removed > 0);
+    check_same(slabs, other);
+    // a beginning anew, on tissue that was edited
+    world.record();
+    World rebased(world.save());
+    for (int step = 0; step < 10; ++step) {
+      world.step(kDt);
+      rebased.step(kDt);
+    }
+    check_same(slabs, rebased);
+    // the same moment again, though the world went on; and from a world that was made of it
+    World again(state);
+    World third(again.save());
+    for (int step = 0; step < 40; ++step) {
+      third.move(slabs.grasper, at({6e-3F, 6e-3F, 14e-3F + 1e-4F * static_cast<float>(step)}));
+      third.step(kDt);
+    }
+    for (int step = 0; step < 10; ++step) {
+      third.step(kDt);
+    }
+    check_same(slabs, third);
+  }
+}
+
+// Would catch a step that begins with the velocities of another moment.
+TEST_CASE("world state: explicit steps go on to the bit, too", "[unit]") {
+  TissueRecord fat = tissues::fat();
+  fat.mechanics.damping = 0;
+  World world({.method = SolverMethod::explicit_steps, .damping = 20});
+  const BodyId body = world.add_body("body", testing::slab(0), fat);
+  world.fix(body, [](const Eigen::Vector3d& x) { return x.x() < 0.5 * testing::kEdge; });
+  world.record();
+  world.step(kDt);
+  world.edit({.remove_tets = {world.tissue().tets_of(0).back()}});
+  world.step(kDt);
+  World other(world.save());
+  for (int step = 0; step < 20; ++step) {
+    world.step(kDt);
+    other.step(kDt);
+    REQUIRE(world.solver().state_hash() == other.solver().state_hash());
+  }
+}
+
+// Would catch a burn that a state stops, or that begins with other tissue, energy or generator.
+TEST_CASE("world state: current goes on, too, to the tolerance of its potential", "[property]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  world.record();
+  burn_and_pull(slabs);
+  World other(world.save());
+  Index removed = 0, others = 0;
+  for (int step = 0; step < 40; ++step) {
+    const float way = 5e-5F * static_cast<float>(step);
+    for (World* each : {&world, &other}) {
+      each->move(slabs.hook, at(testing::kTop + Eigen::Vector3f(way, way, -way)));
+    }
+    removed += world.step(kDt).removed_tets;
+    others += other.step(kDt).removed_tets;
+  }
+  CAPTURE(removed, others);
+  CHECK(removed > 3);
+  CHECK(std::abs(removed - others) <= 2);
+  const double energy = world.cautery(slabs.burner).field().ledger().in;
+  CHECK(other.cautery(slabs.burner).field().ledger().in == testing::Approx(energy).epsilon(1e-2));
+}
+
+// Would catch edits that are done in another order, or not at all, and ids that differ.
+TEST_CASE("world state: takes part in edits of all kinds, and not in those undone", "[property]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  world.step(kDt);
+  world.record();
+  world.edit(plan_cut(world.solver(), testing::cut_at(5e-3F, -0.01F, 5e-3F)).edit);
+  world.step(kDt);
+  const BodyId clip = world.add_body("clip", testing::slab(0.05, {1, 1, 1}), tissues::artery());
+  world.remove_body(slabs.upper);
+  world.step(kDt);
+  world.edit({.remove_tets = {world.tissue().tets_of(0).front()}});
+  world.step(kDt);
+  world.undo();
+  const ToolId blade = world.add_tool({}, at({0, 0, 0.06F}));
+  const CauteryId second = world.add_cautery(blade, {clip});
+  slabs.burn();
+  for (int step = 0; step < 30; ++step) {
+    world.step(kDt);
+  }
+  world.energise(slabs.burner, off_settings());
+  const BodyId waits = world.add_body("waits", testing::slab(0.1, {1, 1, 1}), tissues::fat());
+  World other(world.save());
+  check_same_topology(world.tissue(), other.tissue());
+  CHECK(other.find_body("clip") == clip);
+  CHECK(other.cautery(second).field().mesh().tets().size() == world.tissue().tets().size());
+  check_refused([&] { (void)other.body_in_tissue(waits); }, "not there any more");
+  other.step(kDt);
+  CHECK(other.tissue().bodies().size() < world.tissue().bodies().size() + 1);
+  CHECK(same(world.surface(slabs.lower).triangles(), other.surface(slabs.lower).triangles()));
+  CHECK(other.surface(slabs.lower).marks().size() == other.surface(slabs.lower).vertices().size());
+}
+
+// Would catch burners that heat another body than theirs, or one that has gone.
+TEST_CASE("world state: burners keep their bodies over removals and compactions", "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  world.record();
+  burn_and_pull(slabs);
+  world.energise(slabs.burner, off_settings());
+  world.remove_body(slabs.lower);
+  world.step(kDt);
+  const auto go_on = [&] {
+    World other(world.save());
+    for (int step = 0; step < 10; ++step) {
+      world.step(kDt);
+      other.step(kDt);
+    }
+    check_same_heat(world.cautery(slabs.burner).field(), other.cautery(slabs.burner).field());
+    CHECK(slabs.hash() == other.solver().state_hash());
+    CHECK(other.body_in_tissue(slabs.upper) == world.body_in_tissue(slabs.upper));
+    check_refused([&] { (void)other.body_in_tissue(slabs.lower); }, "not there any more");
+    const Index tet = world.tissue().tets_of(world.body_in_tissue(slabs.upper)).back();
+    CHECK(other.cautery(slabs.burner).field().mesh().is_alive(tet));
+  };
+  go_on();
+  world.record();
+  go_on();
+  world.compact();
+  world.record();
+  REQUIRE(world.body_in_tissue(slabs.upper) == 0);
+  go_on();
+}
+
+// Would catch replicas that share one state.
+TEST_CASE("world state: has all replicas", "[unit]") {
+  SlabWorld slabs({.damping = 20, .copies = 3});
+  slabs.world.record();
+  slabs.world.replica(ReplicaId(1)).move(slabs.grasper, at({6e-3F, 6e-3F, 20e-3F}));
+  const std::vector<Index> some = slabs.world.tissue().vertices_of(1);
+  slabs.world.replica(ReplicaId(2)).grasp(slabs.grasper, {some.data(), 3});
+  slabs.world.replica(ReplicaId(2)).move(slabs.grasper, at({6e-3F, 6e-3F, 12e-3F}));
+  slabs.world.step(kDt);
+  World other(slabs.world.save());
+  for (int step = 0; step < 5; ++step) {
+    slabs.world.step(kDt);
+    other.step(kDt);
+  }
+  for (Index i = 0; i < 3; ++i) {
+    CHECK(other.replica(ReplicaId(i)).state_hash() ==
+          slabs.world.replica(ReplicaId(i)).state_hash());
+  }
+  CHECK(other.replica(ReplicaId(0)).state_hash() != other.replica(ReplicaId(2)).state_hash());
+}
+
+// Would catch a state of ids that mean nothing any more, and sizes that nobody can rely on.
+TEST_CASE("world state: refuses what it cannot be", "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  check_refused([&] { (void)world.save(); }, "from record() on");
+  check_refused([] { World(WorldState{}); }, "of no world");
+  CHECK(WorldState{}.memory_bytes() == 0);
+  CHECK(WorldState{}.shared_bytes() == 0);
+  CHECK(WorldState{}.edit_count() == 0);
+  world.record();
+  slabs.burn();
+  for (int step = 0; step < 40; ++step) {
+    world.step(kDt);
+  }
+  const WorldState before = world.save();
+  const std::uint64_t before_compaction = world.tissue().version();
+  REQUIRE(before_compaction > 2);
+  const auto vertices = static_cast<std::size_t>(world.tissue().vertex_count());
+  CHECK(before.memory_bytes() > 48 * vertices);
+  CHECK(before.memory_bytes() < 300 * vertices);
+  CHECK(before.shared_bytes() > world.tissue().memory_bytes() / 2);
+  world.compact();
+  check_refused([&] { (void)world.save(); }, "compaction");
+  world.record();
+  CHECK(before.edit_count() == before_compaction);
+  CHECK(world.save().edit_count() == 0);
+  World other(world.save());
+  CHECK(other.tissue().tets().size() == world.tissue().tets().size());
+  CHECK(other.solver().state_hash() == slabs.hash());
+  World earlier(before);  // stays of use
+  CHECK(earlier.tissue().tets().size() > other.tissue().tets().size());
+}
+
+// Would catch a cautery that goes back by half.
+TEST_CASE("world state: heat refuses snapshots that are of no field", "[unit]") {
+  SlabWorld slabs;
+  slabs.world.record();
+  burn_and_pull(slabs);
+  Cautery& cautery = slabs.world.cautery(slabs.burner);
+  const CauterySnapshot good = cautery.snapshot();
+  const auto refused = [&](auto spoil, const char* what) {
+    CauterySnapshot bad = good;
+    spoil(bad);
+    check_refused([&] { cautery.restore(bad); }, what);
+    const CauterySnapshot now = cautery.snapshot();
+    CHECK(now.heat.temperatures == good.heat.temperatures);
+    CHECK(now.link_doses == good.link_doses);
+    CHECK(now.electrode_energy == good.electrode_energy);
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  refused([](CauterySnapshot& s) { s.heat.water.pop_back(); }, "values of water");
+  refused([](CauterySnapshot& s) { s.heat.temperatures[3] = kNan; }, "temperature of vertex 3");
+  refused([](CauterySnapshot& s) { s.heat.survival[2] = 1.5; }, "must be in [0, 1]");
+  refused([](CauterySnapshot& s) { s.heat.charred[2] = -1; }, "char of vertex 2");
+  refused([](CauterySnapshot& s) { s.heat.held = {-1}; }, "vertex -1");
+  refused([](CauterySnapshot& s) { s.heat.active = {4, 4}; }, "vertex 4 is twice");
+  refused([](CauterySnapshot& s) { s.heat.pending = {1 << 30}; }, "there is no vertex");
+  refused([](CauterySnapshot& s) { s.link_doses.push_back(0); }, "links");
+  refused([](CauterySnapshot& s) { s.link_doses[1] = -1; }, "the dose of link 1");
+  refused([](CauterySnapshot& s) { s.due = {{1 << 30, false}}; }, "there is no tet");
+  refused([](CauterySnapshot& s) { s.due = {{5, false}, {4, true}}; }, "must ascend");
+  refused([](CauterySnapshot& s) { s.removal_energy = -1; }, "removal_energy");
+  refused([](CauterySnapshot& s) { s.electrode_temperature = kNan; }, "electrode_temperature");
+  // and the good one takes back what came since
+  slabs.world.energise(slabs.burner, off_settings());
+  const std::uint64_t version = slabs.world.tissue().version();
+  slabs.world.step(kDt);
+  REQUIRE(slabs.world.tissue().version() == version);
+  cautery.restore(good);
+  CHECK(cautery.field().ledger().in == good.heat.ledger.in);
+  CHECK(cautery.snapshot().heat.temperatures == good.heat.temperatures);
+}
+
+}  // namespace pbdsurg
