@@ -17,6 +17,7 @@
 
 #include "apps/cholecystectomy/play/controls.h"
 #include "apps/cholecystectomy/play/guide.h"
+#include "apps/cholecystectomy/play/panel_screen.h"
 #include "apps/cholecystectomy/play/panels.h"
 #include "apps/cholecystectomy/play/picture_pace.h"
 #include "apps/cholecystectomy/play/settings.h"
@@ -65,11 +66,13 @@ struct Screen {
       : window(options),
         renderer(std::max(window.width(), 16), std::max(window.height(), 16),
                  quality_of(quality, window)),
-        panels(window, texts, has_understood) {}
+        panels(texts, has_understood),
+        panel_screen(window, panels) {}
 
   Window window;
   SceneRenderer renderer;
   Panels panels;
+  PanelScreen panel_screen;
 };
 
 class Play {
@@ -283,7 +286,9 @@ class Play {
       glClearColor(0, 0, 0, 1);
       glClear(GL_COLOR_BUFFER_BIT);
     }
-    screen.panels.draw(state(), controls_, orders_, guide_, settings_, times_, start);
+    screen.panel_screen.begin(screen.panels, settings_.text_scale);
+    screen.panels.lay_out(state(), controls_, orders_, guide_, settings_, times_, start);
+    screen.panel_screen.draw();
     if (std::exchange(controls_.wishes.screenshot, false)) {
       write_screenshot(width, height);
     }
