@@ -336,6 +336,9 @@ class Play {
       std::filesystem::create_directories(options_.out);
       write_png(options_.out / name, image);
       screen_->panels.warn(name, clock_.now());
+      std::printf("%s simulated_s %.2f energy_j %.3f\n", name, state().time,
+                  state().generator.energy);
+      std::fflush(stdout);
     } catch (const std::exception& error) {
       warn(error.what());
     }
