@@ -8,7 +8,8 @@
 #             a pedal is down, which ends the current, makes its window anew; screenshots show it, and it
 #             closes clean
 #   memory    shows MANY pictures; memory does not grow
-#   refusals  no display, settings that cannot be read, an executor that there is not: one sentence each
+#   refusals  no display, settings that cannot be read, an executor or a sound card that there is not: one
+#             sentence each
 #
 # Exits with 77, which ctest counts as skipped, where Xvfb or xdotool is missing.
 set -euo pipefail
@@ -217,6 +218,11 @@ case $case in
     "$program" --executor nobody --pictures 3 --detail low >"$folder/log" 2>&1 || status=$?
     ((status == 2)) || fail "an executor that there is not ended with $status"
     grep -q 'cholecystectomy: .*nobody' "$folder/log" || fail "the executor was not named"
+    if ! compgen -G '/dev/snd/controlC*' >/dev/null; then
+      env -u ALSOFT_DRIVERS "$program" --pictures 3 --detail low >"$folder/log" 2>&1 || fail "it ended with $?"
+      [[ $(grep -cE '^(no )?sound: ' "$folder/log") == 1 ]] || fail "no sentence about sound"
+      ! grep -q ALSA "$folder/log" || fail "ALSA tells what it lacks"
+    fi
     ;;
   *) fail "no case $case" ;;
 esac

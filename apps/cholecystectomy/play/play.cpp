@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <future>
 #include <memory>
 #include <utility>
@@ -441,8 +440,7 @@ class Play {
 }  // namespace
 
 int play(const PlayOptions& options) {
-  // which the player would do later, when other threads may read the environment
-  setenv("ALSOFT_LOGLEVEL", "0", 0);
+  quiet_openal();  // the player would later, when other threads may read the environment
   return Play(options).run();
 }
 
