@@ -188,18 +188,19 @@ TEST_CASE("panels: buttons are as large as a fingertip", "[unit]") {
 // Would catch panels that hide each other, or the middle of the picture.
 TEST_CASE("panels: they leave each other room, and the middle to the picture", "[unit]") {
   for (const auto& [width, height] : kSizes) {
-    const float w = width, h = height;
-    CAPTURE(w, h);
-    const Desk desk(width, height);
-    const auto& panels = desk.panels.covered();
-    CHECK(panels.size() == (width < 360 ? 0U : 4U));
-    const Panels::Rectangle middle{0.5F * width - 20, 0.4F * height, 0.5F * width + 20,
-                                   0.6F * height};
-    for (std::size_t i = 0; i < panels.size(); ++i) {
-      CHECK_FALSE(meet(panels[i], middle));
-      for (std::size_t j = 0; j < i; ++j) {
-        CAPTURE(i, j);
-        CHECK_FALSE(meet(panels[i], panels[j]));
+    for (const float screen : {1.0F, 1.5F, 2.0F}) {
+      const float w = width, h = height;
+      CAPTURE(w, h, screen);
+      const Desk desk(width, height, screen);
+      const auto& panels = desk.panels.covered();
+      CHECK(panels.size() == (width < 360 ? 0U : 4U));
+      const Panels::Rectangle middle{0.5F * width, 0.4F * height, 0.5F * width, 0.6F * height};
+      for (std::size_t i = 0; i < panels.size(); ++i) {
+        CHECK_FALSE(meet(panels[i], middle));
+        for (std::size_t j = 0; j < i; ++j) {
+          CAPTURE(i, j);
+          CHECK_FALSE(meet(panels[i], panels[j]));
+        }
       }
     }
   }

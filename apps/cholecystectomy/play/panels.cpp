@@ -18,8 +18,8 @@ constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing 
 constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
 constexpr float kLargest = 1.5F;   // of what fits, so that panels do not cover each other
 constexpr float kNarrowest = 360;  // units of a window with panels
-// units of a window that shows panels open, and that shows more than what moves instruments
-constexpr float kSmallWidth = 600, kSmallHeight = 440, kTall = 600;
+// fingers of a window that shows panels open, and that shows more than what moves instruments
+constexpr float kSmallWidth = 16, kSmallHeight = 12, kTall = 17;
 constexpr float kFinger = 36;       // units: 9.5 mm at 96 a inch, what a fingertip hits
 constexpr float kTurnStep = 0.04F;  // of the picture's height, of a scope that is turned by buttons
 
@@ -127,10 +127,14 @@ float Panels::room() const {
          2 * style.WindowPadding.x - (is_small_ ? style.ScrollbarSize : 0);
 }
 
+// Two beside each other.
+ImVec2 Panels::button_size() const {
+  const float most = (room() - ImGui::GetStyle().ItemSpacing.x) / 2;
+  return ImVec2(std::min(9.8F * ImGui::GetFontSize(), std::max(finger_, most)), finger_);
+}
+
 bool Panels::button(const char* text) {
-  const float most = std::max(finger_, (room() - ImGui::GetStyle().ItemSpacing.x) / 2);
-  const bool is_pressed =
-      ImGui::Button(text, ImVec2(std::min(9.8F * ImGui::GetFontSize(), most), finger_));
+  const bool is_pressed = ImGui::Button(text, button_size());
   note_button(text);
   return is_pressed;
 }
@@ -143,8 +147,8 @@ bool Panels::held_button(const char* text, const ImVec4& color, bool is_on) {
   ImGui::PushStyleColor(ImGuiCol_Button, is_on ? color : shade(0.3F));
   ImGui::PushStyleColor(ImGuiCol_ButtonHovered, shade(0.5F));
   ImGui::PushStyleColor(ImGuiCol_ButtonActive, color);
-  const float most = (room() - ImGui::GetStyle().ItemSpacing.x) / 2;
-  ImGui::Button(text, ImVec2(std::min(7 * ImGui::GetFontSize(), most), 1.2F * finger_));
+  const ImVec2 size = button_size();
+  ImGui::Button(text, ImVec2(std::min(7 * ImGui::GetFontSize(), size.x), 1.2F * size.y));
   note_button(text);
   const bool is_held = ImGui::IsItemActive();
   ImGui::PopStyleColor(3);
@@ -175,10 +179,10 @@ bool Panels::fit(float screen_scale, double text_scale) {
   const float screen = std::max(screen_scale, 1.0F);
   const float scale = std::min(std::clamp(room, kSmallest, screen) * static_cast<float>(text_scale),
                                std::max(kLargest * room, kSmallest));
-  const bool is_small = size.x < kSmallWidth || size.y < kSmallHeight;
+  const float finger = std::max(kFinger * screen, 1.6F * kTextSize * scale);
+  const bool is_small = size.x < kSmallWidth * finger || size.y < kSmallHeight * finger;
   has_new_room_ = is_small != is_small_ || scale_ == 0;
   is_small_ = is_small;
-  const float finger = std::max(kFinger * screen, 1.6F * kTextSize * scale);
   if (scale == scale_ && finger == finger_) {
     return false;
   }
@@ -198,7 +202,7 @@ void Panels::apply_style() {
   style.WindowRounding = 6 * scale_;
   style.FrameRounding = 4 * scale_;
   style.FramePadding.y = std::ceil((finger_ - text) / 2);  // titles and sliders, too
-  style.GrabMinSize = style.ScrollbarSize = finger_ / 2;
+  style.GrabMinSize = style.ScrollbarSize = finger_ * 2 / 3;
   style.Colors[ImGuiCol_WindowBg].w = 0.75F;
   ImGuiIO& io = ImGui::GetIO();
   io.Fonts->Clear();
@@ -310,7 +314,7 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     if (button(orders.is_paused ? texts_.go_on : texts_.pause)) {
       orders.is_paused = !orders.is_paused;
     }
-    const bool is_tall = ImGui::GetIO().DisplaySize.y >= kTall;
+    const bool is_tall = ImGui::GetIO().DisplaySize.y >= kTall * finger_;
     const auto begins_group = [&](const char* name, bool is_open) {
       ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
       is_open = ImGui::CollapsingHeader(name);

@@ -102,6 +102,7 @@ class Panels {
   bool begin_panel(const char* name, const ImVec2& corner, int flags = 0, bool* is_open = nullptr);
   void end_panel();
   [[nodiscard]] float room() const;
+  [[nodiscard]] ImVec2 button_size() const;
   [[nodiscard]] bool is_covered() const;
   void apply_style();
 
