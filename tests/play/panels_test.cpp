@@ -173,14 +173,25 @@ TEST_CASE("panels: buttons are as large as a fingertip", "[unit]") {
       const float w = width, h = height;
       CAPTURE(w, h, screen);
       Desk desk(width, height, screen);
+      const auto check_all = [&] {
+        for (const Panels::Button& button : desk.panels.buttons()) {
+          CAPTURE(button.text);
+          CHECK(button.place.right - button.place.left >= kLeast * screen);
+          CHECK(button.place.bottom - button.place.top >= kLeast * screen);
+        }
+      };
+      for (const char* const group :
+           {kEnglish.instrument, kEnglish.scope, kEnglish.scene, kEnglish.program}) {
+        if (desk.find(group) != nullptr) {  // not folded
+          desk.click(group);
+        }
+        check_all();
+        check_inside(desk);
+      }
       desk.room.controls.shows_help = true;
       desk.settle();
       REQUIRE(!desk.panels.buttons().empty());
-      for (const Panels::Button& button : desk.panels.buttons()) {
-        CAPTURE(button.text);
-        CHECK(button.place.right - button.place.left >= kLeast * screen);
-        CHECK(button.place.bottom - button.place.top >= kLeast * screen);
-      }
+      check_all();
     }
   }
 }
@@ -217,6 +228,7 @@ TEST_CASE("panels: a click on a button does what its text says", "[unit]") {
   CHECK(orders.is_paused);
   desk.click(texts.go_on);
   CHECK_FALSE(orders.is_paused);
+  desk.click(texts.scene);
   desk.click(texts.single_step);
   CHECK(orders.is_paused);
   CHECK(orders.single_steps == 1);
@@ -231,6 +243,8 @@ TEST_CASE("panels: a click on a button does what its text says", "[unit]") {
   desk.click(texts.swap_hands);
   CHECK(room.controls.is_left_handed());
   CHECK(orders.restarts == 2);
+  desk.click(texts.program);
+  CHECK(desk.find(texts.restart) == nullptr);  // one group makes room for another
   desk.click(texts.full_screen);
   CHECK(room.controls.wishes.fullscreen);
   desk.click(texts.screenshot);
@@ -240,6 +254,8 @@ TEST_CASE("panels: a click on a button does what its text says", "[unit]") {
   CHECK(room.controls.shows_help);
   desk.click(texts.close);
   CHECK_FALSE(room.controls.shows_help);
+  desk.click(texts.program);
+  CHECK(desk.find(texts.help) == nullptr);
 
   desk.click(texts.close_jaw);
   CHECK(room.hands[0].jaw() == 0);
@@ -261,6 +277,7 @@ TEST_CASE("panels: buttons move the chosen instrument", "[unit]") {
   const Eigen::Vector3f other = room.hands[1].tip(), start = room.hands[0].tip();
   const Camera camera = room.scope.camera();
   const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
+  desk.click(texts.instrument);
   desk.click(texts.deeper);
   CHECK((room.hands[0].tip() - start).dot(ahead) > 0.5e-3F);
   desk.click(texts.nearer);
@@ -285,7 +302,7 @@ TEST_CASE("panels: buttons turn the scope", "[unit]") {
   const Texts& texts = kEnglish;
   Desk desk(1280, 1080);
   Room& room = desk.room;
-  desk.click(texts.scope);  // opens the group
+  desk.click(texts.scope);
   const Scope start = room.scope;
   const Eigen::Vector3f point(0, 0, 0);
   Eigen::Vector2f place = room.place_of(point);

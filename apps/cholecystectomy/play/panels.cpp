@@ -18,8 +18,7 @@ constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing 
 constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
 constexpr float kLargest = 1.5F;   // of what fits, so that panels do not cover each other
 constexpr float kNarrowest = 360;  // units of a window with panels
-// fingers of a window that shows panels open, and that shows more than what moves instruments
-constexpr float kSmallWidth = 16, kSmallHeight = 12, kTall = 17;
+constexpr float kSmallWidth = 16, kSmallHeight = 12;  // fingers; smaller windows fold panels
 constexpr float kFinger = 36;       // units: 9.5 mm at 96 a inch, what a fingertip hits
 constexpr float kTurnStep = 0.04F;  // of the picture's height, of a scope that is turned by buttons
 
@@ -307,6 +306,13 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     }
     ImGui::Text("%s: %s", controls.is_left() ? texts_.chosen_left : texts_.chosen_right,
                 controls.chosen() == Controls::grasper ? texts_.grasper : texts_.hook);
+    if (button(texts_.choose_other)) {
+      controls.choose(controls.chosen() == Controls::grasper ? Controls::hook : Controls::grasper);
+    }
+    ImGui::SameLine();
+    if (button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
+      controls.toggle_jaw();
+    }
     if (button(texts_.undo)) {
       ++orders.undos;
     }
@@ -314,40 +320,46 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     if (button(orders.is_paused ? texts_.go_on : texts_.pause)) {
       orders.is_paused = !orders.is_paused;
     }
-    const bool is_tall = ImGui::GetIO().DisplaySize.y >= kTall * finger_;
-    const auto begins_group = [&](const char* name, bool is_open) {
-      ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
-      is_open = ImGui::CollapsingHeader(name);
-      note_button(name);
-      return is_open;
-    };
-    if (begins_group(texts_.instrument, true)) {
-      draw_instrument_buttons(state, controls);
+    const Group shown = group_;
+    group_button(texts_.instrument, Group::instrument);
+    ImGui::SameLine();
+    group_button(texts_.scope, Group::scope);
+    group_button(texts_.scene, Group::scene);
+    ImGui::SameLine();
+    group_button(texts_.program, Group::program);
+    switch (shown) {
+      case Group::none:
+        break;
+      case Group::instrument:
+        draw_instrument_buttons(controls);
+        break;
+      case Group::scope:
+        draw_scope_buttons(controls);
+        break;
+      case Group::scene:
+        draw_scene_buttons(controls, orders);
+        break;
+      case Group::program:
+        draw_program_buttons(controls);
+        break;
     }
-    if (begins_group(texts_.scene, is_tall)) {
-      draw_scene_buttons(controls, orders);
-    }
-    if (begins_group(texts_.scope, false)) {
-      draw_scope_buttons(controls);
-    }
-    if (begins_group(texts_.program, is_tall)) {
-      draw_program_buttons(controls);
-    }
-    ImGui::Text(texts_.removed, static_cast<long long>(state.removed_tets),
-                static_cast<long long>(state.parted_strands));
     ImGui::PopTextWrapPos();
   }
   end_panel();
 }
 
-void Panels::draw_instrument_buttons(const SceneState& state, Controls& controls) {
-  if (button(texts_.choose_other)) {
-    controls.choose(controls.chosen() == Controls::grasper ? Controls::hook : Controls::grasper);
+// Shows a group of buttons in place of another, or hides it: the picture needs the room.
+void Panels::group_button(const char* text, Group group) {
+  const ImVec4 color =
+      ImGui::GetStyle().Colors[group == group_ ? ImGuiCol_ButtonActive : ImGuiCol_FrameBg];
+  ImGui::PushStyleColor(ImGuiCol_Button, color);
+  if (button(text)) {
+    group_ = group == group_ ? Group::none : group;
   }
-  ImGui::SameLine();
-  if (button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
-    controls.toggle_jaw();
-  }
+  ImGui::PopStyleColor();
+}
+
+void Panels::draw_instrument_buttons(Controls& controls) {
   ImGui::PushButtonRepeat(true);
   if (button(texts_.deeper)) {
     controls.push(0.5F);
@@ -504,6 +516,8 @@ void Panels::draw_time(const SceneState& state, const PictureTimes& pictures) {
   ImGui::Text(texts_.step_times, state.times.heat, state.times.edit, state.times.solve,
               state.times.readback);
   ImGui::Text(texts_.publish_time, state.times.publish);
+  ImGui::Text(texts_.removed, static_cast<long long>(state.removed_tets),
+              static_cast<long long>(state.parted_strands));
   ImGui::PopTextWrapPos();
 }
 

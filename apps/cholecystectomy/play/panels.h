@@ -5,6 +5,7 @@
 /// What lies over the picture: panels, hints, help, warnings. Knows no window and no OpenGL.
 
 #include <array>
+#include <cstdint>
 #include <deque>
 #include <string>
 #include <vector>
@@ -64,7 +65,7 @@ class Panels {
 
   /// Of the last picture, those that a mouse can be over.
   [[nodiscard]] const std::vector<Rectangle>& covered() const { return covered_; }
-  /// Of the last picture, heads of groups and what is scrolled out of its panel included.
+  /// Of the last picture, those that are scrolled out of their panel included.
   [[nodiscard]] const std::vector<Button>& buttons() const { return buttons_; }
 
  private:
@@ -77,6 +78,7 @@ class Panels {
       next = (next + 1) % kPlotted;
     }
   };
+  enum class Group : std::uint8_t { none, instrument, scope, scene, program };
   struct Warned {
     std::string text;
     double until;
@@ -86,7 +88,8 @@ class Panels {
   void draw_guide(Guide& guide);
   void draw_help(Controls& controls);
   void draw_operation(const SceneState& state, Controls& controls, Orders& orders);
-  void draw_instrument_buttons(const SceneState& state, Controls& controls);
+  void draw_instrument_buttons(Controls& controls);
+  void group_button(const char* text, Group group);
   void draw_scene_buttons(Controls& controls, Orders& orders);
   void draw_scope_buttons(Controls& controls);
   void draw_program_buttons(Controls& controls);
@@ -115,6 +118,7 @@ class Panels {
   std::deque<Warned> warnings_;
   std::vector<Rectangle> covered_;  // by panels of the last picture
   std::vector<Button> buttons_;
+  Group group_ = Group::none;  // of buttons that show
   CursorInput cursor_{-1, -1};
 };
 
