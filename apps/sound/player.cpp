@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <system_error>
 
 #include "pbdsurg/base/error.h"
 
@@ -15,6 +17,20 @@
 
 namespace cholecystectomy {
 namespace {
+
+#if defined(__linux__)
+// By the device files, as ALSA looks for them.
+bool has_alsa_card() {
+  std::error_code error;
+  std::filesystem::directory_iterator file("/dev/snd", error);
+  for (; !error && file != std::filesystem::directory_iterator(); file.increment(error)) {
+    if (file->path().filename().string().starts_with("controlC")) {
+      return true;
+    }
+  }
+  return false;
+}
+#endif
 
 class SilentPlayer final : public SoundPlayer {
  public:
@@ -44,9 +60,18 @@ std::unique_ptr<SoundPlayer> make_silent_player(const std::string& reason) {
   return std::make_unique<SilentPlayer>(reason);
 }
 
+void quiet_openal() {
+  setenv("ALSOFT_LOGLEVEL", "0", 0);
+#if defined(__linux__)
+  if (!has_alsa_card()) {
+    setenv("ALSOFT_DRIVERS", "-alsa,-sndio,", 0);  // sndio asks ALSA in turn
+  }
+#endif
+}
+
 std::unique_ptr<SoundPlayer> make_player() {
 #if defined(PBDSURG_HAS_OPENAL)
-  setenv("ALSOFT_LOGLEVEL", "0", 0);
+  quiet_openal();
   try {
     return std::make_unique<ThreadedPlayer>([] { return std::make_unique<OpenAlOutput>(); });
   } catch (const std::exception& error) {

@@ -43,6 +43,12 @@ class SoundPlayer {
 /// @param reason  of its status: "no sound: " and this
 [[nodiscard]] std::unique_ptr<SoundPlayer> make_silent_player(const std::string& reason);
 
+/// Has OpenAL keep its messages to itself, and not ask ALSA where it has no card, which ALSA would
+/// tell in many lines on stderr; sound servers are asked all the same. What the environment has of
+/// ALSOFT_LOGLEVEL and ALSOFT_DRIVERS stays. Writes these two: call it before there are threads
+/// that read the environment.
+void quiet_openal();
+
 /// Plays on the default device, through OpenAL Soft and a thread of its own; a silent player where
 /// there is no device, or no OpenAL in this build.
 ///
@@ -50,10 +56,8 @@ class SoundPlayer {
 /// for every three seconds from then on. The tone comes back with it, chimes of the meantime do
 /// not.
 ///
-/// Waits until the device is open, up to seconds where a sound server does not answer. Switches
-/// OpenAL's own messages off unless the environment has ALSOFT_LOGLEVEL; so call it before there
-/// are threads that read the environment. Libraries below OpenAL, ALSA's above all, may still write
-/// to stderr.
+/// Waits until the device is open, up to seconds where a sound server does not answer. Calls
+/// quiet_openal() first.
 [[nodiscard]] std::unique_ptr<SoundPlayer> make_player();
 
 }  // namespace cholecystectomy

@@ -1,46 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/play/controls.h"
 
-#include <cmath>
-
+#include "tests/play/room.h"
 #include "tests/support/catch.h"
 
 namespace cholecystectomy {
 
 using pbdsurg::Pedals;
 using pbdsurg::testing::Approx;
-
-namespace {
-
-constexpr int kHeight = 480;
-
-struct Room {
-  pbdsurg::VirtualClock clock;
-  std::array<MouseHand, 2> hands{
-      {{"left", {{-0.05F, 0.05F, -0.16F}, {0, 0, 0}, 0.2F}, {-0.02F, 0, 0}, clock},
-       {"right", {{0.12F, -0.08F, -0.16F}, {0, 0, 0}, 0.2F}, {0.02F, 0, 0}, clock}}};
-  Scope scope = Scope::looking_at({0, -0.2F, -0.1F}, {0, 0, 0});
-  Orders orders;
-  Controls controls{hands, scope, orders};
-
-  void handle(const std::vector<Input>& inputs) { controls.handle(inputs, kHeight); }
-  void press(Key key, bool has_shift = false) {
-    handle({KeyInput{key, true, has_shift}, KeyInput{key, false, has_shift}});
-  }
-
-  // Where a point is in the picture, pixels from its middle: right, down.
-  [[nodiscard]] Eigen::Vector2f place_of(const Eigen::Vector3f& point) const {
-    const Camera camera = scope.camera();
-    const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
-    const Eigen::Vector3f side = ahead.cross(camera.up).normalized();
-    const Eigen::Vector3f way = point - camera.eye;
-    const float scale =
-        kHeight / (2 * std::tan(camera.vertical_field_of_view / 2) * way.dot(ahead));
-    return scale * Eigen::Vector2f(way.dot(side), -way.dot(side.cross(ahead)));
-  }
-};
-
-}  // namespace
 
 // Would catch a tip that runs away from the cursor.
 TEST_CASE("controls: a dragged tip stays under the cursor", "[unit]") {
@@ -166,6 +133,18 @@ TEST_CASE("controls: the right button turns the scope, and its wheel slides it",
   room.handle({WheelInput{1}});
   CHECK(room.scope.insertion() > insertion);
   CHECK(room.hands[0].tip() == tip);
+}
+
+// Would catch a picture that goes against the cursor, in either direction.
+TEST_CASE("controls: the picture goes with a drag that turns the scope", "[unit]") {
+  Room room;
+  const Eigen::Vector3f point(0, 0, 0);
+  const Eigen::Vector2f start = room.place_of(point);
+  room.handle({ButtonInput{MouseButton::right, true}, CursorInput{20, 0}});
+  const Eigen::Vector2f right = room.place_of(point);
+  CHECK(right.x() > start.x() + 10);
+  room.handle({CursorInput{20, 20}});
+  CHECK(room.place_of(point).y() > right.y() + 10);
 }
 
 }  // namespace cholecystectomy

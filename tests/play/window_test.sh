@@ -4,10 +4,12 @@
 #
 # Plays the demo's window on a display without a screen, by the events of a mouse and a keyboard. Cases:
 #
-#   play      grasps, retracts, burns and takes back, is resized and minimised, loses the keyboard, makes
-#             its window anew; a screenshot shows it, and it closes clean
+#   play      grasps, retracts, burns and takes back, is resized and minimised, loses the keyboard while
+#             a pedal is down, which ends the current, makes its window anew; screenshots show it, and it
+#             closes clean
 #   memory    shows MANY pictures; memory does not grow
-#   refusals  no display, settings that cannot be read, an executor that there is not: one sentence each
+#   refusals  no display, settings that cannot be read, an executor or a sound card that there is not: one
+#             sentence each
 #
 # Exits with 77, which ctest counts as skipped, where Xvfb or xdotool is missing.
 set -euo pipefail
@@ -29,6 +31,21 @@ fail() {
 
 # value NAME: of a line of what the program said at its end
 value() { sed -n "s/^$1 //p" "$folder/log"; }
+
+# shoot: takes a screenshot, and sets time and energy of that moment
+shots=0
+shoot() {
+  shots=$((shots + 1))
+  local shot=""
+  shot=$(printf 'screenshot_%03d.png' "$shots")
+  xdotool key F12
+  for _ in $(seq 300); do
+    read -r time energy < <(sed -n "s/^$shot simulated_s \([^ ]*\) energy_j \(.*\)/\1 \2/p" "$folder/log") && return
+    kill -0 "$game" || fail "it ended early"
+    sleep 0.1
+  done
+  fail "no $shot within 30 s"
+}
 
 # holds EXPRESSION: of awk
 holds() { awk "BEGIN { exit !($1) }"; }
@@ -129,42 +146,58 @@ case $case in
     rest
     xdotool key z
     rest
-    xdotool key F12
-    rest
+    shoot
     xdotool windowsize "$window" $((width - 40)) $((height - 30))
     rest
     xdotool key F9
     sleep 2
     window=$(xdotool search --name '^Laparoscopic' | head -n 1)
     xdotool mousemove --window "$window" "$middle_x" "$middle_y"
-    xdotool windowminimize "$window" || true
-    rest
+    # away and back
+    shoot
+    before=$time
+    xdotool windowunmap "$window"
+    sleep 1
     xdotool windowmap "$window"
     rest
-    # the keyboard goes elsewhere while a pedal is down
     xdotool windowfocus "$window"
     rest
+    shoot
+    holds "$time > $before + 0.3" || fail "the scene stood still while its window was away"
+    # the keyboard goes elsewhere while a pedal is down
     xdotool keydown v
     rest
+    shoot
+    before=$energy before_time=$time
+    sleep "${BURN:-3}"
+    shoot
+    holds "$energy > $before + 0.1" || fail "a pedal that is held spent $before, then $energy J"
+    power=$(awk "BEGIN { print ($energy - $before) / ($time - $before_time) }")
+    before=$energy before_time=$time
     xdotool windowfocus "$(xdotool search --maxdepth 0 --name '.*' 2>/dev/null | head -n 1)"
-    rest
-    xdotool keyup v
+    sleep "${BURN:-3}"
+    xdotool keyup v  # which nobody hears
     xdotool windowfocus "$window"
     rest
-    xdotool key F12
-    sleep 1
+    shoot
+    # what passes until the window knows is a share of the time
+    holds "$energy - $before < 0.4 * $power * ($time - $before_time)" ||
+      fail "without the keyboard the current went on: $before, then $energy J"
+    before=$energy
+    rest
+    shoot
+    holds "$energy == $before" || fail "with all keys up it spent $before, then $energy J"
     xdotool key Escape
     finish
-    [[ -s $folder/out/screenshot_001.png && -s $folder/out/screenshot_002.png ]] || fail "a screenshot is missing"
     holds "$(value pictures_drawn) > 20" || fail "only $(value pictures_drawn) pictures"
     holds "$(value grasped) > 0" || fail "nothing was grasped"
     holds "$(value energy_j) > 1" || fail "nothing was burnt"
     holds "$(value undone) > 0" || fail "no edit was taken back"
     holds "$(value windows) == 2" || fail "the window was not made anew"
-    for shot in 001 002; do
-      size=$(stat -c %s "$folder/out/screenshot_$shot.png")
+    for shot in "$folder"/out/screenshot_*.png; do
+      size=$(stat -c %s "$shot")
       # a picture of one colour takes a few thousand bytes
-      holds "$size > $((width * height / 20))" || fail "screenshot_$shot.png has $size bytes"
+      holds "$size > $((width * height / 20))" || fail "$shot has $size bytes"
     done
     ;;
   memory)
@@ -185,6 +218,11 @@ case $case in
     "$program" --executor nobody --pictures 3 --detail low >"$folder/log" 2>&1 || status=$?
     ((status == 2)) || fail "an executor that there is not ended with $status"
     grep -q 'cholecystectomy: .*nobody' "$folder/log" || fail "the executor was not named"
+    if ! compgen -G '/dev/snd/controlC*' >/dev/null; then
+      env -u ALSOFT_DRIVERS "$program" --pictures 3 --detail low >"$folder/log" 2>&1 || fail "it ended with $?"
+      [[ $(grep -cE '^(no )?sound: ' "$folder/log") == 1 ]] || fail "no sentence about sound"
+      ! grep -q ALSA "$folder/log" || fail "ALSA tells what it lacks"
+    fi
     ;;
   *) fail "no case $case" ;;
 esac

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the scope does to a picture, and how tissue looks through it.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,6 +64,40 @@ TEST_CASE("scope: light falls off from the middle, alike in all directions", "[u
       if (radius < 0.8 || std::abs(std::sin(degree * kPi / 180)) < 0.6) {
         CHECK(std::abs(at_polar(image, degree * kPi / 180, radius)[0] - here) <= 3);
       }
+    }
+  }
+}
+
+// Would catch a lamp that stays where it is in the world, or hangs on one of its axes.
+TEST_CASE("scope: the lamp comes along, so that what it mirrors stays near the middle",
+          "[unit][opengl]") {
+  REQUIRE_RENDERER(renderer);
+  for (const Eigen::Vector3f& axis : {Eigen::Vector3f(1, 0, 0), {0, 1, 0}, {1, -2, 2}}) {
+    for (const float angle : {0.0f, 1.0f, 2.5f}) {
+      const Eigen::Isometry3f motion = Eigen::Translation3f(0.2f * angle, -0.1f, 0.1f) *
+                                       Eigen::AngleAxisf(angle, axis.normalized());
+      RenderSnapshot snapshot = one_sheet(tissues::liver());
+      for (Eigen::Vector3f& p : snapshot.surfaces[0].positions) {
+        p = motion * p;
+      }
+      snapshot.camera.eye = motion * snapshot.camera.eye;
+      snapshot.camera.target = motion * snapshot.camera.target;
+      snapshot.camera.up = motion.linear() * snapshot.camera.up;
+      const Image image = renderer->render(snapshot);
+      double most = 0;
+      Eigen::Vector2d brightest(0, 0);  // pixels from the middle
+      for (int y = 2; y + 2 < kHeight; y += 2) {
+        for (int x = 2; x + 2 < kWidth; x += 2) {
+          const double green = mean(image, x, y, 2).y();
+          if (green > most) {
+            most = green;
+            brightest = Eigen::Vector2d(x - kWidth / 2, y - kHeight / 2);
+          }
+        }
+      }
+      CAPTURE(axis.transpose(), angle, brightest.transpose());
+      CHECK(most > 100);
+      CHECK(brightest.norm() < 0.12 * kHeight);
     }
   }
 }

@@ -101,25 +101,25 @@ void Controls::key(const KeyInput& input) {
       toggle_jaw();
       break;
     case Key::q:
-      hand().roll(kRollStep);
+      roll(1);
       break;
     case Key::e:
-      hand().roll(-kRollStep);
+      roll(-1);
       break;
     case Key::a:
-      scope_.turn_post(kPostStep);
+      turn_post(1);
       break;
     case Key::d:
-      scope_.turn_post(-kPostStep);
+      turn_post(-1);
       break;
     case Key::left_bracket:
-      scope_.turn_head(kPostStep);
+      turn_head(1);
       break;
     case Key::right_bracket:
-      scope_.turn_head(-kPostStep);
+      turn_head(-1);
       break;
     case Key::l:
-      scope_.set_level(true);
+      level_scope();
       break;
     case Key::w:
       wheel(1);
@@ -177,8 +177,7 @@ void Controls::cursor(const CursorInput& input, int height) {
     return;
   }
   if (moves_scope_) {
-    const float angle = kOrbitPerHeight / static_cast<float>(height);
-    scope_.orbit(-angle * x, angle * y);
+    turn_scope(x / static_cast<float>(height), y / static_cast<float>(height));
   } else if (moves_tip_) {
     const Camera camera = scope_.camera();
     const Eigen::Vector3f ahead = (camera.target - camera.eye).normalized();
@@ -191,12 +190,36 @@ void Controls::cursor(const CursorInput& input, int height) {
 }
 
 void Controls::wheel(float notches) {
-  if (moves_scope_) {
-    scope_.advance(kSlide * notches);
-    return;
-  }
+  moves_scope_ ? slide_scope(notches) : push(notches);
+}
+
+void Controls::push(float notches) {
   const Camera camera = scope_.camera();
   hand().move(motion_scale * kNotch * notches * (camera.target - camera.eye).normalized());
+}
+
+void Controls::roll(float steps) {
+  hand().roll(kRollStep * steps);
+}
+
+void Controls::slide_scope(float notches) {
+  scope_.advance(kSlide * notches);
+}
+
+void Controls::turn_scope(float right, float down) {
+  scope_.orbit(kOrbitPerHeight * right, kOrbitPerHeight * down);
+}
+
+void Controls::turn_post(float steps) {
+  scope_.turn_post(kPostStep * steps);
+}
+
+void Controls::turn_head(float steps) {
+  scope_.turn_head(kPostStep * steps);
+}
+
+void Controls::level_scope() {
+  scope_.set_level(true);
 }
 
 void Controls::let_go() {

@@ -42,6 +42,8 @@ class Controls {
   /// Which hand the mouse moves.
   [[nodiscard]] Role chosen() const { return chosen_; }
   void choose(Role role) { chosen_ = role; }
+  /// Where a hand has its tip, m.
+  [[nodiscard]] const Eigen::Vector3f& tip(Role role) const { return hands_[role].tip(); }
   [[nodiscard]] bool is_left_handed() const { return is_left_handed_; }
   /// Whether the mouse moves the left hand.
   [[nodiscard]] bool is_left() const { return (chosen_ == hook) == is_left_handed_; }
@@ -54,8 +56,18 @@ class Controls {
   void toggle_handedness();
   void toggle_slow_motion();
   void restart();
-  /// As the wheel, for who has none.
-  void push(float notches) { wheel(notches); }
+  /// @name What keys and the wheel do, for buttons
+  /// Steps may be negative: the other way.
+  /// @{
+  void push(float notches);         ///< the chosen instrument, into the picture
+  void roll(float steps);           ///< the chosen instrument, to the left
+  void slide_scope(float notches);  ///< into the picture
+  /// Turns it about its port, so that the picture's content moves by so many of its heights.
+  void turn_scope(float right, float down);
+  void turn_post(float steps);  ///< to the left
+  void turn_head(float steps);  ///< to the left
+  void level_scope();
+  /// @}
   /// Pedals up, drags over: a window without the keyboard hears no key that is let go.
   void let_go();
   /// Both hands to where they began, without what they held.

@@ -20,7 +20,7 @@ void Guide::update(const SceneState& state, const Controls& controls, const Scop
     hint_ += has_begun_ ? 1 : 0;
     has_begun_ = true;
     since_ = now;
-    grasper_ = state.grasper.pose.translation();
+    grasper_ = controls.tip(Controls::grasper);
     view_ = scope.view();
   }
 }
@@ -29,7 +29,7 @@ bool Guide::is_followed(const SceneState& state, const Controls& controls,
                         const Scope& scope) const {
   switch (hint_) {
     case 0:
-      return (state.grasper.pose.translation() - grasper_).norm() > kWay;
+      return (controls.tip(Controls::grasper) - grasper_).norm() > kWay;
     case 1:
       return state.grasper.is_holding;
     case 2:

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include <backends/imgui_impl_glfw.h>
-#include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
 namespace cholecystectomy {
@@ -18,9 +16,13 @@ constexpr float kTextSize = 17;      // pixels at scale 1: read from a standing 
 // pixels that panels of scale 1 leave to the picture; in smaller windows they are smaller, to a
 // limit
 constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
-constexpr float kLargest = 1.5F;  // of what fits, so that panels do not cover each other
-constexpr int kNarrowest = 360;   // pixels of a window with panels
+constexpr float kLargest = 1.5F;   // of what fits, so that panels do not cover each other
+constexpr float kNarrowest = 360;  // units of a window with panels
+constexpr float kSmallWidth = 16, kSmallHeight = 12;  // fingers; smaller windows fold panels
+constexpr float kFinger = 36;       // units: 9.5 mm at 96 a inch, what a fingertip hits
+constexpr float kTurnStep = 0.04F;  // of the picture's height, of a scope that is turned by buttons
 
+const ImVec2 kMiddle(0.5F, 0.5F);  // of the display
 const ImVec4 kYellow(0.95F, 0.80F, 0.20F, 1), kBlue(0.35F, 0.60F, 1.0F, 1), kRed(1, 0.4F, 0.3F, 1);
 
 constexpr ImGuiWindowFlags kStill = ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
@@ -39,19 +41,6 @@ std::string resistance_text(const Texts& texts, double resistance) {
   return text.data();
 }
 
-// A button that counts for as long as it is held, as a pedal does.
-bool held_button(const char* name, const ImVec4& color, bool is_on) {
-  ImGui::PushStyleColor(ImGuiCol_Button,
-                        is_on ? color : ImVec4(0.3F * color.x, 0.3F * color.y, 0.3F * color.z, 1));
-  ImGui::PushStyleColor(ImGuiCol_ButtonHovered,
-                        ImVec4(0.5F * color.x, 0.5F * color.y, 0.5F * color.z, 1));
-  ImGui::PushStyleColor(ImGuiCol_ButtonActive, color);
-  ImGui::Button(name, ImVec2(ImGui::GetFontSize() * 7, ImGui::GetFontSize() * 2));
-  const bool is_held = ImGui::IsItemActive();
-  ImGui::PopStyleColor(3);
-  return is_held;
-}
-
 bool slider(const char* name, double& value, float least, float most, const char* format) {
   float number = static_cast<float>(value);
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 7);
@@ -64,19 +53,14 @@ bool slider(const char* name, double& value, float least, float most, const char
 
 }  // namespace
 
-Panels::Panels(Window& window, const Texts& texts, bool& has_understood)
-    : window_(window), texts_(texts), has_understood_(has_understood) {
+Panels::Panels(const Texts& texts, bool& has_understood)
+    : texts_(texts), has_understood_(has_understood) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // settings are the program's
-  ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
-  ImGui_ImplOpenGL3_Init("#version 330 core");
+  ImGui::GetIO().IniFilename = nullptr;  // settings are the program's
 }
 
 Panels::~Panels() {
-  ImGui_ImplOpenGL3_Shutdown();
-  ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
 }
 
@@ -108,12 +92,73 @@ bool Panels::is_covered() const {
   });
 }
 
+// In the middle or a corner of the display. One in a corner leaves the other half to its neighbour,
+// and room for a title to that above or below; what does not fit is scrolled.
+bool Panels::begin_panel(const char* name, const ImVec2& corner, int flags, bool* is_open) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float edge = ImGui::GetFontSize() / 2;
+  ImGui::SetNextWindowPos(
+      ImVec2(edge + corner.x * (size.x - 2 * edge), edge + corner.y * (size.y - 2 * edge)), 0,
+      corner);
+  const bool is_middle = corner.x == 0.5F;
+  const bool is_time = corner.x == 0 && corner.y == 1;  // whose title says enough
+  const ImVec2 most = is_middle ? ImVec2(size.x - 2 * edge, size.y - 2 * edge)
+                                : ImVec2(size.x / 2 - 1.5F * edge, size.y - finger_ - 3 * edge);
+  ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), most);
+  if (has_new_room_ && !is_middle) {
+    ImGui::SetNextWindowCollapsed(is_small_ || is_time);
+  }
+  return ImGui::Begin(name, is_open, kStill | flags);
+}
+
 void Panels::end_panel() {
   const ImVec2 corner = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
   const ImVec2 pixels = ImGui::GetIO().DisplayFramebufferScale;
   covered_.push_back({pixels.x * corner.x, pixels.y * corner.y, pixels.x * (corner.x + size.x),
                       pixels.y * (corner.y + size.y)});
   ImGui::End();
+}
+
+// Units that a panel in a corner has for what is in it, at most.
+float Panels::room() const {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  return ImGui::GetIO().DisplaySize.x / 2 - 0.75F * ImGui::GetFontSize() -
+         2 * style.WindowPadding.x - (is_small_ ? style.ScrollbarSize : 0);
+}
+
+// Two beside each other.
+ImVec2 Panels::button_size() const {
+  const float most = (room() - ImGui::GetStyle().ItemSpacing.x) / 2;
+  return ImVec2(std::min(9.8F * ImGui::GetFontSize(), std::max(finger_, most)), finger_);
+}
+
+bool Panels::button(const char* text) {
+  const bool is_pressed = ImGui::Button(text, button_size());
+  note_button(text);
+  return is_pressed;
+}
+
+// Counts for as long as it is held, as a pedal does.
+bool Panels::held_button(const char* text, const ImVec4& color, bool is_on) {
+  const auto shade = [&](float share) {
+    return ImVec4(share * color.x, share * color.y, share * color.z, 1);
+  };
+  ImGui::PushStyleColor(ImGuiCol_Button, is_on ? color : shade(0.3F));
+  ImGui::PushStyleColor(ImGuiCol_ButtonHovered, shade(0.5F));
+  ImGui::PushStyleColor(ImGuiCol_ButtonActive, color);
+  const ImVec2 size = button_size();
+  ImGui::Button(text, ImVec2(std::min(7 * ImGui::GetFontSize(), size.x), 1.2F * size.y));
+  note_button(text);
+  const bool is_held = ImGui::IsItemActive();
+  ImGui::PopStyleColor(3);
+  return is_held;
+}
+
+void Panels::note_button(const char* text) {
+  const ImVec2 first = ImGui::GetItemRectMin(), last = ImGui::GetItemRectMax();
+  const ImVec2 pixels = ImGui::GetIO().DisplayFramebufferScale;
+  buttons_.push_back(
+      {text, {pixels.x * first.x, pixels.y * first.y, pixels.x * last.x, pixels.y * last.y}});
 }
 
 void Panels::warn(const std::string& text, double now) {
@@ -127,37 +172,48 @@ void Panels::warn(const std::string& text, double now) {
   }
 }
 
-void Panels::apply_scale(float scale) {
-  if (scale == scale_) {
-    return;
+bool Panels::fit(float screen_scale, double text_scale) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float room = std::min(size.x / kRoomyWidth, size.y / kRoomyHeight);
+  const float screen = std::max(screen_scale, 1.0F);
+  const float scale = std::min(std::clamp(room, kSmallest, screen) * static_cast<float>(text_scale),
+                               std::max(kLargest * room, kSmallest));
+  const float finger = std::max(kFinger * screen, 1.6F * kTextSize * scale);
+  const bool is_small = size.x < kSmallWidth * finger || size.y < kSmallHeight * finger;
+  has_new_room_ = is_small != is_small_ || scale_ == 0;
+  is_small_ = is_small;
+  if (scale == scale_ && finger == finger_) {
+    return false;
   }
+  const bool has_new_fonts = scale != scale_;
   scale_ = scale;
-  ImGui::GetStyle() = ImGuiStyle();
+  finger_ = finger;
+  apply_style();
+  return has_new_fonts;
+}
+
+void Panels::apply_style() {
+  const float text = std::round(kTextSize * scale_);
+  ImGuiStyle& style = ImGui::GetStyle();
+  style = ImGuiStyle();
   ImGui::StyleColorsDark();
-  ImGui::GetStyle().ScaleAllSizes(scale);
-  ImGui::GetStyle().WindowRounding = 6 * scale;
-  ImGui::GetStyle().FrameRounding = 4 * scale;
-  ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 0.75F;
+  style.ScaleAllSizes(scale_);
+  style.WindowRounding = 6 * scale_;
+  style.FrameRounding = 4 * scale_;
+  style.FramePadding.y = std::ceil((finger_ - text) / 2);  // titles and sliders, too
+  style.GrabMinSize = style.ScrollbarSize = finger_ * 2 / 3;
+  style.Colors[ImGuiCol_WindowBg].w = 0.75F;
   ImGuiIO& io = ImGui::GetIO();
   io.Fonts->Clear();
   ImFontConfig font;
-  font.SizePixels = std::round(kTextSize * scale);
+  font.SizePixels = text;
   io.Fonts->AddFontDefault(&font);
-  ImGui_ImplOpenGL3_DestroyFontsTexture();
-  ImGui_ImplOpenGL3_CreateFontsTexture();
 }
 
-void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, Guide& guide,
-                  Settings& settings, const PictureTimes& pictures, double now) {
-  const std::array<int, 2> size = window_.windowed_size();
-  const float room = std::min(static_cast<float>(size[0]) / kRoomyWidth,
-                              static_cast<float>(size[1]) / kRoomyHeight);
-  const float fitting = std::clamp(room, kSmallest, std::max(window_.scale(), 1.0F));
-  apply_scale(std::min(fitting * static_cast<float>(settings.text_scale),
-                       std::max(kLargest * room, kSmallest)));
+void Panels::lay_out(const SceneState& state, Controls& controls, Orders& orders, Guide& guide,
+                     Settings& settings, const PictureTimes& pictures, double now) {
   covered_.clear();
-  ImGui_ImplOpenGL3_NewFrame();
-  ImGui_ImplGlfw_NewFrame();
+  buttons_.clear();
   ImGui::NewFrame();
   if (state.phase == Phase::playing && state.time >= plotted_ + kPlotEvery) {
     plotted_ = state.time;
@@ -171,20 +227,12 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
   } else if (state.phase == Phase::playing) {
     draw_guide(guide);
   }
-  const float edge = ImGui::GetFontSize() / 2;
   pbdsurg::Pedals pressed;
-  if (window_.width() >= kNarrowest) {  // else the picture alone
-    ImGui::SetNextWindowPos(ImVec2(edge, edge));
+  if (ImGui::GetIO().DisplaySize.x >= kNarrowest) {  // else the picture alone
     draw_operation(state, controls, orders);
-    const float right = ImGui::GetIO().DisplaySize.x - edge;
-    ImGui::SetNextWindowPos(ImVec2(right, edge), 0, ImVec2(1, 0));
     pressed = draw_generator(state, orders);
-    const float bottom = ImGui::GetIO().DisplaySize.y - edge;
-    ImGui::SetNextWindowPos(ImVec2(right, bottom), 0, ImVec2(1, 1));
     draw_forces(state);
-    ImGui::SetNextWindowPos(ImVec2(edge, bottom), 0, ImVec2(0, 1));
-    ImGui::SetNextWindowCollapsed(true, ImGuiCond_FirstUseEver);
-    if (ImGui::Begin((time_text(state, orders) + "###time").c_str(), nullptr, kStill)) {
+    if (begin_panel((time_text(state, orders) + "###time").c_str(), ImVec2(0, 1))) {
       draw_time(state, pictures);
       draw_settings(settings);
     }
@@ -196,21 +244,15 @@ void Panels::draw(const SceneState& state, Controls& controls, Orders& orders, G
     draw_help(controls);
   }
   ImGui::Render();
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
 void Panels::draw_disclaimer() {
-  const ImVec2 middle = ImVec2(ImGui::GetIO().DisplaySize.x / 2, ImGui::GetIO().DisplaySize.y / 2);
-  ImGui::SetNextWindowPos(middle, 0, ImVec2(0.5F, 0.5F));
-  if (ImGui::Begin(texts_.title, nullptr, kStill | ImGuiWindowFlags_NoCollapse)) {
-    ImGui::PushTextWrapPos(std::min(ImGui::GetFontSize() * 28, 1.8F * middle.x));
+  if (begin_panel(texts_.title, kMiddle, ImGuiWindowFlags_NoCollapse)) {
+    const float width = ImGui::GetIO().DisplaySize.x;
+    ImGui::PushTextWrapPos(std::min(ImGui::GetFontSize() * 28, 0.9F * width));
     ImGui::TextUnformatted(texts_.disclaimer);
     ImGui::PopTextWrapPos();
-    if (ImGui::Button(texts_.understood,
-                      ImVec2(ImGui::GetFontSize() * 10, ImGui::GetFontSize() * 2)) ||
-        ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter))) {
-      has_understood_ = true;
-    }
+    has_understood_ = button(texts_.understood) || has_understood_;
   }
   end_panel();
 }
@@ -220,9 +262,11 @@ void Panels::draw_guide(Guide& guide) {
     return;
   }
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos(ImVec2(size.x / 2, 0.86F * size.y), 0, ImVec2(0.5F, 1));
+  // above the line of time
+  ImGui::SetNextWindowPos(ImVec2(size.x / 2, size.y - finger_ - ImGui::GetFontSize()), 0,
+                          ImVec2(0.5F, 1));
   if (ImGui::Begin("guide", nullptr, kBare)) {
-    ImGui::PushTextWrapPos(std::min(ImGui::GetFontSize() * 30, 0.9F * size.x));
+    ImGui::PushTextWrapPos(std::min(ImGui::GetFontSize() * 24, 0.9F * size.x));
     ImGui::TextUnformatted(guide.hint() < Guide::kHints ? texts_.guide[guide.hint()]
                                                         : texts_.guide_done);
     ImGui::PopTextWrapPos();
@@ -231,9 +275,8 @@ void Panels::draw_guide(Guide& guide) {
 }
 
 void Panels::draw_help(Controls& controls) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos(ImVec2(size.x / 2, size.y / 2), 0, ImVec2(0.5F, 0.5F));
-  if (ImGui::Begin(texts_.help, nullptr, kStill | ImGuiWindowFlags_NoCollapse)) {
+  if (begin_panel(texts_.help, kMiddle, ImGuiWindowFlags_NoCollapse, &controls.shows_help)) {
+    ImGui::PushTextWrapPos(ImGui::GetIO().DisplaySize.x - finger_);
     if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
       for (const KeyText& key : texts_.keys) {
         ImGui::TableNextColumn();
@@ -245,7 +288,8 @@ void Panels::draw_help(Controls& controls) {
     }
     ImGui::Separator();
     ImGui::TextUnformatted(texts_.disclaimer);
-    if (ImGui::Button(texts_.close)) {
+    ImGui::PopTextWrapPos();
+    if (button(texts_.close)) {
       controls.shows_help = false;
     }
   }
@@ -253,67 +297,164 @@ void Panels::draw_help(Controls& controls) {
 }
 
 void Panels::draw_operation(const SceneState& state, Controls& controls, Orders& orders) {
-  if (ImGui::Begin(texts_.operation, nullptr, kStill)) {
+  if (begin_panel(texts_.operation, ImVec2(0, 0))) {
+    ImGui::PushTextWrapPos(std::min(24 * ImGui::GetFontSize(), room()));
     if (state.phase == Phase::loading) {
       ImGui::TextUnformatted(texts_.loading);
     } else if (state.phase == Phase::failed) {
       ImGui::TextColored(kRed, texts_.failed, state.message.c_str());
     }
-    const bool has_grasper = controls.chosen() == Controls::grasper;
     ImGui::Text("%s: %s", controls.is_left() ? texts_.chosen_left : texts_.chosen_right,
-                has_grasper ? texts_.grasper : texts_.hook);
-    if (ImGui::Button(texts_.choose_other)) {
-      controls.choose(has_grasper ? Controls::hook : Controls::grasper);
+                controls.chosen() == Controls::grasper ? texts_.grasper : texts_.hook);
+    if (button(texts_.choose_other)) {
+      controls.choose(controls.chosen() == Controls::grasper ? Controls::hook : Controls::grasper);
     }
     ImGui::SameLine();
-    if (ImGui::Button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
+    if (button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
       controls.toggle_jaw();
     }
-    ImGui::PushButtonRepeat(true);
-    if (ImGui::Button(texts_.deeper)) {
-      controls.push(0.5F);
-    }
-    ImGui::SameLine();
-    if (ImGui::Button(texts_.nearer)) {
-      controls.push(-0.5F);
-    }
-    ImGui::PopButtonRepeat();
-    ImGui::SameLine();
-    if (ImGui::Button(texts_.slow_motion)) {
-      controls.toggle_slow_motion();
-    }
-    if (ImGui::Button(texts_.undo)) {
+    if (button(texts_.undo)) {
       ++orders.undos;
     }
     ImGui::SameLine();
-    if (ImGui::Button(orders.is_paused ? texts_.go_on : texts_.pause)) {
+    if (button(orders.is_paused ? texts_.go_on : texts_.pause)) {
       orders.is_paused = !orders.is_paused;
     }
+    const Group shown = group_;
+    group_button(texts_.instrument, Group::instrument);
     ImGui::SameLine();
-    if (ImGui::Button(texts_.single_step)) {
-      orders.is_paused = true;
-      ++orders.single_steps;
-    }
-    if (ImGui::Button(texts_.restart)) {
-      controls.restart();
-    }
+    group_button(texts_.scope, Group::scope);
+    group_button(texts_.scene, Group::scene);
     ImGui::SameLine();
-    if (ImGui::Button(texts_.swap_hands)) {
-      controls.toggle_handedness();
+    group_button(texts_.program, Group::program);
+    switch (shown) {
+      case Group::none:
+        break;
+      case Group::instrument:
+        draw_instrument_buttons(controls);
+        break;
+      case Group::scope:
+        draw_scope_buttons(controls);
+        break;
+      case Group::scene:
+        draw_scene_buttons(controls, orders);
+        break;
+      case Group::program:
+        draw_program_buttons(controls);
+        break;
     }
-    ImGui::SameLine();
-    if (ImGui::Button(texts_.help)) {
-      controls.shows_help = !controls.shows_help;
-    }
-    ImGui::Text(texts_.removed, static_cast<long long>(state.removed_tets),
-                static_cast<long long>(state.parted_strands));
+    ImGui::PopTextWrapPos();
   }
   end_panel();
 }
 
+// Shows a group of buttons in place of another, or hides it: the picture needs the room.
+void Panels::group_button(const char* text, Group group) {
+  const ImVec4 color =
+      ImGui::GetStyle().Colors[group == group_ ? ImGuiCol_ButtonActive : ImGuiCol_FrameBg];
+  ImGui::PushStyleColor(ImGuiCol_Button, color);
+  if (button(text)) {
+    group_ = group == group_ ? Group::none : group;
+  }
+  ImGui::PopStyleColor();
+}
+
+void Panels::draw_instrument_buttons(Controls& controls) {
+  ImGui::PushButtonRepeat(true);
+  if (button(texts_.deeper)) {
+    controls.push(0.5F);
+  }
+  ImGui::SameLine();
+  if (button(texts_.nearer)) {
+    controls.push(-0.5F);
+  }
+  if (button(texts_.roll_left)) {
+    controls.roll(1);
+  }
+  ImGui::SameLine();
+  if (button(texts_.roll_right)) {
+    controls.roll(-1);
+  }
+  ImGui::PopButtonRepeat();
+}
+
+void Panels::draw_scene_buttons(Controls& controls, Orders& orders) {
+  if (button(texts_.slow_motion)) {
+    controls.toggle_slow_motion();
+  }
+  ImGui::SameLine();
+  if (button(texts_.single_step)) {
+    orders.is_paused = true;
+    ++orders.single_steps;
+  }
+  if (button(texts_.restart)) {
+    controls.restart();
+  }
+  ImGui::SameLine();
+  if (button(texts_.swap_hands)) {
+    controls.toggle_handedness();
+  }
+}
+
+void Panels::draw_scope_buttons(Controls& controls) {
+  ImGui::PushButtonRepeat(true);
+  if (button(texts_.scope_in)) {
+    controls.slide_scope(0.5F);
+  }
+  ImGui::SameLine();
+  if (button(texts_.scope_out)) {
+    controls.slide_scope(-0.5F);
+  }
+  if (button(texts_.look_left)) {
+    controls.turn_scope(kTurnStep, 0);
+  }
+  ImGui::SameLine();
+  if (button(texts_.look_right)) {
+    controls.turn_scope(-kTurnStep, 0);
+  }
+  if (button(texts_.look_up)) {
+    controls.turn_scope(0, kTurnStep);
+  }
+  ImGui::SameLine();
+  if (button(texts_.look_down)) {
+    controls.turn_scope(0, -kTurnStep);
+  }
+  if (button(texts_.post_left)) {
+    controls.turn_post(1);
+  }
+  ImGui::SameLine();
+  if (button(texts_.post_right)) {
+    controls.turn_post(-1);
+  }
+  if (button(texts_.head_left)) {
+    controls.turn_head(1);
+  }
+  ImGui::SameLine();
+  if (button(texts_.head_right)) {
+    controls.turn_head(-1);
+  }
+  ImGui::PopButtonRepeat();
+  if (button(texts_.level)) {
+    controls.level_scope();
+  }
+}
+
+void Panels::draw_program_buttons(Controls& controls) {
+  if (button(texts_.full_screen)) {
+    controls.wishes.fullscreen = true;
+  }
+  ImGui::SameLine();
+  if (button(texts_.screenshot)) {
+    controls.wishes.screenshot = true;
+  }
+  if (button(texts_.help)) {
+    controls.shows_help = !controls.shows_help;
+  }
+}
+
 pbdsurg::Pedals Panels::draw_generator(const SceneState& state, Orders& orders) {
   pbdsurg::Pedals pressed;
-  if (ImGui::Begin(texts_.generator, nullptr, kStill)) {
+  if (begin_panel(texts_.generator, ImVec2(1, 0))) {
     const GeneratorState& generator = state.generator;
     pressed.cut =
         held_button(texts_.cut, kYellow, generator.activation == pbdsurg::Activation::cut);
@@ -336,8 +477,8 @@ pbdsurg::Pedals Panels::draw_generator(const SceneState& state, Orders& orders) 
 }
 
 void Panels::draw_forces(const SceneState& state) {
-  if (ImGui::Begin(texts_.forces, nullptr, kStill)) {
-    const ImVec2 size(ImGui::GetFontSize() * 15, ImGui::GetFontSize() * 3);
+  if (begin_panel(texts_.forces, ImVec2(1, 1))) {
+    const ImVec2 size(std::min(ImGui::GetFontSize() * 15, room()), ImGui::GetFontSize() * 3);
     const auto plot = [&](const char* format, const Plot& values, const InstrumentState& now) {
       std::array<char, 64> text{};
       std::snprintf(text.data(), text.size(), format, static_cast<double>(now.force.norm()),
@@ -370,10 +511,14 @@ std::string Panels::time_text(const SceneState& state, const Orders& orders) con
 }
 
 void Panels::draw_time(const SceneState& state, const PictureTimes& pictures) {
+  ImGui::PushTextWrapPos(std::min(24 * ImGui::GetFontSize(), room()));
   ImGui::Text(texts_.pictures, pictures.per_second, pictures.milliseconds);
   ImGui::Text(texts_.step_times, state.times.heat, state.times.edit, state.times.solve,
               state.times.readback);
   ImGui::Text(texts_.publish_time, state.times.publish);
+  ImGui::Text(texts_.removed, static_cast<long long>(state.removed_tets),
+              static_cast<long long>(state.parted_strands));
+  ImGui::PopTextWrapPos();
 }
 
 void Panels::draw_settings(Settings& settings) {
@@ -404,9 +549,11 @@ void Panels::draw_warnings(double now) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos(ImVec2(size.x / 2, 0.05F * size.y), 0, ImVec2(0.5F, 0));
   if (ImGui::Begin("warnings", nullptr, kBare)) {
+    ImGui::PushTextWrapPos(0.9F * size.x);
     for (const Warned& warning : warnings_) {
       ImGui::TextColored(kYellow, "%s", warning.text.c_str());
     }
+    ImGui::PopTextWrapPos();
   }
   ImGui::End();
 }

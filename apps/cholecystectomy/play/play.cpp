@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <future>
 #include <memory>
 #include <utility>
@@ -17,6 +16,7 @@
 
 #include "apps/cholecystectomy/play/controls.h"
 #include "apps/cholecystectomy/play/guide.h"
+#include "apps/cholecystectomy/play/panel_screen.h"
 #include "apps/cholecystectomy/play/panels.h"
 #include "apps/cholecystectomy/play/picture_pace.h"
 #include "apps/cholecystectomy/play/settings.h"
@@ -65,11 +65,13 @@ struct Screen {
       : window(options),
         renderer(std::max(window.width(), 16), std::max(window.height(), 16),
                  quality_of(quality, window)),
-        panels(window, texts, has_understood) {}
+        panels(texts, has_understood),
+        panel_screen(window, panels) {}
 
   Window window;
   SceneRenderer renderer;
   Panels panels;
+  PanelScreen panel_screen;
 };
 
 class Play {
@@ -283,7 +285,9 @@ class Play {
       glClearColor(0, 0, 0, 1);
       glClear(GL_COLOR_BUFFER_BIT);
     }
-    screen.panels.draw(state(), controls_, orders_, guide_, settings_, times_, start);
+    screen.panel_screen.begin(screen.panels, settings_.text_scale);
+    screen.panels.lay_out(state(), controls_, orders_, guide_, settings_, times_, start);
+    screen.panel_screen.draw();
     if (std::exchange(controls_.wishes.screenshot, false)) {
       write_screenshot(width, height);
     }
@@ -331,6 +335,9 @@ class Play {
       std::filesystem::create_directories(options_.out);
       write_png(options_.out / name, image);
       screen_->panels.warn(name, clock_.now());
+      std::printf("%s simulated_s %.2f energy_j %.3f\n", name, state().time,
+                  state().generator.energy);
+      std::fflush(stdout);
     } catch (const std::exception& error) {
       warn(error.what());
     }
@@ -433,8 +440,7 @@ class Play {
 }  // namespace
 
 int play(const PlayOptions& options) {
-  // which the player would do later, when other threads may read the environment
-  setenv("ALSOFT_LOGLEVEL", "0", 0);
+  quiet_openal();  // the player would later, when other threads may read the environment
   return Play(options).run();
 }
 

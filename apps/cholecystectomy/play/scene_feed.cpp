@@ -14,9 +14,22 @@ using pbdsurg::Index;
 using pbdsurg::SlotRange;
 using pbdsurg::Triangle;
 
-Triangle ascending(Triangle triangle) {
-  std::ranges::sort(triangle);
-  return triangle;
+// Of a surface, whose triangles name places in its vertices.
+Triangle scene_triangle(const pbdsurg::Surface& surface, const Triangle& triangle) {
+  const auto& [a, b, c] = triangle;
+  return {surface.vertices()[a], surface.vertices()[b], surface.vertices()[c]};
+}
+
+// Of all organs, scene vertices.
+std::vector<Triangle> skin_of(const Simulation& simulation) {
+  std::vector<Triangle> skin;
+  for (const Organ organ : pbdsurg::kOrgans) {
+    const pbdsurg::Surface& surface = simulation.surface(organ);
+    for (const Triangle& triangle : surface.triangles()) {
+      skin.push_back(scene_triangle(surface, triangle));
+    }
+  }
+  return skin;
 }
 
 // Where a cut or a burn has opened tissue: moist, darker, redder, without the vessels of its skin.
@@ -80,15 +93,8 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
       backdrop_(backdrop),
       generation_(generation),
       burns_(std::in_place, simulation),
-      sheets_(simulation.scene) {
-  for (const Organ organ : pbdsurg::kOrgans) {
-    auto& skin = skin_[static_cast<std::size_t>(organ)];
-    for (const Triangle& triangle : simulation.surface(organ).triangles()) {
-      skin.push_back(ascending(triangle));
-    }
-    std::ranges::sort(skin);
-  }
-}
+      sheets_(simulation.scene),
+      skin_(simulation.solver.tissue(), skin_of(simulation)) {}
 
 void SceneFeed::begin_anew(const Simulation& simulation) {
   simulation_ = &simulation;
@@ -131,7 +137,7 @@ void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_tria
     run.values.assign(values.begin(), values.end());
     run.is_inner.clear();
     for (const Triangle& triangle : values) {
-      run.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
+      run.is_inner.push_back(is_inner(surface, triangle) ? 1 : 0);
     }
   }
   burns_->collect_changes(organ, seen_burns, ranges_);
@@ -146,8 +152,8 @@ void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_tria
   }
 }
 
-bool SceneFeed::is_inner(Organ organ, const Triangle& triangle) const {
-  return !std::ranges::binary_search(skin_[static_cast<std::size_t>(organ)], ascending(triangle));
+bool SceneFeed::is_inner(const pbdsurg::Surface& surface, const Triangle& triangle) const {
+  return !skin_.has(scene_triangle(surface, triangle));
 }
 
 Surface SceneFeed::whole_surface(Organ organ) const {
@@ -157,7 +163,7 @@ Surface SceneFeed::whole_surface(Organ organ) const {
   surface.rest_positions.assign(skin.rest_positions().begin(), skin.rest_positions().end());
   surface.triangles.assign(skin.triangles().begin(), skin.triangles().end());
   for (const Triangle& triangle : skin.triangles()) {
-    surface.is_inner.push_back(is_inner(organ, triangle) ? 1 : 0);
+    surface.is_inner.push_back(is_inner(skin, triangle) ? 1 : 0);
   }
   for (const Index v : skin.vertices()) {
     surface.burn.push_back(burns_->layers()[v]);

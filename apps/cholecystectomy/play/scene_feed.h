@@ -16,6 +16,7 @@
 #include "apps/cholecystectomy/play/scene_state.h"
 #include "apps/cholecystectomy/scene_sheets.h"
 #include "apps/cholecystectomy/simulation.h"
+#include "apps/cholecystectomy/skin_record.h"
 
 namespace cholecystectomy {
 
@@ -43,7 +44,8 @@ class SceneFeed {
   void fill(SceneState& state, const Seen& seen);
 
  private:
-  [[nodiscard]] bool is_inner(Organ organ, const pbdsurg::Triangle& triangle) const;
+  [[nodiscard]] bool is_inner(const pbdsurg::Surface& surface,
+                              const pbdsurg::Triangle& triangle) const;
   [[nodiscard]] Surface whole_surface(Organ organ) const;
   void fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
             std::uint64_t seen_burns);
@@ -53,8 +55,7 @@ class SceneFeed {
   std::uint32_t generation_;
   std::optional<BurnLayers> burns_;
   SceneSheets sheets_;
-  std::array<std::vector<pbdsurg::Triangle>, kOrganCount>
-      skin_;                                // at rest, corners ascending, sorted
+  SkinRecord skin_;
   std::vector<pbdsurg::SlotRange> ranges_;  // scratch
 };
 

@@ -42,6 +42,25 @@ struct Texts {
   const char* nearer = "Nearer (S)";
   const char* swap_hands = "Swap hands (X)";
   const char* help = "Help (H)";
+  const char* instrument = "Instrument";
+  const char* roll_left = "Roll left (Q)";
+  const char* roll_right = "Roll right (E)";
+  const char* scene = "Scene";
+  const char* scope = "Scope";
+  const char* scope_in = "Closer";
+  const char* scope_out = "Farther";
+  const char* look_left = "Look left";
+  const char* look_right = "Look right";
+  const char* look_up = "Look up";
+  const char* look_down = "Look down";
+  const char* post_left = "Post left (A)";
+  const char* post_right = "Post right (D)";
+  const char* head_left = "Head left ([)";
+  const char* head_right = "Head right (])";
+  const char* level = "Level (L)";
+  const char* program = "Program";
+  const char* full_screen = "Full screen (F11)";
+  const char* screenshot = "Screenshot (F12)";
   const char* removed = "removed %lld tetrahedra, parted %lld strands";
 
   const char* generator = "Generator";
