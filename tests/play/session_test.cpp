@@ -154,6 +154,21 @@ TEST_CASE("session: a hand grasps, pulls and lets go", "[session]") {
   CHECK_FALSE(play.whole().grasper.is_holding);
 }
 
+// Would catch jaws that find nothing because the hand is deeper than the skin goes along.
+TEST_CASE("session: jaws that are pushed deep grasp", "[session]") {
+  PlayedSession play;
+  const Eigen::Vector3f skin = play.farthest(Organ::gallbladder, {0, 0, -1});
+  play.go(0, skin, 20);
+  for (float deep = 0; play.whole().grasper.distance < 0.007F; deep += 0.001F) {
+    REQUIRE(deep < 0.025F);
+    play.go(0, skin + deep * Eigen::Vector3f::UnitZ(), 2);
+  }
+  play.hands[0].set_jaw(0);
+  play.step(1);
+  CHECK(play.count(Event::missed) == 0);
+  CHECK(play.whole().grasper.is_holding);
+}
+
 // Would catch current with both pedals, without a pedal, or after one is up.
 TEST_CASE("session: one pedal burns, both do not", "[session]") {
   PlayedSession play;
