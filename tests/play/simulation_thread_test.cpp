@@ -105,6 +105,7 @@ TEST_CASE("simulation thread: shows organs first, plays, pauses, steps and begin
   });
   CHECK(anew.whole.size() == kOrganCount + 1);
   CHECK(anew.step < 100);
+  CHECK(anew.all_steps >= still + 2 + anew.step);
 }
 
 // Would catch an undo that no state tells of, a pedal that burns on, or a clock that stands still.

@@ -19,6 +19,7 @@
 #include "apps/cholecystectomy/play/panel_screen.h"
 #include "apps/cholecystectomy/play/panels.h"
 #include "apps/cholecystectomy/play/picture_pace.h"
+#include "apps/cholecystectomy/play/session.h"
 #include "apps/cholecystectomy/play/settings.h"
 #include "apps/cholecystectomy/play/simulation_thread.h"
 #include "apps/cholecystectomy/play/texts.h"
@@ -299,7 +300,7 @@ class Play {
     }
     if (first_play_ == 0 && state().phase == Phase::playing) {
       first_play_ = clock_.now();
-      first_time_ = state().time;
+      first_step_ = state().all_steps;
       std::printf("playing\n");
       std::fflush(stdout);
     }
@@ -387,9 +388,10 @@ class Play {
     // means of the whole play
     const double played = last_picture_ - first_play_;
     const double pictures = static_cast<double>(std::max<std::int64_t>(pictures_, 1));
+    const double simulated =
+        Session::kTimeStep * static_cast<double>(state().all_steps - first_step_);
     std::printf("first_picture_s %.2f\nplayable_s %.2f\nsimulated_s %.2f\nrealtime_factor %.3f\n",
-                first_picture_, first_play_, state().time - first_time_,
-                (state().time - first_time_) / std::max(played, 1e-3));
+                first_picture_, first_play_, simulated, simulated / std::max(played, 1e-3));
     std::printf("pictures_per_s %.1f\npicture_ms %.1f\nsolve_ms %.2f\nheat_ms %.2f\nwindows %d\n",
                 pictures / std::max(played, 1e-3), 1e3 * drawn_s_ / pictures,
                 solve_ms_ / std::max(states_, 1.0), heat_ms_ / std::max(states_, 1.0), windows_);
@@ -432,7 +434,7 @@ class Play {
   int windows_ = 0;
   std::vector<Surface> rest_;                                     // of generation 0
   double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
-  double first_time_ = 0;                                         // s, simulated at first_play_
+  std::int64_t first_step_ = 0;                                   // of all, at first_play_
   double drawn_s_ = 0, solve_ms_ = 0, heat_ms_ = 0, states_ = 0;  // sums
   double half_memory_ = 0;                                        // bytes
 };

@@ -94,8 +94,9 @@ struct SceneState {
 
   double time = 0;  ///< s, simulated
   std::int64_t step = 0;
-  double factor = 1;  ///< simulated time over the time asked for
-  double owed = 0;    ///< s by which steps are late
+  std::int64_t all_steps = 0;  ///< those before the scene began anew or went back, too
+  double factor = 1;           ///< simulated time over the time asked for
+  double owed = 0;             ///< s by which steps are late
   StepTimes times;
   std::int64_t removed_tets = 0, parted_strands = 0;
 };

@@ -2,6 +2,7 @@
 #include "apps/cholecystectomy/play/simulation_thread.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -75,6 +76,7 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
   Pacer pacer(Session::kTimeStep, clock_.now());
   std::uint64_t published = 0;
   double published_at = 0;
+  std::int64_t steps = 0;
 
   while (!is_ending_) {
     orders.take();
@@ -93,10 +95,12 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
     pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
     for (; now.is_paused && before.single_steps < now.single_steps; ++before.single_steps) {
       session->step(now, clock_.now(), events);
+      ++steps;
     }
     before = now;
     if (pacer.is_due(clock_.now())) {
       session->step(now, clock_.now(), events);
+      ++steps;
       pacer.took_step(clock_.now());
     }
     seen.take();
@@ -114,6 +118,7 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
         generator.power = generator.voltage = 0;
       }
       state.events = events;
+      state.all_steps = steps;
       state.factor = pacer.factor();
       state.owed = pacer.owed(start);
       state.times.publish = 1e3 * (clock_.now() - start);
