@@ -96,8 +96,10 @@ SceneFeed::SceneFeed(const Simulation& simulation, const pbdsurg::MeshData& back
       sheets_(simulation.scene),
       skin_(simulation.solver.tissue(), skin_of(simulation)) {}
 
-void SceneFeed::begin_anew(const Simulation& simulation) {
+void SceneFeed::begin_anew(const Simulation& simulation, const SkinRecord& skin) {
   simulation_ = &simulation;
+  skin_ = skin;
+  simulation.solver.tissue().add_follower(skin_);
   ++generation_;
   burns_.emplace(simulation);  // strands that are back left no stumps
 }

@@ -36,9 +36,13 @@ class SceneFeed {
   /// Of the states to come.
   [[nodiscard]] std::uint32_t generation() const { return generation_; }
 
+  /// Which triangles are skin now. A copy follows nothing.
+  [[nodiscard]] const SkinRecord& skin() const { return skin_; }
+
   /// Goes on with another simulation of the same scene, kept by reference: surfaces come whole, in
   /// a new generation.
-  void begin_anew(const Simulation& simulation);
+  /// @param skin  of a feed when its simulation was as this one is now
+  void begin_anew(const Simulation& simulation, const SkinRecord& skin);
 
   /// Surfaces and sheets of the state. @param state  may hold an older one
   void fill(SceneState& state, const Seen& seen);

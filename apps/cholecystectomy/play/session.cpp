@@ -149,7 +149,8 @@ void Session::begin_stroke() {
     simulation_->world.record();
     state = simulation_->save();
   }
-  strokes_.push_back({std::move(state), simulation_->energy_in(), smoke_, is_closed_});
+  strokes_.push_back(
+      {std::move(state), feed_.skin(), simulation_->energy_in(), smoke_, is_closed_});
 }
 
 // Once the last is over: it is none if it changed nothing.
@@ -177,15 +178,15 @@ void Session::undo(EventCounts& events) {
   const Moment& moment = strokes_.back();
   auto made = std::make_unique<Simulation>(scene_, moment.simulation, stages_, kTimeStep);
   made.swap(simulation_);
+  feed_.begin_anew(*simulation_, moment.skin);
   smoke_ = moment.smoke;
   is_closed_ = moment.is_closed;
   put_hands(*made);
-  strokes_.pop_back();
   has_seen_pedals_up_ = false;
   activation_ = Activation::none;
   is_refused_ = false;
   times_ = {};
-  feed_.begin_anew(*simulation_);
+  strokes_.pop_back();
   count(events, Event::undone);
 }
 

@@ -71,6 +71,7 @@ class Session {
   // What there was before a stroke.
   struct Moment {
     SimulationState simulation;
+    SkinRecord skin;
     double energy;  // J, that the hook had delivered
     Smoke smoke;
     bool is_closed;
