@@ -71,6 +71,7 @@ const std::vector<cholecystectomy::Surface>& surfaces() {
     cholecystectomy::Surface& wall = result.emplace_back();
     wall.name = "abdominal_wall";
     wall.look = tissues::abdominal_wall().look;
+    wall.casts_shadow = false;
     wall.triangles = anatomy.abdominal_wall.triangles;
     for (const Eigen::Vector3d& x : anatomy.abdominal_wall.points) {
       wall.positions.push_back(x.cast<float>());

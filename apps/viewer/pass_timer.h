@@ -19,7 +19,12 @@ struct PassTime {
 /// Timer queries around the passes of one picture. Needs a current context as its renderer does.
 class PassTimer {
  public:
-  /// Ends the pass before, and begins one.
+  PassTimer() = default;
+  PassTimer(const PassTimer&) = delete;
+  PassTimer& operator=(const PassTimer&) = delete;
+  ~PassTimer() { end(); }  // a query that runs cannot be deleted
+
+  /// Ends the pass before, and begins one. The device is not waited for.
   void begin(const char* name);
   void end();
 

@@ -34,6 +34,7 @@ struct Surface {
                                        ///< bared the inside: drawn with inner_look, whose
                                        ///< rim fades over the triangles beside it
   pbdsurg::TissueLook inner_look;
+  bool casts_shadow = true;  ///< a backdrop need not: nothing lies behind it
 };
 
 /// What changed of a surface, for who keeps one. Runs replace what was there, and may reach beyond

@@ -25,6 +25,10 @@ void set_sampling(GLenum filter) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
+GLenum lit_format(bool is_exact) {
+  return is_exact ? GL_RGBA16F : GL_R11F_G11F_B10F;
+}
+
 /// To the framebuffer that is bound.
 void attach(GLenum attachment, const GlRenderbuffer& buffer, GLenum format, int samples, int width,
             int height) {
@@ -78,10 +82,12 @@ OcclusionTargets::OcclusionTargets(int width, int height)
   check_framebuffer("geometry");
 }
 
-RenderTargets::RenderTargets(int wanted_width, int wanted_height, const RenderQuality& quality)
+RenderTargets::RenderTargets(int wanted_width, int wanted_height, const RenderQuality& quality,
+                             bool wanted_exact)
     : width(wanted_width),
       height(wanted_height),
-      resolved(width, height, GL_R11F_G11F_B10F, GL_LINEAR) {
+      is_exact(wanted_exact),
+      resolved(width, height, lit_format(is_exact), GL_LINEAR) {
   GLint most = 1;
   glGetIntegerv(GL_MAX_SAMPLES, &most);
   const int samples = std::min(quality.samples, static_cast<int>(most));
@@ -89,7 +95,7 @@ RenderTargets::RenderTargets(int wanted_width, int wanted_height, const RenderQu
     multisampled_color.emplace();
     multisampled.emplace();
     glBindFramebuffer(GL_FRAMEBUFFER, multisampled->name());
-    attach(GL_COLOR_ATTACHMENT0, *multisampled_color, GL_R11F_G11F_B10F, samples, width, height);
+    attach(GL_COLOR_ATTACHMENT0, *multisampled_color, lit_format(is_exact), samples, width, height);
   } else {
     glBindFramebuffer(GL_FRAMEBUFFER, resolved.framebuffer.name());
   }

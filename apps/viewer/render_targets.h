@@ -36,8 +36,9 @@ struct ShadowTarget {
   GlFramebuffer framebuffer;
 };
 
-/// Normals and depth at half size, and what is made of them. Halves of floats: a depth is right
-/// within 0.05 %, a tenth of what the occlusion takes for nothing, and is read in half the time.
+/// Normals and depth at half size, and what is made of them. Half-precision floats: a depth is
+/// right within 0.05 %, a tenth of what the occlusion takes for nothing, and is read in half the
+/// time.
 struct OcclusionTargets {
   OcclusionTargets(int width, int height);
 
@@ -49,8 +50,12 @@ struct OcclusionTargets {
 
 /// All of a renderer. What its quality leaves out does not exist.
 struct RenderTargets {
+  /// @param is_exact  for colours that are read as given. Else light has 6 bits behind its
+  /// exponent,
+  ///                  blue 5, in half the memory: what a scope shows is off by less than a level of
+  ///                  255, blue by little more
   /// @throws pbdsurg::BackendUnavailable  if the driver offers no such framebuffer
-  RenderTargets(int width, int height, const RenderQuality& quality);
+  RenderTargets(int width, int height, const RenderQuality& quality, bool is_exact);
 
   /// Makes the lit picture what is drawn into.
   void begin_lit() const;
@@ -59,6 +64,7 @@ struct RenderTargets {
 
   int width;
   int height;
+  bool is_exact;
   ColorTarget resolved;  ///< linear light
   GlRenderbuffer depth;
   std::optional<GlRenderbuffer> multisampled_color;

@@ -116,7 +116,7 @@ SceneRenderer::SkinMesh::SkinMesh(int wanted)
 
 SceneRenderer::SceneRenderer(int width, int height, const RenderQuality& quality)
     : quality_(checked(quality)),
-      targets_(width, height, quality),
+      targets_(width, height, quality, false),
       shadow_program_("shadow", "", kSceneVertexShader, kEmptyFragmentShader),
       shadow_skin_program_("shadow of a surface", "#define DEPTH_ONLY\n", kSkinVertexShader,
                            kEmptyFragmentShader),
@@ -169,7 +169,7 @@ void SceneRenderer::make_programs() {
 
 void SceneRenderer::resize(int width, int height) {
   if (width != targets_.width || height != targets_.height) {
-    targets_ = RenderTargets(width, height, quality_);
+    targets_ = RenderTargets(width, height, quality_, targets_.is_exact);
   }
 }
 
@@ -177,7 +177,7 @@ void SceneRenderer::set_quality(const RenderQuality& quality) {
   if (quality == quality_) {
     return;
   }
-  RenderTargets targets(targets_.width, targets_.height, checked(quality));
+  RenderTargets targets(targets_.width, targets_.height, checked(quality), targets_.is_exact);
   targets_ = std::move(targets);
   quality_ = quality;
   make_programs();
@@ -207,6 +207,10 @@ void SceneRenderer::draw(const RenderSnapshot& snapshot, GLuint framebuffer) {
 }
 
 void SceneRenderer::draw(const SceneView& view, GLuint framebuffer, PassTimer* timer) {
+  const bool is_exact = view.style == Style::figure;
+  if (is_exact != targets_.is_exact) {
+    targets_ = RenderTargets(targets_.width, targets_.height, quality_, is_exact);
+  }
   const Eigen::Vector3f& eye = view.camera.eye;
   opaque_.clear();
   translucent_.clear();
@@ -304,8 +308,8 @@ int SceneRenderer::subdivision_of(const SurfaceBuffers& surface, const Frame& fr
 void SceneRenderer::draw_skin(const ShaderProgram& program, const Frame& frame, int height) {
   set(program, "figure", frame.scene.style == Style::figure ? 1.0f : 0.0f);
   for (const SurfaceBuffers* surface : opaque_) {
-    if (&program == &shadow_skin_program_ && surface->box().contains(frame.view.light)) {
-      continue;  // what is all around the lamp has nothing behind it
+    if (&program == &shadow_skin_program_ && !surface->surface().casts_shadow) {
+      continue;
     }
     const SkinMesh& mesh = skin_mesh(subdivision_of(*surface, frame, height));
     set(program, "subdivision", mesh.subdivision);
@@ -373,7 +377,7 @@ void SceneRenderer::draw_occlusion(const Frame& frame) {
   set(*occlusion_program_, "radius", kOcclusionRadius * frame.view.reference_distance);
   fill_screen();
 
-  frame.begin("occlusion blur");
+  frame.begin("occlusion_blur");
   targets.blurred.begin();
   occlusion_blur_program_->use();
   bind(*occlusion_blur_program_, "occlusion", 0, GL_TEXTURE_2D, targets.raw.texture);

@@ -45,6 +45,7 @@ cholecystectomy::Surface backdrop() {
   cholecystectomy::Surface wall;
   wall.name = "abdominal_wall";
   wall.look = tissues::abdominal_wall().look;
+  wall.casts_shadow = false;
   wall.triangles = mesh.triangles;
   for (const Eigen::Vector3d& x : mesh.points) {
     wall.positions.push_back(x.cast<float>());
@@ -55,7 +56,14 @@ cholecystectomy::Surface backdrop() {
 class GlFramePicture final : public FramePicture {
  public:
   explicit GlFramePicture(const FrameWorld& world) : world_(world), view_(view_of(world)) {
-    worker_.start([&] { make_renderer(); });
+    worker_.start([&] {
+      try {
+        make_renderer();
+      } catch (...) {
+        renderer_.reset();  // here, as below
+        throw;
+      }
+    });
     worker_.wait();
   }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -257,6 +258,52 @@ TEST_CASE("kept surface: burn and texture move and turn with the tissue", "[unit
     swum += std::abs(at(before, x, -0.02f) - at(after, x, -0.02f));
   }
   CHECK(kept < 0.5 * swum);
+}
+
+// Would catch a shadow that is lost because the lamp is within the box of what throws it, and a
+// backdrop that throws one.
+TEST_CASE("kept surface: what reaches around the lamp throws a shadow", "[unit][opengl]") {
+  REQUIRE_RENDERER(renderer);
+  const auto brightness = [&](bool casts_shadow) {
+    Surface around = sheet(tissues::fat(), 0.05f, 0.006f);
+    const Surface behind = sheet(tissues::fat(), 0.2f, 0.05f);
+    const auto count = static_cast<pbdsurg::Index>(around.positions.size());
+    for (Eigen::Vector3f& p : around.positions) {
+      p.x() += 0.012f;
+    }
+    around.positions.insert(around.positions.end(), behind.positions.begin(),
+                            behind.positions.end());
+    for (const auto& [a, b, c] : behind.triangles) {
+      around.triangles.push_back({a + count, b + count, c + count});
+    }
+    around.casts_shadow = casts_shadow;
+    renderer->set_surfaces(std::array{sheet(tissues::liver(), 0, 0.1f), around});
+    const Image image = renderer->render(SceneView{});
+    double sum = 0;
+    for (const std::uint8_t value : image.rgb) {
+      sum += value;
+    }
+    return sum / static_cast<double>(image.rgb.size());
+  };
+  CHECK(brightness(true) < 0.995 * brightness(false));
+}
+
+// Would catch light of few bits where colours are to be read as given.
+TEST_CASE("kept surface: a figure's colours have all levels of a picture", "[unit][opengl]") {
+  REQUIRE_RENDERER(renderer);
+  Surface surface = sheet(tissues::liver(), 0, 0.1f);
+  for (const Eigen::Vector3f& p : surface.positions) {
+    surface.colors.emplace_back(0, 0, 0.4f + p.x(), 1);
+  }
+  renderer->set_surfaces(std::array{surface});
+  SceneView view;
+  view.style = Style::figure;
+  const Image image = renderer->render(view);
+  std::set<int> levels;
+  for (int x = 0; x < image.width; ++x) {
+    levels.insert(image.at(x, image.height / 2)[2]);
+  }
+  CHECK(static_cast<int>(levels.size()) > *levels.rbegin() - *levels.begin() - 3);
 }
 
 }  // namespace cholecystectomy

@@ -19,7 +19,7 @@ constexpr float kRoomyWidth = 1100, kRoomyHeight = 650, kSmallest = 0.65F;
 constexpr float kLargest = 1.5F;   // of what fits, so that panels do not cover each other
 constexpr float kNarrowest = 360;  // units of a window with panels
 constexpr float kSmallWidth = 16, kSmallHeight = 12;  // fingers; smaller windows fold panels
-constexpr float kFinger = 36;       // units: 9.5 mm at 96 a inch, what a fingertip hits
+constexpr float kFinger = 36;       // units: 9.5 mm at 96 an inch, what a fingertip hits
 constexpr float kTurnStep = 0.04F;  // of the picture's height, of a scope that is turned by buttons
 
 const ImVec2 kMiddle(0.5F, 0.5F);  // of the display

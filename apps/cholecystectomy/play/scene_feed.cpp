@@ -49,6 +49,7 @@ Surface backdrop_surface(const pbdsurg::MeshData& mesh) {
   Surface wall;
   wall.name = "abdominal_wall";
   wall.look = pbdsurg::tissues::abdominal_wall().look;
+  wall.casts_shadow = false;
   wall.triangles = mesh.triangles;
   for (const Eigen::Vector3d& x : mesh.points) {
     wall.positions.push_back(x.cast<float>());
