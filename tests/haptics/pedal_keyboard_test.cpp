@@ -195,9 +195,9 @@ TEST_CASE("pedals: records arrive in pieces and in crowds", "[unit]") {
   REQUIRE(bench.events.size() == 1);
   CHECK(bench.events[0].pedals.coagulation);
   bench.run(0.1);
-  const char piece[7] = {};
-  bench.keys.bytes(piece, sizeof(piece));
-  bench.keys.bytes(piece, sizeof(press) - sizeof(piece));  // an empty record, in two
+  const char nothing[sizeof(press)] = {};  // a record of no meaning, in two pieces
+  bench.keys.bytes(nothing, 7);
+  bench.keys.bytes(nothing, sizeof(press) - 7);
   for (int record = 0; record < 200; ++record) {
     bench.keys.record(EV_MSC, MSC_SCAN, record);
   }
