@@ -27,7 +27,7 @@ class PBDSURG_API FileDescriptor {
   }
   ~FileDescriptor() { close(); }
 
-  /// Whether it can be read.
+  /// Whether there is one.
   [[nodiscard]] bool is_open() const noexcept { return number_ >= 0; }
 
   /// For system calls; negative if it is closed.

@@ -47,7 +47,7 @@ struct PedalEvent {
 /// gone, polls have stayed away or events were lost, and stay so until a foot lifts and presses
 /// anew: nobody can know what it did meanwhile. For the same reason a foot that was down first
 /// counts for nothing. A keyboard sends nothing while a key is held, so that one which hangs with a
-/// key down is not noticed: a generator limits how long it is active.
+/// key down is not noticed.
 ///
 /// Needs Linux.
 class PBDSURG_API PedalKeyboard {
