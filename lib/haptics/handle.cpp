@@ -2,8 +2,9 @@
 #include "pbdsurg/haptics/handle.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
-#include <cmath>
+#include <cstddef>
 #include <cstdlib>
 #include <numbers>
 #include <string>
@@ -75,9 +76,14 @@ JawRange JawCalibration::range() const {
 }
 
 Handle::Handle(const std::filesystem::path& port, const JawRange& range, const Clock& clock)
-    : range_(range), clock_(clock), polled_(clock.now()) {
+    : path_(port), range_(range), clock_(clock), polled_(clock.now()) {
   check(range);
   port_ = open_port(port);
+}
+
+void Handle::reopen() {
+  port_.close();
+  port_ = open_port(path_);
 }
 
 const HandleState& Handle::poll() noexcept {

@@ -4,6 +4,7 @@
 /// @file
 /// Opens serial ports and input devices, and says what to do where that fails.
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>

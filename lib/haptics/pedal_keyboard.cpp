@@ -41,7 +41,7 @@ FileDescriptor open_keyboard(const std::filesystem::path& path) {
 
 PedalKeyboard::PedalKeyboard(const std::filesystem::path& path, const PedalKeys& keys,
                              const Clock& clock)
-    : clock_(clock), polled_(clock.now()) {
+    : path_(path), clock_(clock), polled_(clock.now()) {
   check(keys);
   cut_.key = keys.cut;
   coagulation_.key = keys.coagulation;
@@ -51,15 +51,21 @@ PedalKeyboard::PedalKeyboard(const std::filesystem::path& path, const PedalKeys&
 bool PedalKeyboard::poll() noexcept {
   const double now = clock_.now();
   cause_ = PedalCause::foot;
-  const bool has_stalled = now - polled_ > kStall;
-  read(now, !has_stalled);
-  if (has_stalled) {
+  read(now);
+  if (now - polled_ > kStall) {
     lift(PedalCause::stall, now);
   }
   polled_ = now;
   cut_.settle(now);
   coagulation_.settle(now);
   return note(now);
+}
+
+void PedalKeyboard::reopen() {
+  keyboard_.close();
+  byte_count_ = 0;
+  let_go();
+  keyboard_ = open_keyboard(path_);
 }
 
 bool PedalKeyboard::let_go() noexcept {
@@ -75,7 +81,7 @@ void PedalKeyboard::Switch::settle(double now) noexcept {
   }
 }
 
-void PedalKeyboard::read(double now, bool counts) noexcept {
+void PedalKeyboard::read(double now) noexcept {
   for (int reads = 0; keyboard_.is_open() && reads < kMostReads; ++reads) {
     const long count =
         read_available(keyboard_, bytes_.data() + byte_count_, bytes_.size() - byte_count_);
@@ -92,9 +98,7 @@ void PedalKeyboard::read(double now, bool counts) noexcept {
     for (; at + sizeof(input_event) <= byte_count_; at += sizeof(input_event)) {
       input_event record;
       std::memcpy(&record, bytes_.data() + at, sizeof(record));
-      if (counts) {
-        take({record.type, record.code, record.value}, now);
-      }
+      take({record.type, record.code, record.value}, now);
     }
     byte_count_ -= at;
     std::memmove(bytes_.data(), bytes_.data() + at, byte_count_);

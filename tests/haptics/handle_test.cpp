@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pbdsurg/haptics/handle.h"
 
+#include <filesystem>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include "apps/rig/handle_emulator.h"
 #include "tests/support/catch.h"
@@ -140,6 +143,31 @@ TEST_CASE("handle: a cable that is pulled is a loss", "[unit]") {
   silent.board.unplug();
   CHECK(silent.handle.poll().condition == HandleCondition::lost);
   CHECK(silent.handle.poll().condition == HandleCondition::lost);
+}
+
+// Would catch a handle that stays lost, and one that must be found at its old port.
+TEST_CASE("handle: a cable that is plugged in again brings the handle back", "[unit]") {
+  VirtualClock clock;
+  const testing::TemporaryFolder folder;
+  const auto link = folder / "by-id";
+  auto board = std::make_unique<rig::HandleEmulator>(clock);
+  std::filesystem::create_symlink(board->port(), link);
+  Handle handle(link, kRange, clock);
+  board->run();
+  CHECK(handle.poll().condition == HandleCondition::live);
+  board->unplug();
+  clock.advance(1);
+  CHECK(handle.poll().condition == HandleCondition::lost);
+  std::filesystem::remove(link);
+  CHECK_THROWS_AS(handle.reopen(), FileError);
+  CHECK(handle.poll().condition == HandleCondition::lost);
+
+  rig::HandleEmulator again(clock);
+  std::filesystem::create_symlink(again.port(), link);
+  handle.reopen();
+  CHECK(handle.poll().condition == HandleCondition::lost);
+  again.run();
+  CHECK(handle.poll().condition == HandleCondition::live);
 }
 
 // Would catch gaps that are not counted, a wrap that is one, and a board that starts anew at 0 and

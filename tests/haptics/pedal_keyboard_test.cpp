@@ -125,6 +125,15 @@ TEST_CASE("pedals: a keyboard that is gone has its pedals up", "[unit]") {
   CHECK(bench.events[1].pedals == Pedals{});
   CHECK(bench.events[1].cause == PedalCause::disconnected);
   CHECK_FALSE(bench.pedals.is_connected());
+
+  bench.keys.plug_in();
+  bench.pedals.reopen();
+  bench.run(0.1);
+  CHECK(bench.pedals.is_connected());
+  CHECK(bench.events.size() == 2);
+  bench.keys.key(KEY_A, 1);
+  bench.run(0.1);
+  CHECK(bench.events.size() == 3);
 }
 
 // Would catch current that flows again after a pause in which nobody saw the foot, and presses that

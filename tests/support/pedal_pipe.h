@@ -21,8 +21,7 @@ class PedalPipe {
  public:
   PedalPipe() {
     REQUIRE(mkfifo(path.c_str(), 0600) == 0);
-    writer_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    REQUIRE(writer_ >= 0);
+    plug_in();
   }
   ~PedalPipe() { unplug(); }
   PedalPipe(const PedalPipe&) = delete;
@@ -45,6 +44,11 @@ class PedalPipe {
 
   void bytes(const void* begin, std::size_t size) {
     REQUIRE(write(writer_, begin, size) == static_cast<ssize_t>(size));
+  }
+
+  void plug_in() {
+    writer_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    REQUIRE(writer_ >= 0);
   }
 
   void unplug() {

@@ -16,6 +16,7 @@ class PBDSURG_API FileDescriptor {
   FileDescriptor() = default;  ///< a closed one
   /// @param number  open, and closed by this from now on; negative for a closed one
   explicit FileDescriptor(int number) noexcept : number_(number) {}
+  /// The other is closed from now on.
   FileDescriptor(FileDescriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   /// What this had is closed first.
   FileDescriptor& operator=(FileDescriptor&& other) noexcept {

@@ -102,6 +102,11 @@ class PBDSURG_API Handle {
   /// @return  valid until the next poll
   const HandleState& poll() noexcept;
 
+  /// Opens the port again, after the cable was pulled and plugged in. May take milliseconds: not
+  /// for a thread that others wait for.
+  /// @throws FileError  as the constructor; the handle stays lost then
+  void reopen();
+
   /// As of the last poll.
   [[nodiscard]] const HandleCounts& counts() const noexcept { return counts_; }
 
@@ -117,6 +122,7 @@ class PBDSURG_API Handle {
   void take_report(double now) noexcept;
   void move_jaw(double now) noexcept;
 
+  std::filesystem::path path_;
   FileDescriptor port_;
   JawRange range_;
   const Clock& clock_;

@@ -73,6 +73,11 @@ class PBDSURG_API PedalKeyboard {
   /// @return  whether pedals changed: event() is new
   bool poll() noexcept;
 
+  /// Opens the keyboard again, after its cable was pulled and plugged in. May take milliseconds:
+  /// not for a thread that others wait for. Pedals stay up until pressed anew.
+  /// @throws FileError  as the constructor; it stays disconnected then
+  void reopen();
+
   /// Pedals up until pressed anew, as when the operation is interrupted.
   /// @return  whether pedals changed: event() is new
   bool let_go() noexcept;
@@ -99,11 +104,12 @@ class PBDSURG_API PedalKeyboard {
     std::int32_t value;
   };
 
-  void read(double now, bool counts) noexcept;
+  void read(double now) noexcept;
   void take(const Key& key, double now) noexcept;
   void lift(PedalCause cause, double now) noexcept;
   bool note(double now) noexcept;
 
+  std::filesystem::path path_;
   FileDescriptor keyboard_;
   Switch cut_, coagulation_;
   const Clock& clock_;
