@@ -70,15 +70,12 @@ class Arduino {
   const pbdsurg::Clock& clock_;
 };
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
 // The sketch's globals are this class's members: one board, one sketch.
 class Sketch : public Arduino {
  public:
   using Arduino::Arduino;
 #include "apps/rig/handle/handle.ino"
 };
-#pragma GCC diagnostic pop
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include <linux/input.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 
 #include "lib/haptics/open_device.h"
 
@@ -30,9 +31,14 @@ void check(const PedalKeys& keys) {
 
 FileDescriptor open_keyboard(const std::filesystem::path& path) {
   FileDescriptor keyboard = open_device(path, kAdvice);
-  // A keyboard that another program grabbed sends nothing here. A pipe cannot be grabbed.
-  if (ioctl(keyboard.number(), EVIOCGRAB, 1) != 0 && errno == EBUSY) {
-    throw FileError(open_refusal(path, EBUSY, kAdvice));
+  struct stat status {};
+  if (fstat(keyboard.number(), &status) == 0 && S_ISFIFO(status.st_mode)) {
+    return keyboard;
+  }
+  // ENOTTY: it takes no such order. EBUSY: another program grabbed it, and would hear all.
+  if (ioctl(keyboard.number(), EVIOCGRAB, 1) != 0) {
+    throw FileError(errno == ENOTTY ? path.string() + ": is neither an input device nor a pipe"
+                                    : open_refusal(path, errno, kAdvice));
   }
   return keyboard;
 }

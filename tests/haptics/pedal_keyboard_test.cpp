@@ -240,6 +240,8 @@ TEST_CASE("pedals: a keyboard that cannot be opened says what to do", "[unit]") 
   CHECK_THROWS_WITH(PedalKeyboard("/dev/input/none", kKeys, clock),
                     "/dev/input/none: there is no such device; plug the pedals in and look for "
                     "them with ls /dev/input/by-id");
+  CHECK_THROWS_WITH(PedalKeyboard("/dev/null", kKeys, clock),
+                    "/dev/null: is neither an input device nor a pipe");
   CHECK(open_refusal("/dev/input/event5", EACCES, {"ask", "plug it in"}) ==
         "/dev/input/event5: you are not allowed to read it; ask");
   CHECK(open_refusal("/dev/input/event5", EBUSY, {"ask", "plug it in"}) ==

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An instrument's handle: a sensor of the jaw, one of the wheel, two buttons. For any Arduino with USB.
+// An instrument's handle: a sensor of the jaw, one of the wheel, two buttons. For Arduinos of 10 bits.
 // Wiring and the lines that it sends: docs/rig/handles.md.
 
 const uint8_t kJawPin = A0;             // 0 V to the supply's over the handle's way

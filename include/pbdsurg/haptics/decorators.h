@@ -38,8 +38,7 @@ struct DeviceScale {
 /// A device in another frame, such as the rig's arm at the port of its instrument: the pose is
 /// to_scene * pose * instrument.
 /// @param to_scene    from the axes of the device to those of the scene
-/// @param instrument  of the instrument (tip at the origin, shaft along +z) in what the device
-/// moves
+/// @param instrument  in what the device moves: tip at the origin, shaft along +z
 /// @throws InvalidArgument  if there is no device, or one of the two is not rigid
 [[nodiscard]] PBDSURG_API std::unique_ptr<Device> transformed(
     std::unique_ptr<Device> device, const Eigen::Isometry3f& to_scene,

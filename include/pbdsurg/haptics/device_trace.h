@@ -60,10 +60,9 @@ struct DeviceTrace {
 
 /// Reads a trace.
 /// @throws FileError  naming the line, the value and the rule, if it cannot be opened, is of
-/// another
-///                    version, or has no line, a line cut short, a column too many or too few,
-///                    a number out of range or not finite, times that go back, or axes that are not
-///                    those of a rotation (to 1e-3)
+///                    another version, or has no state, a line cut short, a column too many or too
+///                    few, a number out of range or not finite, times that go back, or axes that
+///                    are not those of a rotation (to 1e-3)
 [[nodiscard]] PBDSURG_API DeviceTrace read_device_trace(const std::filesystem::path& path);
 
 /// Writes a trace, in place at once. What a broken device said is written as it is, and refused on
@@ -74,9 +73,8 @@ PBDSURG_API void write_device_trace(const std::filesystem::path& path, const Dev
 
 /// A device that keeps what it says and what it is told. At 1000 Hz, a minute takes 8 MB.
 /// @param trace     begun anew here, and outlives the device
-/// @param capacity  samples that are kept; it is reserved here, so that recording allocates
-/// nothing.
-///                  The rest is counted as lost
+/// @param capacity  samples that are kept; reserved here, so that recording allocates nothing. The
+///                  rest is counted as lost
 /// @param clock     the device's; outlives it
 /// @throws InvalidArgument  if there is no device, or room for no sample
 [[nodiscard]] PBDSURG_API std::unique_ptr<Device> recorded(std::unique_ptr<Device> device,

@@ -65,7 +65,7 @@ struct HandleState {
   HandleCondition condition = HandleCondition::waiting;  ///< whether the rest can be trusted
 };
 
-/// What came over the wire since the port was opened.
+/// What came over the wire since the handle was made.
 struct HandleCounts {
   std::int64_t lines = 0;    ///< that count
   std::int64_t refused = 0;  ///< damaged ones, and those that were sent before one that counts
@@ -82,8 +82,8 @@ struct HandleCounts {
 /// Needs Linux, or another system with POSIX terminals.
 class PBDSURG_API Handle {
  public:
-  /// s. Twenty-five lines: five times as long as a loaded machine was seen to be late, and at the
-  /// edge of what a person notices.
+  /// s. Twenty-five lines: five times as long as a loaded machine was seen to be late (51 ms), and
+  /// at the edge of what a person notices.
   static constexpr double kHold = 0.25;
   /// 1/s. From closed to open in half a second, as a hand would.
   static constexpr double kJawSpeed = 2;
