@@ -250,6 +250,13 @@ void HeatField::restore(const HeatSnapshot& snapshot) {
   check_vertices("held", snapshot.held, count);
   check_vertices("active", snapshot.active, count);
   check_vertices("pending", snapshot.pending, count);
+  for (const Index v : snapshot.active) {
+    if (mesh_.tissue_of_vertex(v) == kInvalidIndex) {
+      throw InvalidArgument("vertex " + std::to_string(v) +
+                            " is among the active ones of the snapshot; no tissue of the field "
+                            "is or was at it");
+    }
+  }
   temperatures_ = snapshot.temperatures;
   peaks_ = snapshot.peak_temperatures;
   water_ = snapshot.water;

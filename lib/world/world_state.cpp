@@ -115,8 +115,10 @@ void World::record() {
     setup.edits_before = 0;
     setup.burnt.clear();  // a compaction may have come
     for (const BodyId body : setup.bodies) {
-      if (data.bodies.is_there(body)) {
-        setup.burnt.push_back({data.bodies.in_tissue(body), data.bodies.record(body).heat});
+      // of one that has gone, vertices may still take part in heat
+      const Index in_tissue = data.bodies.last_in_tissue(body);
+      if (in_tissue != kInvalidIndex) {
+        setup.burnt.push_back({in_tissue, data.bodies.record(body).heat});
       }
     }
   }

@@ -242,6 +242,48 @@ TEST_CASE("world state: burners keep their bodies over removals and compactions"
   go_on();
 }
 
+// Would catch heat of another tissue, or of none, where the removed body was still warm when the
+// recording began anew.
+TEST_CASE("world state: heat goes on to the bit where a warm body has gone", "[unit]") {
+  SlabWorld slabs;
+  World& world = slabs.world;
+  slabs.burn();
+  for (int step = 0; step < 30; ++step) {
+    world.step(kDt);
+  }
+  world.move(slabs.hook, at({6e-3F, 6e-3F, 11.2e-3F}));
+  world.step(kDt);
+  slabs.burn(8);
+  for (int step = 0; step < 6; ++step) {
+    world.step(kDt);
+  }
+  world.energise(slabs.burner, off_settings());
+  const HeatField& field = world.cautery(slabs.burner).field();
+  for (const BodyId body : {slabs.upper, slabs.lower}) {
+    const Tissue& tissue = world.tissue();
+    const Index in_tissue = world.body_in_tissue(body);
+    const auto is_of_body = [&](Index v) { return tissue.body_of_vertex(v) == in_tissue; };
+    world.remove_body(body);
+    world.step(kDt);
+    CAPTURE(body.value);
+    if (body == slabs.upper) {
+      REQUIRE(std::ranges::any_of(field.active_vertices(), is_of_body));
+    }
+    world.record();
+    World other(world.save());
+    const HeatField& others = other.cautery(slabs.burner).field();
+    for (const Index v : others.active_vertices()) {
+      REQUIRE(others.mesh().tissue_of_vertex(v) != kInvalidIndex);
+    }
+    for (int step = 0; step < 5; ++step) {
+      world.step(kDt);
+      other.step(kDt);
+      check_same_heat(field, others);
+    }
+    CHECK(slabs.hash() == other.solver().state_hash());
+  }
+}
+
 // Would catch replicas that share one state.
 TEST_CASE("world state: has all replicas", "[unit]") {
   SlabWorld slabs({.damping = 20, .copies = 3});
@@ -319,6 +361,10 @@ TEST_CASE("world state: heat refuses snapshots that are of no field", "[unit]") 
   refused([](CauterySnapshot& s) { s.heat.charred[2] = -1; }, "char of vertex 2");
   refused([](CauterySnapshot& s) { s.heat.held = {-1}; }, "vertex -1");
   refused([](CauterySnapshot& s) { s.heat.active = {4, 4}; }, "vertex 4 is twice");
+  const std::vector<Index> of_strands = slabs.world.tissue().vertices_of(
+      static_cast<Index>(slabs.world.tissue().bodies().size()) - 1);
+  refused([&](CauterySnapshot& s) { s.heat.active = {of_strands.front()}; },
+          "no tissue of the field is or was at it");
   refused([](CauterySnapshot& s) { s.heat.pending = {1 << 30}; }, "there is no vertex");
   refused([](CauterySnapshot& s) { s.link_doses.push_back(0); }, "links");
   refused([](CauterySnapshot& s) { s.link_doses[1] = -1; }, "the dose of link 1");

@@ -162,8 +162,9 @@ class PBDSURG_API HeatField final : public Follower {
   /// what it was. On a host, steps from then on give the bits that they gave from there. Cost:
   /// O(vertex_count).
   /// @throws InvalidArgument  naming the array of another size, the vertex out of range or given
-  ///                          twice, the temperature that is not finite or the share outside of
-  ///                          [0, 1]; then nothing has changed
+  ///                          twice, the active one that none of its bodies has, the temperature
+  ///                          that is not finite or the share outside of [0, 1]; then nothing has
+  ///                          changed
   void restore(const HeatSnapshot& snapshot);
 
   /// The tissue there is. Its topology follows edits through this field.
