@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/surgery/cut.h"
@@ -94,7 +95,9 @@ TEST_CASE("world state: a world goes on as the one that was saved, to the bit", 
   SolverOptions bdf2 = blocks;
   bdf2.integration = TimeIntegration::bdf2;
   const SolverOptions projection{.method = SolverMethod::projection, .damping = 20};
-  for (const SolverOptions& options : {blocks, bdf2, projection}) {
+  SolverOptions roomy = projection;
+  roomy.spare = {.vertices = 20, .tets = 60, .edges = 90, .links = 10};
+  for (const SolverOptions& options : {blocks, bdf2, projection, roomy}) {
     SlabWorld slabs(options);
     World& world = slabs.world;
     world.record();
@@ -281,6 +284,27 @@ TEST_CASE("world state: heat goes on to the bit where a warm body has gone", "[u
       check_same_heat(field, others);
     }
     CHECK(slabs.hash() == other.solver().state_hash());
+  }
+}
+
+// Would catch room that grows with each state that a world is made of, and room that is lost.
+TEST_CASE("world state: worlds have the spare room that was asked for", "[unit]") {
+  const SpareRoom spare{.vertices = 2000, .tets = 6000, .edges = 9000, .links = 100};
+  for (const SolverMethod method : {SolverMethod::vertex_block, SolverMethod::projection}) {
+    SlabWorld slabs({.method = method, .damping = 20, .spare = spare});
+    const auto bytes = static_cast<double>(slabs.world.solver().memory_bytes());
+    const auto tissue_bytes = static_cast<double>(slabs.world.tissue().memory_bytes());
+    const std::uint64_t hash = slabs.hash();
+    World world = std::move(slabs.world);
+    for (int i = 0; i < 5; ++i) {
+      world.record();
+      world = World(world.save());
+      CHECK(static_cast<double>(world.solver().memory_bytes()) ==
+            testing::Approx(bytes).epsilon(0.1));
+      CHECK(static_cast<double>(world.tissue().memory_bytes()) ==
+            testing::Approx(tissue_bytes).epsilon(0.1));
+    }
+    CHECK(world.solver().state_hash() == hash);
   }
 }
 
