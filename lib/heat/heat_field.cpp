@@ -221,9 +221,9 @@ void HeatField::hold(std::span<const Index> vertices) {
 
 HeatSnapshot HeatField::snapshot() const {
   const std::span<const Index> active = active_vertices();
-  HeatSnapshot snapshot{temperatures_, peaks_,     water_, survival_,
-                        collagen_,     charred_,   held_,  {active.begin(), active.end()},
-                        pending_,      most_warm_, ledger_};
+  HeatSnapshot snapshot{temperatures_, peaks_,     water_,  survival_,
+                        collagen_,     charred_,   held_,   {active.begin(), active.end()},
+                        pending_,      most_warm_, ledger_, mesh_.tissue().identified_version()};
   std::ranges::sort(snapshot.active);
   std::ranges::sort(snapshot.pending);
   snapshot.pending.erase(std::unique(snapshot.pending.begin(), snapshot.pending.end()),
@@ -234,6 +234,15 @@ HeatSnapshot HeatField::snapshot() const {
 void HeatField::restore(const HeatSnapshot& snapshot) {
   region_.check();
   mesh_.check_current("a heat field");
+  const TissueVersion now = mesh_.tissue().identified_version();
+  if (snapshot.tissue.tissue != now.tissue) {
+    throw InvalidArgument("the snapshot is of another tissue");
+  }
+  if (snapshot.tissue.number != now.number) {
+    throw InvalidArgument("the snapshot is of topology version " +
+                          std::to_string(snapshot.tissue.number) + ", the heat field is at " +
+                          std::to_string(now.number));
+  }
   const std::size_t count = temperatures_.size();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto check_array = [&](const char* what, const std::vector<double>& values, double low,

@@ -169,7 +169,9 @@ World::World(const WorldState& state) {
   add_burners(saved.edits.size());
   set_motion(*made->solver, saved.motion);
   for (std::size_t i = 0; i < saved.burners.size(); ++i) {
-    made->burners[i]->cautery.restore(saved.burners[i].cautery);
+    CauterySnapshot cautery = saved.burners[i].cautery;
+    cautery.heat.tissue = made->tissue->identified_version();
+    made->burners[i]->cautery.restore(cautery);
     made->burners[i]->settings = saved.burners[i].settings;
   }
   made->strands = saved.strands;

@@ -404,6 +404,19 @@ TEST_CASE("world state: heat refuses snapshots that are of no field", "[unit]") 
   cautery.restore(good);
   CHECK(cautery.field().ledger().in == good.heat.ledger.in);
   CHECK(cautery.snapshot().heat.temperatures == good.heat.temperatures);
+  // not where tissue has gone since, or where there is other tissue
+  refused([](CauterySnapshot& s) { s.heat.tissue = {}; }, "of another tissue");
+  const HeatField& field = cautery.field();
+  const auto hottest = std::ranges::max_element(field.temperatures());
+  const auto vertex = static_cast<Index>(hottest - field.temperatures().begin());
+  std::vector<Index> tets;
+  field.mesh().for_each_tet(vertex, [&](Index t) { tets.push_back(t); });
+  REQUIRE_FALSE(tets.empty());
+  slabs.world.tissue().apply({.remove_tets = tets});
+  const CauterySnapshot after = cautery.snapshot();
+  check_refused([&] { cautery.restore(good); }, "the snapshot is of topology version");
+  CHECK(cautery.snapshot().heat.temperatures == after.heat.temperatures);
+  CHECK(field.ledger().removed == after.heat.ledger.removed);
 }
 
 }  // namespace pbdsurg

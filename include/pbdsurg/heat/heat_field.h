@@ -77,7 +77,7 @@ struct HeatReport {
   bool is_on_device = false;          ///< who solved the linear system
 };
 
-/// What steps change of a field. Of the topology that there was.
+/// What steps change of a field, at one version of its tissue.
 struct HeatSnapshot {
   /// [vertex_count] each, as HeatField has them
   std::vector<double> temperatures, peak_temperatures, water, survival, collagen, charred;
@@ -86,6 +86,7 @@ struct HeatSnapshot {
   std::vector<Index> pending;  ///< vertices that the next step looks at besides
   Index most_warm = 0;         ///< vertices, since what takes part was last chosen
   HeatLedger ledger;           ///< where the energy went
+  TissueVersion tissue;        ///< Tissue::identified_version()
 };
 
 /// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
@@ -161,10 +162,12 @@ class PBDSURG_API HeatField final : public Follower {
   /// Goes back to a snapshot of this field, or of another in the same tissue, while the topology is
   /// what it was. On a host, steps from then on give the bits that they gave from there. Cost:
   /// O(vertex_count).
-  /// @throws InvalidArgument  naming the array of another size, the vertex out of range or given
-  ///                          twice, the active one that none of its bodies has, the temperature
-  ///                          that is not finite or the share outside of [0, 1]; then nothing has
-  ///                          changed
+  /// most_warm and the ledger are taken as they are.
+  /// @throws InvalidArgument  if the tissue is another, or was edited since, even to as many
+  ///                          vertices; naming the array of another size, the vertex out of range
+  ///                          or given twice, the active one that none of its bodies has, the
+  ///                          temperature that is not finite or the share outside of [0, 1]; then
+  ///                          nothing has changed
   void restore(const HeatSnapshot& snapshot);
 
   /// The tissue there is. Its topology follows edits through this field.

@@ -105,7 +105,7 @@ struct DueTet {
   bool is_torn;  ///< by steam, rather than dry
 };
 
-/// What updates change of a cautery. Of the topology that there was.
+/// What updates change of a cautery, at one version of its tissue, that of `heat`.
 struct CauterySnapshot {
   HeatSnapshot heat;               ///< of its field
   std::vector<double> link_doses;  ///< [link_count] J that each link has taken, >= 0
