@@ -14,16 +14,20 @@
 namespace pbdsurg {
 
 void EditJournal::follow(const Tissue&, const TissueChange& change) noexcept {
-  edits_.push_back(std::make_shared<const TopologyEdit>(change.edit));
+  if (!was_renumbered_) {
+    edits_.push_back(std::make_shared<const TopologyEdit>(change.edit));
+  }
 }
 
 void EditJournal::undo(const Tissue&, const TissueChange&) noexcept {
-  edits_.pop_back();
+  if (!was_renumbered_) {
+    edits_.pop_back();
+  }
 }
 
 void EditJournal::renumber(const Tissue&, const Renumbering&) noexcept {
   edits_.clear();
-  is_of_other_ids_ = true;
+  was_renumbered_ = true;
 }
 
 // Tissue and solver as they were when recording began.
@@ -129,7 +133,7 @@ WorldState World::save() const {
   if (data.origin == nullptr) {
     throw InvalidArgument("a world is saved from record() on");
   }
-  if (data.journal->is_of_other_ids()) {
+  if (data.journal->was_renumbered()) {
     throw InvalidArgument("a compaction came since record(); call that again before save()");
   }
   WorldState state;

@@ -12,6 +12,7 @@
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/world/world.h"
 
+#include "lib/world/edit_journal.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
 #include "tests/world/slab_world.h"
@@ -360,6 +361,25 @@ TEST_CASE("world state: refuses what it cannot be", "[unit]") {
   CHECK(other.solver().state_hash() == slabs.hash());
   World earlier(before);  // stays of use
   CHECK(earlier.tissue().tets().size() > other.tissue().tets().size());
+}
+
+// Would catch memory that grows with edits that no state can take part in.
+TEST_CASE("world state: no edits are kept after a compaction", "[unit]") {
+  SlabWorld slabs;
+  Tissue& tissue = slabs.world.tissue();
+  EditJournal journal;
+  tissue.add_follower(journal);
+  tissue.apply({.remove_tets = {3}});
+  CHECK(journal.edits().size() == 1);
+  tissue.undo();
+  CHECK(journal.edits().empty());
+  tissue.apply({.remove_tets = {3}});
+  slabs.world.compact();
+  CHECK(journal.was_renumbered());
+  tissue.apply({.remove_tets = {3}});
+  CHECK(journal.edits().empty());
+  tissue.undo();
+  CHECK(journal.edits().empty());
 }
 
 // Would catch a cautery that goes back by half.
