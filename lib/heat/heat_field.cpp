@@ -58,13 +58,13 @@ void check_values(const char* what, std::span<const double> values, double low, 
   }
 }
 
-void check_vertices(const char* what, std::span<const Index> vertices, std::size_t vertex_count) {
+// @param among  what lists them
+void check_vertices(const char* among, std::span<const Index> vertices, std::size_t vertex_count) {
   std::vector<bool> is_listed(vertex_count);
   for (const Index v : vertices) {
     check_id("vertex", v, vertex_count);
     if (is_listed[v]) {
-      throw InvalidArgument("vertex " + std::to_string(v) + " is twice among the " + what +
-                            " ones of the snapshot");
+      throw InvalidArgument("vertex " + std::to_string(v) + " is twice among " + among);
     }
     is_listed[v] = true;
   }
@@ -213,9 +213,7 @@ void HeatField::set_temperatures(std::span<const Index> vertices,
 }
 
 void HeatField::hold(std::span<const Index> vertices) {
-  for (const Index v : vertices) {
-    check_id("vertex", v, temperatures_.size());
-  }
+  check_vertices("those to hold", vertices, temperatures_.size());
   held_.assign(vertices.begin(), vertices.end());
 }
 
@@ -256,9 +254,9 @@ void HeatField::restore(const HeatSnapshot& snapshot) {
   check_array("survival", snapshot.survival, 0, 1);
   check_array("collagen", snapshot.collagen, 0, 1);
   check_array("char", snapshot.charred, 0, 1);
-  check_vertices("held", snapshot.held, count);
-  check_vertices("active", snapshot.active, count);
-  check_vertices("pending", snapshot.pending, count);
+  check_vertices("the held ones of the snapshot", snapshot.held, count);
+  check_vertices("the active ones of the snapshot", snapshot.active, count);
+  check_vertices("the pending ones of the snapshot", snapshot.pending, count);
   for (const Index v : snapshot.active) {
     if (mesh_.tissue_of_vertex(v) == kInvalidIndex) {
       throw InvalidArgument("vertex " + std::to_string(v) +

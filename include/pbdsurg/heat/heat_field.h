@@ -153,7 +153,8 @@ class PBDSURG_API HeatField final : public Follower {
   /// Holds vertices at their temperature from now on, instead of those held before: a heated jaw,
   /// a boundary of a test. Heat that this takes counts as coming in. They do not boil.
   /// @param vertices  [n] each once
-  /// @throws InvalidArgument  naming the vertex out of range; then nothing has changed
+  /// @throws InvalidArgument  naming the vertex out of range or given twice; then nothing has
+  ///                          changed
   void hold(std::span<const Index> vertices);
 
   /// The state, to go back to. Cost: O(vertex_count).
