@@ -264,19 +264,23 @@ void HeatField::restore(const HeatSnapshot& snapshot) {
                             "is or was at it");
     }
   }
-  temperatures_ = snapshot.temperatures;
-  peaks_ = snapshot.peak_temperatures;
-  water_ = snapshot.water;
-  survival_ = snapshot.survival;
-  collagen_ = snapshot.collagen;
-  charred_ = snapshot.charred;
-  held_ = snapshot.held;
-  pending_ = snapshot.pending;
-  most_warm_ = snapshot.most_warm;
-  ledger_ = snapshot.ledger;
-  region_->clear();
-  region_->add(mesh_, snapshot.active, 0);
-  region_->update(mesh_, model_.surface_transfer > 0);
+  HeatSnapshot taken = snapshot;
+  RegionPointer region(options_);
+  region->add(mesh_, taken.active, 0);
+  region->update(mesh_, model_.surface_transfer > 0);
+  // nothing is left to fail
+  region->take_device(*region_);
+  region_ = std::move(region);
+  temperatures_ = std::move(taken.temperatures);
+  peaks_ = std::move(taken.peak_temperatures);
+  water_ = std::move(taken.water);
+  survival_ = std::move(taken.survival);
+  collagen_ = std::move(taken.collagen);
+  charred_ = std::move(taken.charred);
+  held_ = std::move(taken.held);
+  pending_ = std::move(taken.pending);
+  most_warm_ = taken.most_warm;
+  ledger_ = taken.ledger;
   has_stepped_ = true;
 }
 

@@ -110,21 +110,25 @@ void World::record() {
   const std::size_t bytes = data.tissue->memory_bytes() + mold.memory_bytes();
   auto origin = std::make_shared<const Origin>(
       Origin{data.options, std::move(tissue), std::move(mold), bytes});
-  auto journal = std::make_unique<EditJournal>();
-  data.tissue->add_follower(*journal);
-  data.origin = std::move(origin);
-  data.journal = std::move(journal);
+  std::vector<std::vector<ThermalBody>> burnt;  // [burner] a compaction may have come
   for (const auto& burner : data.burners) {
-    BurnerSetup& setup = burner->setup;
-    setup.edits_before = 0;
-    setup.burnt.clear();  // a compaction may have come
-    for (const BodyId body : setup.bodies) {
+    std::vector<ThermalBody>& bodies = burnt.emplace_back();
+    for (const BodyId body : burner->setup.bodies) {
       // of one that has gone, vertices may still take part in heat
       const Index in_tissue = data.bodies.last_in_tissue(body);
       if (in_tissue != kInvalidIndex) {
-        setup.burnt.push_back({in_tissue, data.bodies.record(body).heat});
+        bodies.push_back({in_tissue, data.bodies.record(body).heat});
       }
     }
+  }
+  auto journal = std::make_unique<EditJournal>();
+  data.tissue->add_follower(*journal);
+  // nothing is left to fail
+  data.origin = std::move(origin);
+  data.journal = std::move(journal);
+  for (std::size_t i = 0; i < burnt.size(); ++i) {
+    data.burners[i]->setup.edits_before = 0;
+    data.burners[i]->setup.burnt = std::move(burnt[i]);
   }
 }
 

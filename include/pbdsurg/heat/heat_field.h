@@ -240,6 +240,7 @@ class PBDSURG_API HeatField final : public Follower {
     RegionPointer& operator=(RegionPointer other) noexcept;
     ~RegionPointer();
     HeatRegion* operator->() const noexcept { return region_.get(); }
+    HeatRegion& operator*() const noexcept { return *region_; }
     // @throws InvalidArgument  if the field was moved from
     void check() const;
 
