@@ -363,6 +363,24 @@ TEST_CASE("world state: refuses what it cannot be", "[unit]") {
   CHECK(earlier.tissue().tets().size() > other.tissue().tets().size());
 }
 
+// Would catch energy that heat has spent on tissue that is there again.
+TEST_CASE("world state: an undo after a restore gives energy back", "[unit]") {
+  SlabWorld slabs;
+  const Cautery& cautery = slabs.world.cautery(slabs.burner);
+  slabs.burn();
+  double before = 0;
+  Index removed = 0;
+  for (int step = 0; step < 60 && removed == 0; ++step) {
+    before = cautery.removal_energy();
+    removed = slabs.world.step(kDt).removed_tets;
+  }
+  REQUIRE(removed > 0);
+  REQUIRE(cautery.removal_energy() > before);
+  slabs.world.cautery(slabs.burner).restore(cautery.snapshot());
+  slabs.world.undo();
+  CHECK(cautery.removal_energy() == before);
+}
+
 // Would catch memory that grows with edits that no state can take part in.
 TEST_CASE("world state: no edits are kept after a compaction", "[unit]") {
   SlabWorld slabs;
