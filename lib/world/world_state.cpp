@@ -66,9 +66,13 @@ std::size_t bytes_of(const HeatSnapshot& heat) noexcept {
 
 std::size_t bytes_of(const TopologyEdit& edit) noexcept {
   const auto bytes = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
-  return sizeof(edit) + bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies,
-                              edit.rest_lengths, edit.rest_volumes, edit.new_vertices,
-                              edit.corner_moves, edit.link_moves, edit.new_tets, edit.new_links);
+  const Scene& come = edit.new_bodies;
+  return sizeof(edit) +
+         bytes(come.bodies(), come.positions(), come.masses(), come.tets(), come.links(),
+               come.hinges()) +
+         bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
+               edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
+               edit.new_tets, edit.new_links);
 }
 
 }  // namespace
