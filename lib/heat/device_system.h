@@ -7,6 +7,7 @@
 #include <array>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "pbdsurg/base/executor.h"
 #include "pbdsurg/base/export.h"
@@ -73,6 +74,12 @@ class DeviceChoice {
   DeviceChoice(const DeviceChoice& other) noexcept
       : executor_(other.executor_), device_rows_(other.device_rows_) {}
   DeviceChoice& operator=(const DeviceChoice&) = delete;
+  void swap(DeviceChoice& other) noexcept {
+    std::swap(executor_, other.executor_);
+    std::swap(device_rows_, other.device_rows_);
+    std::swap(has_looked_, other.has_looked_);
+    system_.swap(other.system_);
+  }
 
   /// @return  the system to solve so many rows with, valid while this lives; null: on the host
   /// @throws BackendUnavailable  if the device cannot, and no other executor is to work instead

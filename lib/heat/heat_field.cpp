@@ -58,13 +58,13 @@ void check_values(const char* what, std::span<const double> values, double low, 
   }
 }
 
-void check_vertices(const char* what, std::span<const Index> vertices, std::size_t vertex_count) {
+// @param among  what lists them
+void check_vertices(const char* among, std::span<const Index> vertices, std::size_t vertex_count) {
   std::vector<bool> is_listed(vertex_count);
   for (const Index v : vertices) {
     check_id("vertex", v, vertex_count);
     if (is_listed[v]) {
-      throw InvalidArgument("vertex " + std::to_string(v) + " is twice among the " + what +
-                            " ones of the snapshot");
+      throw InvalidArgument("vertex " + std::to_string(v) + " is twice among " + among);
     }
     is_listed[v] = true;
   }
@@ -213,17 +213,15 @@ void HeatField::set_temperatures(std::span<const Index> vertices,
 }
 
 void HeatField::hold(std::span<const Index> vertices) {
-  for (const Index v : vertices) {
-    check_id("vertex", v, temperatures_.size());
-  }
+  check_vertices("those to hold", vertices, temperatures_.size());
   held_.assign(vertices.begin(), vertices.end());
 }
 
 HeatSnapshot HeatField::snapshot() const {
   const std::span<const Index> active = active_vertices();
-  HeatSnapshot snapshot{temperatures_, peaks_,     water_, survival_,
-                        collagen_,     charred_,   held_,  {active.begin(), active.end()},
-                        pending_,      most_warm_, ledger_};
+  HeatSnapshot snapshot{temperatures_, peaks_,     water_,  survival_,
+                        collagen_,     charred_,   held_,   {active.begin(), active.end()},
+                        pending_,      most_warm_, ledger_, mesh_.tissue().identified_version()};
   std::ranges::sort(snapshot.active);
   std::ranges::sort(snapshot.pending);
   snapshot.pending.erase(std::unique(snapshot.pending.begin(), snapshot.pending.end()),
@@ -234,6 +232,15 @@ HeatSnapshot HeatField::snapshot() const {
 void HeatField::restore(const HeatSnapshot& snapshot) {
   region_.check();
   mesh_.check_current("a heat field");
+  const TissueVersion now = mesh_.tissue().identified_version();
+  if (snapshot.tissue.tissue != now.tissue) {
+    throw InvalidArgument("the snapshot is of another tissue");
+  }
+  if (snapshot.tissue.number != now.number) {
+    throw InvalidArgument("the snapshot is of topology version " +
+                          std::to_string(snapshot.tissue.number) + ", the heat field is at " +
+                          std::to_string(now.number));
+  }
   const std::size_t count = temperatures_.size();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto check_array = [&](const char* what, const std::vector<double>& values, double low,
@@ -247,22 +254,33 @@ void HeatField::restore(const HeatSnapshot& snapshot) {
   check_array("survival", snapshot.survival, 0, 1);
   check_array("collagen", snapshot.collagen, 0, 1);
   check_array("char", snapshot.charred, 0, 1);
-  check_vertices("held", snapshot.held, count);
-  check_vertices("active", snapshot.active, count);
-  check_vertices("pending", snapshot.pending, count);
-  temperatures_ = snapshot.temperatures;
-  peaks_ = snapshot.peak_temperatures;
-  water_ = snapshot.water;
-  survival_ = snapshot.survival;
-  collagen_ = snapshot.collagen;
-  charred_ = snapshot.charred;
-  held_ = snapshot.held;
-  pending_ = snapshot.pending;
-  most_warm_ = snapshot.most_warm;
-  ledger_ = snapshot.ledger;
-  region_->clear();
-  region_->add(mesh_, snapshot.active, 0);
-  region_->update(mesh_, model_.surface_transfer > 0);
+  check_vertices("the held ones of the snapshot", snapshot.held, count);
+  check_vertices("the active ones of the snapshot", snapshot.active, count);
+  check_vertices("the pending ones of the snapshot", snapshot.pending, count);
+  for (const Index v : snapshot.active) {
+    if (mesh_.tissue_of_vertex(v) == kInvalidIndex) {
+      throw InvalidArgument("vertex " + std::to_string(v) +
+                            " is among the active ones of the snapshot; no tissue of the field "
+                            "is or was at it");
+    }
+  }
+  HeatSnapshot taken = snapshot;
+  RegionPointer region(options_);
+  region->add(mesh_, taken.active, 0);
+  region->update(mesh_, model_.surface_transfer > 0);
+  // nothing is left to fail
+  region->take_device(*region_);
+  region_ = std::move(region);
+  temperatures_ = std::move(taken.temperatures);
+  peaks_ = std::move(taken.peak_temperatures);
+  water_ = std::move(taken.water);
+  survival_ = std::move(taken.survival);
+  collagen_ = std::move(taken.collagen);
+  charred_ = std::move(taken.charred);
+  held_ = std::move(taken.held);
+  pending_ = std::move(taken.pending);
+  most_warm_ = taken.most_warm;
+  ledger_ = taken.ledger;
   has_stepped_ = true;
 }
 

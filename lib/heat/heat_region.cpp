@@ -211,6 +211,11 @@ DeviceSystem* HeatRegion::move_to_device() {
   return device_.takes_rows ? device : nullptr;
 }
 
+void HeatRegion::take_device(HeatRegion& other) noexcept {
+  device_.choice.swap(other.device_.choice);
+  device_.has_old_rows = other.device_.has_old_rows = true;
+}
+
 HeatRegion::Solution HeatRegion::solve(std::span<const double> added, std::span<const double> b,
                                        std::span<double> x, const LinearSolveOptions& options) {
   try {

@@ -72,6 +72,9 @@ class HeatRegion {
   /// @param temperatures  [row_count] degrees Celsius
   void set_temperatures(const ThermalMesh& mesh, std::span<const double> temperatures);
 
+  /// Takes a system on a device over from another of the same field, which needs it no more.
+  void take_device(HeatRegion& other) noexcept;
+
   struct Solution {
     LinearSolveReport report;
     bool is_on_device;

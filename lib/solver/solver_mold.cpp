@@ -3,6 +3,9 @@
 
 #include <utility>
 
+#include "lib/solver/methods/vertex_method.h"
+#include "lib/solver/sets/constraint_groups.h"
+#include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
 
@@ -35,6 +38,7 @@ SolverMold::SolverMold(const Solver& solver) {
   place_of_vertex_ = data.place_of_vertex;
   state_ = without_tools(data.copy(0));
   constraints_ = data.sets;
+  close_waiting_groups(constraints_);  // spare room opens them again
   vertex_blocks_ = data.vertex_blocks;
   coarse_space_ = data.coarse_space;
   stable_substep_ = data.stable_substep;
@@ -52,7 +56,13 @@ Solver SolverMold::cast(Tissue& tissue) const {
   data.place_of_vertex = place_of_vertex_;
   static_cast<ConstraintData&>(data.sets) = constraints_;
   data.vertex_blocks = vertex_blocks_;
+  if (moves_vertices(data.options)) {
+    data.vertex_blocks.reserve(data.options.spare);
+  }
   data.coarse_space = coarse_space_;
+  if (has_coarse_correction(data.options)) {
+    data.coarse_space.reserve(static_cast<std::size_t>(data.options.spare.vertices));
+  }
   data.stable_substep = stable_substep_;
   data.plan = plan_;
   data.others.assign(static_cast<std::size_t>(data.options.copies) - 1, data);

@@ -60,6 +60,18 @@ bool is_empty(const TopologyEdit& edit) {
          edit.rest_volumes.empty();
 }
 
+// Live ones, ascending.
+std::vector<Index> tets_at(const ThermalMesh& mesh, std::span<const Index> vertices) {
+  std::vector<Index> tets;
+  for (const Index v : vertices) {
+    check_id("vertex", v, static_cast<std::size_t>(mesh.vertex_count()));
+    mesh.for_each_tet(v, [&](Index t) { tets.push_back(t); });
+  }
+  std::ranges::sort(tets);
+  tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
+  return tets;
+}
+
 }  // namespace
 
 struct Cautery::Work final : Follower {
@@ -82,7 +94,8 @@ struct Cautery::Work final : Follower {
 
   void touch(const Solver& solver, const Electrode& electrode, double dt, CauteryReport& report);
   void heat(const Solver& solver, const Generator& generator, double dt, CauteryReport& report);
-  bool is_full(Index link) const { return !(link_doses[link] < options.link_energy); }
+  bool is_enough(double dose) const { return !(dose < options.link_energy); }
+  bool is_full(Index link) const { return is_enough(link_doses[link]); }
   void sum_links();
   TissueLoad close_circuit(const Solver& solver, const Generator& generator, CauteryReport& report);
   OperatingPoint drive(const Generator& generator, const TissueLoad& load) const;
@@ -166,19 +179,22 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
   check_not_negative("electrode_energy", snapshot.electrode_energy);
   check(std::isfinite(snapshot.electrode_temperature), "electrode_temperature",
         snapshot.electrode_temperature, "finite");
-  std::vector<double> doses = snapshot.link_doses;  // nothing is left to fail after the field
-  std::vector<DueTet> due = snapshot.due;
-  work.field.restore(snapshot.heat);
-  work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
-  work.current.restore(work.field);
-  work.contact.forget();
-  work.link_doses = std::move(doses);
-  work.parting_links.clear();
-  for (Index l = 0; l < static_cast<Index>(work.link_doses.size()); ++l) {
-    if (work.is_full(l)) {
-      work.parting_links.push_back(l);  // of which those that live part in the next update
+  std::vector<double> doses = snapshot.link_doses;
+  std::vector<Index> full_links;
+  for (std::size_t l = 0; l < doses.size(); ++l) {
+    if (work.is_enough(doses[l])) {
+      full_links.push_back(static_cast<Index>(l));
     }
   }
+  std::vector<DueTet> due = snapshot.due;
+  std::vector<Index> warm_tets = tets_at(work.field.mesh(), snapshot.heat.active);
+  work.field.restore(snapshot.heat);
+  // nothing is left to fail
+  work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
+  work.current.restore(work.field, std::move(warm_tets));
+  work.contact.forget();
+  work.link_doses = std::move(doses);
+  work.parting_links = std::move(full_links);  // those that live part in the next update
   work.link_energy = snapshot.link_energy;
   work.electrode_energy = snapshot.electrode_energy;
   work.electrode_temperature = snapshot.electrode_temperature;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "pbdsurg/heat/tissue_state.h"
 
@@ -53,16 +54,11 @@ void Current::follow(const HeatField& field) noexcept {
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
 }
 
-void Current::restore(const HeatField& field) {
+void Current::restore(const HeatField& field, std::vector<Index> warm_tets) noexcept {
   for (Index t = 0; t < static_cast<Index>(conductivities_.size()); ++t) {
     find_conductivity(field, t);
   }
-  warm_tets_.clear();
-  for (const Index v : field.active_vertices()) {
-    field.mesh().for_each_tet(v, [&](Index t) { warm_tets_.push_back(t); });
-  }
-  std::ranges::sort(warm_tets_);
-  warm_tets_.erase(std::unique(warm_tets_.begin(), warm_tets_.end()), warm_tets_.end());
+  warm_tets_ = std::move(warm_tets);
   cooled_.clear();
   shares_.clear();
 }

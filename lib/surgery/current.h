@@ -69,7 +69,8 @@ class Current {
 
   /// Takes the conductivity of all tissue anew, after the field went back to a snapshot. Cost:
   /// O(tetrahedra).
-  void restore(const HeatField& field);
+  /// @param warm_tets  live ones at the field's active vertices, ascending
+  void restore(const HeatField& field, std::vector<Index> warm_tets) noexcept;
 
   /// Goes along with a compaction, after the field has. What was touched has to be told again.
   void renumber(const HeatField& field, const Renumbering& ids);

@@ -238,7 +238,9 @@ void HeatChanges::renumber(const HeatField& field, const Renumbering& ids) {
 
 void HeatChanges::restore(const HeatField& field, double spent,
                           std::vector<DueTet> pending) noexcept {
-  spent_ = spent_before_ = spent;
+  spent_ = spent;
+  // an undo of the last edit still gives energy back
+  spent_before_ = std::min(spent_before_, spent);
   pending_ = std::move(pending);
   seen_water_.assign(field.water().begin(), field.water().end());
 }

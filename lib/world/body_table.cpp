@@ -12,7 +12,7 @@
 namespace pbdsurg {
 
 BodyId BodyTable::add(const std::string& name, const TissueRecord& record, Index in_tissue) {
-  entries_.push_back({name, record, in_tissue, kInvalidIndex});
+  entries_.push_back({name, record, in_tissue, kInvalidIndex, std::max(in_tissue, kInvalidIndex)});
   return BodyId(static_cast<Index>(entries_.size()) - 1);
 }
 
@@ -73,6 +73,7 @@ void BodyTable::follow(const Tissue& /*tissue*/, const TissueChange& change) noe
       if (come != edit.new_bodies.bodies().end()) {
         entry.in_tissue =
             change.first_new_body + static_cast<Index>(come - edit.new_bodies.bodies().begin());
+        entry.last_in_tissue = entry.in_tissue;
       }
     } else if (std::ranges::count(edit.remove_bodies, entry.in_tissue) > 0) {
       entry.in_tissue = kInvalidIndex;
@@ -83,9 +84,13 @@ void BodyTable::follow(const Tissue& /*tissue*/, const TissueChange& change) noe
 // What was added since the edit waits on.
 void BodyTable::undo(const Tissue& /*tissue*/, const TissueChange& /*change*/) noexcept {
   for (Entry& entry : entries_) {
-    if (entry.in_tissue != kWaiting) {
-      entry.in_tissue = entry.before;
+    if (entry.in_tissue == kWaiting) {
+      continue;
     }
+    if (entry.in_tissue != kInvalidIndex && entry.before == kInvalidIndex) {
+      entry.last_in_tissue = kInvalidIndex;  // it came with the edit
+    }
+    entry.in_tissue = entry.before;
   }
 }
 
@@ -94,6 +99,7 @@ void BodyTable::renumber(const Tissue& /*tissue*/, const Renumbering& ids) noexc
     if (entry.in_tissue != kWaiting) {
       entry.in_tissue = new_id(entry.in_tissue, ids.bodies);
     }
+    entry.last_in_tissue = new_id(entry.last_in_tissue, ids.bodies);
   }
 }
 

@@ -29,6 +29,11 @@ class BodyTable final : public Follower {
   /// @throws InvalidArgument  naming the id that there is not
   [[nodiscard]] bool is_there(BodyId body) const { return entry(body).in_tissue >= 0; }
 
+  /// Which body of the tissue it is or was, for until a compaction those that have gone keep their
+  /// numbers; kInvalidIndex if none.
+  /// @throws InvalidArgument  naming the id that there is not
+  [[nodiscard]] Index last_in_tissue(BodyId body) const { return entry(body).last_in_tissue; }
+
   /// @throws InvalidArgument  naming the id that there is not
   [[nodiscard]] const TissueRecord& record(BodyId body) const;
   [[nodiscard]] const std::string& name(BodyId body) const;
@@ -50,6 +55,7 @@ class BodyTable final : public Follower {
     TissueRecord record;
     Index in_tissue;  // kWaiting; kInvalidIndex: gone
     Index before;     // the last edit
+    Index last_in_tissue;
   };
   [[nodiscard]] const Entry& entry(BodyId body) const;
 

@@ -8,12 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/export.h"
 #include "pbdsurg/tissue/follower.h"
 #include "pbdsurg/tissue/topology_edit.h"
 
 namespace pbdsurg {
 
-class EditJournal final : public Follower {
+class PBDSURG_API EditJournal final : public Follower {
  public:
   /// Those that were not undone, in their order. States of a world share them.
   using Edits = std::vector<std::shared_ptr<const TopologyEdit>>;
@@ -24,7 +25,7 @@ class EditJournal final : public Follower {
 
   [[nodiscard]] const Edits& edits() const noexcept { return edits_; }
   /// Whether a compaction has given all ids another meaning.
-  [[nodiscard]] bool is_of_other_ids() const noexcept { return is_of_other_ids_; }
+  [[nodiscard]] bool was_renumbered() const noexcept { return was_renumbered_; }
 
   void follow(const Tissue& tissue, const TissueChange& change) noexcept override;
   void undo(const Tissue& tissue, const TissueChange& change) noexcept override;
@@ -32,7 +33,7 @@ class EditJournal final : public Follower {
 
  private:
   Edits edits_;
-  bool is_of_other_ids_ = false;
+  bool was_renumbered_ = false;  // from then on it keeps nothing
 };
 
 }  // namespace pbdsurg

@@ -46,7 +46,7 @@ void World::Data::check_is_scene(const char* what) const {
     throw InvalidArgument(
         std::string(what) +
         " comes before the solver is made, which the first tool, cautery, surface, "
-        "look at pieces or step does");
+        "look at pieces, record() or step does");
   }
 }
 

@@ -14,16 +14,20 @@
 namespace pbdsurg {
 
 void EditJournal::follow(const Tissue&, const TissueChange& change) noexcept {
-  edits_.push_back(std::make_shared<const TopologyEdit>(change.edit));
+  if (!was_renumbered_) {
+    edits_.push_back(std::make_shared<const TopologyEdit>(change.edit));
+  }
 }
 
 void EditJournal::undo(const Tissue&, const TissueChange&) noexcept {
-  edits_.pop_back();
+  if (!was_renumbered_) {
+    edits_.pop_back();
+  }
 }
 
 void EditJournal::renumber(const Tissue&, const Renumbering&) noexcept {
   edits_.clear();
-  is_of_other_ids_ = true;
+  was_renumbered_ = true;
 }
 
 // Tissue and solver as they were when recording began.
@@ -62,9 +66,13 @@ std::size_t bytes_of(const HeatSnapshot& heat) noexcept {
 
 std::size_t bytes_of(const TopologyEdit& edit) noexcept {
   const auto bytes = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
-  return sizeof(edit) + bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies,
-                              edit.rest_lengths, edit.rest_volumes, edit.new_vertices,
-                              edit.corner_moves, edit.link_moves, edit.new_tets, edit.new_links);
+  const Scene& come = edit.new_bodies;
+  return sizeof(edit) +
+         bytes(come.bodies(), come.positions(), come.masses(), come.tets(), come.links(),
+               come.hinges()) +
+         bytes(edit.remove_tets, edit.remove_links, edit.remove_bodies, edit.rest_lengths,
+               edit.rest_volumes, edit.new_vertices, edit.corner_moves, edit.link_moves,
+               edit.new_tets, edit.new_links);
 }
 
 }  // namespace
@@ -106,19 +114,25 @@ void World::record() {
   const std::size_t bytes = data.tissue->memory_bytes() + mold.memory_bytes();
   auto origin = std::make_shared<const Origin>(
       Origin{data.options, std::move(tissue), std::move(mold), bytes});
-  auto journal = std::make_unique<EditJournal>();
-  data.tissue->add_follower(*journal);
-  data.origin = std::move(origin);
-  data.journal = std::move(journal);
+  std::vector<std::vector<ThermalBody>> burnt;  // [burner] a compaction may have come
   for (const auto& burner : data.burners) {
-    BurnerSetup& setup = burner->setup;
-    setup.edits_before = 0;
-    setup.burnt.clear();  // a compaction may have come
-    for (const BodyId body : setup.bodies) {
-      if (data.bodies.is_there(body)) {
-        setup.burnt.push_back({data.bodies.in_tissue(body), data.bodies.record(body).heat});
+    std::vector<ThermalBody>& bodies = burnt.emplace_back();
+    for (const BodyId body : burner->setup.bodies) {
+      // of one that has gone, vertices may still take part in heat
+      const Index in_tissue = data.bodies.last_in_tissue(body);
+      if (in_tissue != kInvalidIndex) {
+        bodies.push_back({in_tissue, data.bodies.record(body).heat});
       }
     }
+  }
+  auto journal = std::make_unique<EditJournal>();
+  data.tissue->add_follower(*journal);
+  // nothing is left to fail
+  data.origin = std::move(origin);
+  data.journal = std::move(journal);
+  for (std::size_t i = 0; i < burnt.size(); ++i) {
+    data.burners[i]->setup.edits_before = 0;
+    data.burners[i]->setup.burnt = std::move(burnt[i]);
   }
 }
 
@@ -127,7 +141,7 @@ WorldState World::save() const {
   if (data.origin == nullptr) {
     throw InvalidArgument("a world is saved from record() on");
   }
-  if (data.journal->is_of_other_ids()) {
+  if (data.journal->was_renumbered()) {
     throw InvalidArgument("a compaction came since record(); call that again before save()");
   }
   WorldState state;
@@ -167,7 +181,9 @@ World::World(const WorldState& state) {
   add_burners(saved.edits.size());
   set_motion(*made->solver, saved.motion);
   for (std::size_t i = 0; i < saved.burners.size(); ++i) {
-    made->burners[i]->cautery.restore(saved.burners[i].cautery);
+    CauterySnapshot cautery = saved.burners[i].cautery;
+    cautery.heat.tissue = made->tissue->identified_version();
+    made->burners[i]->cautery.restore(cautery);
     made->burners[i]->settings = saved.burners[i].settings;
   }
   made->strands = saved.strands;

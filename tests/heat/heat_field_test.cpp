@@ -250,6 +250,8 @@ TEST_CASE("heat field: bad values are refused by name", "[unit]") {
   CHECK_THROWS_WITH(field.set_temperatures(wrong, std::vector<double>{40}),
                     ContainsSubstring("vertex -1"));
   CHECK_THROWS_WITH(field.hold(wrong), ContainsSubstring("vertex -1"));
+  const std::vector<Index> twice{3, 5, 3};
+  CHECK_THROWS_WITH(field.hold(twice), ContainsSubstring("vertex 3 is twice"));
   CHECK(field.ledger().in == 0);
   CHECK(field.temperatures()[0] == kBodyTemperature);
 }

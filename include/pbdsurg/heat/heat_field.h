@@ -77,7 +77,7 @@ struct HeatReport {
   bool is_on_device = false;          ///< who solved the linear system
 };
 
-/// What steps change of a field. Of the topology that there was.
+/// What steps change of a field, at one version of its tissue.
 struct HeatSnapshot {
   /// [vertex_count] each, as HeatField has them
   std::vector<double> temperatures, peak_temperatures, water, survival, collagen, charred;
@@ -86,6 +86,7 @@ struct HeatSnapshot {
   std::vector<Index> pending;  ///< vertices that the next step looks at besides
   Index most_warm = 0;         ///< vertices, since what takes part was last chosen
   HeatLedger ledger;           ///< where the energy went
+  TissueVersion tissue;        ///< Tissue::identified_version()
 };
 
 /// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
@@ -152,7 +153,8 @@ class PBDSURG_API HeatField final : public Follower {
   /// Holds vertices at their temperature from now on, instead of those held before: a heated jaw,
   /// a boundary of a test. Heat that this takes counts as coming in. They do not boil.
   /// @param vertices  [n] each once
-  /// @throws InvalidArgument  naming the vertex out of range; then nothing has changed
+  /// @throws InvalidArgument  naming the vertex out of range or given twice; then nothing has
+  ///                          changed
   void hold(std::span<const Index> vertices);
 
   /// The state, to go back to. Cost: O(vertex_count).
@@ -161,9 +163,12 @@ class PBDSURG_API HeatField final : public Follower {
   /// Goes back to a snapshot of this field, or of another in the same tissue, while the topology is
   /// what it was. On a host, steps from then on give the bits that they gave from there. Cost:
   /// O(vertex_count).
-  /// @throws InvalidArgument  naming the array of another size, the vertex out of range or given
-  ///                          twice, the temperature that is not finite or the share outside of
-  ///                          [0, 1]; then nothing has changed
+  /// most_warm and the ledger are taken as they are.
+  /// @throws InvalidArgument  if the tissue is another, or was edited since, even to as many
+  ///                          vertices; naming the array of another size, the vertex out of range
+  ///                          or given twice, the active one that none of its bodies has, the
+  ///                          temperature that is not finite or the share outside of [0, 1]; then
+  ///                          nothing has changed
   void restore(const HeatSnapshot& snapshot);
 
   /// The tissue there is. Its topology follows edits through this field.
@@ -235,6 +240,7 @@ class PBDSURG_API HeatField final : public Follower {
     RegionPointer& operator=(RegionPointer other) noexcept;
     ~RegionPointer();
     HeatRegion* operator->() const noexcept { return region_.get(); }
+    HeatRegion& operator*() const noexcept { return *region_; }
     // @throws InvalidArgument  if the field was moved from
     void check() const;
 

@@ -105,7 +105,7 @@ struct DueTet {
   bool is_torn;  ///< by steam, rather than dry
 };
 
-/// What updates change of a cautery. Of the topology that there was.
+/// What updates change of a cautery, at one version of its tissue, that of `heat`.
 struct CauterySnapshot {
   HeatSnapshot heat;               ///< of its field
   std::vector<double> link_doses;  ///< [link_count] J that each link has taken, >= 0
@@ -175,7 +175,7 @@ class PBDSURG_API Cautery {
   /// Goes back to a snapshot of this, or of another of the same bodies and options, while the
   /// topology is what it was. With the generator off, updates from then on give the bits that they
   /// gave from there; with it on, the potential is found from another start and agrees to
-  /// PotentialOptions::tolerance. Cost: O(tetrahedra + links).
+  /// PotentialOptions::tolerance, and conductivities agree to 1.5 %. Cost: O(tetrahedra + links).
   /// @throws InvalidArgument  as HeatField::restore(), and naming the number of links that differs,
   ///                          the tetrahedron out of range or out of order, or the energy or
   ///                          temperature out of range; then nothing has changed

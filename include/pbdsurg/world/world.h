@@ -158,8 +158,10 @@ class PBDSURG_API World {
   /// Cost: that of copying tissue and constraints, and of the edits since record(): 53 ms for
   /// 73,370 tetrahedra in vertex blocks, and 56 ms for 1,000 edits of a cautery, on a core of a
   /// Xeon.
-  /// @throws InvalidArgument  if the state is of no world
-  /// @throws Error            if a device fails
+  /// @throws InvalidArgument     if the state is of no world, or of one whose positions, velocities
+  ///                             or heat were not finite: see Frame::ok()
+  /// @throws BackendUnavailable  if a device does not take another solver
+  /// @throws Error               if a device fails
   explicit World(const WorldState& state);
   ~World();
   /// Takes over. The other can then only be destroyed or assigned to.
@@ -284,9 +286,10 @@ class PBDSURG_API World {
   /// @{
 
   /// From here on the world can be saved: keeps tissue and constraints as they are now, and each
-  /// edit to come. Call it again after a compaction, or where states should no longer go through so
-  /// many edits; earlier ones stay of use. Cost: O(all that there ever was), of memory bandwidth;
-  /// WorldState::shared_bytes() says what it holds.
+  /// edit to come, so memory grows with edits until the next call, or a compaction. Call it again
+  /// after that, or where states should no longer go through so many edits; earlier ones stay of
+  /// use. Cost: O(all that there ever was), of memory bandwidth; WorldState::shared_bytes() says
+  /// what it holds.
   void record();
 
   /// All that there is, between two steps: topology and rest shapes, positions, velocities, tools
@@ -295,8 +298,9 @@ class PBDSURG_API World {
   /// sweep(), add_body() and remove_body(), and what follows the tissue on a program's side.
   ///
   /// A world that is made of it gives, on a host, the bits that this one gives from here on, as
-  /// long as no current flows; with current, potentials agree to PotentialOptions::tolerance. On a
-  /// device it agrees as far as two solvers of different histories do there.
+  /// long as no current flows; with current, potentials agree to PotentialOptions::tolerance and
+  /// conductivities to 1.5 %. On a device it agrees as far as two solvers of different histories do
+  /// there.
   ///
   /// Cost: O(vertices + links + edits since record()): see WorldState::memory_bytes(). From a
   /// device, the state is read back.

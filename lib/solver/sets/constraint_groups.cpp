@@ -27,4 +27,18 @@ void close_group(ConstraintData& data, PhaseKind kind) {
   });
 }
 
+void close_waiting_groups(ConstraintData& data) {
+  data.for_each_set([&]<class Constraint>(const ConstraintSlots<Constraint>& set) {
+    constexpr PhaseKind kKind = KindOf<Constraint>::kPhase;
+    const auto is_last = [&](const Phase& phase) {
+      return phase.kind == kKind && phase.color == set.group_count() - 1 && !phase.serial &&
+             phase.level == data.last_level() && phase.domain == 0;
+    };
+    while (set.group_count() > 0 && set.size(set.group_count() - 1) == 0 &&
+           std::ranges::any_of(data.phases, is_last)) {
+      close_group(data, kKind);
+    }
+  });
+}
+
 }  // namespace pbdsurg

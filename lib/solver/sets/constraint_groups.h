@@ -39,4 +39,8 @@ Index open_group(ConstraintData& data) {
 /// Takes back the last open_group() of a kind.
 void close_group(ConstraintData& data, PhaseKind kind);
 
+/// Closes those behind the others of their kinds that are empty, as long as open_group() would give
+/// the same.
+void close_waiting_groups(ConstraintData& data);
+
 }  // namespace pbdsurg
