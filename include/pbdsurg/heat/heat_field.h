@@ -79,14 +79,18 @@ struct HeatReport {
 
 /// What steps change of a field, at one version of its tissue.
 struct HeatSnapshot {
-  /// [vertex_count] each, as HeatField has them
-  std::vector<double> temperatures, peak_temperatures, water, survival, collagen, charred;
-  std::vector<Index> held;     ///< vertices of HeatField::hold(), each once
-  std::vector<Index> active;   ///< vertices that the last step worked on, ascending
-  std::vector<Index> pending;  ///< vertices that the next step looks at besides
-  Index most_warm = 0;         ///< vertices, since what takes part was last chosen
-  HeatLedger ledger;           ///< where the energy went
-  TissueVersion tissue;        ///< Tissue::identified_version()
+  std::vector<double> temperatures;       ///< [vertex_count] as HeatField::temperatures()
+  std::vector<double> peak_temperatures;  ///< [vertex_count] as HeatField::peak_temperatures()
+  std::vector<double> water;              ///< [vertex_count] as HeatField::water()
+  std::vector<double> survival;           ///< [vertex_count] as HeatField::survival()
+  std::vector<double> collagen;           ///< [vertex_count] as HeatField::collagen()
+  std::vector<double> charred;            ///< [vertex_count] as HeatField::charred()
+  std::vector<Index> held;                ///< vertices of HeatField::hold(), each once
+  std::vector<Index> active;              ///< vertices that the last step worked on, ascending
+  std::vector<Index> pending;             ///< vertices that the next step looks at besides
+  Index most_warm = 0;                    ///< vertices, since what takes part was last chosen
+  HeatLedger ledger;                      ///< where the energy went
+  TissueVersion tissue;                   ///< Tissue::identified_version()
 };
 
 /// Heat in the tissue of one or more bodies: conduction, boiling, perfusion, loss at the surface,
