@@ -142,7 +142,7 @@ Compaction::Compaction(const Solver& solver) : parts_(std::make_unique<Parts>())
   parts_->solver = data.identity;
   parts_->version = data.tissue->identified_version();
   parts_->make_backend = data.backend->maker();
-  parts_->tissue_copy = copy_for_compaction(tissue_data(*data.tissue));
+  parts_->tissue_copy = copy_of_elements(tissue_data(*data.tissue));
   parts_->origin.options = data.options;
   parts_->origin.substep_rule = data.substep_rule;
   parts_->origin.constraints = data.sets;

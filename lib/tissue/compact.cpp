@@ -91,7 +91,7 @@ std::vector<Index> keep_living(const UndoArray<Element>& from,
 
 }  // namespace
 
-std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
+std::unique_ptr<TissueData> copy_of_elements(const TissueData& data) {
   auto copy = std::make_unique<TissueData>();
   copy->gravity = data.gravity;
   copy->bodies = data.bodies;
@@ -115,7 +115,7 @@ std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data) {
 }
 
 std::unique_ptr<TissueData> copy_of(const TissueData& data) {
-  std::unique_ptr<TissueData> copy = copy_for_compaction(data);
+  std::unique_ptr<TissueData> copy = copy_of_elements(data);
   copy->vertex_tets = data.vertex_tets;
   copy->vertex_links = data.vertex_links;
   copy->vertex_hinges = data.vertex_hinges;

@@ -12,8 +12,9 @@
 
 namespace pbdsurg {
 
-/// All that compact() reads. Cost: O(all that there ever was), of memory bandwidth.
-[[nodiscard]] std::unique_ptr<TissueData> copy_for_compaction(const TissueData& data);
+/// Bodies, vertices and elements, without what of these is at a vertex: all that compact() reads.
+/// Cost: O(all that there ever was), of memory bandwidth.
+[[nodiscard]] std::unique_ptr<TissueData> copy_of_elements(const TissueData& data);
 
 /// All of a tissue but its followers and the undo of its last edit: another tissue. Cost: likewise.
 [[nodiscard]] std::unique_ptr<TissueData> copy_of(const TissueData& data);

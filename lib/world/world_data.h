@@ -26,7 +26,7 @@ struct BurnerSetup {
   Electrode electrode;             // in the tool's frame
   std::vector<ThermalBody> burnt;  // of the tissue, as it was when the burner came
   CauteryOptions options;
-  std::size_t edits_before = 0;  // it came, since recording began
+  std::size_t edit_count_before = 0;  // it came, since recording began
 };
 
 /// A generator at a tool, and what it burns.

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "lib/solver/solver_mold.h"
+#include "lib/solver/solver_copy.h"
 #include "lib/tissue/compact.h"
 #include "lib/world/edit_journal.h"
 #include "lib/world/world_data.h"
@@ -34,7 +34,7 @@ void EditJournal::renumber(const Tissue&, const Renumbering&) noexcept {
 struct World::Origin {
   SolverOptions options;  // of the world
   std::unique_ptr<const TissueData> tissue;
-  SolverMold mold;
+  SolverCopy solver;
   std::size_t bytes;
 };
 
@@ -110,10 +110,10 @@ void World::record() {
   Data& data = *data_;
   data.make_solver();
   std::unique_ptr<TissueData> tissue = copy_of(tissue_data(*data.tissue));
-  SolverMold mold(*data.solver);
-  const std::size_t bytes = data.tissue->memory_bytes() + mold.memory_bytes();
+  SolverCopy solver(*data.solver);
+  const std::size_t bytes = data.tissue->memory_bytes() + solver.memory_bytes();
   auto origin = std::make_shared<const Origin>(
-      Origin{data.options, std::move(tissue), std::move(mold), bytes});
+      Origin{data.options, std::move(tissue), std::move(solver), bytes});
   std::vector<std::vector<ThermalBody>> burnt;  // [burner] a compaction may have come
   for (const auto& burner : data.burners) {
     std::vector<ThermalBody>& bodies = burnt.emplace_back();
@@ -131,7 +131,7 @@ void World::record() {
   data.origin = std::move(origin);
   data.journal = std::move(journal);
   for (std::size_t i = 0; i < burnt.size(); ++i) {
-    data.burners[i]->setup.edits_before = 0;
+    data.burners[i]->setup.edit_count_before = 0;
     data.burners[i]->setup.burnt = std::move(burnt[i]);
   }
 }
@@ -166,11 +166,12 @@ World::World(const WorldState& state) {
   const WorldState::Data& saved = *state.data_;
   auto made = std::make_unique<Data>(saved.origin->options);
   made->tissue = make_tissue(copy_of(*saved.origin->tissue));
-  made->solver = std::make_unique<Solver>(saved.origin->mold.cast(*made->tissue));
+  made->solver = std::make_unique<Solver>(saved.origin->solver.make(*made->tissue));
   // burners come when they came, so that surfaces have the same slots
   auto burner = saved.burners.begin();
-  const auto add_burners = [&](std::size_t edits_before) {
-    for (; burner != saved.burners.end() && burner->setup.edits_before <= edits_before; ++burner) {
+  const auto add_burners = [&](std::size_t edit_count) {
+    for (; burner != saved.burners.end() && burner->setup.edit_count_before <= edit_count;
+         ++burner) {
       made->add_burner(burner->setup);
     }
   };

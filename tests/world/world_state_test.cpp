@@ -292,6 +292,8 @@ TEST_CASE("world state: heat goes on to the bit where a warm body has gone", "[u
       check_same_heat(field, others);
     }
     CHECK(slabs.hash() == other.solver().state_hash());
+    other.energise(slabs.burner, cut_settings(20));
+    CHECK(other.step(kDt).ok());
   }
 }
 

@@ -48,7 +48,7 @@ struct Snapshot {
 };
 
 class SolverData;
-class SolverMold;
+class SolverCopy;
 
 /// Bodies in motion.
 ///
@@ -272,7 +272,7 @@ class PBDSURG_API Solver {
 
  private:
   friend class Compaction;  // which exchanges the data
-  friend class SolverMold;  // which copies it
+  friend class SolverCopy;  // which copies it
   friend SolverData& solver_data(Solver& solver);
   friend const SolverData& solver_data(const Solver& solver);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "lib/solver/solver_mold.h"
+#include "lib/solver/solver_copy.h"
 
 #include <utility>
 
@@ -28,7 +28,7 @@ CopyState without_tools(CopyState state) {
 
 }  // namespace
 
-SolverMold::SolverMold(const Solver& solver) {
+SolverCopy::SolverCopy(const Solver& solver) {
   static_cast<void>(solver.positions());  // brings the state of a device
   const SolverData& data = solver_data(solver);
   make_backend_ = data.backend->maker();
@@ -45,7 +45,7 @@ SolverMold::SolverMold(const Solver& solver) {
   plan_ = data.plan;
 }
 
-Solver SolverMold::cast(Tissue& tissue) const {
+Solver SolverCopy::make(Tissue& tissue) const {
   auto made = std::make_unique<SolverData>();
   SolverData& data = *made;
   static_cast<CopyState&>(data) = state_;
@@ -73,7 +73,7 @@ Solver SolverMold::cast(Tissue& tissue) const {
   return Solver(tissue, std::move(made));
 }
 
-std::size_t SolverMold::memory_bytes() const noexcept {
+std::size_t SolverCopy::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(place_of_vertex_) + bytes_of(state_.particles) + bytes_of(state_.velocities) +
       bytes_of(state_.carries) + bytes_of(state_.ways) + bytes_of(state_.velocities_before) +

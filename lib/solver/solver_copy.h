@@ -23,15 +23,15 @@
 namespace pbdsurg {
 
 /// Constraints, rows and modes of a solver, as they are when it is made, without tools.
-class PBDSURG_API SolverMold {
+class PBDSURG_API SolverCopy {
  public:
   /// Cost: O(all that there ever was), of memory bandwidth.
-  explicit SolverMold(const Solver& solver);
+  explicit SolverCopy(const Solver& solver);
 
   /// A solver with these, which follows a tissue from here on. Cost: as above, and that of another
   /// backend.
   /// @param tissue  as the solver's was when this was made
-  [[nodiscard]] Solver cast(Tissue& tissue) const;
+  [[nodiscard]] Solver make(Tissue& tissue) const;
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
 
