@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// A device in a hand, a simulation that lags behind it, and the servo between them, in virtual
+/// time: what tests and tables of the haptic loop run.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "pbdsurg/haptics/servo.h"
+
+namespace pbdsurg::testing {
+
+/// A device: a mass with viscous friction, seen through an encoder, in a hand or free.
+struct Plant {
+  double mass = 0.045;                ///< kg
+  double damping = 0.3;               ///< N s/m
+  bool has_hand = false;              ///< which pulls to Rig::target by 150 N/m and 3 N s/m
+  double encoder = 55e-6;             ///< m, its step
+  Eigen::Vector3d position{0, 0, 0};  ///< m
+  Eigen::Vector3d velocity{0, 0, 0};  ///< m/s
+};
+
+/// Fills planes, grasp, drag and force of a packet whose pose is set.
+using FakeTissue = std::function<void(ContactPacket& packet, double time)>;
+
+/// One loop: servo at 1 kHz, packets at a period, each late by a delay.
+class Rig {
+ public:
+  static constexpr double kTick = 1e-3;  ///< s
+  static constexpr int kSubsteps = 20;   ///< of the plant, a tick
+  static constexpr double kHandStiffness = 150, kHandDamping = 3;
+
+  Plant plant;
+  FakeTissue tissue;
+  ServoState servo;
+  int period = 10;                           ///< ticks
+  int delay = 0;                             ///< ticks
+  bool publishes = true;                     ///< the simulation runs
+  Eigen::Vector3d push{0, 0, 0};             ///< N, of whoever pushes a plant without a hand
+  Eigen::Vector3d target{0, 0, 0};           ///< m, of the hand
+  Eigen::Vector3d target_velocity{0, 0, 0};  ///< m/s, likewise
+  std::function<void(ServoInput&)> spoil;    ///< what a fault does to the device
+  double time = 0;                           ///< s
+
+  // records, one a tick
+  std::vector<Eigen::Vector3f> computed, commanded;
+  std::vector<Eigen::Vector3d> positions, velocities;
+  double work = 0;         ///< J, of the commanded force on the plant
+  double dissipation = 0;  ///< J, in the plant's own friction
+  double surplus = 0;      ///< J, the most that work ever exceeded dissipation by
+
+  Rig(const Plant& device, FakeTissue of, const ServoOptions& options = {})
+      : plant(device), tissue(std::move(of)), servo(options) {}
+
+  void run(double seconds) {
+    for (long n = std::lround(seconds / kTick); n > 0; --n) {
+      tick();
+    }
+  }
+
+  void tick() {
+    const Eigen::Vector3d seen = (plant.position / plant.encoder).array().round() * plant.encoder;
+    if (ticks_ % period == 0 && publishes) {
+      ContactPacket packet;
+      packet.sequence = ++sequence_;
+      packet.time = time;
+      packet.position = packet_vector(seen.cast<float>());
+      tissue(packet, time);
+      way_.push_back({ticks_ + delay, packet});
+    }
+    while (!way_.empty() && way_.front().due <= ticks_) {
+      packet_ = way_.front().packet;
+      way_.pop_front();
+    }
+    ServoInput input;
+    input.time = time;
+    input.tip.translation() = seen.cast<float>();
+    if (spoil) {
+      spoil(input);
+    }
+    const ServoForce force = servo_tick(servo, packet_, input);
+    computed.push_back(force.computed);
+    commanded.push_back(force.commanded);
+    move(force.commanded.cast<double>());
+    positions.push_back(plant.position);
+    velocities.push_back(plant.velocity);
+    time += kTick;
+    ++ticks_;
+  }
+
+  /// m/s, the highest between two times.
+  [[nodiscard]] double peak_speed(double from, double to) const {
+    double peak = 0;
+    for (auto i = static_cast<std::size_t>(from / kTick);
+         i < std::min(velocities.size(), static_cast<std::size_t>(to / kTick)); ++i) {
+      peak = std::max(peak, velocities[i].norm());
+    }
+    return peak;
+  }
+
+ private:
+  struct Parcel {
+    long due;
+    ContactPacket packet;
+  };
+
+  void move(const Eigen::Vector3d& force) {
+    const double step = kTick / kSubsteps;
+    for (int i = 0; i < kSubsteps; ++i) {
+      Eigen::Vector3d sum = force + push - plant.damping * plant.velocity;
+      if (plant.has_hand) {
+        sum += kHandStiffness * (target - plant.position) +
+               kHandDamping * (target_velocity - plant.velocity);
+      }
+      const Eigen::Vector3d before = plant.velocity;
+      plant.velocity += step / plant.mass * sum;
+      const Eigen::Vector3d way = step * plant.velocity;
+      plant.position += way;
+      work += force.dot(way);
+      dissipation += plant.damping * before.dot(way);
+      surplus = std::max(surplus, work - dissipation);
+    }
+  }
+
+  long ticks_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::deque<Parcel> way_;
+  ContactPacket packet_;
+};
+
+/// N/ms, of a record, largest and that which one tick in a thousand exceeds.
+struct Steps {
+  double largest = 0, p999 = 0;
+};
+inline Steps steps_of(const std::vector<Eigen::Vector3f>& forces) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < forces.size(); ++i) {
+    steps.push_back(static_cast<double>((forces[i] - forces[i - 1]).norm()));
+  }
+  std::sort(steps.begin(), steps.end());
+  return {steps.back(), steps[static_cast<std::size_t>(0.999 * static_cast<double>(steps.size()))]};
+}
+
+/// Tissue below y = 0 that does not give: a plane as stiff as the servo lets it be.
+inline FakeTissue hard_wall() {
+  return [](ContactPacket& packet, double) {
+    packet.plane_count = 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .stiffness = 1000};
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  };
+}
+
+/// Tissue below y = 0 that gives as a spring does, N/m, and is thought to be as stiff as
+/// `expected`.
+inline FakeTissue soft_wall(float stiffness, float expected) {
+  return [=](ContactPacket& packet, double) {
+    const float height = packet.position[1];
+    packet.plane_count = 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .offset = std::min(0.0F, height)};
+    packet.force = {0, stiffness * std::max(0.0F, -height), 0};
+    fit_to_force(packet, expected);
+  };
+}
+
+}  // namespace pbdsurg::testing

@@ -1,0 +1,462 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/haptics/servo.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "tests/haptics/rig.h"
+#include "tests/support/catch.h"
+
+namespace pbdsurg {
+namespace {
+
+using testing::Approx;
+using testing::FakeTissue;
+using testing::Plant;
+using testing::Rig;
+using testing::Steps;
+using testing::steps_of;
+
+constexpr double kEngaged = 1.3;         // s: by then a tool in the air is let in
+constexpr double kLargestStep = 0.1;     // N/ms, computed, p99.9
+constexpr double kLargestSlew = 0.2001;  // N/ms, commanded, with rounding
+constexpr double kAbove = 1e-3;          // m, where tools begin
+
+struct Case {
+  Plant plant;
+  int delay;  // ms
+};
+
+std::vector<Case> plant_grid(double least_damping) {
+  std::vector<Case> cases;
+  for (const double mass : {0.03, 0.045, 0.06}) {
+    for (const double damping : {0.1, 0.3, 1.0}) {
+      for (const int delay : {0, 10, 20}) {
+        for (const bool has_hand : {false, true}) {
+          if (damping >= least_damping) {
+            cases.push_back({{.mass = mass,
+                              .damping = damping,
+                              .has_hand = has_hand,
+                              .position = {0, kAbove, 0}},
+                             delay});
+          }
+        }
+      }
+    }
+  }
+  return cases;
+}
+
+// From the air into the tissue: with 0.5 N, or by a hand that wants to be 6 mm deep.
+Rig pushed(const Case& one, const FakeTissue& tissue, const ServoOptions& options = {},
+           int period = 10, double seconds = 12) {
+  Rig rig(one.plant, tissue, options);
+  rig.delay = one.delay;
+  rig.period = period;
+  rig.target = {0, kAbove, 0};
+  rig.run(kEngaged);
+  if (one.plant.has_hand) {
+    rig.target = {0, -6e-3, 0};
+  } else {
+    rig.push = {0, -0.5, 0};
+  }
+  rig.run(seconds);
+  return rig;
+}
+
+bool settles(const Rig& rig) {
+  const double late = rig.peak_speed(kEngaged + 10, kEngaged + 12);
+  return late < 3e-3 || late < 0.7 * rig.peak_speed(kEngaged + 4, kEngaged + 6);
+}
+
+void check_grid(const FakeTissue& tissue, int period = 10) {
+  for (const Case& one : plant_grid(0)) {
+    const Rig rig = pushed(one, tissue, {}, period);
+    CAPTURE(one.plant.mass, one.plant.damping, one.plant.has_hand, one.delay);
+    CHECK(settles(rig));
+    CHECK(rig.surplus <= 1e-4);
+    CHECK(steps_of(rig.computed).p999 <= kLargestStep);
+    CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
+  }
+}
+
+// N/m, as felt after the motion has ended.
+double felt_stiffness(const Rig& rig) {
+  constexpr std::size_t kLast = 1000;
+  double force = 0, depth = 0;
+  for (std::size_t i = rig.commanded.size() - kLast; i < rig.commanded.size(); ++i) {
+    force += static_cast<double>(rig.commanded[i].y());
+    depth -= rig.positions[i].y();
+  }
+  return force / depth;
+}
+
+// A hand on a way, given by its time and what it leaves in target.
+template <class Way>
+void guide(Rig& rig, double seconds, Way way) {
+  const double begin = rig.time;
+  for (long n = std::lround(seconds / Rig::kTick); n > 0; --n) {
+    const Eigen::Vector3d before = rig.target;
+    rig.target = way(rig.time - begin);
+    rig.target_velocity = (rig.target - before) / Rig::kTick;
+    rig.tick();
+  }
+  rig.target_velocity.setZero();
+}
+
+Rig in_the_air(FakeTissue tissue, const ServoOptions& options = {}) {
+  Rig rig({.has_hand = true, .position = {0, kAbove, 0}}, std::move(tissue), options);
+  rig.delay = 10;
+  rig.target = rig.plant.position;
+  rig.run(kEngaged);
+  REQUIRE(rig.servo.chain().engaged() == 1);
+  return rig;
+}
+
+void check_steps(const Rig& rig) {
+  CHECK(steps_of(rig.computed).p999 <= kLargestStep);
+  CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
+}
+
+ContactPlane plane_at(const Eigen::Vector3f& normal, const Eigen::Vector3f& on, float stiffness) {
+  return {.normal = packet_vector(normal), .offset = normal.dot(on), .stiffness = stiffness};
+}
+
+// Only the nearest facet, as a coarse contact stage gives it: of a ball of 10 mm below y = 0.
+FakeTissue faceted_ball(float stiffness) {
+  return [=](ContactPacket& packet, double) {
+    constexpr float kRadius = 0.01F, kFacet = 0.3F;  // m, rad
+    const Eigen::Vector3f center(0, -kRadius, 0);
+    const Eigen::Vector3f from = vector_of(packet.position) - center;
+    const auto facet = [](float angle) { return std::round(angle / kFacet) * kFacet; };
+    const float tilt = facet(std::atan2(from.x(), from.y()));
+    const float turn = facet(std::atan2(from.z(), from.y()));
+    const Eigen::Vector3f normal = Eigen::Vector3f(std::tan(tilt), 1, std::tan(turn)).normalized();
+    packet.plane_count = 1;
+    packet.planes[0] = plane_at(normal, center + kRadius * normal, stiffness);
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  };
+}
+
+}  // namespace
+
+// A few seconds of computing each: 54 plants in 13 s of virtual time.
+TEST_CASE("servo: hard walls settle on all plants, and make no energy", "[unit]") {
+  check_grid(testing::hard_wall());
+}
+
+TEST_CASE("servo: tissue settles on all plants, however soft it is thought to be", "[unit]") {
+  check_grid(testing::soft_wall(50, 50));
+  check_grid(testing::soft_wall(100, 100));
+  check_grid(testing::soft_wall(150, 150));
+  check_grid(testing::soft_wall(100, 20));
+  check_grid(testing::soft_wall(150, 30));
+}
+
+TEST_CASE("servo: walls settle by packets at 30 Hz", "[unit]") {
+  check_grid(testing::hard_wall(), 33);
+}
+
+// Would catch a grid that everything passes.
+TEST_CASE("servo: the paper's force law does not settle, and makes energy", "[unit]") {
+  int unsettled = 0;
+  double surplus = 0;
+  for (const Case& one : plant_grid(0)) {
+    const Rig rig = pushed(one, testing::soft_wall(150, 150), {.mode = ServoMode::paper});
+    unsettled += settles(rig) ? 0 : 1;
+    surplus = std::max(surplus, rig.surplus);
+  }
+  CHECK(unsettled > 10);
+  CHECK(surplus > 1e-3);
+}
+
+TEST_CASE("servo: springs are felt as stiff as they are", "[unit]") {
+  const auto is_felt = [](float stiffness, const Case& one, const ServoOptions& options) {
+    return std::abs(felt_stiffness(pushed(one, testing::soft_wall(stiffness, stiffness), options)) /
+                        double{stiffness} -
+                    1) < 0.05;
+  };
+  for (const Case& one : plant_grid(0)) {
+    CAPTURE(one.plant.mass, one.plant.damping, one.plant.has_hand, one.delay);
+    for (const float stiffness : {50.0F, 100.0F, 150.0F}) {
+      CAPTURE(stiffness);
+      CHECK(is_felt(stiffness, one, {}));
+    }
+  }
+  for (const Case& one : plant_grid(0.3)) {
+    CAPTURE(one.plant.mass, one.plant.damping, one.plant.has_hand, one.delay);
+    for (const float stiffness : {200.0F, 300.0F}) {
+      CAPTURE(stiffness);
+      CHECK(is_felt(stiffness, one, {.is_firm = true}));
+      CHECK_FALSE(is_felt(stiffness, one, {}));  // 180 N/m is all that others give
+    }
+  }
+}
+
+TEST_CASE("servo: free motion is free", "[unit]") {
+  Rig rig = in_the_air([](ContactPacket& packet, double) {
+    packet.plane_count = 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .stiffness = 180};
+    fit_to_force(packet, 180);
+  });
+  guide(rig, 5, [](double time) {
+    return Eigen::Vector3d(0.03 * std::sin(7 * time), 0.012 + 0.01 * std::cos(7 * time), 0);
+  });
+  for (const Eigen::Vector3f& force : rig.commanded) {
+    REQUIRE(force.norm() < 0.05F);
+  }
+}
+
+TEST_CASE("servo: steps of force stay small over edges and facets", "[unit]") {
+  Rig rig = in_the_air(faceted_ball(180));
+  guide(rig, 10, [](double time) {
+    return Eigen::Vector3d(8e-3 * std::sin(6 * time), -0.012, 8e-3 * std::sin(4.1 * time));
+  });
+  check_steps(rig);
+  float most = 0;
+  for (const Eigen::Vector3f& force : rig.computed) {
+    most = std::max(most, force.norm());
+  }
+  CHECK(most > 0.5F);  // it did touch
+
+  // what the paper's law does there
+  Rig paper = in_the_air(faceted_ball(60), {.mode = ServoMode::paper});
+  guide(paper, 10, [](double time) {
+    return Eigen::Vector3d(8e-3 * std::sin(6 * time), -0.012, 8e-3 * std::sin(4.1 * time));
+  });
+  CHECK(steps_of(paper.computed).p999 > kLargestStep);
+}
+
+TEST_CASE("servo: four points are no stiffer than one", "[unit]") {
+  const FakeTissue four = [](ContactPacket& packet, double) {
+    packet.plane_count = 4;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      packet.planes[i] = {.point = {i % 2 == 0 ? 2e-3F : -2e-3F, 0, i < 2 ? 2e-3F : -2e-3F},
+                          .normal = {0, 1, 0},
+                          .stiffness = 180};
+    }
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  };
+  check_grid(four);
+  CHECK(felt_stiffness(pushed({{.position = {0, kAbove, 0}}, 10}, four)) ==
+        Approx(kStiffness).epsilon(0.02));
+}
+
+// A sheet at y = 0 that a tool pushes 5 mm ahead of it, at 0.2 m/s, before it is through.
+TEST_CASE("servo: a thin sheet never pulls", "[unit]") {
+  bool is_through = false;
+  Rig rig = in_the_air([&](ContactPacket& packet, double) {
+    is_through = is_through || packet.position[1] < -5e-3F;
+    packet.plane_count = is_through ? 0 : 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .stiffness = 150};
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  });
+  guide(rig, 0.1, [](double time) { return Eigen::Vector3d(0, kAbove - 0.2 * time, 0); });
+  rig.run(1);
+  CHECK(is_through);
+  check_steps(rig);
+  for (const Eigen::Vector3f& force : rig.commanded) {
+    REQUIRE(force.y() >= -1e-6F);
+  }
+  CHECK(rig.commanded.back().norm() < 1e-3F);
+}
+
+TEST_CASE("servo: grasps close, slip, saturate, open and tear without a step", "[unit]") {
+  struct Jaw {
+    GraspState state = GraspState::open;
+    Eigen::Vector3f anchor{0, 0, 0};
+  } jaw;
+  Rig rig = in_the_air([&](ContactPacket& packet, double) {
+    packet.grasp = {.state = jaw.state,
+                    .anchor = packet_vector(jaw.anchor),
+                    .stiffness = 150,
+                    .largest_force = 1.5F};
+    packet.force = packet_vector(grasp_force(packet.grasp, pose_of(packet)));
+  });
+  const auto pull = [&](double reach) {
+    const double from = rig.target.y();
+    guide(rig, 0.4, [=](double time) {
+      return Eigen::Vector3d(0, from + (reach - from) * std::min(1.0, time / 0.3), 0);
+    });
+  };
+  const auto let_go = [&](GraspState state) {
+    jaw.state = state;
+    rig.run(0.12);  // packets are late by 10 to 20 ms
+    CHECK(rig.commanded.back().norm() <= 0.01F);
+    pull(kAbove);
+  };
+  const auto force = [&] { return rig.commanded.back().norm(); };
+
+  jaw.state = GraspState::held;
+  rig.run(0.2);
+  pull(0.012);
+  CHECK(force() > 0.5F);
+  let_go(GraspState::open);
+
+  jaw.state = GraspState::held;
+  rig.run(0.2);
+  pull(0.04);
+  CHECK(force() == Approx(1.5F).epsilon(0.01));  // saturated
+  jaw.anchor = {0, 0.015F, 0};                   // it slips
+  rig.run(0.3);
+  CHECK(force() > 0.5F);
+  jaw.anchor.setZero();
+  rig.run(0.3);
+  let_go(GraspState::torn);
+  check_steps(rig);
+}
+
+TEST_CASE("servo: force dies with the simulation, and comes back without a step", "[unit]") {
+  Rig rig =
+      pushed({{.has_hand = true, .position = {0, kAbove, 0}}, 10}, testing::hard_wall(), {}, 10, 2);
+  REQUIRE(rig.commanded.back().norm() > 0.4F);
+  rig.publishes = false;
+  rig.run(0.15 + 0.02);  // one was under way
+  CHECK(rig.commanded.back().norm() <= 0.01F);
+  CHECK(rig.servo.chain().faults().count(ServoFault::stale_packet) == 1);
+  rig.run(0.5);
+  rig.publishes = true;
+  rig.run(1);
+  CHECK(rig.commanded.back().norm() == 0);  // deep in tissue nothing comes back
+  rig.target = {0, kAbove, 0};
+  rig.run(2);
+  CHECK(rig.servo.chain().engaged() == 1);
+  rig.target = {0, -6e-3, 0};
+  rig.run(1);
+  CHECK(rig.commanded.back().norm() > 0.4F);
+  CHECK(rig.servo.chain().faults().count(ServoFault::stale_packet) == 1);
+  check_steps(rig);
+
+  // a short pause: faded in part, and back
+  rig.publishes = false;
+  rig.run(0.09);
+  const float least = rig.commanded.back().norm();
+  CHECK(least < 0.4F);
+  rig.publishes = true;
+  rig.run(0.5);
+  CHECK(rig.commanded.back().norm() > 0.4F);
+  CHECK(rig.servo.chain().faults().count(ServoFault::stale_packet) == 1);
+  check_steps(rig);
+}
+
+TEST_CASE("servo: whatever happens, force stays in clamp and slew, and has a name", "[unit]") {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  struct Trouble {
+    ServoFault fault;
+    std::function<void(ServoInput&)> input;
+    std::function<void(ContactPacket&)> packet;
+  };
+  const std::vector<Trouble> troubles{
+      {ServoFault::bad_packet, {}, [](ContactPacket& packet) { packet.planes[0].offset = kNan; }},
+      {ServoFault::bad_packet, {}, [](ContactPacket& packet) { packet.plane_count = 1000; }},
+      {ServoFault::bad_pose, [](ServoInput& input) { input.tip.translation().x() = kNan; }, {}},
+      {ServoFault::bad_force,
+       {},
+       [](ContactPacket& packet) {
+         packet.planes[0].offset = 3e38F;
+         packet.planes[0].stiffness = 3e38F;
+       }},
+      {ServoFault::device_lost, [](ServoInput& input) { input.is_ready = false; }, {}},
+      {ServoFault::clock_jump, [](ServoInput& input) { input.time -= 100; }, {}},
+      {ServoFault::clock_jump,
+       [](ServoInput& input) { input.time = std::numeric_limits<double>::quiet_NaN(); },
+       {}},
+      {ServoFault::speed, [](ServoInput& input) { input.tip.translation().y() += 0.5F; }, {}},
+      {ServoFault::peak, {}, [](ContactPacket& packet) { packet.planes[0].offset = 1; }},
+      {ServoFault::warm_motors, [](ServoInput& input) { input.is_warm = true; }, {}}};
+  for (const Trouble& trouble : troubles) {
+    CAPTURE(name_of(trouble.fault));
+    bool is_on = false;
+    Rig rig = in_the_air([&](ContactPacket& packet, double time) {
+      testing::hard_wall()(packet, time);
+      if (is_on && trouble.packet) {
+        trouble.packet(packet);
+      }
+    });
+    rig.target = {0, -6e-3, 0};
+    rig.run(1);
+    CHECK(rig.commanded.back().norm() > 0.3F);
+    CHECK(rig.servo.chain().faults().count(trouble.fault) == 0);
+    is_on = true;
+    rig.spoil = trouble.input;
+    rig.run(0.3);
+    CHECK(rig.servo.chain().faults().count(trouble.fault) >= 1);
+    is_on = false;
+    rig.spoil = {};
+    rig.run(0.3);
+    rig.target = {0, 5e-3, 0};
+    rig.run(2.5);
+    rig.target = {0, -6e-3, 0};
+    rig.run(1);
+    CHECK(rig.commanded.back().norm() > 0.3F);  // it is there again
+    CHECK_FALSE(rig.servo.chain().faults().is_on(trouble.fault));
+    CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
+    for (const Eigen::Vector3f& force : rig.commanded) {
+      REQUIRE(force.norm() <= SafetyLimits{}.peak + 1e-5F);
+    }
+  }
+}
+
+TEST_CASE("servo: levers and scales are felt, and bounded", "[unit]") {
+  const Eigen::Vector3f port(0, 0, 0), handle(0.05F, 0.2F, 0.02F);
+  const Eigen::Vector3f tip = -0.6F * handle;
+  const Eigen::Matrix3f lever = lever_about_port(port, handle, tip);
+  const float length = (tip - handle).norm();
+  for (int axis = 0; axis < 3; ++axis) {  // against finite differences
+    const auto tip_of = [&](float step) -> Eigen::Vector3f {
+      const Eigen::Vector3f moved = handle + step * Eigen::Vector3f::Unit(axis);
+      return moved + length * (port - moved).normalized();
+    };
+    CHECK((lever.col(axis) - (tip_of(1e-3F) - tip_of(-1e-3F)) / 2e-3F).norm() < 1e-3F);
+  }
+  CHECK_THROWS_AS(lever_about_port(port, port, tip), InvalidArgument);
+
+  // force at the handle over a step of the handle
+  const auto stiffness_at = [](const ServoOptions& options, const Eigen::Matrix3f& by) {
+    ServoState state(options);
+    ContactPacket packet;
+    packet.sequence = 1;
+    packet.plane_count = 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .offset = 0.01F, .stiffness = 1000};
+    ServoInput input;
+    input.lever = by;
+    Eigen::Vector3f first = Eigen::Vector3f::Zero(), second = first;
+    for (int i = 0; i < 100; ++i) {
+      input.time = i * 1e-3;
+      first = servo_tick(state, packet, input).computed;
+    }
+    input.tip.translation() = options.motion_scale * by * Eigen::Vector3f(0, 1e-3F, 0);
+    input.time += 1e-3;
+    second = servo_tick(state, packet, input).computed;
+    return (first - second).y() / 1e-3F;
+  };
+  const Eigen::Matrix3f one = Eigen::Matrix3f::Identity();
+  CHECK(stiffness_at({}, one) == Approx(180).epsilon(0.01));
+  CHECK(stiffness_at({.is_firm = true}, one) == Approx(300).epsilon(0.01));
+  CHECK(stiffness_at({.is_firm = true, .device_stiffness = 100}, one) == Approx(100).epsilon(0.01));
+  CHECK(stiffness_at({.motion_scale = 2, .force_scale = 3}, one) == Approx(180).epsilon(0.01));
+  CHECK(stiffness_at({}, -2 * one) == Approx(180).epsilon(0.01));
+  CHECK(stiffness_at({}, -0.5F * one) == Approx(180).epsilon(0.01));
+  CHECK(stiffness_at({}, -0.25F * one) == Approx(kLeastStiffness).epsilon(0.01));
+}
+
+TEST_CASE("servo: options out of range are refused", "[unit]") {
+  CHECK_THROWS_AS(ServoState({.motion_scale = 0}), InvalidArgument);
+  CHECK_THROWS_AS(ServoState({.force_scale = -1}), InvalidArgument);
+  CHECK_THROWS_AS(ServoState({.device_stiffness = std::numeric_limits<float>::infinity()}),
+                  InvalidArgument);
+  CHECK_THROWS_AS(ServoState({.limits = {.peak = 0}}), InvalidArgument);
+}
+
+TEST_CASE("servo: the same calls give the same bits", "[unit]") {
+  const Case one{{.position = {0, kAbove, 0}}, 10};
+  const Rig first = pushed(one, testing::soft_wall(150, 60));
+  const Rig second = pushed(one, testing::soft_wall(150, 60));
+  CHECK(first.computed == second.computed);
+  CHECK(first.commanded == second.commanded);
+}
+
+}  // namespace pbdsurg
