@@ -117,18 +117,20 @@ void ServoState::receive(const ContactPacket& packet) noexcept {
 
 // Two secants in a row, as what tears or slips changes force once.
 void ServoState::learn_stiffness(const ContactPacket& packet) noexcept {
-  if (vector_of(packet.force).norm() < kNoForce) {
+  const Eigen::Vector3f position = vector_of(packet.position), force = vector_of(packet.force);
+  const Eigen::Vector3f way = position - secant_position_;
+  if (secant_force_.norm() < kNoForce) {  // secants begin in contact
     learned_ -= learned_ * packet_period_ / kForgetTime;
-  }
-  const Eigen::Vector3f way = vector_of(packet.position) - secant_position_;
-  if (way.norm() < kSecantWay) {
+    secant_ = 0;
+  } else if (way.norm() < kSecantWay) {
     return;
+  } else {
+    const float secant = (secant_force_ - force).dot(way) / way.squaredNorm();
+    learned_ = std::max(learned_, std::min(secant, secant_));
+    secant_ = secant;
   }
-  const float secant = (secant_force_ - vector_of(packet.force)).dot(way) / way.squaredNorm();
-  learned_ = std::max(learned_, std::min(secant, secant_));
-  secant_ = secant;
-  secant_position_ = vector_of(packet.position);
-  secant_force_ = vector_of(packet.force);
+  secant_position_ = position;
+  secant_force_ = force;
 }
 
 void ServoState::begin_fade(const ServoInput& input) noexcept {

@@ -118,6 +118,7 @@ Rig in_the_air(FakeTissue tissue, const ServoOptions& options = {}) {
 
 void check_steps(const Rig& rig) {
   CHECK(steps_of(rig.computed).p999 <= kLargestStep);
+  CHECK(steps_of(rig.computed).largest <= kLargestSlew);  // so that the limit is no part of it
   CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
 }
 
@@ -154,6 +155,28 @@ TEST_CASE("servo: tissue settles on all plants, however soft it is thought to be
   check_grid(testing::soft_wall(150, 150));
   check_grid(testing::soft_wall(100, 20));
   check_grid(testing::soft_wall(150, 30));
+}
+
+// Packets that go on saying 80 N/m of tissue of 300 N/m, with forces that say otherwise. Without
+// learning, plants of 1 N s/m oscillate at 0.4 m/s.
+TEST_CASE("servo: tissue that is stiffer than it is thought to be is soon known", "[unit]") {
+  for (const Case& one : plant_grid(0.3)) {
+    CAPTURE(one.plant.mass, one.plant.damping, one.plant.has_hand, one.delay);
+    const Rig rig = pushed(one, testing::soft_wall(300, 80));
+    CHECK(settles(rig));
+    CHECK(felt_stiffness(rig) <= 1.05 * double{kStiffness});
+  }
+
+  float stiffness = 300;  // and forgotten, once the tool has left it
+  Rig rig = pushed(
+      {{.damping = 1, .position = {0, kAbove, 0}}, 10},
+      [&](ContactPacket& packet, double time) { testing::soft_wall(stiffness, 80)(packet, time); });
+  rig.push.y() = 0.02;
+  rig.run(4);
+  stiffness = 100;
+  rig.push.y() = -0.5;
+  rig.run(10);
+  CHECK(felt_stiffness(rig) == Approx(100).epsilon(0.05));
 }
 
 TEST_CASE("servo: walls settle by packets at 30 Hz", "[unit]") {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 
 namespace pbdsurg {
