@@ -169,4 +169,69 @@ inline FakeTissue soft_wall(float stiffness, float expected) {
   };
 }
 
+inline constexpr double kEngaged = 1.3;  ///< s: by then a tool in the air is let in
+inline constexpr double kAbove = 1e-3;   ///< m over the tissue: where tools begin
+
+/// A plant, and how late packets are.
+struct Case {
+  Plant plant;
+  int delay = 0;  ///< ms
+};
+
+/// Those of the research: 30 to 60 g, 0.1 to 1 N s/m, 0 to 20 ms, with and without a hand.
+/// @param least_damping  N s/m, of those that are taken
+inline std::vector<Case> plant_grid(double least_damping) {
+  std::vector<Case> cases;
+  for (const double mass : {0.03, 0.045, 0.06}) {
+    for (const double damping : {0.1, 0.3, 1.0}) {
+      for (const int delay : {0, 10, 20}) {
+        for (const bool has_hand : {false, true}) {
+          if (damping >= least_damping) {
+            cases.push_back({{.mass = mass,
+                              .damping = damping,
+                              .has_hand = has_hand,
+                              .position = {0, kAbove, 0}},
+                             delay});
+          }
+        }
+      }
+    }
+  }
+  return cases;
+}
+
+/// From the air into the tissue: with 0.5 N, or by a hand that wants to be 6 mm deep.
+inline Rig pushed(const Case& one, const FakeTissue& tissue, const ServoOptions& options = {},
+                  int period = 10, double seconds = 12) {
+  Rig rig(one.plant, tissue, options);
+  rig.delay = one.delay;
+  rig.period = period;
+  rig.target = {0, kAbove, 0};
+  rig.run(kEngaged);
+  if (one.plant.has_hand) {
+    rig.target = {0, -6e-3, 0};
+  } else {
+    rig.push = {0, -0.5, 0};
+  }
+  rig.run(seconds);
+  return rig;
+}
+
+/// Of 12 s: whether the plant is at rest in the end, or comes to rest.
+inline bool settles(const Rig& rig) {
+  const double late = rig.peak_speed(kEngaged + 10, kEngaged + 12);
+  return late < 3e-3 || late < 0.7 * rig.peak_speed(kEngaged + 4, kEngaged + 6);
+}
+
+/// N/m, as felt after the motion has ended.
+inline double felt_stiffness(const Rig& rig) {
+  constexpr std::size_t kLast = 1000;
+  double force = 0, depth = 0;
+  for (std::size_t i = rig.commanded.size() - kLast; i < rig.commanded.size(); ++i) {
+    force += static_cast<double>(rig.commanded[i].y());
+    depth -= rig.positions[i].y();
+  }
+  return force / depth;
+}
+
 }  // namespace pbdsurg::testing

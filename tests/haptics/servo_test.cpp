@@ -14,63 +14,21 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::Case;
 using testing::FakeTissue;
+using testing::felt_stiffness;
+using testing::kAbove;
+using testing::kEngaged;
 using testing::Plant;
+using testing::plant_grid;
+using testing::pushed;
 using testing::Rig;
+using testing::settles;
 using testing::Steps;
 using testing::steps_of;
 
-constexpr double kEngaged = 1.3;         // s: by then a tool in the air is let in
 constexpr double kLargestStep = 0.1;     // N/ms, computed, p99.9
 constexpr double kLargestSlew = 0.2001;  // N/ms, commanded, with rounding
-constexpr double kAbove = 1e-3;          // m, where tools begin
-
-struct Case {
-  Plant plant;
-  int delay;  // ms
-};
-
-std::vector<Case> plant_grid(double least_damping) {
-  std::vector<Case> cases;
-  for (const double mass : {0.03, 0.045, 0.06}) {
-    for (const double damping : {0.1, 0.3, 1.0}) {
-      for (const int delay : {0, 10, 20}) {
-        for (const bool has_hand : {false, true}) {
-          if (damping >= least_damping) {
-            cases.push_back({{.mass = mass,
-                              .damping = damping,
-                              .has_hand = has_hand,
-                              .position = {0, kAbove, 0}},
-                             delay});
-          }
-        }
-      }
-    }
-  }
-  return cases;
-}
-
-// From the air into the tissue: with 0.5 N, or by a hand that wants to be 6 mm deep.
-Rig pushed(const Case& one, const FakeTissue& tissue, const ServoOptions& options = {},
-           int period = 10, double seconds = 12) {
-  Rig rig(one.plant, tissue, options);
-  rig.delay = one.delay;
-  rig.period = period;
-  rig.target = {0, kAbove, 0};
-  rig.run(kEngaged);
-  if (one.plant.has_hand) {
-    rig.target = {0, -6e-3, 0};
-  } else {
-    rig.push = {0, -0.5, 0};
-  }
-  rig.run(seconds);
-  return rig;
-}
-
-bool settles(const Rig& rig) {
-  const double late = rig.peak_speed(kEngaged + 10, kEngaged + 12);
-  return late < 3e-3 || late < 0.7 * rig.peak_speed(kEngaged + 4, kEngaged + 6);
-}
 
 void check_grid(const FakeTissue& tissue, int period = 10) {
   for (const Case& one : plant_grid(0)) {
@@ -81,17 +39,6 @@ void check_grid(const FakeTissue& tissue, int period = 10) {
     CHECK(steps_of(rig.computed).p999 <= kLargestStep);
     CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
   }
-}
-
-// N/m, as felt after the motion has ended.
-double felt_stiffness(const Rig& rig) {
-  constexpr std::size_t kLast = 1000;
-  double force = 0, depth = 0;
-  for (std::size_t i = rig.commanded.size() - kLast; i < rig.commanded.size(); ++i) {
-    force += static_cast<double>(rig.commanded[i].y());
-    depth -= rig.positions[i].y();
-  }
-  return force / depth;
 }
 
 // A hand on a way, given by its time and what it leaves in target.
