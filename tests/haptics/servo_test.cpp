@@ -126,8 +126,10 @@ TEST_CASE("servo: tissue that is stiffer than it is thought to be is soon known"
   CHECK(felt_stiffness(rig) == Approx(100).epsilon(0.05));
 }
 
-TEST_CASE("servo: walls settle by packets at 30 Hz", "[unit]") {
+TEST_CASE("servo: plants settle by packets at 30 and at 1000 Hz", "[unit]") {
   check_grid(testing::hard_wall(), 33);
+  check_grid(testing::hard_wall(), 1);
+  check_grid(testing::soft_wall(150, 150), 1);
 }
 
 // Would catch a grid that everything passes.
@@ -178,6 +180,26 @@ TEST_CASE("servo: free motion is free", "[unit]") {
   for (const Eigen::Vector3f& force : rig.commanded) {
     REQUIRE(force.norm() < 0.05F);
   }
+}
+
+TEST_CASE("servo: drag resists motion, and no more than is stable", "[unit]") {
+  float drag = 0;
+  const FakeTissue membrane = [&](ContactPacket& packet, double) { packet.drag = drag; };
+  const auto resistance = [&] {
+    Rig rig = in_the_air(membrane);
+    guide(rig, 0.5, [](double time) { return Eigen::Vector3d(0.1 * time, kAbove, 0); });
+    check_steps(rig);
+    return -rig.commanded.back().x() / 0.1F;  // N s/m
+  };
+  CHECK(resistance() == Approx(0).margin(1e-3));
+  drag = 1;
+  CHECK(resistance() == Approx(1).epsilon(0.1));
+  drag = 100;
+  CHECK(resistance() == Approx(kLargestDrag).epsilon(0.1));
+  check_grid([](ContactPacket& packet, double time) {
+    testing::hard_wall()(packet, time);
+    packet.drag = 100;
+  });
 }
 
 TEST_CASE("servo: steps of force stay small over edges and facets", "[unit]") {

@@ -34,9 +34,11 @@ struct ServoOptions {
 /// N/m, felt at the handle: the stiffest that settles on every plant of tests/haptics with 30 to 60
 /// g and 0.1 N s/m or more, without a hand: there a wall is stable up to 2 b / T = 200 N/m.
 inline constexpr float kStiffness = 180;
-inline constexpr float kFirmStiffness = 300;  ///< N/m, likewise, with 0.3 N s/m or more
-inline constexpr float kSlowStiffness =
-    80;  ///< N/m, while packets come more than kSlowPeriod apart
+/// N/m, likewise, with 0.3 N s/m or more; but 30 g and 0.3 N s/m, without a hand, on a wall that
+/// does not give, tremble at 3.6 mm/s, by less than a step of the encoder.
+inline constexpr float kFirmStiffness = 300;
+/// N/m, while packets come more than kSlowPeriod apart.
+inline constexpr float kSlowStiffness = 80;
 inline constexpr float kSlowPeriod = 0.02F;  ///< s
 /// N/m, felt: what a packet has less, the model of the next milliseconds has nevertheless, with the
 /// packet's force at the packet's pose. Between packets a model that is too stiff resists motion,
@@ -133,9 +135,10 @@ class PBDSURG_API ServoState {
 /// those that tear over kTearTime. Models are at least as stiff as kLeastStiffness, and as what the
 /// packets' own forces have shown of the tissue since it was touched. Felt stiffness, force_scale *
 /// motion_scale * L^T K L, has no eigenvalue above that of the options and of the device: where a
-/// packet is stiffer, all of it is felt softer, force included, since a force that is held for a
-/// period behind a softer model would be a delayed spring, which makes energy (Colgate and
-/// Schenkel, "Passivity of a class of sampled-data systems", J. Robotic Systems 14(1), 1997).
+/// packet is stiffer, but for springs that jaws have just let go, all of it is felt softer, force
+/// included, since a force that is held for a period behind a softer model would be a delayed
+/// spring, which makes energy (Colgate and Schenkel, "Passivity of a class of sampled-data
+/// systems", J. Robotic Systems 14(1), 1997).
 ///
 /// Then the safety chain.
 ///
