@@ -115,6 +115,14 @@ void add_stale(Table& table) {
   table.at_most("no packets", "force after 150 ms", double{rig.commanded.back().norm()}, 0.01, "N");
 }
 
+// What takes force away or turns it around.
+void add_event(Table& table, const std::string& name, const Rig& rig) {
+  table.at_most(name, "step of computed force, p99.9", testing::steps_of(rig.computed).p999, 0.1,
+                "N/ms");
+  table.at_most(name, "step of commanded force, largest", testing::steps_of(rig.commanded).largest,
+                0.2001, "N/ms");
+}
+
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -169,6 +177,21 @@ void run(const Arguments& arguments) {
              run_grid(testing::hard_wall(), {.is_firm = true}, 0.3));
     for (const float stiffness : {200.0F, 300.0F}) {
       add_felt(table, stiffness, {.is_firm = true}, 0.3);
+    }
+    add_grid(table, "four points", run_grid(testing::four_points(), {}, 0));
+    add_event(table, "facets of a ball of 10 mm", testing::over_facets(180));
+    const Rig sheet = testing::through_sheet();
+    add_event(table, "thin sheet", sheet);
+    float pull = 0;
+    for (const Eigen::Vector3f& force : sheet.commanded) {
+      pull = std::max(pull, -force.y());
+    }
+    table.at_most("thin sheet", "pull, largest", double{pull}, 1e-6, "N");
+    for (const GraspState how : {GraspState::open, GraspState::torn}) {
+      const std::string name = how == GraspState::open ? "grasp, opened" : "grasp, torn";
+      const Rig rig = testing::grasp_lost(how);
+      add_event(table, name, rig);
+      table.at_most(name, "force after 0.1 s", double{rig.commanded.back().norm()}, 0.01, "N");
     }
     add_stale(table);
     const ServoOptions paper{.mode = ServoMode::paper};

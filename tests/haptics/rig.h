@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "pbdsurg/haptics/servo.h"
@@ -232,6 +233,99 @@ inline double felt_stiffness(const Rig& rig) {
     depth -= rig.positions[i].y();
   }
   return force / depth;
+}
+
+/// A hand on a way.
+/// @param way  m, of seconds since the call
+template <class Way>
+void guide(Rig& rig, double seconds, Way way) {
+  const double begin = rig.time;
+  for (long n = std::lround(seconds / Rig::kTick); n > 0; --n) {
+    const Eigen::Vector3d before = rig.target;
+    rig.target = way(rig.time - begin);
+    rig.target_velocity = (rig.target - before) / Rig::kTick;
+    rig.tick();
+  }
+  rig.target_velocity.setZero();
+}
+
+/// A device in a hand above the tissue, with force let in.
+inline Rig in_the_air(FakeTissue tissue, const ServoOptions& options = {}) {
+  Rig rig({.has_hand = true, .position = {0, kAbove, 0}}, std::move(tissue), options);
+  rig.delay = 10;
+  rig.target = rig.plant.position;
+  rig.run(kEngaged);
+  return rig;
+}
+
+/// With a point on the plane.
+inline ContactPlane plane_at(const Eigen::Vector3f& normal, const Eigen::Vector3f& on,
+                             float stiffness) {
+  return {.normal = packet_vector(normal), .offset = normal.dot(on), .stiffness = stiffness};
+}
+
+/// Only the nearest facet, as a coarse contact stage gives it: of a ball of 10 mm below y = 0.
+inline FakeTissue faceted_ball(float stiffness) {
+  return [=](ContactPacket& packet, double) {
+    constexpr float kRadius = 0.01F, kFacet = 0.3F;  // m, rad
+    const Eigen::Vector3f center(0, -kRadius, 0);
+    const Eigen::Vector3f from = vector_of(packet.position) - center;
+    const auto facet = [](float angle) { return std::round(angle / kFacet) * kFacet; };
+    const float tilt = facet(std::atan2(from.x(), from.y()));
+    const float turn = facet(std::atan2(from.z(), from.y()));
+    const Eigen::Vector3f normal = Eigen::Vector3f(std::tan(tilt), 1, std::tan(turn)).normalized();
+    packet.plane_count = 1;
+    packet.planes[0] = plane_at(normal, center + kRadius * normal, stiffness);
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  };
+}
+
+/// A hand slides over those facets, 2 mm deep at their top.
+inline Rig over_facets(float stiffness, const ServoOptions& options = {}) {
+  Rig rig = in_the_air(faceted_ball(stiffness), options);
+  guide(rig, 10, [](double time) {
+    return Eigen::Vector3d(8e-3 * std::sin(6 * time), -0.012, 8e-3 * std::sin(4.1 * time));
+  });
+  return rig;
+}
+
+/// Flat tissue under four points of a tool.
+inline FakeTissue four_points() {
+  return [](ContactPacket& packet, double) {
+    packet.plane_count = 4;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      packet.planes[i] = {.point = {i % 2 == 0 ? 2e-3F : -2e-3F, 0, i < 2 ? 2e-3F : -2e-3F},
+                          .normal = {0, 1, 0},
+                          .stiffness = 180};
+    }
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  };
+}
+
+/// A sheet at y = 0 that a tool pushes 5 mm ahead of it, at 0.2 m/s, before it is through.
+inline Rig through_sheet() {
+  Rig rig = in_the_air([is_through = false](ContactPacket& packet, double) mutable {
+    is_through = is_through || packet.position[1] < -5e-3F;
+    packet.plane_count = is_through ? 0 : 1;
+    packet.planes[0] = {.normal = {0, 1, 0}, .stiffness = 150};
+    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
+  });
+  guide(rig, 0.1, [](double time) { return Eigen::Vector3d(0, kAbove - 0.2 * time, 0); });
+  rig.run(1);
+  return rig;
+}
+
+/// A jaw closes, pulls by 12 mm, and loses what it holds in one of the ways.
+inline Rig grasp_lost(GraspState how) {
+  Rig rig = in_the_air([=](ContactPacket& packet, double time) {
+    packet.grasp.state = time < kEngaged ? GraspState::open : GraspState::held;
+    packet.grasp.state = time < kEngaged + 1 ? packet.grasp.state : how;
+    packet.grasp.stiffness = 150;
+    packet.force = packet_vector(grasp_force(packet.grasp, pose_of(packet)));
+  });
+  guide(rig, 0.5, [](double time) { return Eigen::Vector3d(0, kAbove + 0.022 * time, 0); });
+  rig.run(0.62);  // 0.12 s beyond the loss, of which packets are late by 10 to 20 ms
+  return rig;
 }
 
 }  // namespace pbdsurg::testing

@@ -17,6 +17,7 @@ using testing::Approx;
 using testing::Case;
 using testing::FakeTissue;
 using testing::felt_stiffness;
+using testing::guide;
 using testing::kAbove;
 using testing::kEngaged;
 using testing::Plant;
@@ -41,24 +42,8 @@ void check_grid(const FakeTissue& tissue, int period = 10) {
   }
 }
 
-// A hand on a way, given by its time and what it leaves in target.
-template <class Way>
-void guide(Rig& rig, double seconds, Way way) {
-  const double begin = rig.time;
-  for (long n = std::lround(seconds / Rig::kTick); n > 0; --n) {
-    const Eigen::Vector3d before = rig.target;
-    rig.target = way(rig.time - begin);
-    rig.target_velocity = (rig.target - before) / Rig::kTick;
-    rig.tick();
-  }
-  rig.target_velocity.setZero();
-}
-
-Rig in_the_air(FakeTissue tissue, const ServoOptions& options = {}) {
-  Rig rig({.has_hand = true, .position = {0, kAbove, 0}}, std::move(tissue), options);
-  rig.delay = 10;
-  rig.target = rig.plant.position;
-  rig.run(kEngaged);
+Rig in_the_air(FakeTissue tissue) {
+  Rig rig = testing::in_the_air(std::move(tissue));
   REQUIRE(rig.servo.chain().engaged() == 1);
   return rig;
 }
@@ -67,26 +52,6 @@ void check_steps(const Rig& rig) {
   CHECK(steps_of(rig.computed).p999 <= kLargestStep);
   CHECK(steps_of(rig.computed).largest <= kLargestSlew);  // so that the limit is no part of it
   CHECK(steps_of(rig.commanded).largest <= kLargestSlew);
-}
-
-ContactPlane plane_at(const Eigen::Vector3f& normal, const Eigen::Vector3f& on, float stiffness) {
-  return {.normal = packet_vector(normal), .offset = normal.dot(on), .stiffness = stiffness};
-}
-
-// Only the nearest facet, as a coarse contact stage gives it: of a ball of 10 mm below y = 0.
-FakeTissue faceted_ball(float stiffness) {
-  return [=](ContactPacket& packet, double) {
-    constexpr float kRadius = 0.01F, kFacet = 0.3F;  // m, rad
-    const Eigen::Vector3f center(0, -kRadius, 0);
-    const Eigen::Vector3f from = vector_of(packet.position) - center;
-    const auto facet = [](float angle) { return std::round(angle / kFacet) * kFacet; };
-    const float tilt = facet(std::atan2(from.x(), from.y()));
-    const float turn = facet(std::atan2(from.z(), from.y()));
-    const Eigen::Vector3f normal = Eigen::Vector3f(std::tan(tilt), 1, std::tan(turn)).normalized();
-    packet.plane_count = 1;
-    packet.planes[0] = plane_at(normal, center + kRadius * normal, stiffness);
-    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
-  };
 }
 
 }  // namespace
@@ -203,10 +168,7 @@ TEST_CASE("servo: drag resists motion, and no more than is stable", "[unit]") {
 }
 
 TEST_CASE("servo: steps of force stay small over edges and facets", "[unit]") {
-  Rig rig = in_the_air(faceted_ball(180));
-  guide(rig, 10, [](double time) {
-    return Eigen::Vector3d(8e-3 * std::sin(6 * time), -0.012, 8e-3 * std::sin(4.1 * time));
-  });
+  const Rig rig = testing::over_facets(180);
   check_steps(rig);
   float most = 0;
   for (const Eigen::Vector3f& force : rig.computed) {
@@ -215,40 +177,19 @@ TEST_CASE("servo: steps of force stay small over edges and facets", "[unit]") {
   CHECK(most > 0.5F);  // it did touch
 
   // what the paper's law does there
-  Rig paper = in_the_air(faceted_ball(60), {.mode = ServoMode::paper});
-  guide(paper, 10, [](double time) {
-    return Eigen::Vector3d(8e-3 * std::sin(6 * time), -0.012, 8e-3 * std::sin(4.1 * time));
-  });
+  const Rig paper = testing::over_facets(60, {.mode = ServoMode::paper});
   CHECK(steps_of(paper.computed).p999 > kLargestStep);
 }
 
 TEST_CASE("servo: four points are no stiffer than one", "[unit]") {
-  const FakeTissue four = [](ContactPacket& packet, double) {
-    packet.plane_count = 4;
-    for (std::uint32_t i = 0; i < 4; ++i) {
-      packet.planes[i] = {.point = {i % 2 == 0 ? 2e-3F : -2e-3F, 0, i < 2 ? 2e-3F : -2e-3F},
-                          .normal = {0, 1, 0},
-                          .stiffness = 180};
-    }
-    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
-  };
+  const FakeTissue four = testing::four_points();
   check_grid(four);
   CHECK(felt_stiffness(pushed({{.position = {0, kAbove, 0}}, 10}, four)) ==
         Approx(kStiffness).epsilon(0.02));
 }
 
-// A sheet at y = 0 that a tool pushes 5 mm ahead of it, at 0.2 m/s, before it is through.
 TEST_CASE("servo: a thin sheet never pulls", "[unit]") {
-  bool is_through = false;
-  Rig rig = in_the_air([&](ContactPacket& packet, double) {
-    is_through = is_through || packet.position[1] < -5e-3F;
-    packet.plane_count = is_through ? 0 : 1;
-    packet.planes[0] = {.normal = {0, 1, 0}, .stiffness = 150};
-    packet.force = packet_vector(plane_force(packet, pose_of(packet)));
-  });
-  guide(rig, 0.1, [](double time) { return Eigen::Vector3d(0, kAbove - 0.2 * time, 0); });
-  rig.run(1);
-  CHECK(is_through);
+  const Rig rig = testing::through_sheet();
   check_steps(rig);
   for (const Eigen::Vector3f& force : rig.commanded) {
     REQUIRE(force.y() >= -1e-6F);
