@@ -508,8 +508,13 @@ double Engine::time() const {
 }
 
 void Engine::step(int ticks) {
-  check(!options_.has_real_time, "real time cannot be stepped; it passes by itself");
-  check(ticks >= 0, "cannot step by " + std::to_string(ticks) + " ticks; time never goes back");
+  if (options_.has_real_time) {
+    throw pbdsurg::InvalidArgument("real time cannot be stepped; it passes by itself");
+  }
+  if (ticks < 0) {
+    throw pbdsurg::InvalidArgument("cannot step by " + std::to_string(ticks) +
+                                   " ticks; time never goes back");
+  }
   Lock lock(mutex_);
   for (int tick_index = 0; tick_index < ticks; ++tick_index) {
     tick(lock);
