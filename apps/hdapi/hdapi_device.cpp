@@ -43,18 +43,18 @@ void take_errors(Function&& function) {
     if (!HD_DEVICE_ERROR(info)) {
       return;
     }
-    function(info.errorCode);
+    function(info);
   }
 }
 
 void drop_errors() {
-  take_errors([](HDerror) {});
+  take_errors([](const HDErrorInfo&) {});
 }
 
 /// The newest error that waits, if there is one; none is left.
 std::optional<HDerror> newest_error() {
   std::optional<HDerror> newest;
-  take_errors([&](HDerror error) { newest = newest.value_or(error); });
+  take_errors([&](const HDErrorInfo& info) { newest = newest.value_or(info.errorCode); });
   return newest;
 }
 
@@ -201,6 +201,38 @@ Eigen::Vector3f read_vector(HDenum parameter, double scale) {
   return (scale * values).cast<float>();
 }
 
+bool is_in_inkwell() {
+  HDboolean is_parked = 0;
+  hdGetBooleanv(HD_CURRENT_INKWELL_SWITCH, &is_parked);
+  return is_parked != 0;
+}
+
+/// 0 cold to 1 warm
+float warmest_motor() {
+  std::array<HDdouble, 6> temperatures{};  // of three motors, or six
+  hdGetDoublev(HD_MOTOR_TEMPERATURE, temperatures.data());
+  return static_cast<float>(*std::max_element(temperatures.begin(), temperatures.end()));
+}
+
+/// What not all models tell. Asked in each tick, it would be an error in each.
+struct Extras {
+  bool has_inkwell = false;
+  bool has_gimbal = false;
+  bool has_temperature = false;
+};
+
+/// Of the current device.
+Extras find_extras() {
+  Extras extras;
+  is_in_inkwell();
+  extras.has_inkwell = !newest_error();
+  read_vector(HD_CURRENT_GIMBAL_ANGLES, 1);
+  extras.has_gimbal = !newest_error();
+  warmest_motor();
+  extras.has_temperature = !newest_error();
+  return extras;
+}
+
 /// What the servo's thread tells the others.
 struct Published {
   pbdsurg::DeviceState state;
@@ -221,10 +253,12 @@ struct HdapiDevice::Servo {
   void look();
   void note(DeviceFault fault, std::uint64_t count = 1);
   void take_faults();
+  DeviceFault note_error(const HDErrorInfo& info);
 
   HdapiDeviceOptions options;
   OpenDevice open;
   HdapiLimits limits{};
+  Extras extras{};
   ForceGate gate{{}, static_cast<float>(kPeriod)};
 
   pbdsurg::DeviceState state{};
@@ -233,6 +267,7 @@ struct HdapiDevice::Servo {
   bool has_fault = false;  // since the last tick, of those that stop the force
   bool is_warm = false;
   bool is_abandoned = false;  // lost, and told that force is zero
+  const std::vector<std::unique_ptr<HdapiDevice>>* session_devices = nullptr;  // this among them
   pbdsurg::Mailbox<Published> mailbox;
 
  private:
@@ -269,8 +304,25 @@ void HdapiDevice::Servo::note(DeviceFault fault, std::uint64_t count) {
   status.faults.add(fault, count);
 }
 
+/// Errors say which device they are of; they may come while another is looked at.
+DeviceFault HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
+  const DeviceFault fault = fault_of(info.errorCode);
+  Servo* owner = this;
+  for (const std::unique_ptr<HdapiDevice>& device : *session_devices) {
+    if (fault == DeviceFault::scheduler_failure) {
+      device->servo_->note(fault);  // there is one for all
+    } else if (device->servo_->open.handle() == info.hHD) {
+      owner = device->servo_.get();
+    }
+  }
+  if (fault != DeviceFault::scheduler_failure) {
+    owner->note(fault);
+  }
+  return fault;
+}
+
 void HdapiDevice::Servo::take_faults() {
-  take_errors([this](HDerror error) { note(fault_of(error)); });
+  take_errors([this](const HDErrorInfo& info) { note_error(info); });
 }
 
 /// Goes on with the calibration of the current device, and looks who it is.
@@ -302,16 +354,17 @@ void HdapiDevice::Servo::look() {
 /// Reads the frame of the current device.
 void HdapiDevice::Servo::read() {
   std::array<HDdouble, 16> transform{};
-  HDboolean is_in_inkwell = 0;
-  std::array<HDdouble, 6> temperatures{};  // three motors, or six
   hdGetDoublev(HD_CURRENT_TRANSFORM, transform.data());
-  hdGetBooleanv(HD_CURRENT_INKWELL_SWITCH, &is_in_inkwell);
-  hdGetDoublev(HD_MOTOR_TEMPERATURE, temperatures.data());
   status.velocity = read_vector(HD_CURRENT_VELOCITY, kMetresOfMillimetre);
-  status.gimbal_angles = read_vector(HD_CURRENT_GIMBAL_ANGLES, 1);
-  status.is_in_inkwell = is_in_inkwell != 0;
-  status.motor_temperature =
-      static_cast<float>(*std::max_element(temperatures.begin(), temperatures.end()));
+  if (extras.has_inkwell) {
+    status.is_in_inkwell = is_in_inkwell();
+  }
+  if (extras.has_gimbal) {
+    status.gimbal_angles = read_vector(HD_CURRENT_GIMBAL_ANGLES, 1);
+  }
+  if (extras.has_temperature) {
+    status.motor_temperature = warmest_motor();
+  }
   const std::optional<Eigen::Isometry3f> pose = pose_of(transform);
   if (!pose || !status.velocity.allFinite()) {
     note(DeviceFault::bad_reading);
@@ -333,10 +386,10 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
   if (!is_abandoned) {
     Frame frame(open.handle());
     bool has_begun = true;
-    take_errors([&](HDerror error) {
-      const DeviceFault fault = fault_of(error);
-      has_begun = has_begun && fault != DeviceFault::wrong_handle && fault != DeviceFault::bad_call;
-      note(fault);
+    take_errors([&](const HDErrorInfo& info) {
+      const DeviceFault fault = note_error(info);
+      has_begun = has_begun && (info.hHD != open.handle() || (fault != DeviceFault::wrong_handle &&
+                                                              fault != DeviceFault::bad_call));
     });
     if (has_begun && !status.is_lost) {
       read();
@@ -438,6 +491,8 @@ void HdapiSession::Ticker::open(std::vector<HdapiDeviceOptions> options) {
     auto servo = std::make_unique<HdapiDevice::Servo>(std::move(device), std::move(open_device));
     hdMakeCurrentDevice(servo->open.handle());
     servo->limits = read_limits();
+    servo->extras = find_extras();
+    servo->session_devices = &devices;
     devices.push_back(std::make_unique<HdapiDevice>(std::move(servo), clock));
   }
   exchange_swapped();
@@ -471,6 +526,7 @@ void HdapiSession::Ticker::exchange_swapped() {
     HdapiDevice::Servo& swapped = *(*other)->servo_;
     std::swap(servo.open, swapped.open);
     std::swap(servo.limits, swapped.limits);
+    std::swap(servo.extras, swapped.extras);
     for (HdapiDevice::Servo* const exchanged : {&servo, &swapped}) {
       exchanged->status.faults.add(DeviceFault::swapped_devices);
     }

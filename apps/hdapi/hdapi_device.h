@@ -32,7 +32,8 @@ struct HdapiTick {
 };
 
 /// What a hand shall feel, N in the axes of the device: a servo with its safety chain. Called in
-/// each tick by the scheduler's thread: it may neither wait nor allocate nor throw.
+/// each tick by the scheduler's thread, until the device is lost and its force is zero: it may
+/// neither wait nor allocate nor throw.
 using HdapiForce = std::function<Eigen::Vector3f(const HdapiTick& tick)>;
 
 /// Which device, and what it shall do.

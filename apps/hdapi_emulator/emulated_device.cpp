@@ -184,6 +184,10 @@ void EmulatedDevice::enable(HDenum capability, bool is_enabled) {
 }
 
 int EmulatedDevice::get(HDenum parameter, HDdouble* values) const {
+  if (!options_.has_extras &&
+      (parameter == HD_CURRENT_GIMBAL_ANGLES || parameter == HD_MOTOR_TEMPERATURE)) {
+    return 0;
+  }
   switch (parameter) {
     case HD_CURRENT_POSITION:
       return write(sample_.position * kMillimetres, values);
@@ -249,6 +253,9 @@ int EmulatedDevice::get(HDenum parameter, HDint* values) const {
 int EmulatedDevice::get(HDenum parameter, HDboolean* values) const {
   switch (parameter) {
     case HD_CURRENT_INKWELL_SWITCH:
+      if (!options_.has_extras) {
+        return 0;
+      }
       return write(sample_.is_in_inkwell ? HD_TRUE : HD_FALSE, values);
     case HD_CURRENT_SAFETY_SWITCH:
       return write(HD_TRUE, values);  // a Touch has none

@@ -86,7 +86,8 @@ struct DeviceOptions {
   double max_continuous_force = 0.88;                   ///< N
   Eigen::Vector3d position = Eigen::Vector3d::Zero();   ///< m, where it begins
   CalibrationNeed calibration = CalibrationNeed::none;  ///< else positions are off by 20 mm
-  HandScript hand{};                                    ///< without one, nobody holds it
+  bool has_extras = true;  ///< gimbal angles, inkwell switch, motor temperature: not all models do
+  HandScript hand{};       ///< without one, nobody holds it
 };
 
 /// Whom hdGetError() hands an error to. The vendor's documentation leaves that open, so a driver

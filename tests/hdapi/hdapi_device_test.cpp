@@ -148,6 +148,33 @@ TEST_CASE("hdapi: the force of a pose is commanded in its own tick", "[unit]") {
   CHECK(session.device(0).status().gain == 1);
 }
 
+// Catches a weak device that is driven like a strong one.
+TEST_CASE("hdapi: force stays below 0.8 of what the device has", "[unit]") {
+  EmulatorOptions options = testing::two_hands();
+  options.devices[0].max_force = 1;
+  Emulator emulator(options);
+  testing::Wall left(emulator), right(emulator);
+  HdapiSession session(testing::feel(left, right), emulator.clock());
+  pass(emulator, session, kUntilOpen);
+  CHECK(emulator.forces(0).back().set.norm() == Approx(0.8));
+  CHECK(emulator.forces(1).back().set.norm() > 1.5);
+}
+
+// Catches a driver that takes the lack of a thermometer for a fault.
+TEST_CASE("hdapi: a model that tells less has its force all the same", "[unit]") {
+  EmulatorOptions options = testing::two_hands();
+  options.devices[0].has_extras = false;
+  Emulator emulator(options);
+  testing::Wall left(emulator), right(emulator);
+  HdapiSession session(testing::feel(left, right), emulator.clock());
+  pass(emulator, session, kUntilOpen);
+  CHECK(emulator.forces(0).back().set.norm() > 1.5);
+  const HdapiStatus status = session.device(0).status();
+  CHECK(status.faults.of(DeviceFault::bad_call) == 0);
+  CHECK(status.motor_temperature == 0);
+  CHECK(session.device(1).status().motor_temperature > 0);
+}
+
 // Catches force on a device whose positions are off, and one that never gets calibrated.
 TEST_CASE("hdapi: no force before a device is calibrated", "[unit]") {
   EmulatorOptions options = testing::two_hands();

@@ -147,6 +147,9 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
   }
   if (expected.counted) {
     CHECK(status.faults.of(*expected.counted) >= 1);
+    if (is_fatal(*expected.counted)) {
+      CHECK(status.faults.of(*expected.counted) == 1);  // though it lasts
+    }
   } else {
     CHECK(left.stale_tick_count() > 0);
   }
@@ -192,6 +195,23 @@ TEST_CASE("hdapi faults: with a wrong handle the other hand's pose is not taken"
   CHECK(session.device(1).state().buttons == 2);
   CHECK(session.device(0).state().pose.translation().x() < -0.04f);
   CHECK_FALSE(session.device(0).status().is_lost);
+}
+
+// Catches an error that is put down to the device which is looked at when it is found.
+TEST_CASE("hdapi faults: an error is the device's that it names", "[unit]") {
+  Emulator emulator(testing::two_hands());
+  testing::Wall left(emulator), right(emulator);
+  HdapiSession session(testing::feel(left, right), emulator.clock());
+  HHD handle = hdGetCurrentDevice();  // of the right hand: it was opened last
+  hdScheduleAsynchronous(
+      [](void* data) -> HDCallbackCode {
+        hdEndFrame(*static_cast<HHD*>(data));  // without a beginning
+        return HD_CALLBACK_DONE;
+      },
+      &handle, HD_MIN_SCHEDULER_PRIORITY);
+  emulator.step(10);
+  CHECK(session.device(0).status().faults.of(DeviceFault::bad_call) == 0);
+  CHECK(session.device(1).status().faults.of(DeviceFault::bad_call) == 1);
 }
 
 // Catches errors of the force that the emulator makes by itself.
