@@ -144,6 +144,7 @@ class PBDSURG_API SafetyChain {
   static constexpr float kSlewTick = 1e-3F;  ///< s: a later tick may step no further than this one
   static constexpr float kLargestSpeed = 1;  ///< m/s, of the tip: beyond, a handle was dropped
 
+  /// Lets nothing in before it has seen a device that is ready.
   explicit SafetyChain(const SafetyLimits& limits = {}) noexcept : limits_(limits) {}
 
   /// One tick.
