@@ -7,6 +7,7 @@
 #include "pbdsurg/anatomy/organs.h"
 #include "pbdsurg/heat/tissue_color.h"
 
+#include "apps/cholecystectomy/skin_changes.h"
 #include "apps/viewer/instruments.h"
 #include "apps/viewer/offscreen_renderer.h"
 #include "apps/viewer/png.h"
@@ -140,21 +141,9 @@ class GlFramePicture final : public FramePicture {
 
   void collect(const Surface& skin, Kept& kept) {
     SurfaceChange& change = kept.change;
-    const std::size_t before = change.positions.size();
-    change.positions.assign(skin.positions().begin(), skin.positions().end());
-    const auto rest = skin.rest_positions();
-    change.new_rest_positions.assign(rest.begin() + static_cast<std::ptrdiff_t>(before),
-                                     rest.end());
-    skin.collect_changes(kept.triangles, ranges_);
+    cholecystectomy::collect_skin_changes(skin, change.positions.size(), kept.triangles, ranges_,
+                                          change);
     kept.triangles = skin.version();
-    change.triangles.resize(ranges_.size());
-    for (std::size_t r = 0; r < ranges_.size(); ++r) {
-      const auto values =
-          skin.triangles().subspan(static_cast<std::size_t>(ranges_[r].first),
-                                   static_cast<std::size_t>(ranges_[r].end - ranges_[r].first));
-      change.triangles[r].first = ranges_[r].first;
-      change.triangles[r].values.assign(values.begin(), values.end());
-    }
     skin.collect_mark_changes(kept.marks, ranges_);
     kept.marks = skin.marks_version();
     change.burns.resize(ranges_.size());

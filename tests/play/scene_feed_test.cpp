@@ -70,11 +70,21 @@ TEST_CASE("scene feed: skin stays skin over an undo between cuts", "[session]") 
   feed.begin_anew(after, skin);
   before.reset();
   CHECK(std::abs(skin_area(feed, after) - area) < 1e-4 * area);
+  SceneState shown;
+  feed.fill(shown, {});
+  const Seen seen{0, shown.generation, shown.triangle_versions, shown.burn_versions,
+                  shown.vertex_counts};
   cut_liver(after, 0.5F);
   after.advance({});
   CHECK(std::abs(skin_area(feed, after) - area) < 1e-4 * area);
-  SceneState shown;
+  feed.fill(shown, seen);  // the vertices that the cut has made
+  CHECK(shown.whole.empty());
+  const pbdsurg::Surface& liver = after.surface(Organ::liver);
+  CHECK(shown.changes[1].new_rest_positions.size() ==
+        liver.vertices().size() - seen.vertex_counts[1]);
+  CHECK(shown.changes[1].new_rest_positions.size() > 20);
   feed.fill(shown, {});
+  CHECK(shown.changes[1].new_rest_positions.empty());
   CHECK(shown.whole.size() == kOrganCount + 1);
   CHECK(std::ranges::count(shown.whole[1].is_inner, 1) > 20);
 }

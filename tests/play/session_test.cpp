@@ -205,7 +205,7 @@ TEST_CASE("session: changes since what was seen keep surfaces whole", "[session]
   REQUIRE(state.generation == 1);
   std::vector<Surface> copy = state.whole;
   const auto take = [&] {
-    seen = {0, state.generation, state.triangle_versions, state.burn_versions};
+    seen = {0, state.generation, state.triangle_versions, state.burn_versions, state.vertex_counts};
   };
   take();
   play.hands[1].set_pedals({.cut = true});
@@ -256,7 +256,8 @@ TEST_CASE("session: an undo brings back the scene before the stroke", "[session]
   REQUIRE(play.session.simulation().solver.tissue().version() > before.version + 3);
   SceneState state = play.whole();
   CHECK_FALSE(Scene(play).shows(before));
-  const Seen seen{0, state.generation, state.triangle_versions, state.burn_versions};
+  const Seen seen{0, state.generation, state.triangle_versions, state.burn_versions,
+                  state.vertex_counts};
   play.session.undo(play.events);
   CHECK(play.count(Event::undone) == 1);
   play.session.fill(state, seen);

@@ -34,7 +34,7 @@ struct Threaded {
       if (thread.states.take() > 0) {
         const SceneState& state = thread.states.value();
         thread.seen.draft() = {thread.states.sequence(), state.generation, state.triangle_versions,
-                               state.burn_versions};
+                               state.burn_versions, state.vertex_counts};
         thread.seen.publish();
         generations = std::max(generations, state.generation);
         if (condition(state)) {

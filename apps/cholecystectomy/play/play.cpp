@@ -202,6 +202,7 @@ class Play {
       seen_.generation = now.generation;
       seen_.triangle_versions = now.triangle_versions;
       seen_.burn_versions = now.burn_versions;
+      seen_.vertex_counts = now.vertex_counts;
     }
     seen_.sequence = simulation_.states.sequence();
     publish_seen();

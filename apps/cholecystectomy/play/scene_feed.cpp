@@ -7,6 +7,8 @@
 #include "pbdsurg/mesh/topology.h"
 #include "pbdsurg/tissue/library.h"
 
+#include "apps/cholecystectomy/skin_changes.h"
+
 namespace cholecystectomy {
 namespace {
 
@@ -117,7 +119,11 @@ void SceneFeed::fill(SceneState& state, const Seen& seen) {
     if (is_new) {
       state.whole.push_back(whole_surface(organ));
     }
-    fill(organ, state.changes[i], seen.triangle_versions[i], seen.burn_versions[i]);
+    const std::size_t count = simulation_->surface(organ).vertices().size();
+    // what is whole has all vertices
+    fill(organ, state.changes[i], is_new ? count : seen.vertex_counts[i], seen.triangle_versions[i],
+         seen.burn_versions[i]);
+    state.vertex_counts[i] = count;
     state.triangle_versions[i] = simulation_->surface(organ).version();
     state.burn_versions[i] = burns_->version(organ);
   }
@@ -126,20 +132,13 @@ void SceneFeed::fill(SceneState& state, const Seen& seen) {
   }
 }
 
-void SceneFeed::fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
-                     std::uint64_t seen_burns) {
+void SceneFeed::fill(Organ organ, SurfaceChange& change, std::size_t seen_vertices,
+                     std::uint64_t seen_triangles, std::uint64_t seen_burns) {
   const pbdsurg::Surface& surface = simulation_->surface(organ);
-  change.positions.assign(surface.positions().begin(), surface.positions().end());
-  surface.collect_changes(seen_triangles, ranges_);
-  change.triangles.resize(ranges_.size());
-  for (std::size_t r = 0; r < ranges_.size(); ++r) {
-    const auto values =
-        surface.triangles().subspan(ranges_[r].first, ranges_[r].end - ranges_[r].first);
-    SurfaceChange::Triangles& run = change.triangles[r];
-    run.first = ranges_[r].first;
-    run.values.assign(values.begin(), values.end());
+  collect_skin_changes(surface, seen_vertices, seen_triangles, ranges_, change);
+  for (SurfaceChange::Triangles& run : change.triangles) {
     run.is_inner.clear();
-    for (const Triangle& triangle : values) {
+    for (const Triangle& triangle : run.values) {
       run.is_inner.push_back(is_inner(surface, triangle) ? 1 : 0);
     }
   }

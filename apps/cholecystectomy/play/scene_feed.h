@@ -51,8 +51,8 @@ class SceneFeed {
   [[nodiscard]] bool is_inner(const pbdsurg::Surface& surface,
                               const pbdsurg::Triangle& triangle) const;
   [[nodiscard]] Surface whole_surface(Organ organ) const;
-  void fill(Organ organ, SurfaceChange& change, std::uint64_t seen_triangles,
-            std::uint64_t seen_burns);
+  void fill(Organ organ, SurfaceChange& change, std::size_t seen_vertices,
+            std::uint64_t seen_triangles, std::uint64_t seen_burns);
 
   const Simulation* simulation_;
   const pbdsurg::MeshData& backdrop_;

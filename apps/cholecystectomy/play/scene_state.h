@@ -84,6 +84,7 @@ struct SceneState {
   std::vector<Surface> whole;    ///< [organs and backdrop], empty but in the first of a generation
   std::array<SurfaceChange, kOrganCount> changes;  ///< since what the window has seen
   std::array<std::uint64_t, kOrganCount> triangle_versions{}, burn_versions{};
+  std::array<std::size_t, kOrganCount> vertex_counts{};
 
   std::vector<Surface> sheets;
   std::vector<SmokePuff> smoke;
@@ -106,6 +107,7 @@ struct Seen {
   std::uint64_t sequence = 0;  ///< of the mailbox
   std::uint32_t generation = 0;
   std::array<std::uint64_t, kOrganCount> triangle_versions{}, burn_versions{};
+  std::array<std::size_t, kOrganCount> vertex_counts{};
 };
 
 }  // namespace cholecystectomy
