@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/cholecystectomy/arguments.h"
 
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -25,13 +27,41 @@ void add_organ(const std::string& text, OrganFiles& organs) {
   }
 }
 
+// Options of one way to run the demo, and those who have it.
+struct OwnOption {
+  const char* name;
+  bool is_of_script, is_of_virtual_time, is_of_window;
+};
+constexpr std::array kOwnOptions{
+    OwnOption{"--seed", true, false, false},       OwnOption{"--time-scale", true, false, false},
+    OwnOption{"--no-pictures", true, true, false}, OwnOption{"--settings", false, false, true},
+    OwnOption{"--pictures", false, false, true},   OwnOption{"--devices", false, true, true},
+    OwnOption{"--seconds", false, true, false}};
+
+void refuse_foreign_options(const CLI::App& app, const Arguments& arguments) {
+  for (const OwnOption& option : kOwnOptions) {
+    const bool is_allowed = arguments.is_headless  ? option.is_of_script
+                            : arguments.is_virtual ? option.is_of_virtual_time
+                                                   : option.is_of_window;
+    if (app.count(option.name) > 0 && !is_allowed) {
+      std::string whose;
+      for (const auto& [is_its, name] :
+           {std::pair(option.is_of_script, "--headless"),
+            std::pair(option.is_of_virtual_time, "--virtual-time"),
+            std::pair(option.is_of_window, "the window")}) {
+        whose += is_its ? (whose.empty() ? "" : " and ") + std::string(name) : "";
+      }
+      throw pbdsurg::InvalidArgument(std::string(option.name) + " is of " + whose);
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<Arguments> parse_arguments(int argument_count, const char* const* values) {
   CLI::App app(
       "A laparoscopic cholecystectomy, in a window to play with mouse and keyboard, or with "
-      "--headless as "
-      "a script: drag, burn, separate. Not a medical device, not validated.");
+      "--headless as a script: drag, burn, separate. Not a medical device, not validated.");
   app.footer(
       "Exit status: 0 done, with warnings or without; 1 the script touched nothing, burnt\n"
       "nothing, lost an organ or could not go on; 2 bad input; 130 interrupted, after writing "
@@ -87,6 +117,19 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       ->type_name("FILE");
   pbdsurg::add_whole_number(app, "--pictures", arguments.pictures, std::int64_t{1},
                             "close the window after so many");
+  app.add_option("--devices", arguments.devices,
+                 "what hands hold: mouse; openhaptics or emulator, haptic arms; the file of a "
+                 "device trace; one word for both hands or LEFT,RIGHT; or the file of a rig, see "
+                 "docs/rig.md")
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_flag("--virtual-time", arguments.is_virtual,
+               "without a window, in one thread, the same bits each time: emulated or recorded "
+               "hands operate, and hands.csv has what they would feel");
+  pbdsurg::add_number(
+      app, "--seconds", arguments.seconds, "number from 0.1 to 3600",
+      [](double seconds) { return seconds >= 0.1 && seconds <= 3600; },
+      "of virtual time, by default as long as the emulated hands' script");
   try {
     app.parse(argument_count, values);
   } catch (const CLI::ParseError& error) {
@@ -103,14 +146,12 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       }
     }
   }
-  const std::vector<const char*> scripted{"--seed", "--time-scale", "--no-pictures"};
-  const std::vector<const char*> played{"--settings", "--pictures"};
-  for (const char* option : arguments.is_headless ? played : scripted) {
-    if (app.count(option) > 0) {
-      throw pbdsurg::InvalidArgument(
-          std::string(option) +
-          (arguments.is_headless ? " is of the window, not of --headless" : " needs --headless"));
-    }
+  if (arguments.is_headless && arguments.is_virtual) {
+    throw pbdsurg::InvalidArgument("--headless and --virtual-time: one or the other");
+  }
+  refuse_foreign_options(app, arguments);
+  if (arguments.is_virtual && app.count("--devices") == 0) {
+    arguments.devices = "emulator";  // a mouse needs a window
   }
   for (const std::string& organ : organs) {
     add_organ(organ, files);

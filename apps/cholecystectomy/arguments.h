@@ -26,6 +26,10 @@ struct Arguments {
   std::optional<Detail> detail;
   std::optional<std::filesystem::path> settings;
   std::int64_t pictures = 0;  ///< to end after; 0: none
+  std::string devices = "mouse";
+  // of virtual time
+  bool is_virtual = false;
+  double seconds = 0;  ///< 0: as long as the script
 };
 
 /// Reads the command line; prints the help where that is asked for.

@@ -13,6 +13,7 @@
 #include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/outcome.h"
 #include "apps/cholecystectomy/output_folder.h"
+#include "apps/cholecystectomy/play/virtual_play.h"
 #include "apps/cholecystectomy/procedure.h"
 #include "apps/cholecystectomy/recorders.h"
 #include "apps/cholecystectomy/report.h"
@@ -131,6 +132,13 @@ int run(const Arguments& arguments) {
   if (arguments.is_headless) {
     end_on_interrupt();
     return run_script(arguments);
+  }
+  if (arguments.is_virtual) {
+    end_on_interrupt();
+    return play_in_virtual_time({arguments.out, arguments.organs,
+                                 arguments.detail.value_or(Detail::full), arguments.executor,
+                                 arguments.paper, arguments.devices, arguments.seconds,
+                                 !arguments.no_pictures});
   }
 #ifdef PBDSURG_HAS_WINDOW
   return play({arguments.out, arguments.organs, arguments.detail, arguments.executor,

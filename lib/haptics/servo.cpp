@@ -119,7 +119,10 @@ void ServoState::receive(const ContactPacket& packet) noexcept {
 void ServoState::learn_stiffness(const ContactPacket& packet) noexcept {
   const Eigen::Vector3f position = vector_of(packet.position), force = vector_of(packet.force);
   const Eigen::Vector3f way = position - secant_position_;
-  if (secant_force_.norm() < kNoForce) {  // secants begin in contact
+  if (packet.grasp.state != learned_grasp_) {  // what jaws hold is not what a tip presses on
+    learned_grasp_ = packet.grasp.state;
+    learned_ = secant_ = 0;
+  } else if (secant_force_.norm() < kNoForce) {  // secants begin in contact
     learned_ -= learned_ * packet_period_ / kForgetTime;
     secant_ = 0;
   } else if (way.norm() < kSecantWay) {

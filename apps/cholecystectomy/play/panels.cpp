@@ -492,6 +492,11 @@ void Panels::draw_forces(const SceneState& state) {
     };
     plot(texts_.force_on_grasper, grasper_, state.grasper);
     plot(texts_.force_on_hook, hook_, state.hook);
+    ImGui::PushTextWrapPos(size.x);
+    for (const std::string& line : hands_) {
+      ImGui::TextUnformatted(line.c_str());
+    }
+    ImGui::PopTextWrapPos();
   }
   end_panel();
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/cholecystectomy/play/controls.h"
@@ -52,6 +53,9 @@ class Panels {
 
   /// Adds a line of warning for some seconds. @param now  s of the clock
   void warn(const std::string& text, double now);
+
+  /// How devices in hands are, a line each, under the forces.
+  void set_hands(std::vector<std::string> lines) { hands_ = std::move(lines); }
 
   /// Fits sizes to the display; call this before lay_out().
   /// @param screen_scale  how large the screen wants texts
@@ -116,6 +120,7 @@ class Panels {
   Plot grasper_, hook_;
   double plotted_ = 0;  // s of the scene
   std::deque<Warned> warnings_;
+  std::vector<std::string> hands_;
   std::vector<Rectangle> covered_;  // by panels of the last picture
   std::vector<Button> buttons_;
   Group group_ = Group::none;  // of buttons that show

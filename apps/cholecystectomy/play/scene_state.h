@@ -13,6 +13,7 @@
 #include "pbdsurg/anatomy/cholecystectomy_anatomy.h"
 #include "pbdsurg/haptics/device.h"
 
+#include "apps/rig/age_histogram.h"
 #include "apps/viewer/render_snapshot.h"
 
 namespace cholecystectomy {
@@ -98,6 +99,8 @@ struct SceneState {
   std::int64_t all_steps = 0;  ///< those before the scene began anew or went back, too
   double factor = 1;           ///< simulated time over the time asked for
   double owed = 0;             ///< s by which steps are late
+  double made = 0;             ///< s of the clock, when this was filled
+  rig::AgeHistogram hand_ages; ///< s, of hands at the beginning of steps, of this session
   StepTimes times;
   std::int64_t removed_tets = 0, parted_strands = 0;
 };

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 namespace cholecystectomy {
@@ -70,6 +69,8 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   };
   follow(simulation_->grasper, grasper);
   follow(simulation_->hook, hook);
+  hand_ages_.add(now - grasper.time);
+  hand_ages_.add(now - hook.time);
   work_jaws(grasper.jaw, events);
 
   pbdsurg::Pedals pedals;
@@ -115,8 +116,16 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   if (!simulation_->grasper.held.empty() &&
       simulation_->world.force(simulation_->grasper.tool).norm() > kGrip) {
     simulation_->release();
+    grasp_ = pbdsurg::GraspState::torn;
     count(events, Event::slipped);
   }
+}
+
+void Session::collect(std::uint64_t sequence, double time, const ContactPatches& patches) {
+  if (!contacts_) {
+    contacts_.emplace(*simulation_);
+  }
+  contacts_->collect(*simulation_, grasp_, sequence, time, patches);
 }
 
 void Session::work_jaws(float jaw, EventCounts& events) {
@@ -126,6 +135,7 @@ void Session::work_jaws(float jaw, EventCounts& events) {
     if (!grasper.held.empty()) {
       simulation_->release();
     }
+    grasp_ = pbdsurg::GraspState::open;
   } else if (!is_closed_ && jaw < kClosed) {
     is_closed_ = true;
     const Nearest nearest = nearest_organ(*simulation_, grasper.tip);
@@ -137,6 +147,7 @@ void Session::work_jaws(float jaw, EventCounts& events) {
         begin_stroke();
       }
       simulation_->grasp(*nearest.organ, kBite);
+      grasp_ = pbdsurg::GraspState::held;
     }
     count(events, is_near ? Event::grasped : Event::missed);
   }
@@ -178,6 +189,7 @@ void Session::undo(EventCounts& events) {
   const Moment& moment = strokes_.back();
   auto made = std::make_unique<Simulation>(scene_, moment.simulation, stages_, kTimeStep);
   made.swap(simulation_);
+  contacts_.reset();
   feed_.begin_anew(*simulation_, moment.skin);
   smoke_ = moment.smoke;
   is_closed_ = moment.is_closed;
@@ -208,6 +220,7 @@ void Session::put_hands(const Simulation& before) {
   is_closed_ = hand.jaw < kClosed || (is_closed_ && hand.jaw <= kOpen);
   put(simulation_->grasper, before.grasper);
   put(simulation_->hook, before.hook);
+  grasp_ = grasper.held.empty() ? pbdsurg::GraspState::open : pbdsurg::GraspState::held;
 }
 
 void Session::fill(SceneState& state, const Seen& seen) {

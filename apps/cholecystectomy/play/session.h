@@ -8,13 +8,16 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 
 #include "pbdsurg/haptics/device.h"
 
+#include "apps/cholecystectomy/play/instrument_contacts.h"
 #include "apps/cholecystectomy/play/scene_feed.h"
 #include "apps/cholecystectomy/play/scene_state.h"
 #include "apps/cholecystectomy/simulation.h"
 #include "apps/cholecystectomy/smoke.h"
+#include "apps/rig/age_histogram.h"
 
 namespace cholecystectomy {
 
@@ -58,6 +61,13 @@ class Session {
   /// Whether positions are no longer finite: only a new session helps.
   [[nodiscard]] bool is_lost() const { return simulation_->totals.non_finite_vertices > 0; }
 
+  /// What is near both instruments after a step: see InstrumentContacts::collect().
+  /// @param sequence  ascending, also from session to session
+  void collect(std::uint64_t sequence, double time, const ContactPatches& patches);
+
+  /// s, how old states of hands were when steps began; since the start.
+  [[nodiscard]] const rig::AgeHistogram& hand_ages() const { return hand_ages_; }
+
   /// All of a state but what time and events are.
   void fill(SceneState& state, const Seen& seen);
 
@@ -92,6 +102,9 @@ class Session {
   bool has_seen_pedals_up_ = false;  // who begins with a foot down lifts it first
   pbdsurg::Activation activation_ = pbdsurg::Activation::none;
   bool is_refused_ = false;
+  std::optional<InstrumentContacts> contacts_;  // of this simulation, from the first patch on
+  pbdsurg::GraspState grasp_ = pbdsurg::GraspState::open;
+  rig::AgeHistogram hand_ages_;
   StepTimes times_;
   std::deque<Moment> strokes_;  // oldest first; the last may have changed nothing yet
 };

@@ -22,8 +22,13 @@ struct SimulationThread::Load {
   SurgicalScene scene;
 };
 
-SimulationThread::SimulationThread(Options options, const Hands& hands, pbdsurg::Clock& clock)
-    : options_(std::move(options)), hands_(hands), clock_(clock), thread_([this] { run(); }) {}
+SimulationThread::SimulationThread(Options options, const Hands& hands, pbdsurg::Clock& clock,
+                                   ContactThread* contacts)
+    : options_(std::move(options)),
+      hands_(hands),
+      clock_(clock),
+      contacts_(contacts),
+      thread_([this] { run(); }) {}
 
 SimulationThread::~SimulationThread() {
   is_ending_ = true;
@@ -71,12 +76,24 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
     generation = session ? session->generation() + 1 : 1;
     session.reset();  // its memory first
     session.emplace(load.scene, load.anatomy.anatomy.abdominal_wall, solver, hands_, generation);
+    if (options_.on_begin) {
+      options_.on_begin(load.scene);
+    }
   };
   begin();
   Pacer pacer(Session::kTimeStep, clock_.now());
   std::uint64_t published = 0;
   double published_at = 0;
   std::int64_t steps = 0;
+  const auto take_step = [&] {
+    const double start = clock_.now();
+    session->step(orders.value(), start, events);
+    ++steps;
+    if (contacts_ != nullptr) {
+      session->collect(static_cast<std::uint64_t>(steps), start, contacts_->drafts());
+      contacts_->publish();
+    }
+  };
 
   while (!is_ending_) {
     orders.take();
@@ -94,13 +111,11 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
     }
     pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
     for (; now.is_paused && before.single_steps < now.single_steps; ++before.single_steps) {
-      session->step(now, clock_.now(), events);
-      ++steps;
+      take_step();
     }
     before = now;
     if (pacer.is_due(clock_.now())) {
-      session->step(now, clock_.now(), events);
-      ++steps;
+      take_step();
       pacer.took_step(clock_.now());
     }
     seen.take();
@@ -121,6 +136,8 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       state.all_steps = steps;
       state.factor = pacer.factor();
       state.owed = pacer.owed(start);
+      state.made = start;
+      state.hand_ages = session->hand_ages();
       state.times.publish = 1e3 * (clock_.now() - start);
       published = states.publish();
       published_at = start;

@@ -12,6 +12,7 @@
 #include "pbdsurg/base/mailbox.h"
 
 #include "apps/cholecystectomy/organ_files.h"
+#include "apps/cholecystectomy/play/contact_thread.h"
 #include "apps/cholecystectomy/play/scene_state.h"
 #include "apps/cholecystectomy/play/session.h"
 
@@ -30,10 +31,15 @@ class SimulationThread {
     bool is_paper = false;
     /// Called in the thread, which makes the device's context there.
     std::function<pbdsurg::Executor()> executor;
+    /// Called in the thread whenever a session begins; may be empty.
+    std::function<void(const SurgicalScene&)> on_begin{};
   };
 
-  /// Begins at once. @param hands, clock  kept by reference: they outlive the thread
-  SimulationThread(Options options, const Hands& hands, pbdsurg::Clock& clock);
+  /// Begins at once.
+  /// @param hands, clock, contacts  kept by reference: they outlive the thread
+  /// @param contacts                of hands that feel; null if none does
+  SimulationThread(Options options, const Hands& hands, pbdsurg::Clock& clock,
+                   ContactThread* contacts = nullptr);
 
   /// Ends after the step, or stage of loading, that runs.
   ~SimulationThread();
@@ -54,6 +60,7 @@ class SimulationThread {
   Options options_;
   Hands hands_;
   pbdsurg::Clock& clock_;
+  ContactThread* contacts_;
   std::atomic<bool> is_ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

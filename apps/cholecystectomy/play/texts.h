@@ -79,6 +79,22 @@ struct Texts {
   const char* force_on_grasper = "grasper %.1f N, %.0f mm away";
   const char* force_on_hook = "hook %.1f N, %.0f mm away";
 
+  std::array<const char*, 2> sides{"left", "right"};
+  const char* hand_line = "%s, %s: %.2f N of %.2f N, %s";  // commanded, computed
+  const char* hand_fine = "force on";
+  const char* hand_engaging = "force is let in while nothing is touched";
+  const char* hand_not_calibrated = "no force: not calibrated";
+  const char* hand_lost = "no force: not connected";
+  const char* arm_lost =
+      "The %s arm is lost. It goes on without force; check cable and power, then start again.";
+  const char* arm_silent = "The %s arm is silent; its pedals are up.";
+  const char* arm_inkwell = "Park the %s stylus in its inkwell, and take it out again.";
+  const char* arm_stuck = "The %s arm does not calibrate: unplug it, plug it in, start again.";
+  const char* arm_warm = "The motors of the %s arm are warm: no force until they have cooled.";
+  const char* handle_lost = "The handle in the %s hand is silent: its jaws open.";
+  const char* handle_back = "The handle in the %s hand is back.";
+  const char* trace_over = "The recorded %s hand has come to its end.";
+
   const char* in_time = "%.1f s, in real time";
   const char* stretched = "%.1f s, TIME STRETCHED by %.2f";
   const char* paused = "%.1f s, paused";

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+/// @file
+/// Where instruments and scope come in: the ports of an operation in the usual position.
+
+#include <Eigen/Core>
+
+#include "apps/cholecystectomy/play/hand.h"
+#include "apps/cholecystectomy/scope.h"
+#include "apps/rig/rig.h"
+
+namespace cholecystectomy {
+
+/// In the picture from below left and right, the tips before the organs.
+[[nodiscard]] rig::RigPlaces hand_places();
+
+/// What a hand may reach from the port on its side.
+[[nodiscard]] Reach reach_of(rig::Side side);
+
+/// Through the navel, at the gallbladder.
+[[nodiscard]] Scope first_scope();
+
+}  // namespace cholecystectomy
