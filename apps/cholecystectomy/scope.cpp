@@ -74,6 +74,14 @@ Eigen::Matrix3f turn(float angle, const Eigen::Vector3f& axis) {
   return Eigen::AngleAxisf(angle, axis).toRotationMatrix();
 }
 
+// The triangle of pivot, tip and target: its angle at the tip is pi - angle. Of the two sides
+// there, the other than `side`; 0 where there is none.
+double other_side(double line, double angle, double side) {
+  const double sine = std::sin(angle);
+  const double squared = line * line - side * side * sine * sine;
+  return squared > 0 ? std::max(std::sqrt(squared) - side * std::cos(angle), 0.0) : 0;
+}
+
 }  // namespace
 
 Scope::Scope(const Eigen::Vector3f& pivot, const Eigen::Vector3f& axis, const ScopeOptions& options)
@@ -97,17 +105,11 @@ Scope Scope::looking_at(const Eigen::Vector3f& pivot, const Eigen::Vector3f& tar
                                    "insertion, " + std::to_string(options.least_insertion) + " m");
   }
   Scope scope(pivot, way, options);
-  // The triangle of pivot, tip and target: its angle at the tip is pi - angle. Of the two sides
-  // there, the other.
+  const double insertion =
+      std::clamp<double>(other_side(line, options.angle, options.working_distance),
+                         options.least_insertion, options.most_insertion);
+  const double focus = other_side(line, options.angle, insertion);
   const double sine = std::sin(static_cast<double>(options.angle));
-  const double cosine = std::cos(static_cast<double>(options.angle));
-  const auto other_side = [&](double side) {
-    const double squared = line * line - side * side * sine * sine;
-    return squared > 0 ? std::sqrt(squared) - side * cosine : 0;
-  };
-  const double insertion = std::clamp<double>(other_side(options.working_distance),
-                                              options.least_insertion, options.most_insertion);
-  const double focus = other_side(insertion);
   const auto aside = static_cast<float>(std::asin(focus * sine / line));
   const bool is_above = scope.elevation_ + aside <= kPi / 2;
   scope.elevation_ += is_above ? aside : -aside;
@@ -178,8 +180,30 @@ void Scope::advance(float distance) {
   const float wanted = insertion_ + finite_or_zero(distance);
   const float before = insertion_;
   insertion_ = std::clamp(wanted, options_.least_insertion, options_.most_insertion);
-  // as near as the lens can come
-  focus_ = std::max(focus_ - (insertion_ - before), 0.2F * options_.working_distance);
+  focus_ = std::max(focus_ - (insertion_ - before), least_focus());
+}
+
+void Scope::look_at(const Eigen::Vector3f& target, float distance) {
+  if (!target.allFinite() || !(distance > 0) || !std::isfinite(distance)) {
+    return;
+  }
+  const Eigen::Vector3d way = (level_.transpose() * (target - pivot_)).cast<double>();
+  const double line = way.norm();
+  const double insertion = std::clamp<double>(other_side(line, options_.angle, distance),
+                                              options_.least_insertion, options_.most_insertion);
+  const double focus = other_side(line, options_.angle, insertion);
+  // the way in axes of the shaft, whose elevation turns the last two
+  const double aside = focus * std::sin(static_cast<double>(options_.angle));
+  const double right = aside * std::sin(static_cast<double>(post_));
+  const double above = -aside * std::cos(static_cast<double>(post_));
+  const double ahead = insertion + focus * std::cos(static_cast<double>(options_.angle));
+  const double length = std::hypot(above, ahead);
+  const double lean = std::asin(std::clamp(way.z() / length, -1.0, 1.0));
+  const double azimuth = std::atan2(way.y(), way.x()) + std::atan2(right, length * std::cos(lean));
+  const double elevation = lean - std::atan2(above, ahead);
+  insertion_ = static_cast<float>(insertion);
+  focus_ = std::max(static_cast<float>(focus), least_focus());
+  orbit(static_cast<float>(azimuth - azimuth_), static_cast<float>(elevation - elevation_));
 }
 
 void Scope::turn_post(float angle) {

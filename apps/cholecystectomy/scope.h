@@ -71,6 +71,10 @@ class Scope {
   void orbit(float azimuth, float elevation);
   /// Slides the shaft, inwards where positive; what it looks at stays as far from the port.
   void advance(float distance);
+  /// Turns and slides the shaft, its post as it is, so that the target is in the middle of the
+  /// picture and the lens at a distance from it, in focus. What cannot have both keeps the first.
+  /// @param distance  m, positive
+  void look_at(const Eigen::Vector3f& target, float distance);
   void turn_post(float angle);
   /// Turns the camera head by hand, which ends levelling.
   void turn_head(float angle);
@@ -99,6 +103,8 @@ class Scope {
   [[nodiscard]] Eigen::Vector3f direction(float azimuth, float elevation) const;
   [[nodiscard]] Eigen::Matrix3f shaft_frame() const;
   [[nodiscard]] Eigen::Matrix3f optics_frame() const;  // S Rz(post) Rx(-angle)
+  // As near as the lens can come, m.
+  [[nodiscard]] float least_focus() const { return 0.2F * options_.working_distance; }
   void aim(const Eigen::Vector3f& direction);
   void level();
 

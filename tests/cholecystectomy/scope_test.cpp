@@ -134,6 +134,33 @@ TEST_CASE("scope: looking_at() puts its target into the middle of a level pictur
   }
 }
 
+// Would catch a shaft that is turned as if the post were above.
+TEST_CASE("scope: look_at() puts its target into the middle, whatever the post", "[unit]") {
+  ScopeOptions options;
+  options.angle = GENERATE(0.0F, 30.0F, 45.0F) * kDegree;
+  options.up = GENERATE(Eigen::Vector3f(0, 0, 1), Eigen::Vector3f(0, -3, 0.5F));
+  options.widest_tilt = 3;
+  const Eigen::Vector3f pivot(0.1F, -0.2F, 0.05F);
+  for (int i = 0; i < 12; ++i) {
+    Scope scope(pivot, {1, 2, -1}, options);
+    scope.turn_post(30 * kDegree * static_cast<float>(i));
+    const float post = scope.post();
+    const float side = i % 2 == 0 ? 1.0F : -1.0F;
+    const Eigen::Vector3f target = pivot + Eigen::Vector3f(side * 0.12F, 0.09F, side * 0.04F);
+    scope.look_at(target, 0.07F);
+    const Camera camera = scope.camera();
+    CAPTURE(i);
+    CHECK(project(camera, target).norm() < 1e-4F);
+    CHECK((camera.eye - target).norm() == Approx(0.07F).epsilon(1e-3));
+    CHECK(scope.focus() == Approx(0.07F).epsilon(1e-3));
+    CHECK(lean_of(camera, options.up) == Approx(0).margin(1e-4));
+    CHECK(scope.post() == post);
+    scope.look_at(target, 5);  // as far as the port allows
+    CHECK(scope.insertion() == options.least_insertion);
+    CHECK(project(scope.camera(), target).norm() < 1e-4F);
+  }
+}
+
 // Would catch a limit that one of the motions passes by.
 TEST_CASE("scope: the shaft stays in the port's cone and range", "[unit]") {
   ScopeOptions options;
@@ -149,6 +176,15 @@ TEST_CASE("scope: the shaft stays in the port's cone and range", "[unit]") {
     REQUIRE(tilt < options.widest_tilt + 1e-3F);
   }
   CHECK(widest > 0.49F);
+  for (const Eigen::Vector3f& target :
+       {Eigen::Vector3f(0.1F, 0.1F, 0.1F), Eigen::Vector3f(-0.1F, -0.2F, 0.1F),
+        Eigen::Vector3f(0, 0, 0.2F), Eigen::Vector3f(0, 0, -0.001F), Eigen::Vector3f(0, 0, 0)}) {
+    scope.look_at(target, 0.05F);
+    CAPTURE(target.transpose());
+    CHECK(std::acos(std::min(1.0F, scope.shaft().dot(axis))) < options.widest_tilt + 1e-3F);
+    CHECK(scope.camera().target.allFinite());
+    CHECK(scope.focus() > 0);
+  }
   scope.advance(10);
   CHECK(scope.insertion() == options.most_insertion);
   CHECK(scope.focus() > 0);
@@ -165,6 +201,8 @@ TEST_CASE("scope: motions that are not finite are ignored", "[unit]") {
   scope.advance(std::numeric_limits<float>::infinity());
   scope.turn_post(nan);
   scope.set_focus(nan);
+  scope.look_at({nan, 0, 0}, 0.1F);
+  scope.look_at({0.1F, 0, 0}, nan);
   const Camera after = scope.camera();
   CHECK(after.eye == before.eye);
   CHECK(after.target == before.target);

@@ -135,6 +135,35 @@ TEST_CASE("controls: the right button turns the scope, and its wheel slides it",
   CHECK(room.hands[0].tip() == tip);
 }
 
+// Would catch a scope that goes on against the hand that moves it, and one hand's wish for a moment
+// that is remembered for ever.
+TEST_CASE("controls: F lets the scope follow the tips, until a hand moves it", "[unit]") {
+  Room room;
+  room.controls.turn_head(1);
+  room.press(Key::f);
+  CHECK(room.controls.is_following());
+  CHECK(room.scope.is_level());
+  CHECK(room.controls.wants_following == true);
+  const auto moved_by = [&](const std::vector<Input>& inputs) {
+    room.controls.let_go();
+    if (!room.controls.is_following()) {
+      room.press(Key::f);
+    }
+    room.handle(inputs);
+    CHECK(room.controls.wants_following == true);
+    return !room.controls.is_following();
+  };
+  CHECK(moved_by({ButtonInput{MouseButton::right, true}, CursorInput{60, 0}}));
+  CHECK(moved_by({ButtonInput{MouseButton::right, true}, WheelInput{1}}));
+  CHECK(moved_by({KeyInput{Key::a, true}}));
+  CHECK(moved_by({KeyInput{Key::left_bracket, true}}));
+  CHECK_FALSE(moved_by({KeyInput{Key::l, true}}));  // it is level
+  CHECK_FALSE(moved_by({ButtonInput{MouseButton::left, true}, CursorInput{90, 0}, WheelInput{1}}));
+  room.press(Key::f);
+  CHECK_FALSE(room.controls.is_following());
+  CHECK(room.controls.wants_following == false);
+}
+
 // Would catch a picture that goes against the cursor, in either direction.
 TEST_CASE("controls: the picture goes with a drag that turns the scope", "[unit]") {
   Room room;

@@ -331,6 +331,10 @@ TEST_CASE("panels: buttons turn the scope", "[unit]") {
   CHECK(std::abs(room.scope.head() - start.head()) < 1e-4F);
   desk.click(texts.level);
   CHECK(room.scope.is_level());
+  desk.click(texts.follow_tips);
+  CHECK(room.controls.is_following());
+  desk.click(texts.follow_tips);
+  CHECK_FALSE(room.controls.is_following());
 }
 
 // Would catch pedals on the screen that stay down, or never go down.

@@ -20,8 +20,9 @@ struct Room {
       {{"left", {{-0.05F, 0.05F, -0.16F}, {0, 0, 0}, 0.2F}, {-0.02F, 0, 0}, clock},
        {"right", {{0.12F, -0.08F, -0.16F}, {0, 0, 0}, 0.2F}, {0.02F, 0, 0}, clock}}};
   Scope scope = Scope::looking_at({0, -0.2F, -0.1F}, {0, 0, 0});
+  CameraAssistant assistant{{0, 0, 0}, 0.25F};
   Orders orders;
-  Controls controls{hands, scope, orders};
+  Controls controls{hands, scope, assistant, orders};
 
   void handle(const std::vector<Input>& inputs) { controls.handle(inputs, kHeight); }
   void press(Key key, bool has_shift = false) {

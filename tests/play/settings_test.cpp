@@ -25,6 +25,7 @@ TEST_CASE("settings: what is saved is loaded", "[unit]") {
   settings.detail = Detail::low;
   settings.quality = PictureQuality::quick;
   settings.is_left_handed = true;
+  settings.follows_tips = false;
   settings.motion_scale = 0.5;
   settings.text_scale = 2;
   settings.volume = 0.25;
@@ -40,6 +41,7 @@ TEST_CASE("settings: what is saved is loaded", "[unit]") {
   CHECK(loaded.detail == Detail::low);
   CHECK(loaded.quality == PictureQuality::quick);
   CHECK(loaded.is_left_handed);
+  CHECK(loaded.follows_tips == false);
   CHECK(loaded.motion_scale == 0.5);
   CHECK(loaded.text_scale == 2);
   CHECK(loaded.volume == 0.25);
@@ -47,6 +49,9 @@ TEST_CASE("settings: what is saved is loaded", "[unit]") {
   CHECK(loaded.coagulation_power == 20);
   CHECK(loaded.width == 800);
   CHECK(loaded.height == 600);
+  settings.follows_tips.reset();  // whom nobody asked
+  REQUIRE(save_settings(path, settings).empty());
+  CHECK_FALSE(load_settings(path, complaint).follows_tips.has_value());
 }
 
 // Would catch a file of another hand that ends the program or sets what cannot be.
@@ -57,17 +62,20 @@ TEST_CASE("settings: what is wrong keeps its default and is named", "[unit]") {
   CHECK(complaint.empty());
   CHECK(load(folder, "{ not json", complaint).volume == 0.5);
   CHECK_THAT(complaint, ContainsSubstring("settings.json") && ContainsSubstring("no JSON"));
-  const Settings settings = load(
-      folder,
-      R"({"volume": 7, "width": "wide", "left_handed": 1, "detail": "some", "cut_power_w": 50})",
-      complaint);
+  const Settings settings =
+      load(folder,
+           R"({"volume": 7, "width": "wide", "left_handed": 1, "detail": "some", "cut_power_w": 50,
+          "follows_tips": "yes"})",
+           complaint);
   CHECK(settings.volume == 0.5);
   CHECK(settings.width == 1280);
   CHECK_FALSE(settings.is_left_handed);
+  CHECK_FALSE(settings.follows_tips.has_value());
   CHECK(settings.detail == Detail::full);
   CHECK(settings.cut_power == 50);
-  for (const char* part : {"volume must be from 0.0 to 1.0", "width must",
-                           "left_handed must be true", "detail must be one of \"full\", \"low\""}) {
+  for (const char* part :
+       {"volume must be from 0.0 to 1.0", "width must", "left_handed must be true",
+        "follows_tips must be true", "detail must be one of \"full\", \"low\""}) {
     CHECK_THAT(complaint, ContainsSubstring(part));
   }
 }

@@ -187,8 +187,11 @@ case $case in
     rest
     shoot
     holds "$energy == $before" || fail "with all keys up it spent $before, then $energy J"
+    xdotool key f
+    rest
     xdotool key Escape
     finish
+    grep -q '"follows_tips": true' "$folder/config/pbdsurg/cholecystectomy.json" || fail "what F asks for is not kept"
     holds "$(value pictures_drawn) > 20" || fail "only $(value pictures_drawn) pictures"
     holds "$(value grasped) > 0" || fail "nothing was grasped"
     holds "$(value energy_j) > 1" || fail "nothing was burnt"

@@ -16,9 +16,13 @@ constexpr float kSlowMotion = 0.25F;
 
 }  // namespace
 
-Controls::Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders,
-                   bool is_left_handed)
-    : hands_(hands), scope_(scope), orders_(orders), is_left_handed_(is_left_handed) {}
+Controls::Controls(std::array<MouseHand, 2>& hands, Scope& scope, CameraAssistant& assistant,
+                   Orders& orders, bool is_left_handed)
+    : hands_(hands),
+      scope_(scope),
+      assistant_(assistant),
+      orders_(orders),
+      is_left_handed_(is_left_handed) {}
 
 void Controls::handle(const std::vector<Input>& inputs, int height) {
   for (const Input& input : inputs) {
@@ -66,6 +70,14 @@ void Controls::toggle_handedness() {
 
 void Controls::toggle_slow_motion() {
   orders_.speed = orders_.speed < 1 ? 1 : kSlowMotion;
+}
+
+void Controls::toggle_following() {
+  wants_following = !is_following();
+  assistant_.switch_on(*wants_following);
+  if (*wants_following) {
+    level_scope();
+  }
 }
 
 void Controls::restart() {
@@ -120,6 +132,9 @@ void Controls::key(const KeyInput& input) {
       break;
     case Key::l:
       level_scope();
+      break;
+    case Key::f:
+      toggle_following();
       break;
     case Key::w:
       wheel(1);
@@ -202,20 +217,25 @@ void Controls::roll(float steps) {
   hand().roll(kRollStep * steps);
 }
 
+Scope& Controls::scope_by_hand() {
+  assistant_.switch_on(false);
+  return scope_;
+}
+
 void Controls::slide_scope(float notches) {
-  scope_.advance(kSlide * notches);
+  scope_by_hand().advance(kSlide * notches);
 }
 
 void Controls::turn_scope(float right, float down) {
-  scope_.orbit(kOrbitPerHeight * right, kOrbitPerHeight * down);
+  scope_by_hand().orbit(kOrbitPerHeight * right, kOrbitPerHeight * down);
 }
 
 void Controls::turn_post(float steps) {
-  scope_.turn_post(kPostStep * steps);
+  scope_by_hand().turn_post(kPostStep * steps);
 }
 
 void Controls::turn_head(float steps) {
-  scope_.turn_head(kPostStep * steps);
+  scope_by_hand().turn_head(kPostStep * steps);
 }
 
 void Controls::level_scope() {

@@ -5,8 +5,10 @@
 /// What mouse and keyboard mean.
 
 #include <array>
+#include <optional>
 #include <vector>
 
+#include "apps/cholecystectomy/camera_assistant.h"
 #include "apps/cholecystectomy/play/hand.h"
 #include "apps/cholecystectomy/play/scene_state.h"
 #include "apps/cholecystectomy/scope.h"
@@ -26,15 +28,16 @@ struct Wishes {
 ///
 /// A drag with the left button moves the tip of the chosen hand in the plane of the picture, as far
 /// as the cursor goes; the wheel moves it along the view. A drag with the right button turns the
-/// scope about its port, the wheel with that button held slides it.
+/// scope about its port, the wheel with that button held slides it. Who moves the scope wants it
+/// there: that switches its assistant off.
 class Controls {
  public:
   enum Role : std::uint8_t { grasper, hook };
 
   /// @param hands  [Role]; all are kept by reference
   /// @param is_left_handed  whether the hook is in the left hand
-  Controls(std::array<MouseHand, 2>& hands, Scope& scope, Orders& orders,
-           bool is_left_handed = false);
+  Controls(std::array<MouseHand, 2>& hands, Scope& scope, CameraAssistant& assistant,
+           Orders& orders, bool is_left_handed = false);
 
   /// @param height  of the picture, pixels
   void handle(const std::vector<Input>& inputs, int height);
@@ -55,6 +58,9 @@ class Controls {
   /// Instruments exchange their ports, and the scene begins anew.
   void toggle_handedness();
   void toggle_slow_motion();
+  /// Whether the scope follows the tips by itself, in a level picture.
+  void toggle_following();
+  [[nodiscard]] bool is_following() const { return assistant_.is_on(); }
   void restart();
   /// @name What keys and the wheel do, for buttons
   /// Steps may be negative: the other way.
@@ -76,16 +82,20 @@ class Controls {
   Wishes wishes;
   float motion_scale = 1;  ///< of drags and the wheel
   bool shows_help = false;
+  /// As a person last asked for it; a move of the scope asks for this play alone.
+  std::optional<bool> wants_following;
 
  private:
   void key(const KeyInput& input);
   void cursor(const CursorInput& input, int height);
   void wheel(float notches);
   void send_pedals();
+  [[nodiscard]] Scope& scope_by_hand();
   [[nodiscard]] MouseHand& hand() { return hands_[chosen_]; }
 
   std::array<MouseHand, 2>& hands_;
   Scope& scope_;
+  CameraAssistant& assistant_;
   Orders& orders_;
   bool is_left_handed_;
   Role chosen_ = grasper;

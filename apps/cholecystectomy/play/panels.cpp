@@ -348,15 +348,20 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
   end_panel();
 }
 
+// Bright while it is on.
+bool Panels::switch_button(const char* text, bool is_on) {
+  ImGui::PushStyleColor(ImGuiCol_Button,
+                        ImGui::GetStyle().Colors[is_on ? ImGuiCol_ButtonActive : ImGuiCol_FrameBg]);
+  const bool is_pressed = button(text);
+  ImGui::PopStyleColor();
+  return is_pressed;
+}
+
 // Shows a group of buttons in place of another, or hides it: the picture needs the room.
 void Panels::group_button(const char* text, Group group) {
-  const ImVec4 color =
-      ImGui::GetStyle().Colors[group == group_ ? ImGuiCol_ButtonActive : ImGuiCol_FrameBg];
-  ImGui::PushStyleColor(ImGuiCol_Button, color);
-  if (button(text)) {
+  if (switch_button(text, group == group_)) {
     group_ = group == group_ ? Group::none : group;
   }
-  ImGui::PopStyleColor();
 }
 
 void Panels::draw_instrument_buttons(Controls& controls) {
@@ -436,6 +441,10 @@ void Panels::draw_scope_buttons(Controls& controls) {
   ImGui::PopButtonRepeat();
   if (button(texts_.level)) {
     controls.level_scope();
+  }
+  ImGui::SameLine();
+  if (switch_button(texts_.follow_tips, controls.is_following())) {
+    controls.toggle_following();
   }
 }
 

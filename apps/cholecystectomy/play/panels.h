@@ -104,6 +104,7 @@ class Panels {
   void draw_settings(Settings& settings);
   void draw_warnings(double now);
   [[nodiscard]] bool button(const char* text);
+  [[nodiscard]] bool switch_button(const char* text, bool is_on);
   [[nodiscard]] bool held_button(const char* text, const ImVec4& color, bool is_on);
   void note_button(const char* text);
   bool begin_panel(const char* name, const ImVec2& corner, int flags = 0, bool* is_open = nullptr);

@@ -35,6 +35,7 @@ namespace {
 
 const Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
 constexpr float kReach = 0.14F;              // m
+constexpr float kScene = kReach + 0.02F;     // m, about the centre; beyond, hands are withdrawn
 constexpr float kWorkingDistance = 0.13F;    // m, of the scope
 const Eigen::Vector3f kScopePort(0.003F, -0.192F, -0.138F), kTarget(0.035F, 0, 0.003F);
 // In the picture from below left and right, the tips before the organs.
@@ -50,6 +51,8 @@ void yield_to_steps() {
 ScopeOptions scope_options() {
   ScopeOptions options;
   options.working_distance = kWorkingDistance;
+  options.least_insertion = 0.06F;  // with this tilt, the lens stays inside of the abdominal wall
+  options.widest_tilt = 0.8F;
   return options;
 }
 
@@ -84,7 +87,7 @@ class Play {
         hands_{{{"mouse, grasper", {kLeftPort, kCentre, kReach}, kLeftTip, clock_},
                 {"mouse, hook", {kRightPort, kCentre, kReach}, kRightTip, clock_}}},
         scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
-        controls_(hands_, scope_, orders_, settings_.is_left_handed),
+        controls_(hands_, scope_, assistant_, orders_, settings_.is_left_handed),
         player_(std::async(std::launch::async, make_player)),
         simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
     orders_.cut_power = settings_.cut_power;
@@ -92,6 +95,7 @@ class Play {
     if (settings_.is_left_handed) {
       hands_[0].exchange_places(hands_[1]);
     }
+    assistant_.switch_on(settings_.follows_tips.value_or(false));  // a mouse leaves a hand free
     yield_to_steps();
     open_screen();
     if (!complaint_.empty()) {
@@ -260,6 +264,15 @@ class Play {
     }
   }
 
+  void follow_tips(double now) {
+    const double passed = now - std::exchange(followed_, now);
+    if (state().phase == Phase::playing) {
+      const std::array<Eigen::Vector3f, 2> tips{state().grasper.pose.translation(),
+                                                state().hook.pose.translation()};
+      assistant_.follow(scope_, tips, passed);
+    }
+  }
+
   [[nodiscard]] SceneView view() const {
     SceneView view;
     if (state().phase == Phase::playing) {
@@ -280,6 +293,7 @@ class Play {
     const double start = clock_.now();
     screen.renderer.resize(width, height);
     screen.renderer.set_quality(quality_of(settings_.quality, screen.window));
+    follow_tips(start);
     if (drawn_generation_ != kNone) {
       screen.renderer.draw(view(), 0);
     } else {
@@ -371,6 +385,9 @@ class Play {
 
   void remember_settings() {
     settings_.is_left_handed = controls_.is_left_handed();
+    if (controls_.wants_following) {
+      settings_.follows_tips = controls_.wants_following;
+    }
     settings_.cut_power = orders_.cut_power;
     settings_.coagulation_power = orders_.coagulation_power;
     remember_size();
@@ -417,6 +434,7 @@ class Play {
   pbdsurg::RealClock clock_;
   std::array<MouseHand, 2> hands_;
   Scope scope_;
+  CameraAssistant assistant_{kCentre, kScene};
   Orders orders_;
   Controls controls_;
   std::future<std::unique_ptr<SoundPlayer>> player_;  // before the window, which closes first
@@ -435,6 +453,7 @@ class Play {
   int windows_ = 0;
   std::vector<Surface> rest_;                                     // of generation 0
   double last_picture_ = 0, first_picture_ = 0, first_play_ = 0;  // s of the clock
+  double followed_ = 0;                                           // s of the clock, so far
   std::int64_t first_step_ = 0;                                   // of all, at first_play_
   double drawn_s_ = 0, solve_ms_ = 0, heat_ms_ = 0, states_ = 0;  // sums
   double half_memory_ = 0;                                        // bytes

@@ -55,11 +55,15 @@ void read(const json& file, Settings& settings, std::string& complaint) {
       complain(key, "from " + json(least).dump() + " to " + json(most).dump());
     }
   });
-  if (file.contains("left_handed")) {
-    const json& found = file.at("left_handed");
-    found.is_boolean() ? static_cast<void>(settings.is_left_handed = found.get<bool>())
-                       : complain("left_handed", "true or false");
-  }
+  const auto read_switch = [&](const char* key, auto& value) {
+    if (file.contains(key)) {
+      const json& found = file.at(key);
+      found.is_boolean() ? static_cast<void>(value = found.get<bool>())
+                         : complain(key, "true or false");
+    }
+  };
+  read_switch("left_handed", settings.is_left_handed);
+  read_switch("follows_tips", settings.follows_tips);
   const auto read_word = [&](const char* key, const auto& words, auto& value) {
     if (!file.contains(key)) {
       return;
@@ -125,6 +129,9 @@ std::string save_settings(const std::filesystem::path& path, const Settings& set
   for_each_number(settings,
                   [&](const char* key, const auto& value, auto, auto) { file[key] = value; });
   file["left_handed"] = settings.is_left_handed;
+  if (settings.follows_tips) {
+    file["follows_tips"] = *settings.follows_tips;
+  }
   file["detail"] = word_of(kDetails, settings.detail);
   file["pictures"] = word_of(kQualities, settings.quality);
   try {

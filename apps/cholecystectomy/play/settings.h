@@ -5,6 +5,7 @@
 /// What the window remembers from one time to the next.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "apps/cholecystectomy/organ_files.h"
@@ -22,12 +23,13 @@ struct Settings {
   Detail detail = Detail::full;
   PictureQuality quality = PictureQuality::automatic;
   bool is_left_handed = false;
-  double motion_scale = 1;         ///< of the mouse's moves, 0.2 to 3
-  double text_scale = 1;           ///< of panels, 0.7 to 3
-  double volume = 0.5;             ///< 0 to 1
-  double cut_power = 30;           ///< W, 1 to 120
-  double coagulation_power = 30;   ///< W, 1 to 120
-  int width = 1280, height = 720;  ///< of the window, pixels
+  std::optional<bool> follows_tips;  ///< the scope, by itself; none: as suits the hands
+  double motion_scale = 1;           ///< of the mouse's moves, 0.2 to 3
+  double text_scale = 1;             ///< of panels, 0.7 to 3
+  double volume = 0.5;               ///< 0 to 1
+  double cut_power = 30;             ///< W, 1 to 120
+  double coagulation_power = 30;     ///< W, 1 to 120
+  int width = 1280, height = 720;    ///< of the window, pixels
 };
 
 /// XDG_CONFIG_HOME/pbdsurg/cholecystectomy.json, by default below ~/.config; empty where neither

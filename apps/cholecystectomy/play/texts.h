@@ -58,6 +58,7 @@ struct Texts {
   const char* head_left = "Head left ([)";
   const char* head_right = "Head right (])";
   const char* level = "Level (L)";
+  const char* follow_tips = "Follow tips (F)";
   const char* program = "Program";
   const char* full_screen = "Full screen (F11)";
   const char* screenshot = "Screenshot (F12)";
@@ -132,7 +133,7 @@ struct Texts {
       "Drag with the right button to turn the scope; the wheel with it slides the scope."};
   const char* guide_done = "That is all. H shows every key.";
 
-  std::array<KeyText, 19> keys{
+  std::array<KeyText, 20> keys{
       {{"left button", "drag the chosen instrument in the plane of the picture"},
        {"wheel, W, S", "move it along the view"},
        {"Tab", "choose the other hand"},
@@ -144,6 +145,7 @@ struct Texts {
        {"right button + wheel", "slide the scope"},
        {"A, D", "turn the light post: the oblique view goes around"},
        {"[, ], L", "turn the camera head; level it again"},
+       {"F", "the scope keeps both tips in view, until you move it"},
        {"Z", "take the last stroke back: one press of a pedal, one grasp"},
        {"P, .", "pause; one step"},
        {",", "slow motion"},
