@@ -27,31 +27,43 @@ void add_organ(const std::string& text, OrganFiles& organs) {
   }
 }
 
-// Options of one way to run the demo, and those who have it.
-struct OwnOption {
-  const char* name;
-  bool is_of_script, is_of_virtual_time, is_of_window;
-};
+// Ways to run the demo.
+constexpr unsigned kScript = 1, kVirtualTime = 2, kRigCheck = 4, kWindow = 8;
+constexpr std::array kWays{std::pair(kScript, "--headless"),
+                           std::pair(kVirtualTime, "--virtual-time"),
+                           std::pair(kRigCheck, "--rig-check"), std::pair(kWindow, "the window")};
+
+unsigned way_of(const Arguments& arguments) {
+  return arguments.is_headless    ? kScript
+         : arguments.is_rig_check ? kRigCheck
+         : arguments.is_virtual   ? kVirtualTime
+                                  : kWindow;
+}
+
+// Options that not all ways have.
 constexpr std::array kOwnOptions{
-    OwnOption{"--seed", true, false, false},       OwnOption{"--time-scale", true, false, false},
-    OwnOption{"--no-pictures", true, true, false}, OwnOption{"--settings", false, false, true},
-    OwnOption{"--pictures", false, false, true},   OwnOption{"--devices", false, true, true},
-    OwnOption{"--seconds", false, true, false}};
+    std::pair("--seed", kScript),
+    std::pair("--time-scale", kScript),
+    std::pair("--no-pictures", kScript | kVirtualTime),
+    std::pair("--virtual-time", kVirtualTime | kRigCheck),
+    std::pair("--settings", kWindow),
+    std::pair("--pictures", kWindow),
+    std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
+    std::pair("--seconds", kVirtualTime),
+    std::pair("--organ", kScript | kVirtualTime | kWindow),
+    std::pair("--paper", kScript | kVirtualTime | kWindow),
+    std::pair("--detail", kScript | kVirtualTime | kWindow)};
 
 void refuse_foreign_options(const CLI::App& app, const Arguments& arguments) {
-  for (const OwnOption& option : kOwnOptions) {
-    const bool is_allowed = arguments.is_headless  ? option.is_of_script
-                            : arguments.is_virtual ? option.is_of_virtual_time
-                                                   : option.is_of_window;
-    if (app.count(option.name) > 0 && !is_allowed) {
+  for (const auto& own : kOwnOptions) {
+    if (app.count(own.first) > 0 && (own.second & way_of(arguments)) == 0) {
       std::string whose;
-      for (const auto& [is_its, name] :
-           {std::pair(option.is_of_script, "--headless"),
-            std::pair(option.is_of_virtual_time, "--virtual-time"),
-            std::pair(option.is_of_window, "the window")}) {
-        whose += is_its ? (whose.empty() ? "" : " and ") + std::string(name) : "";
+      for (const auto& way : kWays) {
+        whose += (own.second & way.first) != 0 ? (whose.empty() ? "" : " and ") +
+                                                     std::string(way.second)
+                                               : "";
       }
-      throw pbdsurg::InvalidArgument(std::string(option.name) + " is of " + whose);
+      throw pbdsurg::InvalidArgument(std::string(own.first) + " is of " + whose);
     }
   }
 }
@@ -126,6 +138,9 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   app.add_flag("--virtual-time", arguments.is_virtual,
                "without a window, in one thread, the same bits each time: emulated or recorded "
                "hands operate, and hands.csv has what they would feel");
+  app.add_flag("--rig-check", arguments.is_rig_check,
+               "two minutes with a person at the terminal: devices, calibration, force, jaws, "
+               "pedals, sound, pictures; prints a sheet to sign");
   pbdsurg::add_number(
       app, "--seconds", arguments.seconds, "number from 0.1 to 3600",
       [](double seconds) { return seconds >= 0.1 && seconds <= 3600; },
@@ -146,11 +161,11 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       }
     }
   }
-  if (arguments.is_headless && arguments.is_virtual) {
-    throw pbdsurg::InvalidArgument("--headless and --virtual-time: one or the other");
+  if (arguments.is_headless && arguments.is_rig_check) {
+    throw pbdsurg::InvalidArgument("--headless and --rig-check: one or the other");
   }
   refuse_foreign_options(app, arguments);
-  if (arguments.is_virtual && app.count("--devices") == 0) {
+  if (arguments.is_virtual && !arguments.is_rig_check && app.count("--devices") == 0) {
     arguments.devices = "emulator";  // a mouse needs a window
   }
   for (const std::string& organ : organs) {

@@ -22,6 +22,7 @@ struct Arguments {
   bool paper = false;
   bool no_pictures = false;
   bool is_headless = false;
+  bool is_rig_check = false;
   // of the window
   std::optional<Detail> detail;
   std::optional<std::filesystem::path> settings;

@@ -13,6 +13,7 @@
 #include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/outcome.h"
 #include "apps/cholecystectomy/output_folder.h"
+#include "apps/cholecystectomy/play/rig_check.h"
 #include "apps/cholecystectomy/play/virtual_play.h"
 #include "apps/cholecystectomy/procedure.h"
 #include "apps/cholecystectomy/recorders.h"
@@ -133,6 +134,9 @@ int run(const Arguments& arguments) {
     end_on_interrupt();
     return run_script(arguments);
   }
+  if (arguments.is_rig_check) {
+    return check_rig_at_terminal({arguments.devices, arguments.is_virtual});
+  }
   if (arguments.is_virtual) {
     end_on_interrupt();
     return play_in_virtual_time({arguments.out, arguments.organs,
@@ -142,7 +146,7 @@ int run(const Arguments& arguments) {
   }
 #ifdef PBDSURG_HAS_WINDOW
   return play({arguments.out, arguments.organs, arguments.detail, arguments.executor,
-               arguments.paper, arguments.settings, arguments.pictures});
+               arguments.paper, arguments.devices, arguments.settings, arguments.pictures});
 #else
   throw pbdsurg::BackendUnavailable(
       "this build has no window (it needs libglfw3-dev and libimgui-dev); --headless runs the "

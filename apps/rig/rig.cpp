@@ -84,14 +84,14 @@ pbdsurg::ServoOptions servo_options(const HandDescription& hand) {
 // how the arm is.
 class Rig::ArmHand final : public pbdsurg::Device {
  public:
-  ArmHand(std::unique_ptr<pbdsurg::Device> device, Arms& arms, int index, Hand& hand)
-      : device_(std::move(device)), arms_(arms), index_(index), hand_(hand) {}
+  ArmHand(std::unique_ptr<pbdsurg::Device> device, Arms& arms, Hand& hand)
+      : device_(std::move(device)), arms_(arms), hand_(hand) {}
   [[nodiscard]] std::string name() const override { return device_->name(); }
   [[nodiscard]] pbdsurg::DeviceState state() noexcept override {
     const pbdsurg::DeviceState state = device_->state();
     DeviceReport& report = hand_.reports.draft();
     report.is_connected = state.is_connected;
-    report.arm = arms_.status(index_);
+    report.arm = arms_.status(hand_.arm);
     if (hand_.handle) {
       const pbdsurg::HandleState& handle = hand_.handle->poll();
       hand_.servo->set_roll(handle.roll);
@@ -104,7 +104,6 @@ class Rig::ArmHand final : public pbdsurg::Device {
  private:
   std::unique_ptr<pbdsurg::Device> device_;
   Arms& arms_;
-  int index_;
   Hand& hand_;
 };
 
@@ -130,7 +129,6 @@ Rig::Rig(const RigDescription& description, const RigPlaces& places,
          bool has_virtual_time)
     : emulated_(emulated), clock_(clock) {
   std::vector<ArmOptions> arms;
-  std::array<int, 2> indices{};
   for (const Side side : kSides) {
     const HandDescription& described = description.hand(side);
     Hand& made = hand(side);
@@ -138,7 +136,7 @@ Rig::Rig(const RigDescription& description, const RigPlaces& places,
     if (described.mover == Mover::arm) {
       made.servo = std::make_unique<HandServo>(servo_options(described),
                                                mapping_of(described, places, side));
-      indices[static_cast<std::size_t>(side)] = static_cast<int>(arms.size());
+      made.arm = static_cast<int>(arms.size());
       arms.push_back(
           {name_of(side), described.arm_name, described.serial_number, made.servo.get()});
       if (described.handle) {
@@ -169,13 +167,12 @@ Rig::Rig(const RigDescription& description, const RigPlaces& places,
   for (const Side side : kSides) {
     Hand& made = hand(side);
     if (made.mover == Mover::arm) {
-      const int index = indices[static_cast<std::size_t>(side)];
       std::unique_ptr<pbdsurg::Device> device =
-          std::make_unique<MappedArm>(arms_->device(index), made.servo->mapping());
+          std::make_unique<MappedArm>(arms_->device(made.arm), made.servo->mapping());
       if (made.handle) {
         device = pbdsurg::with_handle(std::move(device), *made.handle);
       }
-      made.device = std::make_unique<ArmHand>(std::move(device), *arms_, index, made);
+      made.device = std::make_unique<ArmHand>(std::move(device), *arms_, made);
     }
   }
   // feet belong to no hand: a hand that is lost lifts its own pedals alone
@@ -231,6 +228,10 @@ void Rig::rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) {
   if (emulated_ != nullptr && hand(side).mover == Mover::arm) {
     emulated_->rehearse(side, std::move(waypoints));
   }
+}
+
+const HdapiLimits* Rig::limits(Side side) const {
+  return hand(side).mover == Mover::arm ? &arms_->limits(hand(side).arm) : nullptr;
 }
 
 void Rig::tick_traces() noexcept {

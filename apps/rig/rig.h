@@ -84,6 +84,11 @@ class Rig {
   /// Likewise.
   [[nodiscard]] const HandStatus& status(Side side);
 
+  /// What an arm can do by its own account; null where there is none.
+  [[nodiscard]] const HdapiLimits* limits(Side side) const;
+  /// Of the thread that asks for states; null where there is none.
+  [[nodiscard]] pbdsurg::Handle* handle(Side side) { return hand(side).handle.get(); }
+
   /// In virtual time, which has one thread: what the last tick did.
   [[nodiscard]] const ServoReport& last_tick(Side side) const { return hand(side).servo->report(); }
 
@@ -97,6 +102,7 @@ class Rig {
   };
   struct Hand {
     Mover mover = Mover::mouse;
+    int arm = 0;  // which, if it is one
     std::unique_ptr<pbdsurg::Handle> handle;
     std::unique_ptr<HandServo> servo;
     std::unique_ptr<pbdsurg::Device> device;  // of the simulation's thread

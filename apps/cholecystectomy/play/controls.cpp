@@ -30,7 +30,7 @@ void Controls::handle(const std::vector<Input>& inputs, int height) {
       key(*pressed);
     } else if (const auto* button = std::get_if<ButtonInput>(&input)) {
       if (button->button == MouseButton::left) {
-        moves_tip_ = button->is_down;
+        (moves_hand() ? moves_tip_ : moves_scope_) = button->is_down;
       } else if (button->button == MouseButton::right) {
         moves_scope_ = button->is_down;
       } else if (button->is_down) {
@@ -44,6 +44,15 @@ void Controls::handle(const std::vector<Input>& inputs, int height) {
       let_go();
     }
   }
+}
+
+void Controls::set_devices(const std::array<bool, 2>& has_device) {
+  has_device_ = has_device;
+  choose(has_device[grasper] ? hook : grasper);
+}
+
+void Controls::choose(Role role) {
+  chosen_ = has_device_[role] && !has_device_[1 - role] ? static_cast<Role>(1 - role) : role;
 }
 
 void Controls::toggle_jaw() {
@@ -63,6 +72,9 @@ pbdsurg::Pedals Controls::pedals() const {
 }
 
 void Controls::toggle_handedness() {
+  if (has_device_[grasper] || has_device_[hook]) {
+    return;
+  }
   is_left_handed_ = !is_left_handed_;
   hands_[grasper].exchange_places(hands_[hook]);
   restart();
@@ -205,7 +217,7 @@ void Controls::cursor(const CursorInput& input, int height) {
 }
 
 void Controls::wheel(float notches) {
-  moves_scope_ ? slide_scope(notches) : push(notches);
+  moves_scope_ || !moves_hand() ? slide_scope(notches) : push(notches);
 }
 
 void Controls::push(float notches) {

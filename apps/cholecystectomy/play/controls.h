@@ -42,9 +42,15 @@ class Controls {
   /// @param height  of the picture, pixels
   void handle(const std::vector<Input>& inputs, int height);
 
+  /// Hands that hold devices: the mouse moves the others. Where there are none, its left button and
+  /// wheel move the scope, too.
+  /// @param has_device  [Role]
+  void set_devices(const std::array<bool, 2>& has_device);
+
   /// Which hand the mouse moves.
   [[nodiscard]] Role chosen() const { return chosen_; }
-  void choose(Role role) { chosen_ = role; }
+  void choose(Role role);
+  [[nodiscard]] bool moves_hand() const { return !has_device_[chosen_]; }
   /// Where a hand has its tip, m.
   [[nodiscard]] const Eigen::Vector3f& tip(Role role) const { return hands_[role].tip(); }
   [[nodiscard]] bool is_left_handed() const { return is_left_handed_; }
@@ -55,7 +61,7 @@ class Controls {
   /// Pedals under a finger on the screen; those of keys count beside them.
   void press_on_screen(const pbdsurg::Pedals& pedals);
   [[nodiscard]] pbdsurg::Pedals pedals() const;
-  /// Instruments exchange their ports, and the scene begins anew.
+  /// Instruments exchange their ports, and the scene begins anew; devices stay where they are.
   void toggle_handedness();
   void toggle_slow_motion();
   /// Whether the scope follows the tips by itself, in a level picture.
@@ -98,6 +104,7 @@ class Controls {
   CameraAssistant& assistant_;
   Orders& orders_;
   bool is_left_handed_;
+  std::array<bool, 2> has_device_{};  // [Role]
   Role chosen_ = grasper;
   bool moves_tip_ = false, moves_scope_ = false;
   CursorInput at_{0, 0};

@@ -16,12 +16,14 @@ rig::RigPlaces hand_places() {
 }
 
 Reach reach_of(rig::Side side) {
-  return {hand_places().ports[static_cast<std::size_t>(side)], {0.03F, 0, 0}, 0.14F};
+  return {hand_places().ports[static_cast<std::size_t>(side)], kCentre, kReach};
 }
 
 Scope first_scope() {
   ScopeOptions options;
   options.working_distance = 0.13F;
+  options.least_insertion = 0.06F;  // with this tilt, the lens stays inside of the abdominal wall
+  options.widest_tilt = 0.8F;
   return Scope::looking_at({0.003F, -0.192F, -0.138F}, {0.035F, 0, 0.003F}, options);
 }
 

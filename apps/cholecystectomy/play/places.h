@@ -12,6 +12,10 @@
 
 namespace cholecystectomy {
 
+/// m, and m: the ball that tips of a mouse's hands stay in.
+inline const Eigen::Vector3f kCentre(0.03F, 0, 0);
+inline constexpr float kReach = 0.14F;
+
 /// In the picture from below left and right, the tips before the organs.
 [[nodiscard]] rig::RigPlaces hand_places();
 

@@ -19,10 +19,14 @@
 #include "apps/cholecystectomy/play/panel_screen.h"
 #include "apps/cholecystectomy/play/panels.h"
 #include "apps/cholecystectomy/play/picture_pace.h"
+#include "apps/cholecystectomy/play/places.h"
+#include "apps/cholecystectomy/play/rehearsal.h"
+#include "apps/cholecystectomy/play/rig_watch.h"
 #include "apps/cholecystectomy/play/session.h"
 #include "apps/cholecystectomy/play/settings.h"
 #include "apps/cholecystectomy/play/simulation_thread.h"
 #include "apps/cholecystectomy/play/texts.h"
+#include "apps/rig/rig.h"
 #include "apps/sound/player.h"
 #include "apps/support/executors.h"
 #include "apps/viewer/instruments.h"
@@ -33,27 +37,14 @@
 namespace cholecystectomy {
 namespace {
 
-const Eigen::Vector3f kCentre(0.03F, 0, 0);  // m, of what hands reach
-constexpr float kReach = 0.14F;              // m
-constexpr float kScene = kReach + 0.02F;     // m, about the centre; beyond, hands are withdrawn
-constexpr float kWorkingDistance = 0.13F;    // m, of the scope
-const Eigen::Vector3f kScopePort(0.003F, -0.192F, -0.138F), kTarget(0.035F, 0, 0.003F);
-// In the picture from below left and right, the tips before the organs.
-const Eigen::Vector3f kLeftPort(-0.09F, -0.10F, -0.15F), kLeftTip(-0.005F, -0.035F, -0.03F);
-const Eigen::Vector3f kRightPort(0.16F, -0.10F, -0.15F), kRightTip(0.075F, -0.035F, -0.03F);
+using rig::Side;
+
+constexpr float kScene = kReach + 0.02F;  // m, about the centre; beyond, hands are withdrawn
 
 // Steps come before pictures: this thread, and those that an OpenGL without a GPU starts from it,
 // get a processor when the simulation leaves one.
 void yield_to_steps() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 5);
-}
-
-ScopeOptions scope_options() {
-  ScopeOptions options;
-  options.working_distance = kWorkingDistance;
-  options.least_insertion = 0.06F;  // with this tilt, the lens stays inside of the abdominal wall
-  options.widest_tilt = 0.8F;
-  return options;
 }
 
 RenderQuality quality_of(PictureQuality wanted, const Window& window) {
@@ -84,18 +75,31 @@ class Play {
       : options_(options),
         settings_path_(options.settings ? *options.settings : default_settings_path()),
         settings_(load_settings(settings_path_, complaint_)),
-        hands_{{{"mouse, grasper", {kLeftPort, kCentre, kReach}, kLeftTip, clock_},
-                {"mouse, hook", {kRightPort, kCentre, kReach}, kRightTip, clock_}}},
-        scope_(Scope::looking_at(kScopePort, kTarget, scope_options())),
+        sides_(settings_.is_left_handed ? std::array{Side::right, Side::left}
+                                        : std::array{Side::left, Side::right}),
+        description_(rig::read_rig(options.devices)),
+        emulated_(emulate()),
+        hands_{{{"mouse, grasper", reach_of(Side::left), places_.tips[0], clock()},
+                {"mouse, hook", reach_of(Side::right), places_.tips[1], clock()}}},
+        rig_(description_, places_, mice(), emulated_.get(), clock(), false),
+        scope_(first_scope()),
         controls_(hands_, scope_, assistant_, orders_, settings_.is_left_handed),
         player_(std::async(std::launch::async, make_player)),
-        simulation_(simulation_options(), {&hands_[0], &hands_[1]}, clock_) {
+        contacts_(feels() ? std::make_unique<ContactThread>(rig_, sides_, clock()) : nullptr),
+        simulation_(simulation_options(), {&rig_.device(sides_[0]), &rig_.device(sides_[1])},
+                    clock(), contacts_.get()) {
     orders_.cut_power = settings_.cut_power;
     orders_.coagulation_power = settings_.coagulation_power;
     if (settings_.is_left_handed) {
       hands_[0].exchange_places(hands_[1]);
     }
-    assistant_.switch_on(settings_.follows_tips.value_or(false));  // a mouse leaves a hand free
+    const auto is_device = [&](Side side) {
+      return description_.hand(side).mover != rig::Mover::mouse;
+    };
+    const std::array has_device{is_device(sides_[0]), is_device(sides_[1])};
+    controls_.set_devices(has_device);
+    // a mouse leaves a hand free for the scope
+    assistant_.switch_on(settings_.follows_tips.value_or(has_device[0] && has_device[1]));
     yield_to_steps();
     open_screen();
     if (!complaint_.empty()) {
@@ -112,11 +116,12 @@ class Play {
         open_screen();
       }
       const bool is_hidden = screen_->window.width() == 0 || screen_->window.height() == 0;
-      if (is_hidden || pace_.is_due(clock_.now())) {  // else nobody asks for a state
+      if (is_hidden || pace_.is_due(clock().now())) {  // else nobody asks for a state
         take_state();
+        watch_rig();
         make_sounds();
       }
-      if (!is_hidden && pace_.is_due(clock_.now())) {
+      if (!is_hidden && pace_.is_due(clock().now())) {
         draw();
       }
     }
@@ -137,6 +142,40 @@ class Play {
            (state().phase == Phase::failed && first_play_ == 0);
   }
 
+  [[nodiscard]] pbdsurg::Clock& clock() { return emulated_ ? emulated_->clock() : own_clock_; }
+
+  [[nodiscard]] std::unique_ptr<rig::EmulatedRig> emulate() {
+    if (!description_.is_emulated) {
+      return nullptr;
+    }
+    return rig::emulate(description_,
+                        {rig::mapping_of(description_.hands[0], places_, Side::left),
+                         rig::mapping_of(description_.hands[1], places_, Side::right)},
+                        places_.tips, false);
+  }
+
+  [[nodiscard]] bool feels() const {
+    return description_.has(rig::Mover::arm) || description_.has(rig::Mover::trace);
+  }
+
+  // [side], of what each holds
+  [[nodiscard]] std::array<pbdsurg::Device*, 2> mice() {
+    std::array<pbdsurg::Device*, 2> mice{};
+    for (std::size_t role = 0; role < mice.size(); ++role) {
+      mice[static_cast<std::size_t>(sides_[role])] = &hands_[role];
+    }
+    return mice;
+  }
+
+  void rehearse(const SurgicalScene& scene) {
+    const Rehearsal rehearsal =
+        make_rehearsal(scene, {places_.tips[static_cast<std::size_t>(sides_[0])],
+                               places_.tips[static_cast<std::size_t>(sides_[1])]});
+    for (std::size_t role = 0; role < sides_.size(); ++role) {
+      rig_.rehearse(sides_[role], rehearsal.hands[role]);
+    }
+  }
+
   SimulationThread::Options simulation_options() {
     SimulationThread::Options options;
     options.organs = options_.organs;
@@ -145,6 +184,7 @@ class Play {
     options.executor = [name = options_.executor] {
       return pbdsurg::programs::executor_named(name);
     };
+    options.on_begin = [this](const SurgicalScene& scene) { rehearse(scene); };
     return options;
   }
 
@@ -169,7 +209,7 @@ class Play {
   }
 
   void take_inputs() {
-    const double now = clock_.now();
+    const double now = clock().now();
     // a hidden window, or one whose picture is not due, sleeps until something happens
     const bool is_hidden = screen_->window.width() == 0;
     screen_->window.poll(is_hidden ? 0.05 : std::clamp(pace_.next() - now, 0.0, 0.05));
@@ -220,7 +260,7 @@ class Play {
         controls_.reset();  // hands that are where the old scene was lost
       }
       if (texts_.events[i][0] != '\0') {
-        screen_->panels.warn(texts_.events[i], clock_.now());
+        screen_->panels.warn(texts_.events[i], clock().now());
       }
     }
     if (now.phase == Phase::playing) {
@@ -229,7 +269,7 @@ class Play {
       heat_ms_ += now.times.heat;
       ++states_;
     }
-    guide_.update(now, controls_, scope_, clock_.now());
+    guide_.update(now, controls_, scope_, clock().now());
   }
 
   void publish_seen() {
@@ -238,8 +278,27 @@ class Play {
   }
 
   void warn(const std::string& text) {
-    screen_->panels.warn(text, clock_.now());
+    screen_->panels.warn(text, clock().now());
     is_alarmed_ = true;
+  }
+
+  void watch_rig() {
+    rig_.poll();
+    std::vector<std::string> lines;
+    for (const Side side : rig::kSides) {
+      const rig::HandStatus& status = rig_.status(side);
+      for (const std::string& news : rig_watch_.update(side, status)) {
+        warn(news);
+        std::fprintf(stderr, "%s\n", news.c_str());
+      }
+      if (std::string line = rig_watch_.line(side, status); !line.empty()) {
+        lines.push_back(std::move(line));
+      }
+    }
+    screen_->panels.set_hands(std::move(lines));
+    if (contacts_) {
+      contacts_->ages.take();
+    }
   }
 
   void make_sounds() {
@@ -290,7 +349,7 @@ class Play {
     Screen& screen = *screen_;
     const int width = std::max(screen.window.width(), 16);
     const int height = std::max(screen.window.height(), 16);
-    const double start = clock_.now();
+    const double start = clock().now();
     screen.renderer.resize(width, height);
     screen.renderer.set_quality(quality_of(settings_.quality, screen.window));
     follow_tips(start);
@@ -307,19 +366,22 @@ class Play {
     if (std::exchange(controls_.wishes.screenshot, false)) {
       write_screenshot(width, height);
     }
-    const double drawn = clock_.now();
+    const double drawn = clock().now();
     screen.window.show();
+    if (state().phase == Phase::playing) {
+      picture_ages_.add(clock().now() - state().made);
+    }
     pictures_ += state().phase == Phase::playing ? 1 : 0;
     if (first_picture_ == 0 && drawn_generation_ != kNone) {
-      first_picture_ = clock_.now();
+      first_picture_ = clock().now();
     }
     if (first_play_ == 0 && state().phase == Phase::playing) {
-      first_play_ = clock_.now();
+      first_play_ = clock().now();
       first_step_ = state().all_steps;
       std::printf("playing\n");
       std::fflush(stdout);
     }
-    const double now = clock_.now();
+    const double now = clock().now();
     times_.milliseconds += 0.1 * (1e3 * (drawn - start) - times_.milliseconds);
     drawn_s_ += first_play_ > 0 ? drawn - start : 0;
     if (last_picture_ > 0) {
@@ -350,7 +412,7 @@ class Play {
     try {
       std::filesystem::create_directories(options_.out);
       write_png(options_.out / name, image);
-      screen_->panels.warn(name, clock_.now());
+      screen_->panels.warn(name, clock().now());
       std::printf("%s simulated_s %.2f energy_j %.3f\n", name, state().time,
                   state().generator.energy);
       std::fflush(stdout);
@@ -397,7 +459,7 @@ class Play {
     }
   }
 
-  void print_summary() const {
+  void print_summary() {
     if (first_play_ == 0) {
       return;
     }
@@ -419,9 +481,36 @@ class Play {
     std::printf("energy_j %.1f\nremoved_tets %lld\nparted_strands %lld\n", state().generator.energy,
                 static_cast<long long>(state().removed_tets),
                 static_cast<long long>(state().parted_strands));
+    print_ages();
     if (half_memory_ > 0) {
       std::printf("memory_growth_mib %.1f\n", (resident_bytes() - half_memory_) / 1048576);
     }
+  }
+
+  // How old values are where threads hand them over, and what servos missed.
+  void print_ages() {
+    const auto print = [](const std::string& what, const rig::AgeHistogram& ages) {
+      if (ages.count() > 0) {
+        std::printf("age_ms %s median %.2f p99 %.2f worst %.2f of %llu\n", what.c_str(),
+                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99), 1e3 * ages.worst(),
+                    static_cast<unsigned long long>(ages.count()));
+      }
+    };
+    print("hand_at_step", state().hand_ages);
+    if (contacts_) {
+      print("hand_at_packet", contacts_->ages.value());
+    }
+    for (const Side side : rig::kSides) {
+      const rig::HandStatus& status = rig_.status(side);
+      if (status.mover != rig::Mover::mouse) {
+        const std::string name = rig::name_of(side);
+        print("hand_at_servo_" + name, status.servo.packet_ages);
+        std::printf("servo_%s ticks %llu missed %llu\n", name.c_str(),
+                    static_cast<unsigned long long>(status.servo.tick_count),
+                    static_cast<unsigned long long>(status.servo.missed_count));
+      }
+    }
+    print("state_at_picture", picture_ages_);
   }
 
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;  // a generation that no state has
@@ -431,19 +520,27 @@ class Play {
   std::filesystem::path settings_path_;
   std::string complaint_;
   Settings settings_;
-  pbdsurg::RealClock clock_;
+  std::array<Side, 2> sides_;  // of the grasper and the hook
+  rig::RigPlaces places_ = hand_places();
+  rig::RigDescription description_;
+  pbdsurg::RealClock own_clock_;
+  std::unique_ptr<rig::EmulatedRig> emulated_;  // null where no arm is
   std::array<MouseHand, 2> hands_;
+  rig::Rig rig_;
+  RigWatch rig_watch_{texts_};
   Scope scope_;
   CameraAssistant assistant_{kCentre, kScene};
   Orders orders_;
   Controls controls_;
   std::future<std::unique_ptr<SoundPlayer>> player_;  // before the window, which closes first
   std::unique_ptr<SoundPlayer> sound_;
+  std::unique_ptr<ContactThread> contacts_;  // null where nobody feels
   SimulationThread simulation_;
   std::unique_ptr<Screen> screen_;
   Guide guide_;
   PicturePace pace_;
   PictureTimes times_;
+  rig::AgeHistogram picture_ages_;  // s, of what they show
   EventCounts events_{};
   Seen seen_;
   std::uint32_t drawn_generation_ = kNone;

@@ -19,13 +19,15 @@ struct PlayOptions {
   std::optional<Detail> detail;  ///< else as the settings have it
   std::string executor = "best";
   bool is_paper = false;
+  std::string devices = "mouse";                  ///< see rig::read_rig()
   std::optional<std::filesystem::path> settings;  ///< else default_settings_path()
   std::int64_t pictures = 0;  ///< ends after so many; 0: when the window is closed
 };
 
 /// Plays until the window is closed, and says at the end how that went.
 /// @return  the exit status
-/// @throws pbdsurg::BackendUnavailable  in one sentence, if there is no display or no OpenGL 3.3
+/// @throws pbdsurg::BackendUnavailable  in one sentence, if there is no display or no OpenGL 3.3,
+///                                      or an arm does not open
 /// @throws pbdsurg::Error               if the scene cannot be made
 int play(const PlayOptions& options);
 
