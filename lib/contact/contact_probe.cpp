@@ -2,12 +2,17 @@
 #include "pbdsurg/contact/contact_probe.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/haptics/servo.h"
+
+#include "lib/mesh/closest_on_triangle.h"
 
 namespace pbdsurg {
 namespace {
@@ -15,37 +20,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kOnSurface = 1e-6F;  // m: nearer, the direction to the surface is noise
-
-// Ericson, "Real-Time Collision Detection", 2005, section 5.1.5
-Vector3f closest_on_triangle(const Vector3f& p, const Vector3f& a, const Vector3f& b,
-                             const Vector3f& c) {
-  const Vector3f ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const float d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) {
-    return a;
-  }
-  const float d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) {
-    return b;
-  }
-  const float vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    return a + d1 / (d1 - d3) * ab;
-  }
-  const float d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) {
-    return c;
-  }
-  const float vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    return a + d2 / (d2 - d6) * ac;
-  }
-  const float va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  }
-  return a + (vb * ab + vc * ac) / (va + vb + vc);
-}
 
 struct Nearest {
   float square = std::numeric_limits<float>::max();  // m^2
@@ -62,12 +36,51 @@ void find_nearest(const LiveSurface& surface, std::span<const Vector3f> position
     }
     const Vector3f &a = positions[triangle[0]], &b = positions[triangle[1]],
                    &c = positions[triangle[2]];
-    const Vector3f on = closest_on_triangle(point, a, b, c);
+    const Vector3f on = closest_on_triangle(a, b, c, point).point;
     const float square = (point - on).squaredNorm();
     if (square < nearest.square) {
       nearest = {square, on, (b - a).cross(c - a), surface.body()};
     }
   }
+}
+
+// rad, of a triangle around a point of it: all that there is within, half on an edge
+double angle_at(const std::array<Eigen::Vector3d, 3>& corners, unsigned on_corners) {
+  if (std::popcount(on_corners) > 1) {
+    return std::popcount(on_corners) == 3 ? 2 * std::numbers::pi : std::numbers::pi;
+  }
+  const auto corner = static_cast<std::size_t>(std::countr_zero(on_corners));
+  const Eigen::Vector3d first = corners[(corner + 1) % 3] - corners[corner];
+  const Eigen::Vector3d second = corners[(corner + 2) % 3] - corners[corner];
+  return std::atan2(first.cross(second).norm(), first.dot(second));
+}
+
+// Of all triangles at the nearest point, as at an acute edge one of two faces away: by the sum of
+// their normals, weighted with angles (Baerentzen and Aanaes, "Signed distance computation using
+// the angle weighted pseudonormal", IEEE Trans. Visualization and Computer Graphics 11(3), 2005).
+bool is_outside(std::span<const std::shared_ptr<const LiveSurface>> surfaces,
+                std::span<const Vector3f> positions, const Vector3f& point,
+                const Nearest& nearest) {
+  constexpr float kTie = 1 + 1e-4F;  // of squares
+  Eigen::Vector3d outwards = Eigen::Vector3d::Zero();
+  for (const std::shared_ptr<const LiveSurface>& surface : surfaces) {
+    for (const Triangle& triangle : surface->triangles()) {
+      const Vector3f &a = positions[triangle[0]], &b = positions[triangle[1]],
+                     &c = positions[triangle[2]];
+      if (triangle == LiveSurface::kEmptyTriangle ||
+          !((point - closest_on_triangle(a, b, c, point).point).squaredNorm() <=
+            kTie * nearest.square)) {
+        continue;
+      }
+      const std::array<Eigen::Vector3d, 3> corners{a.cast<double>(), b.cast<double>(),
+                                                   c.cast<double>()};
+      const TrianglePoint on =
+          closest_on_triangle<double>(corners[0], corners[1], corners[2], point.cast<double>());
+      outwards += angle_at(corners, on.corners) *
+                  (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    }
+  }
+  return (point - nearest.on).cast<double>().dot(outwards) > 0;
 }
 
 float stiffness_of(const Solver& solver, Index body, float radius) {
@@ -147,8 +160,8 @@ ContactPacket make_contact_packet(ContactProbe& probe, const Solver& solver, Too
       continue;
     }
     const Vector3f away = center - nearest.on;
-    const bool is_outside = away.dot(nearest.outwards) > 0;
-    const float distance = is_outside ? away.norm() : -away.norm();
+    const float distance =
+        is_outside(probe.surfaces_, probe.positions_, center, nearest) ? away.norm() : -away.norm();
     const Vector3f normal = (distance > kOnSurface ? away : nearest.outwards).normalized();
     const float gap = distance - point.radius;
     if (gap > ContactProbe::kReach || !normal.allFinite() || !(normal.norm() > 0.5F)) {

@@ -10,41 +10,46 @@ namespace pbdsurg {
 
 /// A point of a triangle and the feature that it lies on: bit i is set for corner i, so a corner
 /// has one bit, the inside of an edge two, that of the triangle three.
+template <class Scalar>
 struct TrianglePoint {
-  Eigen::Vector3d point;
+  Eigen::Vector3<Scalar> point;
   unsigned corners;
 };
 
 /// By the region of the triangle's plane that the point projects into: Ericson 2005, "Real-time
 /// collision detection", section 5.1.5.
-inline TrianglePoint closest_on_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                         const Eigen::Vector3d& c, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d ab = b - a, ac = c - a;
-  const Eigen::Vector3d ap = p - a;
-  const double ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
+template <class Scalar>
+TrianglePoint<Scalar> closest_on_triangle(const Eigen::Vector3<Scalar>& a,
+                                          const Eigen::Vector3<Scalar>& b,
+                                          const Eigen::Vector3<Scalar>& c,
+                                          const Eigen::Vector3<Scalar>& p) {
+  using Vector = Eigen::Vector3<Scalar>;
+  const Vector ab = b - a, ac = c - a;
+  const Vector ap = p - a;
+  const Scalar ab_ap = ab.dot(ap), ac_ap = ac.dot(ap);
   if (ab_ap <= 0 && ac_ap <= 0) {
     return {a, 0b001};
   }
-  const Eigen::Vector3d bp = p - b;
-  const double ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
+  const Vector bp = p - b;
+  const Scalar ab_bp = ab.dot(bp), ac_bp = ac.dot(bp);
   if (ab_bp >= 0 && ac_bp <= ab_bp) {
     return {b, 0b010};
   }
-  const Eigen::Vector3d cp = p - c;
-  const double ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
+  const Vector cp = p - c;
+  const Scalar ab_cp = ab.dot(cp), ac_cp = ac.dot(cp);
   if (ac_cp >= 0 && ab_cp <= ac_cp) {
     return {c, 0b100};
   }
-  const double c_weight = ab_ap * ac_bp - ab_bp * ac_ap;
+  const Scalar c_weight = ab_ap * ac_bp - ab_bp * ac_ap;
   if (c_weight <= 0 && ab_ap >= 0 && ab_bp <= 0) {
     return {a + ab_ap / (ab_ap - ab_bp) * ab, 0b011};
   }
-  const double b_weight = ab_cp * ac_ap - ab_ap * ac_cp;
+  const Scalar b_weight = ab_cp * ac_ap - ab_ap * ac_cp;
   if (b_weight <= 0 && ac_ap >= 0 && ac_cp <= 0) {
     return {a + ac_ap / (ac_ap - ac_cp) * ac, 0b101};
   }
-  const double a_weight = ab_bp * ac_cp - ab_cp * ac_bp;
-  const double along_b = ac_bp - ab_bp, along_c = ab_cp - ac_cp;
+  const Scalar a_weight = ab_bp * ac_cp - ab_cp * ac_bp;
+  const Scalar along_b = ac_bp - ab_bp, along_c = ab_cp - ac_cp;
   if (a_weight <= 0 && along_b >= 0 && along_c >= 0) {
     return {b + along_b / (along_b + along_c) * (c - b), 0b110};
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pbdsurg/base/error.h"
+#include "pbdsurg/base/random.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/haptics/servo.h"
 #include "pbdsurg/tissue/library.h"
@@ -199,6 +200,32 @@ TEST_CASE("contact probe: force is steady while tissue goes under the tool", "[u
   CHECK(computed.largest <= 0.2);
   CHECK(testing::steps_of(rig.commanded).largest <= 0.2001);
   CHECK(rig.computed.back().y() < 0.1F);  // most of what it pressed is gone
+}
+
+// Beyond an acute edge one of its two triangles faces away: by that one alone, a tool there would
+// be deep in the tissue. A tetrahedron has acute edges alone.
+TEST_CASE("contact probe: a sharp edge is not felt from afar", "[unit]") {
+  constexpr double kEdge = 10e-3;  // m
+  Scene scene;
+  scene.add_body("splinter",
+                 TetMesh({{0, 0, 0}, {kEdge, 0, 0}, {0, kEdge, 0}, {0, 0, kEdge}}, {{0, 1, 2, 3}}),
+                 tissues::liver().mechanics);
+  Solver solver(scene);
+  const ToolId tool = solver.add_tool({}, at(0));
+  ContactProbe probe(solver, std::vector<Index>{0}, std::vector<ToolPoint>{{{0, 0, 0}, kRadius}});
+  constexpr int kDirections = 500;
+  for (int i = 0; i < kDirections; ++i) {
+    Eigen::Vector3f direction;
+    for (int axis = 0; axis < 3; ++axis) {
+      direction[axis] = static_cast<float>(2 * random_unit(3, i, axis) - 1);
+    }
+    ToolPose pose = ToolPose::Identity();
+    pose.translation() = Eigen::Vector3f::Constant(2e-3F) + 0.04F * direction.normalized();
+    solver.move_tool(tool, pose);
+    solver.step(1e-6F);
+    CAPTURE(direction.transpose());
+    CHECK(make_contact_packet(probe, solver, tool, GraspState::open, 1, 0).plane_count == 0);
+  }
 }
 
 TEST_CASE("contact probe: refuses what it cannot watch", "[unit]") {
