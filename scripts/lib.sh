@@ -135,8 +135,8 @@ table_programs=(table1 table2 table3 convergence edits figure4 figure8 figure12 
 
 is_table() { [[ " ${table_programs[*]} " == *" $1 "* ]]; }
 
-# Figures of the paper that the demo draws: scripts/demo-figures.
-demo_figures=(figure1 figure9)
+# What the demo draws or measures of itself: scripts/demo-figures.
+demo_figures=(figure1 figure6 figure9 rig_ages)
 
 is_demo_figure() { [[ " ${demo_figures[*]} " == *" $1 "* ]]; }
 

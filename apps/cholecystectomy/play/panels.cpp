@@ -225,7 +225,9 @@ void Panels::lay_out(const SceneState& state, Controls& controls, Orders& orders
   if (!has_understood_) {
     draw_disclaimer();
   } else if (state.phase == Phase::playing) {
-    draw_guide(guide);
+    if (controls.moves_hand()) {  // it teaches the mouse
+      draw_guide(guide);
+    }
   }
   pbdsurg::Pedals pressed;
   if (ImGui::GetIO().DisplaySize.x >= kNarrowest) {  // else the picture alone
@@ -304,14 +306,19 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
     } else if (state.phase == Phase::failed) {
       ImGui::TextColored(kRed, texts_.failed, state.message.c_str());
     }
-    ImGui::Text("%s: %s", controls.is_left() ? texts_.chosen_left : texts_.chosen_right,
-                controls.chosen() == Controls::grasper ? texts_.grasper : texts_.hook);
-    if (button(texts_.choose_other)) {
-      controls.choose(controls.chosen() == Controls::grasper ? Controls::hook : Controls::grasper);
-    }
-    ImGui::SameLine();
-    if (button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
-      controls.toggle_jaw();
+    if (controls.moves_hand()) {
+      ImGui::Text("%s: %s", controls.is_left() ? texts_.chosen_left : texts_.chosen_right,
+                  controls.chosen() == Controls::grasper ? texts_.grasper : texts_.hook);
+      if (button(texts_.choose_other)) {
+        controls.choose(controls.chosen() == Controls::grasper ? Controls::hook
+                                                               : Controls::grasper);
+      }
+      ImGui::SameLine();
+      if (button(state.grasper.is_closed ? texts_.open_jaw : texts_.close_jaw)) {
+        controls.toggle_jaw();
+      }
+    } else {
+      ImGui::TextUnformatted(texts_.devices_hold);
     }
     if (button(texts_.undo)) {
       ++orders.undos;
@@ -321,8 +328,10 @@ void Panels::draw_operation(const SceneState& state, Controls& controls, Orders&
       orders.is_paused = !orders.is_paused;
     }
     const Group shown = group_;
-    group_button(texts_.instrument, Group::instrument);
-    ImGui::SameLine();
+    if (controls.moves_hand()) {
+      group_button(texts_.instrument, Group::instrument);
+      ImGui::SameLine();
+    }
     group_button(texts_.scope, Group::scope);
     group_button(texts_.scene, Group::scene);
     ImGui::SameLine();

@@ -491,8 +491,9 @@ class Play {
   void print_ages() {
     const auto print = [](const std::string& what, const rig::AgeHistogram& ages) {
       if (ages.count() > 0) {
-        std::printf("age_ms %s median %.2f p99 %.2f worst %.2f of %llu\n", what.c_str(),
-                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99), 1e3 * ages.worst(),
+        std::printf("age_ms %s median %.2f p99 %.2f p999 %.2f worst %.2f of %llu\n", what.c_str(),
+                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99),
+                    1e3 * ages.quantile(0.999), 1e3 * ages.worst(),
                     static_cast<unsigned long long>(ages.count()));
       }
     };

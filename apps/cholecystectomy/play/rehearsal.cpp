@@ -81,7 +81,7 @@ Rehearsal make_rehearsal(const SurgicalScene& scene, const std::array<Vector3f, 
                         {.time = 12.3, .tip = at(0.6F, 0.006F), .pedals = kCut},
                         {.time = 12.8, .tip = at(1, 0.004F)},
                         {.time = 13.3, .tip = tips[1]}};
-  rehearsal.parts = {{{"drag", 2.5, 5.7}, {"burn", 6.6, 9.8}, {"cut", 10.3, 13.3}}};
+  rehearsal.parts = {{{"drag", 0, 2.5, 5.7}, {"burn", 1, 6.6, 9.8}, {"cut", 1, 10.3, 13.3}}};
   rehearsal.length = 13.5;
   return rehearsal;
 }

@@ -5,6 +5,7 @@
 /// What emulated hands do: an organ dragged and let go, fat burnt, fat cut.
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "pbdsurg/haptics/scripted_hand.h"
@@ -17,6 +18,7 @@ namespace cholecystectomy {
 /// A part of it.
 struct RehearsedPart {
   const char* name;
+  std::size_t hand;   ///< 0 the grasper, 1 the hook
   double begin, end;  ///< s
 };
 

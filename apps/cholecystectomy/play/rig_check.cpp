@@ -30,6 +30,8 @@ constexpr float kMove = 0.03F;    // m, that a hand shall move
 constexpr float kStill = 0.01F;   // m, that the other may meanwhile
 constexpr float kPress = 0.3F;    // N, that shall be felt
 constexpr double kMostPicture = 100;  // ms
+constexpr float kTremor = 2e-3F;      // m, of a hand that holds still
+constexpr int kStillPasses = 30;
 
 std::size_t index_of(Side side) {
   return static_cast<std::size_t>(side);
@@ -225,8 +227,14 @@ class Check {
     walls_[index_of(side)].reset();
     help_.tell(text("Hold the %s instrument still in the air: force is let in.",
                     rig::name_of(side)));
-    const auto engaged = [&] { return rig_->status(side).servo.engaged >= 1; };
-    if (!await(engaged)) {
+    Vector3f still = tip(side);
+    int still_passes = 0;
+    const auto is_engaged = [&] {
+      still_passes = (tip(side) - still).norm() < kTremor ? still_passes + 1 : 0;
+      still = still_passes > 0 ? still : tip(side);
+      return still_passes > kStillPasses && rig_->status(side).servo.engaged >= 1;
+    };
+    if (!await(is_engaged)) {
       note(what, false, "was not let in");
       return;
     }

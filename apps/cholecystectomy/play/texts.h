@@ -27,6 +27,7 @@ struct Texts {
   const char* operation = "Operation";
   const char* chosen_left = "Mouse moves: left hand";
   const char* chosen_right = "Mouse moves: right hand";
+  const char* devices_hold = "Devices move both hands, the mouse the scope";
   const char* grasper = "grasper";
   const char* hook = "hook";
   const char* choose_other = "Other hand (Tab)";

@@ -99,6 +99,49 @@ class HandRecorder {
   Hash hash_;
 };
 
+// Forces of one part of the rehearsal, on the hand that it is about.
+class PartForces {
+ public:
+  explicit PartForces(const RehearsedPart& part) : part_(part) {}
+
+  [[nodiscard]] bool has(double time) const { return part_.begin <= time && time < part_.end; }
+
+  void tick(const Eigen::Vector3f& simulated, const pbdsurg::ServoForce& felt) {
+    simulated_ = std::max(simulated_, simulated.norm());
+    computed_ = std::max(computed_, felt.computed.norm());
+    commanded_ = std::max(commanded_, felt.commanded.norm());
+    if (last_) {
+      steps_.push_back((felt.computed - last_->computed).norm());
+      largest_step_ = std::max(largest_step_, (felt.commanded - last_->commanded).norm());
+    }
+    last_ = felt;
+  }
+
+  // Steps are newtons in a tick of a millisecond.
+  [[nodiscard]] nlohmann::ordered_json json() {
+    std::ranges::sort(steps_);
+    const auto rank = static_cast<std::size_t>(0.999 * static_cast<double>(steps_.size()));
+    return {{"part", part_.name},
+            {"hand", part_.hand == 0 ? "grasper" : "hook"},
+            {"begin_s", part_.begin},
+            {"end_s", part_.end},
+            {"simulated_n", simulated_},
+            {"computed_n", computed_},
+            {"commanded_n", commanded_},
+            {"computed_step_p999_n", steps_.empty() ? 0 : steps_[rank]},
+            {"commanded_step_n", largest_step_}};
+  }
+
+  [[nodiscard]] std::size_t hand() const { return part_.hand; }
+
+ private:
+  RehearsedPart part_;
+  float simulated_ = 0, computed_ = 0, commanded_ = 0;  // N, the largest
+  float largest_step_ = 0;                              // N, commanded, in a tick
+  std::vector<float> steps_;                            // N, computed, in each tick
+  std::optional<pbdsurg::ServoForce> last_;
+};
+
 #ifdef PBDSURG_HAS_PICTURES
 class PictureSeries {
  public:
@@ -169,6 +212,9 @@ class VirtualPlay {
     scene_ = make_scene(anatomy_, options.is_paper ? pbdsurg::ElasticModel::springs
                                                    : pbdsurg::ElasticModel::neo_hookean);
     rehearsal_ = make_rehearsal(scene_, places_.tips);
+    for (const RehearsedPart& part : rehearsal_.parts) {
+      parts_.emplace_back(part);
+    }
     if (description_.is_emulated) {
       emulated_ = rig::emulate(description_,
                                {rig::mapping_of(description_.hands[0], places_, Side::left),
@@ -241,10 +287,18 @@ class VirtualPlay {
   [[nodiscard]] pbdsurg::Clock& clock() { return emulated_ ? emulated_->clock() : own_clock_; }
 
   void record(HandRecorder& recorder, double begin) {
+    const double time = clock().now() - begin;
     for (const Side side : kSides) {
-      if (rig_->has_servo(side)) {
-        recorder.tick(side, clock().now() - begin, rig_->device(side).state(),
-                      patches_[static_cast<std::size_t>(side)].force, rig_->last_tick(side));
+      if (!rig_->has_servo(side)) {
+        continue;
+      }
+      const std::size_t hand = static_cast<std::size_t>(side);
+      recorder.tick(side, time, rig_->device(side).state(), patches_[hand].force,
+                    rig_->last_tick(side));
+      for (PartForces& part : parts_) {
+        if (part.hand() == hand && part.has(time)) {
+          part.tick(patches_[hand].force, rig_->last_tick(side).force);
+        }
       }
     }
   }
@@ -269,8 +323,10 @@ class VirtualPlay {
         report["servo"][rig::name_of(side)] = servo_of(*rig_, side);
       }
     }
-    for (const RehearsedPart& part : rehearsal_.parts) {
-      report["parts"].push_back({{"name", part.name}, {"begin_s", part.begin}, {"end_s", part.end}});
+    if (emulated_) {
+      for (PartForces& part : parts_) {
+        report["parts"].push_back(part.json());
+      }
     }
     report["files"] = folder_.files();
     std::ofstream file(folder_.part() / kReportName);
@@ -288,6 +344,7 @@ class VirtualPlay {
   LoadedAnatomy anatomy_;
   SurgicalScene scene_;
   Rehearsal rehearsal_;
+  std::vector<PartForces> parts_;  // of it
   pbdsurg::VirtualClock own_clock_;
   std::unique_ptr<rig::EmulatedRig> emulated_;
   std::array<std::unique_ptr<pbdsurg::Device>, 2> resting_;  // [side]

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Servos, contacts, the simulation and a window's side, each in its thread.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/cholecystectomy/play/contact_thread.h"
+#include "apps/cholecystectomy/play/places.h"
+#include "apps/cholecystectomy/play/rehearsal.h"
+#include "apps/cholecystectomy/play/simulation_thread.h"
+#include "apps/rig/rig.h"
+#include "tests/support/catch.h"
+
+namespace cholecystectomy {
+namespace {
+
+using rig::kSides;
+using rig::Side;
+
+constexpr double kPatience = 300;  // s; sanitizers are slow
+
+struct PlayedRig {
+  explicit PlayedRig(const rig::RigDescription& rig_description = rig::read_rig("emulator"))
+      : description(rig_description) {
+    SimulationThread::Options options;
+    options.detail = Detail::low;
+    options.executor = [] { return pbdsurg::executor::serial(); };
+    options.on_begin = [this](const SurgicalScene& scene) {
+      const Rehearsal rehearsal = make_rehearsal(scene, places.tips);
+      for (const Side side : kSides) {
+        rig.rehearse(side, rehearsal.hands[static_cast<std::size_t>(side)]);
+      }
+    };
+    simulation = std::make_unique<SimulationThread>(
+        std::move(options), Hands{&rig.device(Side::left), &rig.device(Side::right)},
+        emulated->clock(), &contacts);
+  }
+
+  // Takes states as a window does, until one is as wanted.
+  template <class Condition>
+  void await(Condition condition) {
+    for (const double end = emulated->clock().now() + kPatience; emulated->clock().now() < end;) {
+      if (simulation->states.take() > 0) {
+        const SceneState& state = simulation->states.value();
+        REQUIRE(state.phase != Phase::failed);
+        simulation->seen.draft() = {simulation->states.sequence(), state.generation,
+                                    state.triangle_versions, state.burn_versions,
+                                    state.vertex_counts};
+        simulation->seen.publish();
+      }
+      rig.poll();
+      contacts.ages.take();
+      if (condition(simulation->states.value())) {
+        return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    FAIL("not in time");
+  }
+
+  rig::RigPlaces places = hand_places();
+  rig::RigDescription description;
+  std::unique_ptr<rig::EmulatedRig> emulated =
+      rig::emulate(description,
+                   {rig::mapping_of(description.hands[0], places, Side::left),
+                    rig::mapping_of(description.hands[1], places, Side::right)},
+                   places.tips, false);
+  std::array<MouseHand, 2> mice{
+      {{"left", reach_of(Side::left), places.tips[0], emulated->clock()},
+       {"right", reach_of(Side::right), places.tips[1], emulated->clock()}}};
+  rig::Rig rig{description,    places,           std::array<pbdsurg::Device*, 2>{&mice[0], &mice[1]},
+               emulated.get(), emulated->clock(), false};
+  ContactThread contacts{rig, {Side::left, Side::right}, emulated->clock()};
+  std::unique_ptr<SimulationThread> simulation;
+};
+
+}  // namespace
+
+// Would catch, under a thread sanitizer, a race between any two of the four; and packets or pedals
+// that get lost between them.
+TEST_CASE("rig play: four threads drag an organ and burn", "[rig]") {
+  PlayedRig play;
+  float most = 0;
+  play.await([&](const SceneState& state) {
+    most = std::max(most, play.rig.status(Side::left).servo.force.commanded.norm());
+    return state.generator.energy > 1;
+  });
+  CHECK(most > 0.5F);  // what the drag pulls with
+  CHECK(play.simulation->states.value().events[static_cast<std::size_t>(Event::grasped)] > 0);
+  for (const Side side : kSides) {
+    const rig::ServoReport& servo = play.rig.status(side).servo;
+    CHECK(servo.packet_ages.count() > 1000);
+    CHECK(servo.faults.count(pbdsurg::ServoFault::bad_packet) == 0);
+  }
+  CHECK(play.contacts.ages.value().count() > 100);
+}
+
+// Would catch an operation that ends with the arm, or a force that stays on.
+TEST_CASE("rig play: the operation goes on without an arm that is lost", "[rig]") {
+  rig::RigDescription description = rig::read_rig("emulator");
+  description.faults.push_back({.fault = "unplugged", .side = Side::left, .begin = 4});
+  PlayedRig play(description);
+  play.await([&](const SceneState& state) {
+    return state.phase == Phase::playing && !play.rig.status(Side::left).is_connected;
+  });
+  const std::int64_t steps = play.simulation->states.value().all_steps;
+  play.await([&](const SceneState& state) { return state.all_steps > steps + 20; });
+  const rig::HandStatus& status = play.rig.status(Side::left);
+  CHECK(status.arm.is_lost);
+  CHECK(status.servo.force.commanded.isZero(0));
+  CHECK(play.rig.status(Side::right).is_connected);
+}
+
+}  // namespace cholecystectomy
