@@ -253,7 +253,8 @@ struct HdapiDevice::Servo {
   void look();
   void note(DeviceFault fault, std::uint64_t count = 1);
   void take_faults();
-  DeviceFault note_error(const HDErrorInfo& info);
+  [[nodiscard]] bool take_faults_of_call();
+  void note_error(const HDErrorInfo& info);
 
   HdapiDeviceOptions options;
   OpenDevice open;
@@ -305,7 +306,7 @@ void HdapiDevice::Servo::note(DeviceFault fault, std::uint64_t count) {
 }
 
 /// Errors say which device they are of; they may come while another is looked at.
-DeviceFault HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
+void HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
   const DeviceFault fault = fault_of(info.errorCode);
   Servo* owner = this;
   for (const std::unique_ptr<HdapiDevice>& device : *session_devices) {
@@ -318,11 +319,27 @@ DeviceFault HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
   if (fault != DeviceFault::scheduler_failure) {
     owner->note(fault);
   }
-  return fault;
 }
 
 void HdapiDevice::Servo::take_faults() {
   take_errors([this](const HDErrorInfo& info) { note_error(info); });
+}
+
+/// After a call that makes this device the current one, and a take_faults() before it. A refusal is
+/// this device's, whichever was current until then.
+/// @return  whether HDAPI took the call
+bool HdapiDevice::Servo::take_faults_of_call() {
+  bool is_taken = true;
+  take_errors([&](const HDErrorInfo& info) {
+    const DeviceFault fault = fault_of(info.errorCode);
+    if (fault == DeviceFault::wrong_handle || fault == DeviceFault::bad_call) {
+      is_taken = false;
+      note(fault);
+    } else {
+      note_error(info);
+    }
+  });
+  return is_taken;
 }
 
 /// Goes on with the calibration of the current device, and looks who it is.
@@ -384,13 +401,9 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
   }
   state.time = time;
   if (!is_abandoned) {
+    take_faults();  // which others left: they must not seem to be the frame's
     Frame frame(open.handle());
-    bool has_begun = true;
-    take_errors([&](const HDErrorInfo& info) {
-      const DeviceFault fault = note_error(info);
-      has_begun = has_begun && (info.hHD != open.handle() || (fault != DeviceFault::wrong_handle &&
-                                                              fault != DeviceFault::bad_call));
-    });
+    const bool has_begun = take_faults_of_call();
     if (has_begun && !status.is_lost) {
       read();
       take_faults();

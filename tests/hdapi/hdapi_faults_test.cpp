@@ -197,12 +197,14 @@ TEST_CASE("hdapi faults: with a wrong handle the other hand's pose is not taken"
   CHECK_FALSE(session.device(0).status().is_lost);
 }
 
-// Catches an error that is put down to the device which is looked at when it is found.
-TEST_CASE("hdapi faults: an error is the device's that it names", "[unit]") {
+// Catches an error that is put down to the device which is looked at when it is found, and a frame
+// that is taken for one that did not begin, because of an error that lay there before.
+TEST_CASE("hdapi faults: an error is the device's that it names, and costs no frame", "[unit]") {
+  const int named = GENERATE(0, 1);
   Emulator emulator(testing::two_hands());
   testing::Wall left(emulator), right(emulator);
   HdapiSession session(testing::feel(left, right), emulator.clock());
-  HHD handle = hdGetCurrentDevice();  // of the right hand: it was opened last
+  HHD handle = hdGetCurrentDevice() - 1 + named;  // the right hand's is current: it came last
   hdScheduleAsynchronous(
       [](void* data) -> HDCallbackCode {
         hdEndFrame(*static_cast<HHD*>(data));  // without a beginning
@@ -210,8 +212,11 @@ TEST_CASE("hdapi faults: an error is the device's that it names", "[unit]") {
       },
       &handle, HD_MIN_SCHEDULER_PRIORITY);
   emulator.step(10);
-  CHECK(session.device(0).status().faults.of(DeviceFault::bad_call) == 0);
-  CHECK(session.device(1).status().faults.of(DeviceFault::bad_call) == 1);
+  for (const int hand : {0, 1}) {
+    CHECK(session.device(hand).status().faults.of(DeviceFault::bad_call) ==
+          (hand == named ? 1 : 0));
+    CHECK(emulator.forces(hand).size() == 10);
+  }
 }
 
 // Catches errors of the force that the emulator makes by itself.
