@@ -74,8 +74,8 @@ struct HandleCounts {
   std::int64_t missed = 0;   ///< by gaps in the sequence, while the handle was live
 };
 
-/// Reads a handle, by polls that never wait. Times are those of polls: no finer than they follow
-/// one another.
+/// Reads a handle, by polls that never wait. Times are those of polls, no finer than they follow
+/// one another: a serial port has no others, and lines come 10 ms apart, about as steps do.
 ///
 /// A handle that falls silent keeps its state for kHold. Then it is lost: its buttons are up, and
 /// its jaws open at kJawSpeed, so that tissue slides off and does not snap. When lines come again,
