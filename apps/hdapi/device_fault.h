@@ -12,7 +12,8 @@ namespace rig {
 
 /// Each is counted for the device that it happened to.
 enum class DeviceFault : std::uint8_t {
-  // force goes to zero and comes back by a ramp
+  // force goes to zero; the next tick without a fault is ready again, for the safety chain to let
+  // it in
   warm_motors,              ///< let them cool
   exceeded_force,           ///< more was commanded than the device has
   exceeded_impulse,         ///< the force changed too fast

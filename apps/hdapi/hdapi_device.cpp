@@ -13,7 +13,9 @@
 #include <HD/hd.h>
 
 #include "pbdsurg/base/mailbox.h"
+#include "pbdsurg/haptics/safety_chain.h"
 
+#include "apps/hdapi/force_gate.h"
 #include "apps/hdapi/hdapi_pose.h"
 
 namespace rig {
@@ -253,19 +255,20 @@ struct HdapiDevice::Servo {
   void look();
   void note(DeviceFault fault, std::uint64_t count = 1);
   void take_faults();
-  DeviceFault note_error(const HDErrorInfo& info);
+  [[nodiscard]] bool take_faults_of_call();
+  void note_error(const HDErrorInfo& info);
 
   HdapiDeviceOptions options;
   OpenDevice open;
   HdapiLimits limits{};
   Extras extras{};
-  ForceGate gate{{}, static_cast<float>(kPeriod)};
+  ForceGate gate{0, static_cast<float>(kPeriod)};  // closed until begin()
 
   pbdsurg::DeviceState state{};
   HdapiStatus status{};
-  int update_count = 0;    // of the calibration, in a row
-  bool has_fault = false;  // since the last tick, of those that stop the force
-  bool is_warm = false;
+  int update_count = 0;       // of the calibration, in a row
+  bool has_fault = false;     // of those that stop the force, which no callback was told of yet
+  bool is_warm = false;       // likewise
   bool is_abandoned = false;  // lost, and told that force is zero
   const std::vector<std::unique_ptr<HdapiDevice>>* session_devices = nullptr;  // this among them
   pbdsurg::Mailbox<Published> mailbox;
@@ -276,6 +279,8 @@ struct HdapiDevice::Servo {
 
 /// What must be done before the scheduler starts.
 void HdapiDevice::Servo::begin() {
+  gate = ForceGate(pbdsurg::limits_of_motors(limits.max_force, limits.max_continuous_force).peak,
+                   static_cast<float>(kPeriod));
   hdMakeCurrentDevice(open.handle());
   for (const HDenum capability : {HD_FORCE_OUTPUT, HD_FORCE_RAMPING, HD_MAX_FORCE_CLAMPING}) {
     hdEnable(capability);
@@ -305,7 +310,7 @@ void HdapiDevice::Servo::note(DeviceFault fault, std::uint64_t count) {
 }
 
 /// Errors say which device they are of; they may come while another is looked at.
-DeviceFault HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
+void HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
   const DeviceFault fault = fault_of(info.errorCode);
   Servo* owner = this;
   for (const std::unique_ptr<HdapiDevice>& device : *session_devices) {
@@ -318,11 +323,27 @@ DeviceFault HdapiDevice::Servo::note_error(const HDErrorInfo& info) {
   if (fault != DeviceFault::scheduler_failure) {
     owner->note(fault);
   }
-  return fault;
 }
 
 void HdapiDevice::Servo::take_faults() {
   take_errors([this](const HDErrorInfo& info) { note_error(info); });
+}
+
+/// After a call that makes this device the current one, and a take_faults() before it. A refusal is
+/// this device's, whichever was current until then.
+/// @return  whether HDAPI took the call
+bool HdapiDevice::Servo::take_faults_of_call() {
+  bool is_taken = true;
+  take_errors([&](const HDErrorInfo& info) {
+    const DeviceFault fault = fault_of(info.errorCode);
+    if (fault == DeviceFault::wrong_handle || fault == DeviceFault::bad_call) {
+      is_taken = false;
+      note(fault);
+    } else {
+      note_error(info);
+    }
+  });
+  return is_taken;
 }
 
 /// Goes on with the calibration of the current device, and looks who it is.
@@ -384,13 +405,9 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
   }
   state.time = time;
   if (!is_abandoned) {
+    take_faults();  // which others left: they must not seem to be the frame's
     Frame frame(open.handle());
-    bool has_begun = true;
-    take_errors([&](const HDErrorInfo& info) {
-      const DeviceFault fault = note_error(info);
-      has_begun = has_begun && (info.hHD != open.handle() || (fault != DeviceFault::wrong_handle &&
-                                                              fault != DeviceFault::bad_call));
-    });
+    const bool has_begun = take_faults_of_call();
     if (has_begun && !status.is_lost) {
       read();
       take_faults();
@@ -400,17 +417,22 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
     }
     const bool is_ready = !has_fault && !status.is_lost && !is_stopping &&
                           status.calibration == HdapiCalibration::done;
+    // what comes from here on is for the next tick's callback
+    has_fault = false;
+    const bool was_warm = std::exchange(is_warm, false);
     Eigen::Vector3f wanted = Eigen::Vector3f::Zero();
     if (options.force) {
       // called also where nothing will pass, so that the safety chain behind it knows
-      wanted = options.force({time, state.pose, status.velocity, state.buttons, is_ready, is_warm});
+      wanted =
+          options.force({time, state.pose, status.velocity, state.buttons, is_ready, was_warm});
       if (!wanted.allFinite()) {
         note(DeviceFault::simulation_not_a_number);
       }
     }
-    has_fault = false;
-    is_warm = false;
-    status.commanded_force = is_ready ? gate.pass(wanted) : gate.fade();
+    if (!is_ready) {
+      wanted.setZero();
+    }
+    status.commanded_force = gate.pass(wanted);
     if (has_begun) {
       const Eigen::Vector3d force = status.commanded_force.cast<double>();
       hdSetDoublev(HD_CURRENT_FORCE, force.data());
@@ -421,7 +443,6 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
     is_abandoned = is_abandoned || (status.is_lost && gate.force().isZero(0));
   }
   take_faults();
-  status.gain = gate.gain();
   ++status.tick_count;
   state.is_connected = !status.is_lost;
   mailbox.draft() = {state, status};
@@ -498,9 +519,6 @@ void HdapiSession::Ticker::open(std::vector<HdapiDeviceOptions> options) {
   exchange_swapped();
   for (const std::unique_ptr<HdapiDevice>& device : devices) {
     HdapiDevice::Servo& servo = *device->servo_;
-    ForceGateOptions gate = servo.options.gate;
-    gate.max_force = std::min(gate.max_force, 0.8f * servo.limits.max_force);
-    servo.gate = ForceGate(gate, static_cast<float>(kPeriod));
     servo.begin();
     servo.state.time = clock.now();
     servo.mailbox.draft() = {servo.state, servo.status};
@@ -598,14 +616,6 @@ HdapiSession::HdapiSession(std::vector<HdapiDeviceOptions> devices, pbdsurg::Clo
   }
   for (std::size_t index = 0; index < devices.size(); ++index) {
     const HdapiDeviceOptions& device = devices[index];
-    const ForceGateOptions& gate = device.gate;
-    if (!(gate.max_force > 0 && gate.slew > 0 && gate.ramp_time > 0 && gate.quiet_time >= 0)) {
-      throw InvalidArgument(
-          "haptic device '" + device.label + "': force of at most " +
-          std::to_string(gate.max_force) + " N, slew " + std::to_string(gate.slew) + " N/s, ramp " +
-          std::to_string(gate.ramp_time) + " s and quiet time " + std::to_string(gate.quiet_time) +
-          " s; the last must not be negative, the others must be positive");
-    }
     for (std::size_t before = 0; before < index; ++before) {
       const HdapiDeviceOptions& other = devices[before];
       if (other.name == device.name ||

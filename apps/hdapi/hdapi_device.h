@@ -16,7 +16,6 @@
 #include "pbdsurg/haptics/device.h"
 
 #include "apps/hdapi/device_fault.h"
-#include "apps/hdapi/force_gate.h"
 
 namespace rig {
 
@@ -27,13 +26,18 @@ struct HdapiTick {
   Eigen::Isometry3f pose;    ///< m
   Eigen::Vector3f velocity;  ///< m/s, smoothed by the vendor's driver
   std::uint32_t buttons;     ///< bit i: button i is down; a Touch has 0 dark and 1 light
-  bool is_ready;             ///< it is calibrated and there is no fault: else no force will pass
+  bool is_ready;             ///< it is calibrated, and had no fault until now since the last tick:
+                             ///< else force goes to zero, whatever is asked for
   bool is_warm;              ///< it warns of its motors
 };
 
-/// What a hand shall feel, N in the axes of the device: a servo with its safety chain. Called in
-/// each tick by the scheduler's thread, until the device is lost and its force is zero: it may
+/// What a hand shall feel, N in the axes of the device: servo_tick(), with its safety chain. Called
+/// in each tick by the scheduler's thread, until the device is lost and its force is zero: it may
 /// neither wait nor allocate nor throw.
+///
+/// To let force in slowly, at the start and after a tick that was not ready, is its part. A safety
+/// chain does so, and waits until the hand is out of the tissue. Without one, all that the hand is
+/// spared is a step: force is there within 13 ms.
 using HdapiForce = std::function<Eigen::Vector3f(const HdapiTick& tick)>;
 
 /// Which device, and what it shall do.
@@ -42,7 +46,6 @@ struct HdapiDeviceOptions {
   std::string name{};           ///< as in the vendor's setup tool; empty for its default device
   std::string serial_number{};  ///< that it must have; empty for any
   HdapiForce force{};           ///< without one, the hand feels nothing
-  ForceGateOptions gate{};      ///< max_force is lowered to 0.8 of the device's own
 };
 
 /// How a device is calibrated.
@@ -64,10 +67,9 @@ struct HdapiLimits {
 struct HdapiStatus {
   std::uint64_t tick_count = 0;
   HdapiCalibration calibration = HdapiCalibration::under_way;
-  bool is_lost = false;         ///< it goes on without force
-  bool is_in_inkwell = false;   ///< the stylus is parked
-  float gain = 0;               ///< the share of the callback's force that passes
-  float motor_temperature = 0;  ///< of the warmest, 0 cold to 1 warm
+  bool is_lost = false;                                       ///< it goes on without force
+  bool is_in_inkwell = false;                                 ///< the stylus is parked
+  float motor_temperature = 0;                                ///< of the warmest, 0 cold to 1 warm
   Eigen::Vector3f gimbal_angles = Eigen::Vector3f::Zero();    ///< rad
   Eigen::Vector3f velocity = Eigen::Vector3f::Zero();         ///< m/s
   Eigen::Vector3f commanded_force = Eigen::Vector3f::Zero();  ///< N
@@ -77,7 +79,9 @@ struct HdapiStatus {
 /// One arm of a session. Jaws and pedals are other devices: they stay open and up.
 ///
 /// set_force() is left: a force that is held between frames buzzes, so forces come from the
-/// callback, in the tick.
+/// callback, in the tick. Of what it asks for, the motors get numbers alone, up to the peak of
+/// limits_of_motors(), in steps of 0.2 N a millisecond, and in ticks that are not ready steps to
+/// zero (ForceGate).
 class HdapiDevice final : public pbdsurg::Device {
  public:
   struct Servo;  ///< what the scheduler's thread works on
@@ -110,11 +114,10 @@ class HdapiDevice final : public pbdsurg::Device {
 /// session never waits for it.
 class HdapiSession {
  public:
-  /// Opens the devices in this order and starts the scheduler. Force comes by a ramp, once a device
-  /// is calibrated. Devices that have each other's serial number are exchanged and say so.
+  /// Opens the devices in this order and starts the scheduler. Ticks are ready once a device is
+  /// calibrated. Devices that have each other's serial number are exchanged and say so.
   /// @param clock  outlives the session; any thread may read it
-  /// @throws pbdsurg::InvalidArgument     if there is none, two have one name or serial number, or
-  ///                                      a limit of force is not positive
+  /// @throws pbdsurg::InvalidArgument     if there is none, or two have one name or serial number
   /// @throws pbdsurg::BackendUnavailable  if a device or the scheduler does not start, or has a
   ///                                      serial number that is not asked for
   HdapiSession(std::vector<HdapiDeviceOptions> devices, pbdsurg::Clock& clock);

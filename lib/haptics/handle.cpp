@@ -12,6 +12,7 @@
 #include <sys/ioctl.h>
 #include <termios.h>
 
+#include "lib/haptics/hotplug_device.h"
 #include "lib/haptics/open_device.h"
 
 namespace pbdsurg {
@@ -76,26 +77,24 @@ JawRange JawCalibration::range() const {
 }
 
 Handle::Handle(const std::filesystem::path& port, const JawRange& range, const Clock& clock)
-    : path_(port), range_(range), clock_(clock), polled_(clock.now()) {
+    : range_(range), clock_(clock), polled_(clock.now()) {
   check(range);
-  port_ = open_port(port);
+  port_ = std::make_unique<HotplugDevice>(port, open_port);
 }
 
-void Handle::reopen() {
-  port_.close();
-  port_ = open_port(path_);
-}
+Handle::~Handle() = default;
 
 const HandleState& Handle::poll() noexcept {
   const double now = clock_.now();
+  port_->look(now);
   take_lines(now);
   if (counts_.lines > 0) {
     const bool is_lost = now - state_.time > kHold;
     state_.condition = is_lost ? HandleCondition::lost : HandleCondition::live;
     state_.buttons = is_lost ? 0 : report_.buttons;
     move_jaw(now);
-  } else if (!port_.is_open()) {
-    state_.condition = HandleCondition::lost;
+  } else {
+    state_.condition = port_->is_there() ? HandleCondition::waiting : HandleCondition::lost;
   }
   polled_ = now;
   return state_;
@@ -113,13 +112,9 @@ void Handle::set_range(const JawRange& range) {
 
 void Handle::take_lines(double now) noexcept {
   std::array<char, 1024> bytes;
-  for (std::size_t taken = 0; port_.is_open() && taken < kMostBytes;) {
-    const long count = read_available(port_, bytes.data(), bytes.size());
-    if (count < 0) {
-      return;
-    }
-    if (count == 0) {
-      port_.close();
+  for (std::size_t taken = 0; taken < kMostBytes;) {
+    const long count = port_->read(bytes.data(), bytes.size());
+    if (count <= 0) {
       return;
     }
     for (long i = 0; i < count; ++i) {

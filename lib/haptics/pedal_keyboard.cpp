@@ -9,6 +9,7 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 
+#include "lib/haptics/hotplug_device.h"
 #include "lib/haptics/open_device.h"
 
 namespace pbdsurg {
@@ -47,16 +48,23 @@ FileDescriptor open_keyboard(const std::filesystem::path& path) {
 
 PedalKeyboard::PedalKeyboard(const std::filesystem::path& path, const PedalKeys& keys,
                              const Clock& clock)
-    : path_(path), clock_(clock), polled_(clock.now()) {
+    : clock_(clock), polled_(clock.now()) {
   check(keys);
   cut_.key = keys.cut;
   coagulation_.key = keys.coagulation;
-  keyboard_ = open_keyboard(path);
+  keyboard_ = std::make_unique<HotplugDevice>(path, open_keyboard);
+}
+
+PedalKeyboard::~PedalKeyboard() = default;
+
+bool PedalKeyboard::is_connected() const noexcept {
+  return keyboard_->is_there();
 }
 
 bool PedalKeyboard::poll() noexcept {
   const double now = clock_.now();
   cause_ = PedalCause::foot;
+  keyboard_->look(now);
   read(now);
   if (now - polled_ > kStall) {
     lift(PedalCause::stall, now);
@@ -65,13 +73,6 @@ bool PedalKeyboard::poll() noexcept {
   cut_.settle(now);
   coagulation_.settle(now);
   return note(now);
-}
-
-void PedalKeyboard::reopen() {
-  keyboard_.close();
-  byte_count_ = 0;
-  let_go();
-  keyboard_ = open_keyboard(path_);
 }
 
 bool PedalKeyboard::let_go() noexcept {
@@ -88,14 +89,13 @@ void PedalKeyboard::Switch::settle(double now) noexcept {
 }
 
 void PedalKeyboard::read(double now) noexcept {
-  for (int reads = 0; keyboard_.is_open() && reads < kMostReads; ++reads) {
-    const long count =
-        read_available(keyboard_, bytes_.data() + byte_count_, bytes_.size() - byte_count_);
+  for (int reads = 0; reads < kMostReads; ++reads) {
+    const long count = keyboard_->read(bytes_.data() + byte_count_, bytes_.size() - byte_count_);
     if (count < 0) {
       return;
     }
     if (count == 0) {
-      keyboard_.close();
+      byte_count_ = 0;
       lift(PedalCause::disconnected, now);
       return;
     }

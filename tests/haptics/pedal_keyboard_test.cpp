@@ -8,6 +8,7 @@
 #include "lib/haptics/open_device.h"
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
+#include "tests/support/eventually.h"
 #include "tests/support/pedal_pipe.h"
 
 namespace pbdsurg {
@@ -127,13 +128,35 @@ TEST_CASE("pedals: a keyboard that is gone has its pedals up", "[unit]") {
   CHECK_FALSE(bench.pedals.is_connected());
 
   bench.keys.plug_in();
-  bench.pedals.reopen();
+  bench.run(1);
+  CHECK(testing::eventually([&] {
+    bench.poll();
+    return bench.pedals.is_connected();
+  }));
+  bench.keys.key(KEY_A, 2);  // still held
   bench.run(0.1);
-  CHECK(bench.pedals.is_connected());
   CHECK(bench.events.size() == 2);
   bench.keys.key(KEY_A, 1);
   bench.run(0.1);
   CHECK(bench.events.size() == 3);
+}
+
+// Would catch a record that begins before a keyboard is gone and ends with another's first bytes.
+TEST_CASE("pedals: what was left of a record is gone with its keyboard", "[unit]") {
+  Bench bench;
+  bench.keys.bytes("half", 4);
+  bench.run(0.001);
+  bench.keys.unplug();
+  bench.run(0.001);
+  bench.keys.plug_in();
+  bench.run(1);
+  REQUIRE(testing::eventually([&] {
+    bench.poll();
+    return bench.pedals.is_connected();
+  }));
+  bench.keys.key(KEY_A, 1);
+  bench.run(0.001);
+  CHECK(bench.events.size() == 1);
 }
 
 // Would catch current that flows again after a pause in which nobody saw the foot, and presses that

@@ -27,7 +27,7 @@ using hdapi_emulator::Hand;
 using pbdsurg::testing::Approx;
 using pbdsurg::testing::ContainsSubstring;
 
-constexpr double kUntilOpen = 1.3;  // s, from the start until force is whole
+constexpr double kUntilWhole = 0.05;  // s, from the start until the force of a wall is whole
 
 /// Lets time pass as a program does that polls once a second.
 void pass(Emulator& emulator, HdapiSession& session, double seconds) {
@@ -70,7 +70,7 @@ TEST_CASE("hdapi: forces have gone to zero by steps when the scheduler stops", "
   testing::Wall left(emulator), right(emulator);
   {
     HdapiSession session(testing::feel(left, right), emulator.clock());
-    pass(emulator, session, kUntilOpen);
+    pass(emulator, session, kUntilWhole);
     REQUIRE(emulator.forces(0).back().set.norm() > 1.5);
   }
   for (const int device : {0, 1}) {
@@ -137,7 +137,7 @@ TEST_CASE("hdapi: the force of a pose is commanded in its own tick", "[unit]") {
   Eigen::Vector3f asked = Eigen::Vector3f::Zero();
   devices[0].force = [&](const HdapiTick& tick) { return asked = left.force(tick); };
   HdapiSession session(devices, emulator.clock());
-  pass(emulator, session, kUntilOpen);
+  pass(emulator, session, kUntilWhole);
   for (int tick = 0; tick < 50; ++tick) {
     emulator.step(1);
     REQUIRE(emulator.forces(0).back().set == asked.cast<double>());
@@ -145,7 +145,6 @@ TEST_CASE("hdapi: the force of a pose is commanded in its own tick", "[unit]") {
   }
   CHECK(asked.y() > 1.5f);
   CHECK(session.device(0).status().commanded_force == asked);
-  CHECK(session.device(0).status().gain == 1);
 }
 
 // Catches a weak device that is driven like a strong one.
@@ -155,7 +154,7 @@ TEST_CASE("hdapi: force stays below 0.8 of what the device has", "[unit]") {
   Emulator emulator(options);
   testing::Wall left(emulator), right(emulator);
   HdapiSession session(testing::feel(left, right), emulator.clock());
-  pass(emulator, session, kUntilOpen);
+  pass(emulator, session, kUntilWhole);
   CHECK(emulator.forces(0).back().set.norm() == Approx(0.8));
   CHECK(emulator.forces(1).back().set.norm() > 1.5);
 }
@@ -167,7 +166,7 @@ TEST_CASE("hdapi: a model that tells less has its force all the same", "[unit]")
   Emulator emulator(options);
   testing::Wall left(emulator), right(emulator);
   HdapiSession session(testing::feel(left, right), emulator.clock());
-  pass(emulator, session, kUntilOpen);
+  pass(emulator, session, kUntilWhole);
   CHECK(emulator.forces(0).back().set.norm() > 1.5);
   const HdapiStatus status = session.device(0).status();
   CHECK(status.faults.of(DeviceFault::bad_call) == 0);
@@ -250,9 +249,6 @@ TEST_CASE("hdapi: options that contradict are refused", "[unit]") {
   CHECK_THROWS_AS(HdapiSession(devices, emulator.clock()), pbdsurg::InvalidArgument);
   devices = testing::feel(wall, wall);
   devices[1].serial_number = "L";
-  CHECK_THROWS_AS(HdapiSession(devices, emulator.clock()), pbdsurg::InvalidArgument);
-  devices = testing::feel(wall, wall);
-  devices[0].gate.slew = 0;
   CHECK_THROWS_AS(HdapiSession(devices, emulator.clock()), pbdsurg::InvalidArgument);
   CHECK(emulator.calls().empty());
 }

@@ -6,9 +6,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,40 +39,29 @@ inline hdapi_emulator::EmulatorOptions two_hands() {
   return options;
 }
 
-/// What a servo sees of a simulation that publishes planes: a wall, and how old the last packet is.
+/// A force without a safety chain: that of a wall, at once and whatever the driver says.
 class Wall {
  public:
   explicit Wall(const hdapi_emulator::Emulator& emulator, int device = 0)
       : emulator_(&emulator), device_(device) {}
 
-  /// N. A packet comes in each tenth tick; without any, force fades from the age of 30 ms on.
-  Eigen::Vector3f force(const HdapiTick& tick) {
-    using hdapi_emulator::Fault;
-    const bool is_published =
-        tick_count_++ % 10 == 0 && !emulator_->is_active(Fault::stale_packets, device_);
-    age_ = is_published ? 0 : age_ + 1e-3f;
-    is_stale_ = age_ > 0.03f;
-    stale_tick_count_ += is_stale_ ? 1 : 0;
-    if (emulator_->is_active(Fault::simulation_nan, device_)) {
+  /// N
+  Eigen::Vector3f force(const HdapiTick& tick) const {
+    if (emulator_->is_active(hdapi_emulator::Fault::simulation_nan, device_)) {
       return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
     }
-    const float fresh = is_stale_ ? std::exp(-(age_ - 0.03f) / 0.015f) : 1;
-    return {0, fresh * kStiffness * std::max(0.0f, -tick.pose.translation().y()), 0};
+    return {0, kStiffness * std::max(0.0f, -tick.pose.translation().y()), 0};
   }
-
-  [[nodiscard]] int stale_tick_count() const { return stale_tick_count_; }
 
  private:
   const hdapi_emulator::Emulator* emulator_;
   int device_;
-  int tick_count_ = 0;
-  float age_ = 0;
-  bool is_stale_ = false;
-  int stale_tick_count_ = 0;
 };
 
 /// Both devices, of which each feels a wall of its own.
-inline std::vector<HdapiDeviceOptions> feel(Wall& left, Wall& right) {
+/// @tparam Feeling  Wall, or WallServo
+template <class Feeling>
+std::vector<HdapiDeviceOptions> feel(Feeling& left, Feeling& right) {
   return {{.label = "left",
            .name = "Left Device",
            .serial_number = "L",

@@ -6,15 +6,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "pbdsurg/base/clock.h"
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
-#include "pbdsurg/haptics/file_descriptor.h"
 #include "pbdsurg/haptics/handle_protocol.h"
 
 namespace pbdsurg {
+
+class HotplugDevice;
 
 /// What a handle's sensor reads at both ends of its way. Either end may be the larger.
 struct JawRange {
@@ -72,12 +74,15 @@ struct HandleCounts {
   std::int64_t missed = 0;   ///< by gaps in the sequence, while the handle was live
 };
 
-/// Reads a handle, by polls that never wait. Times are those of polls: no finer than they follow
-/// one another.
+/// Reads a handle, by polls that never wait. Times are those of polls, no finer than they follow
+/// one another: a serial port has no others, and lines come 10 ms apart, about as steps do.
 ///
 /// A handle that falls silent keeps its state for kHold. Then it is lost: its buttons are up, and
 /// its jaws open at kJawSpeed, so that tissue slides off and does not snap. When lines come again,
 /// the jaws go to where the handle is at the same speed, and then follow it at once.
+///
+/// After its cable was pulled and plugged in again, the handle comes back by itself: while polls go
+/// on, its port is opened anew once a second, in a thread of its own.
 ///
 /// Needs Linux, or another system with POSIX terminals.
 class PBDSURG_API Handle {
@@ -97,15 +102,11 @@ class PBDSURG_API Handle {
 
   Handle(const Handle&) = delete;             ///< decorators keep references
   Handle& operator=(const Handle&) = delete;  ///< likewise
+  ~Handle();                                  ///< waits for a port that is being opened
 
   /// Takes what came. Cost: one system call where nothing came; no allocation, no lock.
   /// @return  valid until the next poll
   const HandleState& poll() noexcept;
-
-  /// Opens the port again, after the cable was pulled and plugged in. May take milliseconds: not
-  /// for a thread that others wait for.
-  /// @throws FileError  as the constructor; the handle stays lost then
-  void reopen();
 
   /// As of the last poll.
   [[nodiscard]] const HandleCounts& counts() const noexcept { return counts_; }
@@ -122,8 +123,7 @@ class PBDSURG_API Handle {
   void take_report(double now) noexcept;
   void move_jaw(double now) noexcept;
 
-  std::filesystem::path path_;
-  FileDescriptor port_;
+  std::unique_ptr<HotplugDevice> port_;
   JawRange range_;
   const Clock& clock_;
   HandleLineReader reader_;

@@ -8,14 +8,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 
 #include "pbdsurg/base/clock.h"
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/haptics/device.h"
-#include "pbdsurg/haptics/file_descriptor.h"
 
 namespace pbdsurg {
+
+class HotplugDevice;
 
 /// Which keys the switches press, by codes of <linux/input-event-codes.h>: KEY_A is 30. 0 is none,
 /// where another keyboard has that pedal.
@@ -49,6 +51,14 @@ struct PedalEvent {
 /// counts for nothing. A keyboard sends nothing while a key is held, so that one which hangs with a
 /// key down is not noticed.
 ///
+/// Times are those of polls, though the kernel has finer ones. A pedal acts from the poll that
+/// finds it on: a time before that would tell of current that did not flow. Contacts have come to
+/// rest kDebounce after a poll if they have so long after the change. And what a session does
+/// depends on its clock alone.
+///
+/// After its cable was pulled and plugged in again, the keyboard comes back by itself: while polls
+/// go on, it is opened anew once a second, in a thread of its own.
+///
 /// Needs Linux.
 class PBDSURG_API PedalKeyboard {
  public:
@@ -68,15 +78,11 @@ class PBDSURG_API PedalKeyboard {
 
   PedalKeyboard(const PedalKeyboard&) = delete;             ///< decorators keep references
   PedalKeyboard& operator=(const PedalKeyboard&) = delete;  ///< likewise
+  ~PedalKeyboard();  ///< waits for a keyboard that is being opened
 
   /// Takes what came. Cost: one system call where nothing came; no allocation, no lock.
   /// @return  whether pedals changed: event() is new
   bool poll() noexcept;
-
-  /// Opens the keyboard again, after its cable was pulled and plugged in. May take milliseconds:
-  /// not for a thread that others wait for. Pedals stay up until pressed anew.
-  /// @throws FileError  as the constructor; it stays disconnected then
-  void reopen();
 
   /// Pedals up until pressed anew, as when the operation is interrupted.
   /// @return  whether pedals changed: event() is new
@@ -86,7 +92,7 @@ class PBDSURG_API PedalKeyboard {
   [[nodiscard]] const PedalEvent& event() const noexcept { return event_; }
 
   /// Whether the keyboard is there, as of the last poll.
-  [[nodiscard]] bool is_connected() const noexcept { return keyboard_.is_open(); }
+  [[nodiscard]] bool is_connected() const noexcept;
 
  private:
   struct Switch {
@@ -109,8 +115,7 @@ class PBDSURG_API PedalKeyboard {
   void lift(PedalCause cause, double now) noexcept;
   bool note(double now) noexcept;
 
-  std::filesystem::path path_;
-  FileDescriptor keyboard_;
+  std::unique_ptr<HotplugDevice> keyboard_;
   Switch cut_, coagulation_;
   const Clock& clock_;
   double polled_;  // s
