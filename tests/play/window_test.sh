@@ -7,6 +7,7 @@
 #   play      grasps, retracts, burns and takes back, is resized and minimised, loses the keyboard while
 #             a pedal is down, which ends the current, makes its window anew; screenshots show it, and it
 #             closes clean
+#   rig       emulated arms grasp and burn, one of them is unplugged; the operation goes on
 #   memory    shows MANY pictures; memory does not grow
 #   refusals  no display, settings that cannot be read, an executor or a sound card that there is not: one
 #             sentence each
@@ -201,6 +202,36 @@ case $case in
       size=$(stat -c %s "$shot")
       # a picture of one colour takes a few thousand bytes
       holds "$size > $((width * height / 20))" || fail "$shot has $size bytes"
+    done
+    ;;
+  rig)
+    settings 320 240
+    cat >"$folder/rig.json" <<'END'
+{"emulated": true, "left": {"device": "arm", "name": "A"}, "right": {"device": "arm", "name": "B"},
+ "faults": [{"fault": "unplugged", "hand": "left", "begin_s": 20}]}
+END
+    begin --devices "$folder/rig.json"
+    xdotool key Return
+    energy=0
+    until holds "$energy > 1"; do
+      rest
+      shoot
+    done
+    for _ in $(seq 1200); do
+      grep -q '^The left arm is lost' "$folder/log" && break
+      sleep 0.1
+    done
+    grep -q '^The left arm is lost' "$folder/log" || fail "nothing was said of the arm that was unplugged"
+    shoot
+    before=$time
+    rest
+    shoot
+    holds "$time > $before" || fail "the scene stood still after the arm was lost"
+    xdotool key Escape
+    finish
+    holds "$(value grasped) > 0" || fail "nothing was grasped"
+    for name in hand_at_step hand_at_packet hand_at_servo_left hand_at_servo_right state_at_picture; do
+      grep -q "^age_ms $name median" "$folder/log" || fail "no age of $name"
     done
     ;;
   memory)
