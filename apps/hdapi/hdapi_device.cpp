@@ -235,6 +235,23 @@ Extras find_extras() {
   return extras;
 }
 
+/// The session of the process, while this object lives.
+class OnlySession {
+ public:
+  OnlySession() {
+    if (lives.exchange(true)) {
+      throw BackendUnavailable(
+          "there is a haptic session already; it must end first, as a process has one scheduler");
+    }
+  }
+  OnlySession(const OnlySession&) = delete;
+  OnlySession& operator=(const OnlySession&) = delete;
+  ~OnlySession() { lives = false; }
+
+ private:
+  static inline std::atomic<bool> lives{false};
+};
+
 /// What the servo's thread tells the others.
 struct Published {
   pbdsurg::DeviceState state;
@@ -269,7 +286,7 @@ struct HdapiDevice::Servo {
   int update_count = 0;       // of the calibration, in a row
   bool has_fault = false;     // of those that stop the force, which no callback was told of yet
   bool is_warm = false;       // likewise
-  bool is_abandoned = false;  // lost, and told that force is zero
+  bool is_abandoned = false;  // lost, and its motors have been told zero
   const std::vector<std::unique_ptr<HdapiDevice>>* session_devices = nullptr;  // this among them
   pbdsurg::Mailbox<Published> mailbox;
 
@@ -291,7 +308,6 @@ void HdapiDevice::Servo::begin() {
         "' refuses force with its ramp and clamp: " + hdGetErrorString(*error));
   }
   look();
-  take_faults();
   if (status.is_lost) {
     throw BackendUnavailable("haptic device '" + options.label + "' answers no more");
   }
@@ -346,8 +362,12 @@ bool HdapiDevice::Servo::take_faults_of_call() {
   return is_taken;
 }
 
-/// Goes on with the calibration of the current device, and looks who it is.
+/// Goes on with the calibration of the device, and looks who it is. The errors before are taken.
 void HdapiDevice::Servo::look() {
+  hdMakeCurrentDevice(open.handle());
+  if (!take_faults_of_call()) {
+    return;  // what follows would be about another device
+  }
   HDenum calibration = hdCheckCalibration();
   if (calibration == HD_CALIBRATION_NEEDS_UPDATE) {
     hdUpdateCalibration(calibration_style());
@@ -370,6 +390,7 @@ void HdapiDevice::Servo::look() {
       options.serial_number != serial_number) {
     note(DeviceFault::swapped_devices);
   }
+  take_faults();
 }
 
 /// Reads the frame of the current device.
@@ -412,7 +433,7 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
       read();
       take_faults();
     }
-    if (status.is_lost) {
+    if (!has_begun || status.is_lost) {
       status.velocity.setZero();
     }
     const bool is_ready = !has_fault && !status.is_lost && !is_stopping &&
@@ -432,17 +453,16 @@ void HdapiDevice::Servo::tick(double time, std::optional<DeviceFault> of_clock,
     if (!is_ready) {
       wanted.setZero();
     }
-    status.commanded_force = gate.pass(wanted);
     if (has_begun) {
-      const Eigen::Vector3d force = status.commanded_force.cast<double>();
+      const Eigen::Vector3d force = gate.pass(wanted).cast<double>();
       hdSetDoublev(HD_CURRENT_FORCE, force.data());
     } else {
-      frame.abandon();
-      is_abandoned = status.is_lost;
+      frame.abandon();  // the motors may still have the last force: the gate stays there
     }
-    is_abandoned = is_abandoned || (status.is_lost && gate.force().isZero(0));
+    is_abandoned = status.is_lost && gate.force().isZero(0);
   }
   take_faults();
+  status.commanded_force = gate.force();
   ++status.tick_count;
   state.is_connected = !status.is_lost;
   mailbox.draft() = {state, status};
@@ -487,16 +507,17 @@ struct HdapiSession::Ticker {
 
   void open(std::vector<HdapiDeviceOptions> options);
   void start();
-  void tick();
+  void tick() noexcept;
   static HDCallbackCode HDCALLBACK call(void* data) {
     static_cast<Ticker*>(data)->tick();
     return HD_CALLBACK_CONTINUE;
   }
 
+  OnlySession only{};  // first: devices are closed before another session begins
   pbdsurg::Clock& clock;
   std::vector<std::unique_ptr<HdapiDevice>> devices{};
   std::optional<HDSchedulerHandle> callback{};
-  double last_time = 0;                    // s, of a tick; the scheduler's thread's
+  std::optional<double> last_time{};       // s, of a tick; the scheduler's thread's
   std::atomic<bool> is_looked_for{false};  // a look at calibrations is asked for
   std::atomic<bool> is_stopping{false};
   std::atomic<bool> is_quiet{false};  // stopping, and all forces are zero
@@ -552,7 +573,6 @@ void HdapiSession::Ticker::exchange_swapped() {
 }
 
 void HdapiSession::Ticker::start() {
-  last_time = clock.now();
   callback = hdScheduleAsynchronous(&Ticker::call, this, HD_MAX_SCHEDULER_PRIORITY);
   if (const std::optional<HDerror> error = newest_error()) {
     callback.reset();
@@ -579,9 +599,10 @@ HdapiSession::Ticker::~Ticker() {
   drop_errors();
 }
 
-void HdapiSession::Ticker::tick() {
+void HdapiSession::Ticker::tick() noexcept {
   const double time = clock.now();
-  const double interval = time - last_time;
+  // the scheduler may take its time until the first tick
+  const double interval = time - last_time.value_or(time - kPeriod);
   last_time = time;
   std::optional<DeviceFault> of_clock;
   std::uint64_t dropped = 0;
@@ -599,12 +620,14 @@ void HdapiSession::Ticker::tick() {
   for (const std::unique_ptr<HdapiDevice>& device : devices) {
     HdapiDevice::Servo& servo = *device->servo_;
     servo.tick(time, of_clock, dropped, is_last);
-    if (is_look && !servo.status.is_lost) {
-      hdMakeCurrentDevice(servo.open.handle());
-      servo.look();
-      servo.take_faults();
-    }
     all_quiet = all_quiet && servo.gate.force().isZero(0);
+  }
+  if (is_look) {  // after all frames, as it may take long
+    for (const std::unique_ptr<HdapiDevice>& device : devices) {
+      if (!device->servo_->status.is_lost) {
+        device->servo_->look();
+      }
+    }
   }
   is_quiet = all_quiet;
 }
@@ -637,7 +660,11 @@ int HdapiSession::device_count() const noexcept {
 }
 
 HdapiDevice& HdapiSession::device(int index) {
-  return *ticker_->devices.at(static_cast<std::size_t>(index));
+  if (index < 0 || index >= device_count()) {
+    throw InvalidArgument("haptic device " + std::to_string(index) + " is not among the " +
+                          std::to_string(device_count()) + " of the session");
+  }
+  return *ticker_->devices[static_cast<std::size_t>(index)];
 }
 
 void HdapiSession::poll() noexcept {

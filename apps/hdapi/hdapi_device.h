@@ -33,7 +33,7 @@ struct HdapiTick {
 
 /// What a hand shall feel, N in the axes of the device: servo_tick(), with its safety chain. Called
 /// in each tick by the scheduler's thread, until the device is lost and its force is zero: it may
-/// neither wait nor allocate nor throw.
+/// neither wait nor allocate, and if it throws the program ends.
 ///
 /// To let force in slowly, at the start and after a tick that was not ready, is its part. A safety
 /// chain does so, and waits until the hand is out of the tissue. Without one, all that the hand is
@@ -118,8 +118,8 @@ class HdapiSession {
   /// calibrated. Devices that have each other's serial number are exchanged and say so.
   /// @param clock  outlives the session; any thread may read it
   /// @throws pbdsurg::InvalidArgument     if there is none, or two have one name or serial number
-  /// @throws pbdsurg::BackendUnavailable  if a device or the scheduler does not start, or has a
-  ///                                      serial number that is not asked for
+  /// @throws pbdsurg::BackendUnavailable  if there is another session, a device or the scheduler
+  ///                                      does not start, or a serial number is not asked for
   HdapiSession(std::vector<HdapiDeviceOptions> devices, pbdsurg::Clock& clock);
   HdapiSession(const HdapiSession&) = delete;
   HdapiSession& operator=(const HdapiSession&) = delete;
@@ -130,6 +130,7 @@ class HdapiSession {
   [[nodiscard]] int device_count() const noexcept;
 
   /// @param index  as in the constructor's list
+  /// @throws pbdsurg::InvalidArgument  if it is not among them
   [[nodiscard]] HdapiDevice& device(int index);
 
   /// Asks for a look at calibration and serial numbers in the next tick. To be called about once a

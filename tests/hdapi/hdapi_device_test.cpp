@@ -199,6 +199,37 @@ TEST_CASE("hdapi: no force before a device is calibrated", "[unit]") {
   CHECK(session.device(0).state().pose.translation().x() == Approx(-0.05).margin(1e-3));
 }
 
+// Catches a look that one hand has to wait for while the other is looked at: it may take long.
+TEST_CASE("hdapi: calibrations are looked at after the frames of all", "[unit]") {
+  EmulatorOptions options = testing::two_hands();
+  options.devices[0].calibration = CalibrationNeed::inkwell;
+  options.devices[0].hand = [hand = options.devices[0].hand](double time) {
+    Hand now = hand(time);
+    now.is_in_inkwell = time > 0.05;
+    return now;
+  };
+  Emulator emulator(options);
+  testing::Wall left(emulator);
+  HHD left_handle = HD_INVALID_HANDLE;
+  std::vector<HDenum> seen;  // of the left device, by the right one's callback
+  auto devices = testing::feel(left, left);
+  devices[1].force = [&](const HdapiTick&) {
+    const HHD own = hdGetCurrentDevice();
+    hdMakeCurrentDevice(left_handle);
+    seen.push_back(hdCheckCalibration());
+    hdMakeCurrentDevice(own);
+    return Eigen::Vector3f(0, 0, 0);
+  };
+  HdapiSession session(devices, emulator.clock());
+  left_handle = hdGetCurrentDevice() - 1;
+  emulator.step(100);
+  session.poll();
+  emulator.step(2);
+  REQUIRE(seen.size() == 102);
+  CHECK(seen[100] == HD_CALIBRATION_NEEDS_UPDATE);  // the tick that looks
+  CHECK(seen[101] == HD_CALIBRATION_OK);
+}
+
 // Catches devices in the wrong hands after somebody exchanged their plugs or names.
 TEST_CASE("hdapi: devices that are swapped are exchanged by serial number", "[unit]") {
   Emulator emulator(testing::two_hands());
@@ -238,6 +269,29 @@ TEST_CASE("hdapi: a device that is not there is refused by name", "[unit]") {
   devices.erase(devices.begin());
   CHECK_THROWS_AS(HdapiSession(devices, emulator.clock()), pbdsurg::BackendUnavailable);  // runs
   hdDisableDevice(device);
+}
+
+// Catches a second session that ends with the scheduler of the first: its hands would be dropped.
+TEST_CASE("hdapi: a process has one session at a time", "[unit]") {
+  EmulatorOptions options = testing::two_hands();
+  options.devices.push_back({.name = "Third Device"});
+  Emulator emulator(options);
+  testing::Wall left(emulator), right(emulator);
+  const std::vector<HdapiDeviceOptions> third = {{.label = "third", .name = "Third Device"}};
+  {
+    HdapiSession session(testing::feel(left, right), emulator.clock());
+    emulator.step(100);
+    CHECK_THROWS_AS(HdapiSession(third, emulator.clock()), pbdsurg::BackendUnavailable);
+    CHECK(emulator.is_running());
+    CHECK(emulator.open_device_count() == 2);
+    emulator.step(1);
+    CHECK(emulator.forces(0).size() == 101);
+    CHECK(emulator.forces(0).back().set.norm() > 1.5);
+  }
+  HdapiSession session(third, emulator.clock());
+  CHECK(session.device_count() == 1);
+  CHECK_THROWS_WITH(session.device(1), ContainsSubstring("device 1 is not among the 1"));
+  CHECK_THROWS_AS(session.device(-1), pbdsurg::InvalidArgument);
 }
 
 TEST_CASE("hdapi: options that contradict are refused", "[unit]") {

@@ -89,10 +89,10 @@ TEST_CASE("hdapi faults: counted, within clamp and slew, and over or off as they
       CHECK(session.device(0).state().is_connected);
       break;
     case After::stays_off:
-      if (one.fault != Fault::wrong_handle) {  // of which no frame can be had
-        CHECK(least == 0);
-      }
-      CHECK(forces.back().time < kBegin + 0.2);  // it is left alone
+      // the last that its motors were told; then it is left alone
+      CHECK(forces.back().set.norm() == 0);
+      CHECK(forces.back().applied.norm() == 0);
+      CHECK(forces.back().time < kBegin + 0.2);
       CHECK(status.is_lost);
       CHECK_FALSE(session.device(0).state().is_connected);
       CHECK(session.device(0).state().pedals == pbdsurg::Pedals{});
@@ -133,6 +133,44 @@ TEST_CASE("hdapi faults: the callback sees a fault of one tick in the next", "[u
   const auto forces = emulator.forces(0);
   CHECK(forces[100].set.norm() < forces[98].set.norm() - 0.15);
   check_bounds(forces);
+}
+
+// Catches a device whose motors go on pushing, as no frame could be had to tell them, and a status
+// that speaks of a force which they never got.
+TEST_CASE("hdapi faults: a device without frames is told zero once it has one again", "[unit]") {
+  Emulator emulator(testing::two_hands());
+  testing::Wall left(emulator), right(emulator);
+  HdapiSession session(testing::feel(left, right), emulator.clock());
+  emulator.inject({.fault = Fault::wrong_handle, .begin = 0.0995, .duration = 0.5});
+  emulator.step(500);
+  const ForceRecord last = emulator.forces(0).back();
+  REQUIRE(last.applied.norm() > 1.5);
+  const HdapiStatus status = session.device(0).status();
+  CHECK(status.is_lost);
+  CHECK(status.commanded_force.cast<double>() == last.set);
+  CHECK(status.velocity.norm() == 0);
+  emulator.step(150);
+  CHECK(emulator.forces(0).back().applied.norm() == 0);
+  CHECK(session.device(0).status().commanded_force.norm() == 0);
+  check_bounds(emulator.forces(0));
+  const std::size_t count = emulator.forces(0).size();
+  emulator.step(100);
+  CHECK(emulator.forces(0).size() == count);
+}
+
+// Catches a start that is put down to the program: a scheduler may need a while until it ticks.
+TEST_CASE("hdapi faults: the first tick comes when it comes", "[unit]") {
+  Emulator emulator(testing::two_hands());
+  emulator.inject({.fault = Fault::dropped_tick, .begin = 0, .duration = 0.3});
+  testing::Wall left(emulator), right(emulator);
+  HdapiSession session(testing::feel(left, right), emulator.clock());
+  emulator.step(500);
+  const HdapiStatus status = session.device(0).status();
+  CHECK(status.tick_count > 100);
+  for (const DeviceFault fault :
+       {DeviceFault::clock_jump, DeviceFault::dropped_tick, DeviceFault::late_tick}) {
+    CHECK(status.faults.of(fault) == 0);
+  }
 }
 
 TEST_CASE("hdapi faults: ticks that are missing are counted one by one", "[unit]") {

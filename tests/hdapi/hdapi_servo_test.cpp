@@ -91,6 +91,7 @@ TEST_CASE("hdapi servo: after each fault force comes back along one ramp of a se
       break;
     case After::stays_off:
       CHECK(forces.back().time < kBegin + 0.2);
+      CHECK(forces.back().applied.norm() == 0);
       break;
     case After::comes_back: {
       CHECK(of_servo.count(one.counted ? pbdsurg::ServoFault::device_lost

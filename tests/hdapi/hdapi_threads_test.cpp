@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scheduler's real thread at 1000 Hz: for the thread sanitizer. Times are no matter.
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <thread>
 
 #include <HD/hd.h>
 
+#include "pbdsurg/base/mailbox.h"
+#include "pbdsurg/haptics/servo.h"
+
 #include "apps/hdapi/hdapi_device.h"
 #include "apps/hdapi_emulator/emulator.h"
 #include "tests/hdapi/rig_of_two.h"
+#include "tests/hdapi/wall_servo.h"
 #include "tests/support/catch.h"
 
 namespace rig {
@@ -52,6 +58,49 @@ TEST_CASE("hdapi threads: a real scheduler runs beside a program that polls and 
   CHECK_FALSE(emulator.is_running());
   CHECK(emulator.callback_count() == 0);
   CHECK(emulator.open_device_count() == 0);
+}
+
+// Catches a way from the simulation to the servo, or back, on which the two share data without
+// order.
+TEST_CASE("hdapi threads: servos in a real scheduler feel what a simulation publishes", "[unit]") {
+  EmulatorOptions options = testing::two_hands();
+  options.has_real_time = true;
+  for (auto& device : options.devices) {
+    device.hand = [at = device.position](double time) {  // from the air into the wall
+      return hdapi_emulator::Hand{
+          .target = {at.x(), time < 0.3 ? 0.002 : -0.005, 0}, .stiffness = 1000, .damping = 10};
+    };
+    device.position.y() = 0.002;
+  }
+  Emulator emulator(options);
+  struct Hand {
+    pbdsurg::ServoState servo;
+    pbdsurg::Mailbox<pbdsurg::ContactPacket> packets;
+    float most = 0;  // N
+    Eigen::Vector3f force(const HdapiTick& tick) {
+      packets.take();
+      const pbdsurg::ServoForce force = testing::servo_force(servo, packets.value(), tick);
+      most = std::max(most, force.computed.norm());
+      return force.commanded;
+    }
+  } left, right;
+  {
+    HdapiSession session(testing::feel(left, right), emulator.clock());
+    for (std::uint64_t step = 1; emulator.scheduler_time() < 0.8; ++step) {
+      int hand = 0;
+      for (Hand* each : {&left, &right}) {
+        each->packets.draft() =
+            testing::wall_packet(step, emulator.clock().now(), session.device(hand).state().pose);
+        each->packets.publish();
+        ++hand;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  CHECK(left.most > 0.1f);
+  CHECK(right.most > 0.1f);
+  CHECK(emulator.forces(0).back().set.norm() == 0);
+  CHECK(emulator.forces(1).back().set.norm() == 0);
 }
 
 // Catches a synchronous callback that nobody runs, or that nobody waits for.

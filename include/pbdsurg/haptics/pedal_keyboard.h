@@ -52,9 +52,9 @@ struct PedalEvent {
 /// key down is not noticed.
 ///
 /// Times are those of polls, though the kernel has finer ones. A pedal acts from the poll that
-/// finds it on: a time before that would tell of current that did not flow. Contacts have come to
-/// rest kDebounce after a poll if they have so long after the change. And what a session does
-/// depends on its clock alone.
+/// finds it on: a time before that would tell of current that did not flow. A poll never comes
+/// before the change that it finds, so contacts are at rest kDebounce after it, too. And what a
+/// session does depends on its clock alone.
 ///
 /// After its cable was pulled and plugged in again, the keyboard comes back by itself: while polls
 /// go on, it is opened anew once a second, in a thread of its own.
