@@ -50,6 +50,7 @@ constexpr std::array kOwnOptions{
     std::pair("--pictures", kWindow),
     std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
     std::pair("--seconds", kVirtualTime),
+    std::pair("--record", kVirtualTime | kWindow),
     std::pair("--organ", kScript | kVirtualTime | kWindow),
     std::pair("--paper", kScript | kVirtualTime | kWindow),
     std::pair("--detail", kScript | kVirtualTime | kWindow)};
@@ -135,6 +136,9 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
                  "docs/rig.md")
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_flag("--record", arguments.is_recorded,
+               "at the end write what hands did to left.trace and right.trace in --out, for "
+               "--devices to play again");
   app.add_flag("--virtual-time", arguments.is_virtual,
                "without a window, in one thread, the same bits each time: emulated or recorded "
                "hands operate, and hands.csv has what they would feel");

@@ -28,6 +28,7 @@ struct Arguments {
   std::optional<std::filesystem::path> settings;
   std::int64_t pictures = 0;  ///< to end after; 0: none
   std::string devices = "mouse";
+  bool is_recorded = false;
   // of virtual time
   bool is_virtual = false;
   double seconds = 0;  ///< 0: as long as the script

@@ -142,11 +142,12 @@ int run(const Arguments& arguments) {
     return play_in_virtual_time({arguments.out, arguments.organs,
                                  arguments.detail.value_or(Detail::full), arguments.executor,
                                  arguments.paper, arguments.devices, arguments.seconds,
-                                 !arguments.no_pictures});
+                                 !arguments.no_pictures, arguments.is_recorded});
   }
 #ifdef PBDSURG_HAS_WINDOW
   return play({arguments.out, arguments.organs, arguments.detail, arguments.executor,
-               arguments.paper, arguments.devices, arguments.settings, arguments.pictures});
+               arguments.paper, arguments.devices, arguments.is_recorded, arguments.settings,
+               arguments.pictures});
 #else
   throw pbdsurg::BackendUnavailable(
       "this build has no window (it needs libglfw3-dev and libimgui-dev); --headless runs the "

@@ -41,7 +41,7 @@ std::vector<fs::path> files_of_report(const fs::path& folder) {
 bool is_name_of_run(const std::string& name) {
   static const std::regex names(
       R"(report\.json|(force|cautery|recovery|hands)\.csv|series\.pvd|series_\d{6}\.vtu|)"
-      R"(hands_\d+ms\.png|)"
+      R"(hands_\d+ms\.png|(left|right)\.trace|)"
       R"(\d\d_(start|interrupted|drag_\d+ms|(burn|separate)_(begin|middle|end)|separate_bed)\.png)");
   return std::regex_match(name, names);
 }

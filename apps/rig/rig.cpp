@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "pbdsurg/haptics/decorators.h"
-#include "pbdsurg/haptics/device_trace.h"
 
 namespace rig {
 namespace {
 
 constexpr double kPollPeriod = 1;              // s
+constexpr std::size_t kMostSamples = 180000;   // of a recorded hand, that is asked each 10 ms
 constexpr std::uint32_t kJawButton = 1;        // of an arm without a handle
 constexpr float kJawSpeed = 4;                 // 1/s: closed in a quarter of a second
 
@@ -126,8 +126,8 @@ pbdsurg::InstrumentMapping mapping_of(const HandDescription& hand, const RigPlac
 
 Rig::Rig(const RigDescription& description, const RigPlaces& places,
          const std::array<pbdsurg::Device*, 2>& mice, EmulatedRig* emulated, pbdsurg::Clock& clock,
-         bool has_virtual_time)
-    : emulated_(emulated), clock_(clock) {
+         bool has_virtual_time, bool is_recorded)
+    : emulated_(emulated), clock_(clock), begin_(clock.now()) {
   std::vector<ArmOptions> arms;
   for (const Side side : kSides) {
     const HandDescription& described = description.hand(side);
@@ -189,6 +189,9 @@ Rig::Rig(const RigDescription& description, const RigPlaces& places,
     }
     made.status.mover = made.mover;
     made.status.name = made.device->name();
+    if (is_recorded) {
+      made.device = pbdsurg::recorded(std::move(made.device), made.trace, kMostSamples, clock);
+    }
   }
   if (description.has(Mover::trace) && !has_virtual_time) {
     ticking_ = std::thread([this] {
@@ -248,9 +251,15 @@ void Rig::tick() {
   if (emulated_ != nullptr) {
     emulated_->tick();
   } else {
-    clock_.wait_until(clock_.now() + HandServo::kPeriod);
+    clock_.wait_until(begin_ + HandServo::kPeriod * static_cast<double>(++ticks_));
   }
   tick_traces();
+}
+
+void Rig::write_traces(const std::filesystem::path& folder) const {
+  for (const Side side : kSides) {
+    pbdsurg::write_device_trace(folder / (std::string(name_of(side)) + ".trace"), hand(side).trace);
+  }
 }
 
 void Rig::poll() {

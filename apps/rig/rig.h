@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <atomic>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -16,6 +18,7 @@
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/mailbox.h"
 #include "pbdsurg/haptics/device.h"
+#include "pbdsurg/haptics/device_trace.h"
 #include "pbdsurg/haptics/handle.h"
 #include "pbdsurg/haptics/instrument_mapping.h"
 #include "pbdsurg/haptics/pedal_keyboard.h"
@@ -54,12 +57,13 @@ class Rig {
  public:
   /// @param mice     [side], for hands that are no device's, and their pedals; outlive the rig
   /// @param emulated  outlives the rig; null where no arm is emulated
-  /// @param clock    the emulated rig's, if there is one; outlives the rig
+  /// @param clock     the emulated rig's, if there is one; outlives the rig
+  /// @param is_recorded  whether what hands do is kept for write_traces(): the first half hour
   /// @throws pbdsurg::BackendUnavailable  if an arm does not open
   /// @throws pbdsurg::FileError           naming the handle, keyboard or trace that does not open
   Rig(const RigDescription& description, const RigPlaces& places,
       const std::array<pbdsurg::Device*, 2>& mice, EmulatedRig* emulated, pbdsurg::Clock& clock,
-      bool has_virtual_time);
+      bool has_virtual_time, bool is_recorded = false);
   ~Rig();
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
@@ -78,6 +82,11 @@ class Rig {
 
   /// Virtual time goes on by a tick of all servos.
   void tick();
+
+  /// What hands did until now, as device traces FOLDER/left.trace and right.trace, after the thread
+  /// that asked for states has ended.
+  /// @throws pbdsurg::FileError  if one cannot be written
+  void write_traces(const std::filesystem::path& folder) const;
 
   /// Of the window's thread, once a picture: calibrations go on, once a second.
   void poll();
@@ -105,6 +114,7 @@ class Rig {
     int arm = 0;  // which, if it is one
     std::unique_ptr<pbdsurg::Handle> handle;
     std::unique_ptr<HandServo> servo;
+    pbdsurg::DeviceTrace trace;               // of what the following did, if that is kept
     std::unique_ptr<pbdsurg::Device> device;  // of the simulation's thread
     std::unique_ptr<pbdsurg::Device> ticked;  // a trace once more, for its servo
     pbdsurg::Mailbox<DeviceReport> reports;
@@ -123,6 +133,8 @@ class Rig {
   std::vector<std::unique_ptr<pbdsurg::PedalKeyboard>> pedals_;
   std::unique_ptr<Arms> arms_;  // after the servos, which their thread ticks
   double next_poll_ = 0;        // s
+  std::int64_t ticks_ = 0;      // of virtual time, where no arm is emulated
+  double begin_;                // s, of these
   std::atomic<bool> is_ending_ = false;
   std::thread ticking_;  // of traces in real time
 };

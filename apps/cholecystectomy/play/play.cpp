@@ -81,13 +81,22 @@ class Play {
         emulated_(emulate()),
         hands_{{{"mouse, grasper", reach_of(Side::left), places_.tips[0], clock()},
                 {"mouse, hook", reach_of(Side::right), places_.tips[1], clock()}}},
-        rig_(description_, places_, mice(), emulated_.get(), clock(), false),
+        rig_(description_, places_, mice(), emulated_.get(), clock(), false,
+             options.is_recorded),
         scope_(first_scope()),
         controls_(hands_, scope_, assistant_, orders_, settings_.is_left_handed),
         player_(std::async(std::launch::async, make_player)),
         contacts_(feels() ? std::make_unique<ContactThread>(rig_, sides_, clock()) : nullptr),
-        simulation_(simulation_options(), {&rig_.device(sides_[0]), &rig_.device(sides_[1])},
-                    clock(), contacts_.get()) {
+        simulation_(std::make_unique<SimulationThread>(
+            simulation_options(), Hands{&rig_.device(sides_[0]), &rig_.device(sides_[1])}, clock(),
+            contacts_.get())) {
+    for (const char* trace : {"left.trace", "right.trace"}) {
+      if (options.is_recorded && std::filesystem::exists(options.out / trace)) {
+        throw pbdsurg::FileError((options.out / trace).string() +
+                                 " is there already; move it away or choose another folder with "
+                                 "--out");
+      }
+    }
     orders_.cut_power = settings_.cut_power;
     orders_.coagulation_power = settings_.coagulation_power;
     if (settings_.is_left_handed) {
@@ -130,11 +139,17 @@ class Play {
     if (state().phase == Phase::failed) {
       throw pbdsurg::Error(state().message);
     }
+    if (options_.is_recorded) {
+      simulation_.reset();  // it asks hands no more
+      std::filesystem::create_directories(options_.out);
+      rig_.write_traces(options_.out);
+      std::printf("wrote left.trace and right.trace to %s\n", options_.out.c_str());
+    }
     return 0;
   }
 
  private:
-  [[nodiscard]] const SceneState& state() const { return simulation_.states.value(); }
+  [[nodiscard]] const SceneState& state() const { return simulation_->states.value(); }
   // A scene that was never there ends the program with a sentence; one that fails later shows it.
   [[nodiscard]] bool is_over() const {
     return screen_->window.is_closing() || controls_.wishes.quit ||
@@ -222,12 +237,12 @@ class Play {
     for (MouseHand& hand : hands_) {
       hand.refresh();
     }
-    simulation_.orders.draft() = orders_;
-    simulation_.orders.publish();
+    simulation_->orders.draft() = orders_;
+    simulation_->orders.publish();
   }
 
   void take_state() {
-    if (simulation_.states.take() == 0) {
+    if (simulation_->states.take() == 0) {
       return;
     }
     const SceneState& now = state();
@@ -248,7 +263,7 @@ class Play {
       seen_.burn_versions = now.burn_versions;
       seen_.vertex_counts = now.vertex_counts;
     }
-    seen_.sequence = simulation_.states.sequence();
+    seen_.sequence = simulation_->states.sequence();
     publish_seen();
     for (std::size_t i = 0; i < now.events.size(); ++i) {
       if (now.events[i] <= events_[i]) {
@@ -273,8 +288,8 @@ class Play {
   }
 
   void publish_seen() {
-    simulation_.seen.draft() = seen_;
-    simulation_.seen.publish();
+    simulation_->seen.draft() = seen_;
+    simulation_->seen.publish();
   }
 
   void warn(const std::string& text) {
@@ -536,7 +551,7 @@ class Play {
   std::future<std::unique_ptr<SoundPlayer>> player_;  // before the window, which closes first
   std::unique_ptr<SoundPlayer> sound_;
   std::unique_ptr<ContactThread> contacts_;  // null where nobody feels
-  SimulationThread simulation_;
+  std::unique_ptr<SimulationThread> simulation_;
   std::unique_ptr<Screen> screen_;
   Guide guide_;
   PicturePace pace_;

@@ -62,7 +62,8 @@ Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
 }
 
 void Session::step(const Orders& orders, double now, EventCounts& events) {
-  const pbdsurg::DeviceState grasper = hands_.grasper->state(), hook = hands_.hook->state();
+  states_ = {hands_.grasper->state(), hands_.hook->state()};
+  const auto& [grasper, hook] = states_;
   const auto follow = [&](Instrument& instrument, const pbdsurg::DeviceState& hand) {
     simulation_->approach(instrument, hand.pose.translation(), kTopSpeed);
     instrument.orientation = Eigen::Quaternionf(hand.pose.rotation());
@@ -74,7 +75,7 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   work_jaws(grasper.jaw, events);
 
   pbdsurg::Pedals pedals;
-  for (const pbdsurg::DeviceState& hand : {grasper, hook}) {
+  for (const pbdsurg::DeviceState& hand : states_) {
     if (hand.is_connected && now - hand.time <= kSilence) {
       pedals.cut |= hand.pedals.cut;
       pedals.coagulation |= hand.pedals.coagulation;

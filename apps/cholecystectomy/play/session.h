@@ -4,6 +4,7 @@
 /// @file
 /// The operation as hands play it: step by step, without a clock or a thread.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -65,6 +66,9 @@ class Session {
   /// @param sequence  ascending, also from session to session
   void collect(std::uint64_t sequence, double time, const ContactPatches& patches);
 
+  /// As the last step found it. @param hand  0 the grasper's, 1 the hook's
+  [[nodiscard]] const pbdsurg::DeviceState& hand(std::size_t hand) const { return states_[hand]; }
+
   /// s, how old states of hands were when steps began; since the start.
   [[nodiscard]] const rig::AgeHistogram& hand_ages() const { return hand_ages_; }
 
@@ -104,6 +108,7 @@ class Session {
   bool is_refused_ = false;
   std::optional<InstrumentContacts> contacts_;  // of this simulation, from the first patch on
   pbdsurg::GraspState grasp_ = pbdsurg::GraspState::open;
+  std::array<pbdsurg::DeviceState, 2> states_;  // of both hands, in the last step
   rig::AgeHistogram hand_ages_;
   StepTimes times_;
   std::deque<Moment> strokes_;  // oldest first; the last may have changed nothing yet

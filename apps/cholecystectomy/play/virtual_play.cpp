@@ -226,7 +226,7 @@ class VirtualPlay {
       resting_[i] = pbdsurg::scripted_hand("nobody", {{.tip = places_.tips[i]}}, clock());
     }
     rig_.emplace(description_, places_, std::array{resting_[0].get(), resting_[1].get()},
-                 emulated_.get(), clock(), true);
+                 emulated_.get(), clock(), true, options.is_recorded);
     session_.emplace(scene_, anatomy_.anatomy.abdominal_wall,
                      solver_options(pbdsurg::programs::executor_named(options.executor),
                                     options.is_paper),
@@ -277,6 +277,9 @@ class VirtualPlay {
 #endif
     }
     recorder.close();
+    if (options_.is_recorded) {
+      rig_->write_traces(folder_.part());
+    }
     write_report(recorder, events);
     folder_.publish();
     std::printf("wrote hands.csv, %s and report.json to %s\n", pictures, options_.out.c_str());
@@ -293,7 +296,7 @@ class VirtualPlay {
         continue;
       }
       const std::size_t hand = static_cast<std::size_t>(side);
-      recorder.tick(side, time, rig_->device(side).state(), patches_[hand].force,
+      recorder.tick(side, time, session_->hand(hand), patches_[hand].force,
                     rig_->last_tick(side));
       for (PartForces& part : parts_) {
         if (part.hand() == hand && part.has(time)) {
