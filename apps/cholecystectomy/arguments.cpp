@@ -41,28 +41,27 @@ unsigned way_of(const Arguments& arguments) {
 }
 
 // Options that not all ways have.
-constexpr std::array kOwnOptions{
-    std::pair("--seed", kScript),
-    std::pair("--time-scale", kScript),
-    std::pair("--no-pictures", kScript | kVirtualTime),
-    std::pair("--virtual-time", kVirtualTime | kRigCheck),
-    std::pair("--settings", kWindow),
-    std::pair("--pictures", kWindow),
-    std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
-    std::pair("--seconds", kVirtualTime),
-    std::pair("--record", kVirtualTime | kWindow),
-    std::pair("--organ", kScript | kVirtualTime | kWindow),
-    std::pair("--paper", kScript | kVirtualTime | kWindow),
-    std::pair("--detail", kScript | kVirtualTime | kWindow)};
+constexpr std::array kOwnOptions{std::pair("--seed", kScript),
+                                 std::pair("--time-scale", kScript),
+                                 std::pair("--no-pictures", kScript | kVirtualTime),
+                                 std::pair("--virtual-time", kVirtualTime | kRigCheck),
+                                 std::pair("--settings", kWindow),
+                                 std::pair("--pictures", kWindow),
+                                 std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
+                                 std::pair("--seconds", kVirtualTime),
+                                 std::pair("--record", kVirtualTime | kWindow),
+                                 std::pair("--organ", kScript | kVirtualTime | kWindow),
+                                 std::pair("--paper", kScript | kVirtualTime | kWindow),
+                                 std::pair("--detail", kScript | kVirtualTime | kWindow)};
 
 void refuse_foreign_options(const CLI::App& app, const Arguments& arguments) {
   for (const auto& own : kOwnOptions) {
     if (app.count(own.first) > 0 && (own.second & way_of(arguments)) == 0) {
       std::string whose;
       for (const auto& way : kWays) {
-        whose += (own.second & way.first) != 0 ? (whose.empty() ? "" : " and ") +
-                                                     std::string(way.second)
-                                               : "";
+        whose += (own.second & way.first) != 0
+                     ? (whose.empty() ? "" : " and ") + std::string(way.second)
+                     : "";
       }
       throw pbdsurg::InvalidArgument(std::string(own.first) + " is of " + whose);
     }

@@ -150,8 +150,8 @@ class Emulation final : public EmulatedRig {
       }
       hdapi_emulator::DeviceOptions device;
       device.name = hand.arm_name.empty() ? "Default Device" : hand.arm_name;
-      device.serial_number =
-          hand.serial_number.empty() ? std::string("EMULATED-") + name_of(side) : hand.serial_number;
+      device.serial_number = hand.serial_number.empty() ? std::string("EMULATED-") + name_of(side)
+                                                        : hand.serial_number;
       device.position = mappings[i].arm_at(tips[i]).cast<double>();
       device.hand = [&emulated = hands_[i]](double time) { return emulated.at(time); };
       indices_[i] = static_cast<int>(options.devices.size());

@@ -45,8 +45,7 @@ class EmulatedRig {
 /// @throws pbdsurg::InvalidArgument     naming the fault that there is not
 /// @throws pbdsurg::BackendUnavailable  if this build has no emulator
 [[nodiscard]] std::unique_ptr<EmulatedRig> emulate(
-    const RigDescription& description,
-    const std::array<pbdsurg::InstrumentMapping, 2>& mappings,
+    const RigDescription& description, const std::array<pbdsurg::InstrumentMapping, 2>& mappings,
     const std::array<Eigen::Vector3f, 2>& tips, bool has_virtual_time);
 
 }  // namespace rig

@@ -37,9 +37,12 @@ Eigen::Vector3f HandServo::tick(double time, const Eigen::Isometry3f& arm, bool 
   pbdsurg::MappedInstrument mapped = mapping_.map(arm);
   mapped.pose.rotate(
       Eigen::AngleAxisf(roll_.load(std::memory_order_relaxed), Eigen::Vector3f::UnitZ()));
-  report_.force = pbdsurg::servo_tick(
-      state_, packet,
-      {.time = time, .tip = mapped.pose, .lever = mapped.lever, .is_ready = is_ready, .is_warm = is_warm});
+  report_.force = pbdsurg::servo_tick(state_, packet,
+                                      {.time = time,
+                                       .tip = mapped.pose,
+                                       .lever = mapped.lever,
+                                       .is_ready = is_ready,
+                                       .is_warm = is_warm});
   if (report_.tick_count % kReportPeriod == 0) {
     report_.faults = state_.chain().faults();
     report_.engaged = state_.chain().engaged();

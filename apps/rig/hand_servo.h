@@ -18,21 +18,21 @@ namespace rig {
 
 /// What a servo has done until now.
 struct ServoReport {
-  double time = 0;                ///< s, of its last tick
-  std::uint64_t tick_count = 0;   ///< since the start
-  std::uint64_t missed_count = 0; ///< ticks that there should have been between those
-  AgeHistogram packet_ages;       ///< at each tick, of the newest packet, while there is one
-  pbdsurg::ServoForce force;      ///< N, in the last tick, in the scene's axes
-  pbdsurg::ServoFaults faults;    ///< since the start
-  float engaged = 0;              ///< 0 no force to 1 all of it
+  double time = 0;                 ///< s, of its last tick
+  std::uint64_t tick_count = 0;    ///< since the start
+  std::uint64_t missed_count = 0;  ///< ticks that there should have been between those
+  AgeHistogram packet_ages;        ///< at each tick, of the newest packet, while there is one
+  pbdsurg::ServoForce force;       ///< N, in the last tick, in the scene's axes
+  pbdsurg::ServoFaults faults;     ///< since the start
+  float engaged = 0;               ///< 0 no force to 1 all of it
 };
 
 /// Evaluates packets at the pose of the tick, and keeps account. tick() is the servo thread's, the
 /// other threads have their ends of the mailboxes.
 class HandServo {
  public:
-  static constexpr double kPeriod = 1e-3;       ///< s
-  static constexpr int kReportPeriod = 10;      ///< ticks
+  static constexpr double kPeriod = 1e-3;   ///< s
+  static constexpr int kReportPeriod = 10;  ///< ticks
 
   /// @param options  its motion scale is taken from the mapping
   /// @throws pbdsurg::InvalidArgument  as ServoState

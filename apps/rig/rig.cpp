@@ -10,10 +10,10 @@
 namespace rig {
 namespace {
 
-constexpr double kPollPeriod = 1;              // s
-constexpr std::size_t kMostSamples = 180000;   // of a recorded hand, that is asked each 10 ms
-constexpr std::uint32_t kJawButton = 1;        // of an arm without a handle
-constexpr float kJawSpeed = 4;                 // 1/s: closed in a quarter of a second
+constexpr double kPollPeriod = 1;             // s
+constexpr std::size_t kMostSamples = 180000;  // of a recorded hand, that is asked each 10 ms
+constexpr std::uint32_t kJawButton = 1;       // of an arm without a handle
+constexpr float kJawSpeed = 4;                // 1/s: closed in a quarter of a second
 
 // Somebody else's device.
 class BorrowedDevice final : public pbdsurg::Device {
@@ -184,8 +184,8 @@ Rig::Rig(const RigDescription& description, const RigPlaces& places,
   for (const Side side : kSides) {
     Hand& made = hand(side);
     if (made.mover != Mover::mouse) {
-      made.device = std::make_unique<WithKeys>(std::move(made.device),
-                                               *mice[static_cast<std::size_t>(side)]);
+      made.device =
+          std::make_unique<WithKeys>(std::move(made.device), *mice[static_cast<std::size_t>(side)]);
     }
     made.status.mover = made.mover;
     made.status.name = made.device->name();

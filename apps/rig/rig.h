@@ -46,9 +46,9 @@ struct HandStatus {
   std::string name;
   Mover mover = Mover::mouse;
   bool is_connected = true;
-  HdapiStatus arm{};                            ///< of an arm
-  pbdsurg::HandleCondition handle{};            ///< of an arm with a handle
-  ServoReport servo{};                          ///< of an arm or a trace
+  HdapiStatus arm{};                  ///< of an arm
+  pbdsurg::HandleCondition handle{};  ///< of an arm with a handle
+  ServoReport servo{};                ///< of an arm or a trace
 };
 
 /// Real or emulated devices, as one rig. Arms tick in their scheduler's thread; recorded hands in a
@@ -122,9 +122,7 @@ class Rig {
   };
 
   [[nodiscard]] Hand& hand(Side side) { return hands_[static_cast<std::size_t>(side)]; }
-  [[nodiscard]] const Hand& hand(Side side) const {
-    return hands_[static_cast<std::size_t>(side)];
-  }
+  [[nodiscard]] const Hand& hand(Side side) const { return hands_[static_cast<std::size_t>(side)]; }
   void tick_traces() noexcept;
 
   EmulatedRig* emulated_;

@@ -72,8 +72,12 @@ struct PlayedRig {
   std::array<MouseHand, 2> mice{
       {{"left", reach_of(Side::left), places.tips[0], emulated->clock()},
        {"right", reach_of(Side::right), places.tips[1], emulated->clock()}}};
-  rig::Rig rig{description,    places,           std::array<pbdsurg::Device*, 2>{&mice[0], &mice[1]},
-               emulated.get(), emulated->clock(), false};
+  rig::Rig rig{description,
+               places,
+               std::array<pbdsurg::Device*, 2>{&mice[0], &mice[1]},
+               emulated.get(),
+               emulated->clock(),
+               false};
   ContactThread contacts{rig, {Side::left, Side::right}, emulated->clock()};
   std::unique_ptr<SimulationThread> simulation;
 };

@@ -91,7 +91,8 @@ TEST_CASE("hand servo: the handle's wheel turns points beside the shaft", "[unit
     servo.set_roll(roll);
     pbdsurg::ContactPacket packet;
     packet.sequence = 1;
-    packet.planes[0] = {.point = {0.01F, 0, 0}, .normal = {1, 0, 0}, .offset = 0.015F, .stiffness = 150};
+    packet.planes[0] = {
+        .point = {0.01F, 0, 0}, .normal = {1, 0, 0}, .offset = 0.015F, .stiffness = 150};
     packet.plane_count = 1;  // a wall at x = 15 mm, of a point that is 10 mm beside the shaft
     servo.packets.draft() = packet;
     servo.packets.publish();

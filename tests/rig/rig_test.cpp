@@ -66,9 +66,7 @@ class Desk {
   [[nodiscard]] const pbdsurg::DeviceState& state(Side side) const {
     return states_[static_cast<std::size_t>(side)];
   }
-  [[nodiscard]] Vector3f felt(Side side) const {
-    return rig->last_tick(side).force.commanded;
-  }
+  [[nodiscard]] Vector3f felt(Side side) const { return rig->last_tick(side).force.commanded; }
 
  private:
   void step(Side side) {
@@ -196,9 +194,9 @@ TEST_CASE("rig: virtual time gives the same bits each time", "[property]") {
 // counts.
 TEST_CASE("rig: each fault in the middle of contact", "[unit]") {
   const std::vector<std::string> faults{
-      "lost communication", "dropped tick",  "late tick",     "warm motors",
-      "stuck calibration",  "wrong handle",  "force error",   "unplugged",
-      "NaN from the simulation", "stale packets", "clock jump", "swapped devices"};
+      "lost communication",      "dropped tick",  "late tick",   "warm motors",
+      "stuck calibration",       "wrong handle",  "force error", "unplugged",
+      "NaN from the simulation", "stale packets", "clock jump",  "swapped devices"};
   for (const std::string& fault : faults) {
     CAPTURE(fault);
     RigDescription description = emulator();
@@ -231,7 +229,8 @@ TEST_CASE("rig: a recorded hand feels what it touches", "[unit]") {
   for (int i = 0; i < 400; ++i) {
     pbdsurg::DeviceSample sample;
     sample.asked = sample.state.time = 0.01 * i;
-    const float height = i < 200 ? 0.01F : std::max(0.01F - 1e-4F * static_cast<float>(i - 200), -0.006F);
+    const float height =
+        i < 200 ? 0.01F : std::max(0.01F - 1e-4F * static_cast<float>(i - 200), -0.006F);
     sample.state.pose.translation() = Vector3f(0, 0, height);
     trace.samples.push_back(sample);
   }

@@ -81,8 +81,7 @@ class Play {
         emulated_(emulate()),
         hands_{{{"mouse, grasper", reach_of(Side::left), places_.tips[0], clock()},
                 {"mouse, hook", reach_of(Side::right), places_.tips[1], clock()}}},
-        rig_(description_, places_, mice(), emulated_.get(), clock(), false,
-             options.is_recorded),
+        rig_(description_, places_, mice(), emulated_.get(), clock(), false, options.is_recorded),
         scope_(first_scope()),
         controls_(hands_, scope_, assistant_, orders_, settings_.is_left_handed),
         player_(std::async(std::launch::async, make_player)),
@@ -507,9 +506,8 @@ class Play {
     const auto print = [](const std::string& what, const rig::AgeHistogram& ages) {
       if (ages.count() > 0) {
         std::printf("age_ms %s median %.2f p99 %.2f p999 %.2f worst %.2f of %llu\n", what.c_str(),
-                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99),
-                    1e3 * ages.quantile(0.999), 1e3 * ages.worst(),
-                    static_cast<unsigned long long>(ages.count()));
+                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99), 1e3 * ages.quantile(0.999),
+                    1e3 * ages.worst(), static_cast<unsigned long long>(ages.count()));
       }
     };
     print("hand_at_step", state().hand_ages);

@@ -24,11 +24,11 @@ using rig::Mover;
 using rig::Side;
 using Result = RigCheckLine::Result;
 
-constexpr double kPatience = 20;  // s, for a person to do what a line asks
-constexpr double kPeriod = 0.01;  // s, of packets
-constexpr float kMove = 0.03F;    // m, that a hand shall move
-constexpr float kStill = 0.01F;   // m, that the other may meanwhile
-constexpr float kPress = 0.3F;    // N, that shall be felt
+constexpr double kPatience = 20;      // s, for a person to do what a line asks
+constexpr double kPeriod = 0.01;      // s, of packets
+constexpr float kMove = 0.03F;        // m, that a hand shall move
+constexpr float kStill = 0.01F;       // m, that the other may meanwhile
+constexpr float kPress = 0.3F;        // N, that shall be felt
 constexpr double kMostPicture = 100;  // ms
 constexpr float kTremor = 2e-3F;      // m, of a hand that holds still
 constexpr int kStillPasses = 30;
@@ -85,13 +85,11 @@ class Check {
 
  private:
   [[nodiscard]] pbdsurg::Clock& clock() {
-    return emulated_                ? emulated_->clock()
+    return emulated_           ? emulated_->clock()
            : has_virtual_time_ ? static_cast<pbdsurg::Clock&>(virtual_clock_)
                                : real_clock_;
   }
-  [[nodiscard]] bool is_arm(Side side) const {
-    return description_.hand(side).mover == Mover::arm;
-  }
+  [[nodiscard]] bool is_arm(Side side) const { return description_.hand(side).mover == Mover::arm; }
 
   void note(const std::string& what, Result result, const std::string& detail) {
     lines_.push_back({what, result, detail});
@@ -135,9 +133,7 @@ class Check {
     return false;
   }
 
-  [[nodiscard]] Vector3f tip(Side side) const {
-    return states_[index_of(side)].pose.translation();
-  }
+  [[nodiscard]] Vector3f tip(Side side) const { return states_[index_of(side)].pose.translation(); }
 
   void publish_wall(Side side) {
     const Vector3f up = places_.axes.col(1);
@@ -145,8 +141,7 @@ class Check {
     packet.sequence = ++sequence_;
     packet.time = clock().now();
     pbdsurg::set_pose(packet, states_[index_of(side)].pose);
-    const float depth =
-        walls_[index_of(side)] ? *walls_[index_of(side)] - up.dot(tip(side)) : -1;
+    const float depth = walls_[index_of(side)] ? *walls_[index_of(side)] - up.dot(tip(side)) : -1;
     // springs of the hand, whatever the scale of its forces
     const float stiffness =
         pbdsurg::kLeastStiffness / std::max(description_.hand(side).force_scale, 1e-3F);
@@ -204,14 +199,14 @@ class Check {
   void check_side(Side side) {
     pass();
     const std::array<Vector3f, 2> before{tip(Side::left), tip(Side::right)};
-    help_.tell(text("Move the %s instrument up and down by 5 cm; leave the other.",
-                    rig::name_of(side)));
+    help_.tell(
+        text("Move the %s instrument up and down by 5 cm; leave the other.", rig::name_of(side)));
     rehearse(side, {{0, 0, 0}, {0, 1.5F * kMove, 0}, {0, 0, 0}}, 0.5);
     std::array<float, 2> moved{};
     const bool has_moved = await([&] {
       for (const Side each : kSides) {
-        moved[index_of(each)] = std::max(
-            moved[index_of(each)], (tip(each) - before[index_of(each)]).norm());
+        moved[index_of(each)] =
+            std::max(moved[index_of(each)], (tip(each) - before[index_of(each)]).norm());
       }
       return moved[index_of(side)] > kMove;
     });
@@ -225,8 +220,8 @@ class Check {
   void check_force(Side side) {
     const std::string what = text("%s hand: force", rig::name_of(side));
     walls_[index_of(side)].reset();
-    help_.tell(text("Hold the %s instrument still in the air: force is let in.",
-                    rig::name_of(side)));
+    help_.tell(
+        text("Hold the %s instrument still in the air: force is let in.", rig::name_of(side)));
     Vector3f still = tip(side);
     int still_passes = 0;
     const auto is_engaged = [&] {
@@ -247,8 +242,8 @@ class Check {
     const auto watch = [&] {
       const Vector3f force = rig_->status(side).servo.force.commanded;
       most = std::max(most, places_.axes.col(1).dot(force));
-      sideways = std::max(sideways,
-                          (force - places_.axes.col(1).dot(force) * places_.axes.col(1)).norm());
+      sideways =
+          std::max(sideways, (force - places_.axes.col(1).dot(force) * places_.axes.col(1)).norm());
       worst_step = std::max(worst_step, (force - last).norm());
       last = force;
       return force.norm();
@@ -281,9 +276,9 @@ class Check {
     });
     rehearse(side, {{0, 0, 0}}, 1, 1);
     const bool opens = closes && await([&] {
-      learn();
-      return states_[index_of(side)].jaw >= 1;
-    });
+                         learn();
+                         return states_[index_of(side)].jaw >= 1;
+                       });
     std::string detail = closes ? opens ? "close and open" : "do not open" : "do not close";
     if (handle != nullptr) {
       try {
@@ -316,7 +311,9 @@ class Check {
       rehearse(Side::right, {{0, 0, 0}}, 1);
       const bool is_up = is_down && await([&] { return pedals() == pbdsurg::Pedals{}; });
       note(text("pedal: %s", name), is_up,
-           is_up ? "down and up" : is_down ? "does not come up" : "not heard");
+           is_up     ? "down and up"
+           : is_down ? "does not come up"
+                     : "not heard");
     };
     check("cut (yellow)", {.cut = true});
     check("coagulation (blue)", {.coagulation = true});
@@ -325,9 +322,10 @@ class Check {
   void check_sound() {
     const std::string device = help_.sound();
     const std::optional<bool> is_heard = help_.ask("Did you hear two tones and a chime?");
-    note("sound", !is_heard   ? Result::not_checked
-                  : *is_heard ? Result::ok
-                              : Result::failed,
+    note("sound",
+         !is_heard   ? Result::not_checked
+         : *is_heard ? Result::ok
+                     : Result::failed,
          device);
   }
 

@@ -57,8 +57,7 @@ std::optional<std::pair<double, std::string>> draw() {
   try {
     const LoadedAnatomy anatomy = load_anatomy({}, Detail::full);
     const SurgicalScene scene = make_scene(anatomy, pbdsurg::ElasticModel::neo_hookean);
-    OffscreenRenderer renderer(
-        {.width = 1280, .height = 720, .quality = RenderQuality::quick()});
+    OffscreenRenderer renderer({.width = 1280, .height = 720, .quality = RenderQuality::quick()});
     renderer.set_surfaces(rest_surfaces(scene, anatomy.anatomy.abdominal_wall));
     SceneView view;
     view.camera = first_scope().camera();
@@ -67,8 +66,7 @@ std::optional<std::pair<double, std::string>> draw() {
     for (int i = 0; i < kPictures; ++i) {
       renderer.draw(view);
     }
-    const std::chrono::duration<double, std::milli> time =
-        std::chrono::steady_clock::now() - start;
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
     return std::pair(time.count() / kPictures, renderer.device_name());
   } catch (const pbdsurg::BackendUnavailable&) {
   }

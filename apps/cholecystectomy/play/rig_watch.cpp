@@ -16,8 +16,7 @@ std::vector<std::string> RigWatch::update(rig::Side side, const HandStatus& now)
   const auto tell = [&](bool is_so, const char* format) {
     if (is_so) {
       std::array<char, 192> text{};
-      std::snprintf(text.data(), text.size(), format,
-                    texts_.sides[static_cast<std::size_t>(side)]);
+      std::snprintf(text.data(), text.size(), format, texts_.sides[static_cast<std::size_t>(side)]);
       news.emplace_back(text.data());
     }
   };

@@ -96,11 +96,11 @@ struct SceneState {
 
   double time = 0;  ///< s, simulated
   std::int64_t step = 0;
-  std::int64_t all_steps = 0;  ///< those before the scene began anew or went back, too
-  double factor = 1;           ///< simulated time over the time asked for
-  double owed = 0;             ///< s by which steps are late
-  double made = 0;             ///< s of the clock, when this was filled
-  rig::AgeHistogram hand_ages; ///< s, of hands at the beginning of steps, of this session
+  std::int64_t all_steps = 0;   ///< those before the scene began anew or went back, too
+  double factor = 1;            ///< simulated time over the time asked for
+  double owed = 0;              ///< s by which steps are late
+  double made = 0;              ///< s of the clock, when this was filled
+  rig::AgeHistogram hand_ages;  ///< s, of hands at the beginning of steps, of this session
   StepTimes times;
   std::int64_t removed_tets = 0, parted_strands = 0;
 };

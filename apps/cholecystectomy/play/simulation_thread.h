@@ -19,8 +19,8 @@
 namespace cholecystectomy {
 
 /// Publishes a state when the window has taken the last, or kSilence after it, so that a picture
-/// that takes its time shows what is nearly now. States begin with organs at rest, in Phase::loading, and
-/// those of a failure with Phase::failed; a session that is lost begins anew.
+/// that takes its time shows what is nearly now. States begin with organs at rest, in
+/// Phase::loading, and those of a failure with Phase::failed; a session that is lost begins anew.
 class SimulationThread {
  public:
   static constexpr double kSilence = 0.03;  ///< s

@@ -227,10 +227,10 @@ class VirtualPlay {
     }
     rig_.emplace(description_, places_, std::array{resting_[0].get(), resting_[1].get()},
                  emulated_.get(), clock(), true, options.is_recorded);
-    session_.emplace(scene_, anatomy_.anatomy.abdominal_wall,
-                     solver_options(pbdsurg::programs::executor_named(options.executor),
-                                    options.is_paper),
-                     Hands{&rig_->device(Side::left), &rig_->device(Side::right)}, 1);
+    session_.emplace(
+        scene_, anatomy_.anatomy.abdominal_wall,
+        solver_options(pbdsurg::programs::executor_named(options.executor), options.is_paper),
+        Hands{&rig_->device(Side::left), &rig_->device(Side::right)}, 1);
   }
 
   int run() {
@@ -287,7 +287,9 @@ class VirtualPlay {
   }
 
  private:
-  [[nodiscard]] pbdsurg::Clock& clock() { return emulated_ ? emulated_->clock() : own_clock_; }
+  [[nodiscard]] pbdsurg::Clock& clock() {
+    return emulated_ ? emulated_->clock() : own_clock_;
+  }
 
   void record(HandRecorder& recorder, double begin) {
     const double time = clock().now() - begin;
@@ -296,8 +298,7 @@ class VirtualPlay {
         continue;
       }
       const std::size_t hand = static_cast<std::size_t>(side);
-      recorder.tick(side, time, session_->hand(hand), patches_[hand].force,
-                    rig_->last_tick(side));
+      recorder.tick(side, time, session_->hand(hand), patches_[hand].force, rig_->last_tick(side));
       for (PartForces& part : parts_) {
         if (part.hand() == hand && part.has(time)) {
           part.tick(patches_[hand].force, rig_->last_tick(side).force);
