@@ -223,7 +223,7 @@ RigDescription read_file(const std::filesystem::path& path) {
   json file;
   try {
     file = json::parse(stream);
-  } catch (const json::parse_error& error) {
+  } catch (const std::exception& error) {  // a folder, too, or a number that no double holds
     throw FileError(path.string() +
                     " is neither a device trace nor a rig in JSON: " + error.what());
   }
@@ -239,6 +239,9 @@ RigDescription read_file(const std::filesystem::path& path) {
   rig.pedals = read_list(reader, "pedals", read_pedals);
   rig.faults = read_list(reader, "faults", read_fault);
   reader.finish();
+  if (rig.is_emulated && !rig.has(Mover::arm)) {
+    throw FileError(path.string() + " is emulated; only arms are, and no hand has one");
+  }
   if (!rig.faults.empty() && !(rig.is_emulated && rig.has(Mover::arm))) {
     throw FileError(path.string() + " has faults; only emulated arms have them");
   }

@@ -46,11 +46,18 @@ InstrumentContacts::InstrumentContacts(const Simulation& simulation)
 void InstrumentContacts::collect(const Simulation& simulation, pbdsurg::GraspState grasp,
                                  std::uint64_t sequence, double time,
                                  const ContactPatches& patches) {
+  // surfaces that the step has read already: however long it was, nothing is too fast for them
+  std::array<pbdsurg::TouchedSurface, pbdsurg::kOrgans.size()> surfaces;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const pbdsurg::Surface& surface = simulation.surface(pbdsurg::kOrgans[i]);
+    surfaces[i] = {surface.triangles(), surface.positions()};
+  }
   const std::array tools{simulation.grasper.tool, simulation.hook.tool};
   const std::array grasps{grasp, pbdsurg::GraspState::open};
   for (std::size_t i = 0; i < patches.size(); ++i) {
     if (patches[i] != nullptr) {
-      probes_[i].collect_patch(simulation.solver, tools[i], grasps[i], sequence, time, *patches[i]);
+      probes_[i].collect_patch(surfaces, simulation.solver, tools[i], grasps[i], sequence, time,
+                               *patches[i]);
     }
   }
 }

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/play/places.h"
 #include "apps/cholecystectomy/play/rig_check.h"
 #include "apps/cholecystectomy/play/scene_feed.h"
@@ -55,7 +56,7 @@ std::optional<std::pair<double, std::string>> draw() {
 #ifdef PBDSURG_HAS_PICTURES
   constexpr int kPictures = 20;
   try {
-    const LoadedAnatomy anatomy = load_anatomy({}, Detail::full);
+    const LoadedAnatomy anatomy = load_anatomy({}, Detail::low);
     const SurgicalScene scene = make_scene(anatomy, pbdsurg::ElasticModel::neo_hookean);
     OffscreenRenderer renderer({.width = 1280, .height = 720, .quality = RenderQuality::quick()});
     renderer.set_surfaces(rest_surfaces(scene, anatomy.anatomy.abdominal_wall));
@@ -78,6 +79,7 @@ std::optional<std::pair<double, std::string>> draw() {
 
 int check_rig_at_terminal(const RigCheckOptions& options) {
   quiet_openal();
+  note_interrupt();
   const std::vector<RigCheckLine> lines = check_rig(options, {tell, ask, sound, draw});
   tell(sheet_of(lines, options.devices));
   for (const RigCheckLine& line : lines) {

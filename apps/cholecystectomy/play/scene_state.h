@@ -28,6 +28,7 @@ struct Orders {
   std::uint32_t single_steps = 0;  ///< so far, while paused
   std::uint32_t undos = 0;         ///< so far
   std::uint32_t restarts = 0;      ///< so far
+  std::uint32_t let_gos = 0;       ///< so far: pedals are up until pressed anew
   double cut_power = 30;           ///< W
   double coagulation_power = 30;   ///< W
 };

@@ -33,6 +33,8 @@ class SimulationThread {
     std::function<pbdsurg::Executor()> executor;
     /// Called in the thread whenever a session begins; may be empty.
     std::function<void(const SurgicalScene&)> on_begin{};
+    /// Likewise, when the scene went back, and when pedals are to be let go; may be empty.
+    std::function<void()> on_undo{}, on_let_go{};
   };
 
   /// Begins at once.

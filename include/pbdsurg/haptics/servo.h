@@ -54,6 +54,7 @@ struct ServoInput {
   Eigen::Matrix3f lever = Eigen::Matrix3f::Identity();    ///< see lever_about_port()
   bool is_ready = true;                                   ///< the device answers and has no error
   bool is_warm = false;                                   ///< the device warns of its motors
+  bool has_leapt = false;  ///< the scene has, so that force is to be let in anew
 };
 
 /// Force in one tick, N, in the handle's axes, which are the scene's.
