@@ -115,14 +115,14 @@ class ElectrodeContact {
   void forget() noexcept { slack_ = -1; }
 
   /// After an undo: what was a new link may be another soon.
-  void forget_links() noexcept { seen_links_ = kUnseen; }
+  void forget_links() noexcept { seen_links_ = listed_links_ = kUnseen; }
 
  private:
   static constexpr double kLeastShare = 1e-3;
 
   struct Body {
     std::shared_ptr<const LiveSurface> surface;
-    std::uint64_t seen_version = 0;
+    std::uint64_t seen_version = 0, listed_version = 0;
     std::vector<std::uint8_t> is_candidate;  // [slot_count]
     std::vector<Index> candidates;           // slots
   };
@@ -141,8 +141,10 @@ class ElectrodeContact {
   std::vector<Index> candidate_links_;
   static constexpr std::size_t kUnseen = ~std::size_t{0};
   std::size_t seen_links_ = 0;
-  Electrode scanned_{};  // where it was then
-  double slack_ = -1;    // m that electrode and tissue may still move
+  Electrode scanned_{};              // where it was then
+  double slack_ = -1;                // m that electrode and tissue may still move
+  std::vector<Index> all_vertices_;  // of surfaces and links, as they were listed
+  std::size_t listed_links_ = kUnseen;
 
   NearestPoint nearest_{};
   double area_ = 0;
