@@ -138,6 +138,8 @@ class Rig::Feet final : public pbdsurg::Device {
   Rig& rig_;
 };
 
+Rig::Hand::Hand() = default;
+
 Rig::Rig(const RigDescription& description, const RigPlaces& places, bool has_virtual_time)
     : has_virtual_time_(has_virtual_time), feet_(std::make_unique<Feet>(*this)) {
   if (has_virtual_time) {

@@ -113,6 +113,7 @@ class Rig {
     pbdsurg::HandleCondition handle{};
   };
   struct Hand {
+    Hand();  // elsewhere, as Clang 14 knows no initialisers of members before the outer class ends
     Mover mover = Mover::mouse;
     int arm = 0;  // which, if it is one
     std::unique_ptr<pbdsurg::Handle> handle;
