@@ -38,6 +38,13 @@ struct HandStatus {
   ServoReport servo{};                ///< of an arm or a trace
 };
 
+/// What the simulation's thread tells the window's of a device in a hand.
+struct DeviceReport {
+  bool is_connected = true;
+  HdapiStatus arm{};
+  pbdsurg::HandleCondition handle{};
+};
+
 /// Real or emulated devices, as one rig with one clock. Arms tick in their scheduler's thread;
 /// recorded hands in a thread of this, so that what they would feel is known too; all of them by
 /// tick() in virtual time. Hands of a mouse are the window's: see set_mouse().
@@ -106,12 +113,6 @@ class Rig {
   class ArmHand;
   class TraceHand;
   class Feet;
-  // What the simulation's thread tells the window's.
-  struct DeviceReport {
-    bool is_connected = true;
-    HdapiStatus arm;
-    pbdsurg::HandleCondition handle{};
-  };
   struct Hand {
     Hand();  // elsewhere, as Clang 14 knows no initialisers of members before the outer class ends
     Mover mover = Mover::mouse;
