@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <linux/input.h>
@@ -165,7 +166,12 @@ class Emulation final : public EmulatedRig {
         throw pbdsurg::InvalidArgument("fault '" + fault.fault + "' is of the " +
                                        name_of(fault.side) + " hand, which holds no arm");
       }
-      emulator_->inject({fault_named(fault.fault), fault.begin, fault.duration, device});
+      const FaultPlan plan{fault_named(fault.fault), fault.begin, fault.duration, device};
+      if (fault.begin > 0) {
+        plans_.push_back(plan);
+      } else {
+        emulator_->inject(plan);
+      }
     }
   }
 
@@ -174,6 +180,12 @@ class Emulation final : public EmulatedRig {
   [[nodiscard]] PedalsDescription pedals() const override { return pedals_.description(); }
   void rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) override {
     hands_[static_cast<std::size_t>(side)].rehearse(std::move(waypoints));
+  }
+  void begin() override {
+    for (FaultPlan plan : std::exchange(plans_, {})) {
+      plan.begin += emulator_->scheduler_time();
+      emulator_->inject(plan);
+    }
   }
   [[nodiscard]] bool is_stale(Side side) const override {
     return is_active(Fault::stale_packets, side);
@@ -191,6 +203,7 @@ class Emulation final : public EmulatedRig {
   std::array<pbdsurg::InstrumentMapping, 2> mappings_;
   EmulatedPedals pedals_;
   std::array<RehearsedHand, 2> hands_;
+  std::vector<FaultPlan> plans_;        // until a scene begins
   std::array<int, 2> indices_{-1, -1};  // of the emulator's devices, [side]
   std::unique_ptr<Emulator> emulator_;  // first to go: its thread asks the others
 };

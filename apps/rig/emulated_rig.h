@@ -34,6 +34,9 @@ class EmulatedRig {
   /// before the first script. Buttons close the jaws below a half. Any one thread.
   virtual void rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) = 0;
 
+  /// The first scene begins: from now on count the times of faults. Once.
+  virtual void begin() = 0;
+
   /// Faults above the arms, which the program plays: packets that stop, or are no numbers.
   [[nodiscard]] virtual bool is_stale(Side side) const = 0;
   [[nodiscard]] virtual bool is_not_a_number(Side side) const = 0;

@@ -247,6 +247,9 @@ void Rig::rehearse(const std::array<std::vector<pbdsurg::Waypoint>, 2>& scripts)
 }
 
 void Rig::begin(const std::array<std::vector<pbdsurg::Waypoint>, 2>& scripts) {
+  if (emulated_ && begins_ == 0) {
+    emulated_->begin();
+  }
   rehearse(scripts);
   ++begins_;
   if (has_virtual_time_) {

@@ -65,7 +65,7 @@ struct PedalsDescription {
 struct FaultDescription {
   std::string fault;  ///< as hdapi_emulator::name_of() has it
   Side side = Side::left;
-  double begin = 0;                                           ///< s, of the scheduler's time
+  double begin = 0;  ///< s after the first scene began; 0: from the opening of arms on
   double duration = std::numeric_limits<double>::infinity();  ///< s
 };
 

@@ -265,6 +265,30 @@ TEST_CASE("rig: each fault in the middle of contact", "[unit]") {
   }
 }
 
+// Would catch an arm that is lost while a slow machine still makes the scene.
+TEST_CASE("rig: times of faults count from the scene's begin", "[unit]") {
+  RigDescription description = emulator();
+  description.faults.push_back({"unplugged", Side::left, 1});
+  description.faults.push_back({"warm motors", Side::right, 0});
+  Rig rig(description, places(), true);
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      rig.tick();
+    }
+    rig.device(Side::left).state();
+    rig.device(Side::right).state();
+    rig.poll();
+  };
+  run(1500);
+  CHECK(rig.status(Side::left).is_connected);
+  CHECK(rig.status(Side::right).arm.faults.of(DeviceFault::warm_motors) > 0);
+  rig.begin({});
+  run(900);
+  CHECK(rig.status(Side::left).is_connected);
+  run(200);
+  CHECK(!rig.status(Side::left).is_connected);
+}
+
 // Would catch a fault under a name that nobody has, or of a hand without an arm.
 TEST_CASE("rig: faults that there are not", "[unit]") {
   RigDescription description = emulator();

@@ -124,6 +124,7 @@ class Check {
       description_ = rig::RigDescription();
       rig_ = std::make_unique<rig::Rig>(description_, places_, has_virtual_time_);
     }
+    rig_->begin({});
   }
 
   [[nodiscard]] bool is_arm(Side side) const { return description_.hand(side).mover == Mover::arm; }
