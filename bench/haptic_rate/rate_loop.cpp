@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "pbdsurg/anatomy/table2_family.h"
 #include "pbdsurg/tissue/library.h"
@@ -79,13 +80,13 @@ bool has_changes(const TopologyEdit& edit) {
 
 }  // namespace
 
-RateLoop::RateLoop(int row, const Executor& executor)
+RateLoop::RateLoop(int row, const Executor& executor, const Executor& heat)
     : scene_(make_scene(row)),
       solver_(scene_, solver_options(executor)),
       surface_(shared_surface(solver_.tissue(), 0)),
       tool_(solver_.add_tool(ball(), ToolPose::Identity())),
       cautery_(solver_.tissue(), std::array{ThermalBody{0, tissues::gallbladder_wall().heat}},
-               cautery_options(executor)),
+               cautery_options(heat)),
       probe_(solver_, std::array<Index, 1>{0}, std::array{ToolPoint{ball()[0].start, kRadius}}),
       heights_(find_heights(scene_)) {}
 
@@ -106,22 +107,34 @@ RateStep RateLoop::step(double depth, double way, bool burns) {
   RateStep step;
   ContactPacket packet;
   StepReport report;
-  TopologyEdit edit;
-  CauteryReport heat;
-  if (burns && steps_ % 2 == 0) {
-    step.heat_ms = time_of([&] {
-      const Eigen::Vector3f tip = hand.translation();
-      heat = cautery_.heat(solver_, {tip, tip}, cut_settings(kPower), 2 * kStep, edit);
-    });
-    step.is_heated = heat.energy > 0;
-    step.removed_tets = static_cast<Index>(edit.remove_tets.size());
+  Heated* heated = nullptr;
+  bool is_heat_due = burns && steps_ % 2 == 0;
+  if (is_heat_due) {
+    owed_ += 2 * kStep;
+    step.is_heat_late = heat_.is_busy();
+    is_heat_due = !step.is_heat_late;
+  }
+  if (is_heat_due) {
+    step.reading_ms = time_of([&] { cautery_.read_positions(solver_); });
+    heated = heat_.result();
+  }
+  if (heated != nullptr) {
+    step.heat_ms = heated->time_ms;
+    step.heated_ms = 1e3 * heated->dt;
+    step.is_heated = heated->report.energy > 0;
+    step.removed_tets = static_cast<Index>(heated->edit.remove_tets.size());
   }
   step.solver_ms = time_of([&] {
     solver_.move_tool(tool_, hand);
     solver_.start_step(static_cast<float>(kStep));
-    if (has_changes(edit)) {  // while a device steps; of the next step
-      solver_.tissue().apply(edit);
-      cautery_.commit(heat);
+    step.edit_ms = time_of([&] {
+      if (heated != nullptr && has_changes(heated->edit)) {  // while a device steps
+        solver_.tissue().apply(heated->edit);
+        cautery_.commit(heated->report);
+      }
+    });
+    if (is_heat_due) {
+      heat_.start(hand.translation(), cut_settings(kPower), std::exchange(owed_, 0));
     }
     report = solver_.finish_step();
   });

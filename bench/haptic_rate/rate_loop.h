@@ -15,24 +15,29 @@
 #include "pbdsurg/surgery/cautery.h"
 #include "pbdsurg/views/live_surface.h"
 
+#include "bench/haptic_rate/heat_thread.h"
 #include "bench/support/static_energy.h"
 
 namespace pbdsurg::bench {
 
 /// What a step did, and how long its parts took.
 struct RateStep {
-  double heat_ms = 0;     ///< of steps without heat nothing
-  double solver_ms = 0;   ///< with the edit that heat asks for, which a device hides
+  double heat_ms = 0;     ///< of the heat whose edit this step takes, beside earlier ones
+  double heated_ms = 0;   ///< that it stands for
+  double reading_ms = 0;  ///< positions for the next heat
+  double solver_ms = 0;   ///< with that edit, which a device hides
+  double edit_ms = 0;     ///< of solver_ms
   double contact_ms = 0;  ///< patch and packet
   double servo_ms = 0;
-  bool is_heated = false;  ///< energy went into tissue
+  bool is_heated = false;     ///< energy went into tissue
+  bool is_heat_late = false;  ///< it was due, and is not ready
   bool is_touching = false;
   Index removed_tets = 0;
   Eigen::Vector3f force{0, 0, 0};  ///< N, of the packet: the simulation's
   ServoForce felt{};
 
   [[nodiscard]] double whole_ms() const noexcept {
-    return heat_ms + solver_ms + contact_ms + servo_ms;
+    return reading_ms + solver_ms + contact_ms + servo_ms;
   }
 };
 
@@ -43,11 +48,13 @@ class RateLoop {
  public:
   static constexpr double kStep = 1e-3;  ///< s
 
-  RateLoop(int row, const Executor& executor);
+  /// @param heat  heat's executor
+  RateLoop(int row, const Executor& executor, const Executor& heat);
 
-  /// A step of 1 ms as a rig takes it: the tool to the hand, heat with every second step if it
-  /// burns, the solver, and beside it the edit that heat asks for; the tissue around the tool, its
-  /// packet, the servo.
+  /// A step of 1 ms as a rig takes it: the tool to the hand, the solver, and beside it the edit
+  /// that heat asks for; the tissue around the tool, its packet, the servo. If it burns, heat runs
+  /// beside each two steps, and the next takes its edit. No step waits for heat: where it is late,
+  /// the next one stands for the time that has passed.
   /// @param depth  m, of the ball's lowest point under the surface at rest; negative above
   /// @param way    m, along the top, from its middle
   /// @throws Error  if vertices are not finite
@@ -71,6 +78,8 @@ class RateLoop {
   ContactProbe probe_;
   ContactPatch patch_;
   ServoState servo_;
+  double owed_ = 0;  // s without heat
+  HeatThread heat_{solver_, cautery_};
   std::vector<float> heights_;  // m, of the top, along the way
   std::uint64_t steps_ = 0;
 };

@@ -58,6 +58,12 @@ double sample_share(int sample, int count) {
 }  // namespace
 
 void ScenePositions::read(const Solver& solver, std::span<const Index> vertices) {
+  if (!is_held_) {
+    take(solver, vertices);
+  }
+}
+
+void ScenePositions::take(const Solver& solver, std::span<const Index> vertices) {
   if (vertices.empty()) {  // a step may run, and reading would wait for it
     return;
   }
@@ -70,12 +76,24 @@ void ScenePositions::read(const Solver& solver, std::span<const Index> vertices)
   }
 }
 
+void ScenePositions::hold(const Solver& solver) {
+  some_.resize(values_.size());
+  solver.read_positions(some_);
+  for (std::size_t v = 0; v < values_.size(); ++v) {
+    if (some_[v].allFinite()) {
+      values_[v] = some_[v];
+    }
+  }
+  unread_ = static_cast<Index>(values_.size());
+  is_held_ = true;
+}
+
 void ScenePositions::follow(const Solver& solver) {
   added_.clear();
   for (; unread_ < static_cast<Index>(values_.size()); ++unread_) {
     added_.push_back(unread_);
   }
-  read(solver, added_);
+  take(solver, added_);
 }
 
 void ScenePositions::resize(const Tissue& tissue) {

@@ -30,6 +30,10 @@ class ScenePositions {
 
   void read(const Solver& solver, std::span<const Index> vertices);
 
+  /// Reads all of them, and none from then on, until release().
+  void hold(const Solver& solver);
+  void release() noexcept { is_held_ = false; }
+
   /// Reads what is new since the last call.
   void follow(const Solver& solver);
 
@@ -42,9 +46,12 @@ class ScenePositions {
   [[nodiscard]] std::span<const Eigen::Vector3f> values() const noexcept { return values_; }
 
  private:
+  void take(const Solver& solver, std::span<const Index> vertices);
+
   std::vector<Eigen::Vector3f> values_, some_;
   std::vector<Index> added_;
   Index unread_ = 0;  // vertices from here on are new
+  bool is_held_ = false;
 };
 
 /// A vertex of the surface near an electrode.
