@@ -47,7 +47,7 @@ struct ContactProbe::Data {
   std::vector<Index> places;         // [vertex_count] in vertices, kInvalidIndex elsewhere
   std::vector<Index> near;           // in vertices
   std::vector<ToolPoint> scanned;    // [point] in the scene, when all was looked at
-  std::vector<float> near_is_whole;  // [point] m, likewise, of what is near
+  std::vector<float> near_is_whole;  // [point] m, as `whole`
   double scan_time = 0;              // s
   bool has_scanned = false;
 

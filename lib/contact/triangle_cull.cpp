@@ -156,6 +156,7 @@ void TriangleCull::find(std::span<const CulledSurface> surfaces, std::span<const
     if (std::abs(distance) > reach) {
       distance = is_beside_outside(balls, i, is_outside) ? kFar : search(surfaces, balls[i].center);
     }
+    // farther than that, only the rim of what is there is near
     is_outside[i] = distance > 0 || -distance > whole[i];
     if (!is_outside[i]) {  // what is nearest after a move was farther by up to twice that
       is_deep = true;
