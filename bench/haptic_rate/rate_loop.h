@@ -41,9 +41,9 @@ struct RateStep {
   }
 };
 
-/// The hollow gallbladder of a row of table 2, of 15 kPa, whose lower third lies
-/// fixed in its bed. A ball of 4 mm with an electrode at its lowest point follows a hand: it waits
-/// above, presses from there, and slides along the top.
+/// The hollow gallbladder of a row of table 2, of 15 kPa, whose lower third lies fixed in its bed.
+/// A ball of 4 mm with an electrode at its lowest point follows a hand: it waits above, presses
+/// from there, and slides along the top.
 class RateLoop {
  public:
   static constexpr double kStep = 1e-3;  ///< s

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,26 +20,16 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kSlack = 3e-3F;  // m: how far things may go until all surfaces are looked at again
+constexpr float kAll = std::numeric_limits<float>::infinity();  // m: surfaces are whole
 
-// Triangles of several surfaces, with the vertices that they are at.
-struct Skin {
-  std::vector<Index> vertices;      // of the scene
-  std::vector<Vector3f> positions;  // [vertices] m
-  std::vector<Triangle> triangles;  // corners in vertices
-  std::vector<std::size_t> ends;    // [surface] in triangles
-
-  void clear() {
-    vertices.clear();
-    positions.clear();
-    triangles.clear();
-    ends.clear();
-  }
-  void read(const Solver& solver) {
-    positions.resize(vertices.size());
-    if (!vertices.empty()) {  // a step may run, and reading would wait for it
-      solver.read_positions(vertices, positions);
-    }
-  }
+// A surface that the tool may touch.
+struct Watched {
+  std::shared_ptr<const LiveSurface> surface;
+  std::uint64_t seen_version = 0;
+  int seen_renumberings = 0;
+  std::vector<Triangle> triangles{};       // [slot] corners in the probe's vertices
+  std::vector<Index> near{};               // slots, ascending: all that can matter
+  std::vector<Triangle> near_triangles{};  // [near]
 };
 
 }  // namespace
@@ -46,30 +37,41 @@ struct Skin {
 struct ContactProbe::Data {
   static constexpr const char* kWho = "a contact probe";
 
-  std::vector<std::shared_ptr<const LiveSurface>> surfaces;
+  std::vector<Watched> watched;
   std::vector<ToolPoint> points;
   ContactPatch patch;  // of make_contact_packet()
 
-  // of a solver's positions
-  Skin all, near;                            // near: may be culled in place of all
-  std::vector<std::uint64_t> seen_versions;  // [surface]
-  std::vector<ToolPoint> scanned;            // [point] in the scene, when near was found
-  double scan_time = 0;                      // s, likewise
+  // of a solver
+  std::vector<Index> vertices;       // of surfaces, of the scene; some may have left them
+  std::vector<Vector3f> positions;   // [vertices] m, those near as of now
+  std::vector<Index> places;         // [vertex_count] in vertices, kInvalidIndex elsewhere
+  std::vector<Index> near;           // in vertices
+  std::vector<ToolPoint> scanned;    // [point] in the scene, when all was looked at
+  std::vector<float> near_is_whole;  // [point] m, as `whole`
+  double scan_time = 0;              // s
   bool has_scanned = false;
 
   // scratch
   std::vector<ToolPoint> balls;
+  std::vector<float> whole;  // [point] m, see TriangleCull::find()
   std::vector<CulledSurface> culled;
-  std::vector<Index> places;  // [vertex]
+  std::vector<Index> read_vertices;
+  std::vector<Vector3f> read_positions;
+  std::vector<std::uint32_t> seen_at;  // [vertices] the list that it was put on last
+  std::uint32_t lists = 0;
+  std::vector<SlotRange> ranges;
   TriangleCull cull;
 
   void begin(const Solver& solver, ToolId tool, GraspState grasp, std::uint64_t sequence,
              double time, ContactPatch& into);
-  void end(ContactPatch& into) const;
-  void add_culled(const Solver& solver, std::size_t surface, const TouchedSurface& as);
-  void add_culled(const Solver& solver, const Skin& skin);
+  void end(ContactPatch& into);
+  void add_culled(const Solver& solver, const Watched& of, const TouchedSurface& as);
+  void forget();
   void follow_edits(const Solver& solver);
+  void follow(Watched& each);
   [[nodiscard]] bool has_slack(double time) const;
+  void list_near();
+  void read_near(const Solver& solver);
   void scan(const Solver& solver, double time);
 };
 
@@ -80,8 +82,8 @@ void ContactProbe::Data::begin(const Solver& solver, ToolId tool, GraspState gra
     throw InvalidArgument("the sequence of a contact patch is 0; it must be positive");
   }
   check(std::isfinite(time), "the time of a contact patch", time, "finite");
-  for (const std::shared_ptr<const LiveSurface>& surface : surfaces) {
-    solver.tissue().check_follower(*surface, "a contact probe");
+  for (const Watched& each : watched) {
+    solver.tissue().check_follower(*each.surface, "a contact probe");
   }
   into.pose = solver.tool_pose(tool);
   into.force = solver.tool_force(tool);
@@ -95,7 +97,10 @@ void ContactProbe::Data::begin(const Solver& solver, ToolId tool, GraspState gra
   culled.clear();
 }
 
-void ContactProbe::Data::end(ContactPatch& into) const {
+// Takes from the surfaces that may be culled what matters.
+void ContactProbe::Data::end(ContactPatch& into) {
+  cull.find(culled, balls, whole, ContactPatch::kMargin);
+  cull.tighten(ContactPatch::kMargin);
   into.points.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
     into.points.push_back({points[i], cull.reaches()[i]});
@@ -103,9 +108,9 @@ void ContactProbe::Data::end(ContactPatch& into) const {
   into.triangles.assign(cull.triangles().begin(), cull.triangles().end());
 }
 
-void ContactProbe::Data::add_culled(const Solver& solver, std::size_t surface,
+void ContactProbe::Data::add_culled(const Solver& solver, const Watched& of,
                                     const TouchedSurface& as) {
-  const Index body = surfaces[surface]->body();
+  const Index body = of.surface->body();
   if (body == kInvalidIndex) {  // a compaction has left it out
     culled.push_back({});
     return;
@@ -116,41 +121,66 @@ void ContactProbe::Data::add_culled(const Solver& solver, std::size_t surface,
                     is_solid ? material.poissons_ratio : 0});
 }
 
-void ContactProbe::Data::add_culled(const Solver& solver, const Skin& skin) {
-  std::size_t first = 0;
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    add_culled(solver, s,
-               {std::span(skin.triangles).subspan(first, skin.ends[s] - first), skin.positions});
-    first = skin.ends[s];
+void ContactProbe::Data::forget() {
+  vertices.clear();
+  places.clear();
+  has_scanned = false;
+  for (Watched& each : watched) {
+    each.seen_version = 0;
+    each.seen_renumberings = each.surface->renumberings();
+    each.near.clear();
   }
 }
 
+// What an edit shows is near until all is looked at again.
 void ContactProbe::Data::follow_edits(const Solver& solver) {
-  const bool is_same = std::ranges::equal(surfaces, seen_versions, {},
-                                          [](const auto& surface) { return surface->version(); });
-  if (is_same) {
-    return;
+  const auto vertex_count = static_cast<std::size_t>(solver.vertex_count());
+  const bool has_old_ids =
+      places.size() > vertex_count || std::ranges::any_of(watched, [](const Watched& each) {
+        return each.seen_renumberings != each.surface->renumberings();
+      });
+  if (has_old_ids) {
+    forget();
   }
-  has_scanned = false;
-  seen_versions.clear();
-  all.clear();
-  places.assign(static_cast<std::size_t>(solver.vertex_count()), kInvalidIndex);
-  const auto place_in_all = [&](Index vertex) {
+  places.resize(vertex_count, kInvalidIndex);
+  bool has_changed = false;
+  for (Watched& each : watched) {
+    if (each.seen_version != each.surface->version()) {
+      follow(each);
+      has_changed = true;
+    }
+  }
+  positions.resize(vertices.size());
+  seen_at.resize(vertices.size());
+  if (has_changed && has_scanned) {
+    list_near();
+  }
+}
+
+void ContactProbe::Data::follow(Watched& each) {
+  const auto place_of = [&](Index vertex) {
     if (places[vertex] == kInvalidIndex) {
-      places[vertex] = static_cast<Index>(all.vertices.size());
-      all.vertices.push_back(vertex);
+      places[vertex] = static_cast<Index>(vertices.size());
+      vertices.push_back(vertex);
     }
     return places[vertex];
   };
-  for (const std::shared_ptr<const LiveSurface>& surface : surfaces) {
-    for (const auto& [a, b, c] : surface->triangles()) {
-      if (a != b) {
-        all.triangles.push_back({place_in_all(a), place_in_all(b), place_in_all(c)});
-      }
+  each.surface->collect_changes(each.seen_version, ranges);
+  each.seen_version = each.surface->version();
+  each.triangles.resize(static_cast<std::size_t>(each.surface->slot_count()));
+  for (const SlotRange& range : ranges) {
+    for (Index slot = range.first; slot < range.end; ++slot) {
+      const auto& [a, b, c] = each.surface->triangles()[slot];
+      each.triangles[slot] =
+          a == b ? Triangle{0, 0, 0} : Triangle{place_of(a), place_of(b), place_of(c)};
+      each.near.push_back(slot);
     }
-    all.ends.push_back(all.triangles.size());
-    seen_versions.push_back(surface->version());
   }
+  std::ranges::sort(each.near);
+  each.near.erase(std::unique(each.near.begin(), each.near.end()), each.near.end());
+  std::erase_if(each.near, [&](Index slot) {
+    return slot >= each.surface->slot_count() || each.triangles[slot][0] == each.triangles[slot][1];
+  });
 }
 
 // Whether what was near then is all that can matter now.
@@ -168,30 +198,60 @@ bool ContactProbe::Data::has_slack(double time) const {
   return true;
 }
 
-void ContactProbe::Data::scan(const Solver& solver, double time) {
-  all.read(solver);
-  add_culled(solver, all);
-  cull.find(culled, balls, ContactPatch::kMargin + kSlack);
-  culled.clear();
+void ContactProbe::Data::list_near() {
+  ++lists;
   near.clear();
-  places.assign(all.vertices.size(), kInvalidIndex);
-  const auto place_in_near = [&](Index vertex) {
-    if (places[vertex] == kInvalidIndex) {
-      places[vertex] = static_cast<Index>(near.vertices.size());
-      near.vertices.push_back(all.vertices[vertex]);
-      near.positions.push_back(all.positions[vertex]);
+  read_vertices.clear();
+  for (Watched& each : watched) {
+    each.near_triangles.clear();
+    for (const Index slot : each.near) {
+      each.near_triangles.push_back(each.triangles[slot]);
+      for (const Index vertex : each.triangles[slot]) {
+        if (seen_at[vertex] != lists) {
+          seen_at[vertex] = lists;
+          near.push_back(vertex);
+          read_vertices.push_back(vertices[vertex]);
+        }
+      }
     }
-    return places[vertex];
-  };
-  auto place = cull.places().begin();
-  for (const std::size_t end : all.ends) {
-    for (; place != cull.places().end() && *place < end; ++place) {
-      const auto& [a, b, c] = all.triangles[*place];
-      near.triangles.push_back({place_in_near(a), place_in_near(b), place_in_near(c)});
-    }
-    near.ends.push_back(near.triangles.size());
   }
+}
+
+void ContactProbe::Data::read_near(const Solver& solver) {
+  if (near.empty()) {  // a step may run, and reading would wait for it
+    return;
+  }
+  read_positions.resize(near.size());
+  solver.read_positions(read_vertices, read_positions);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    positions[near[i]] = read_positions[i];
+  }
+}
+
+void ContactProbe::Data::scan(const Solver& solver, double time) {
+  solver.read_positions(vertices, positions);
+  for (const Watched& each : watched) {
+    add_culled(solver, each, {each.triangles, positions});
+  }
+  whole.assign(points.size(), kAll);
+  cull.find(culled, balls, whole, ContactPatch::kMargin + kSlack);
+  culled.clear();
+  auto place = cull.places().begin();
+  std::size_t first = 0;
+  for (Watched& each : watched) {
+    each.near.clear();
+    const std::size_t end = first + each.triangles.size();
+    for (; place != cull.places().end() && *place < end; ++place) {
+      each.near.push_back(static_cast<Index>(*place - first));
+    }
+    first = end;
+  }
+  list_near();
   scanned.assign(balls.begin(), balls.end());
+  near_is_whole.clear();
+  for (const float reach : cull.reaches()) {  // at any pose within slack and margin
+    near_is_whole.push_back(reach + ContactPatch::kMargin);
+  }
   scan_time = time;
   has_scanned = true;
 }
@@ -214,7 +274,7 @@ ContactProbe::ContactProbe(const Solver& solver, std::span<const Index> bodies,
   }
   data_->points.assign(points.begin(), points.end());
   for (const Index body : bodies) {
-    data_->surfaces.push_back(shared_surface(solver.tissue(), body));
+    data_->watched.push_back({shared_surface(solver.tissue(), body)});
   }
 }
 ContactProbe::~ContactProbe() = default;
@@ -227,12 +287,14 @@ void ContactProbe::collect_patch(const Solver& solver, ToolId tool, GraspState g
   data.begin(solver, tool, grasp, sequence, time, patch);
   data.follow_edits(solver);
   if (data.has_slack(time)) {
-    data.near.read(solver);
+    data.read_near(solver);
   } else {
     data.scan(solver, time);
   }
-  data.add_culled(solver, data.near);
-  data.cull.find(data.culled, data.balls, ContactPatch::kMargin);
+  for (const Watched& each : data.watched) {
+    data.add_culled(solver, each, {each.near_triangles, data.positions});
+  }
+  data.whole = data.near_is_whole;
   data.end(patch);
 }
 
@@ -240,15 +302,15 @@ void ContactProbe::collect_patch(std::span<const TouchedSurface> surfaces, const
                                  ToolId tool, GraspState grasp, std::uint64_t sequence, double time,
                                  ContactPatch& patch) {
   Data& data = *data_;
-  if (surfaces.size() != data.surfaces.size()) {
+  if (surfaces.size() != data.watched.size()) {
     throw InvalidArgument("there are " + std::to_string(surfaces.size()) + " surfaces for " +
-                          std::to_string(data.surfaces.size()) + " bodies; one each");
+                          std::to_string(data.watched.size()) + " bodies; one each");
   }
   data.begin(solver, tool, grasp, sequence, time, patch);
-  for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    data.add_culled(solver, s, surfaces[s]);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    data.add_culled(solver, data.watched[i], surfaces[i]);
   }
-  data.cull.find(data.culled, data.balls, ContactPatch::kMargin);
+  data.whole.assign(data.points.size(), kAll);
   data.end(patch);
 }
 

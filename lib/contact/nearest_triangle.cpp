@@ -27,25 +27,25 @@ double angle_at(const std::array<Vector3d, 3>& corners, unsigned on_corners) {
   return std::atan2(first.cross(second).norm(), first.dot(second));
 }
 
-// @param farthest  m
+// By those triangles that have its nearest point, too.
 bool is_outside(std::span<const PatchTriangle> triangles, const Vector3f& point,
-                const Vector3f& away, float farthest) {
+                const NearestTriangle& nearest) {
+  const Vector3d center = point.cast<double>(), touched = nearest.on.cast<double>();
   Vector3d outwards = Vector3d::Zero();
   for (const PatchTriangle& triangle : triangles) {
-    if (!may_reach(triangle, point, farthest)) {
+    if (!may_reach(triangle, point, tied_with(nearest.distance))) {
       continue;
     }
     const std::array<Vector3d, 3> corners{triangle.corners[0].cast<double>(),
                                           triangle.corners[1].cast<double>(),
                                           triangle.corners[2].cast<double>()};
-    const Vector3d center = point.cast<double>();
     const TrianglePoint on = closest_on_triangle(corners[0], corners[1], corners[2], center);
-    if ((center - on.point).norm() <= double{farthest}) {
+    if ((on.point - touched).norm() <= double{kDistanceRounding}) {
       outwards += angle_at(corners, on.corners) *
                   (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
     }
   }
-  return away.cast<double>().dot(outwards) > 0;
+  return nearest.away.cast<double>().dot(outwards) > 0;
 }
 
 }  // namespace
@@ -66,8 +66,7 @@ NearestTriangle find_nearest_triangle(std::span<const PatchTriangle> triangles,
       nearest = {&triangle, on, away, away.norm()};
     }
   }
-  if (nearest.triangle != nullptr &&
-      !is_outside(triangles, point, nearest.away, tied_with(nearest.distance))) {
+  if (nearest.triangle != nullptr && !is_outside(triangles, point, nearest)) {
     nearest.distance = -nearest.distance;
   }
   return nearest;

@@ -120,17 +120,16 @@ float TriangleCull::search(std::span<const CulledSurface> surfaces, const Vector
 }
 
 // Whether a center, which no triangle is in reach of, is nearer than that to one outside.
-bool TriangleCull::is_beside_outside(std::span<const ToolPoint> balls, const Reaches& reaches,
-                                     std::size_t ball,
+bool TriangleCull::is_beside_outside(std::span<const ToolPoint> balls, std::size_t ball,
                                      std::span<const bool> is_outside) const noexcept {
+  const float own_reach = reaches_.distance[static_cast<Eigen::Index>(ball)];
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const float reach = reaches.distance[static_cast<Eigen::Index>(i)];
-    if (!((balls[i].center - balls[ball].center).norm() <
-          reaches.distance[static_cast<Eigen::Index>(ball)])) {
+    if (!((balls[i].center - balls[ball].center).norm() < own_reach)) {
       continue;
     }
     const float distance = find_nearest_triangle(near_.triangles, balls[i].center).distance;
-    if (is_outside[i] || (distance > 0 && distance <= reach)) {
+    if (is_outside[i] ||
+        (distance > 0 && distance <= reaches_.distance[static_cast<Eigen::Index>(i)])) {
       return true;
     }
   }
@@ -138,51 +137,58 @@ bool TriangleCull::is_beside_outside(std::span<const ToolPoint> balls, const Rea
 }
 
 void TriangleCull::find(std::span<const CulledSurface> surfaces, std::span<const ToolPoint> balls,
-                        float margin) {
-  Reaches reaches(balls);
+                        std::span<const float> whole, float margin) {
+  reaches_ = Reaches(balls);
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    reaches.distance[static_cast<Eigen::Index>(i)] =
+    reaches_.distance[static_cast<Eigen::Index>(i)] =
         balls[i].radius + ContactPatch::kReach + margin;
   }
-  take(surfaces, reaches, near_);
+  take(surfaces, reaches_, near_);
 
-  // What is nearest after a move was farther by up to twice that.
   std::array<bool, ContactPacket::kLargestPlaneCount> is_outside{};
   bool is_deep = false;
-  ball_reaches_.clear();
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const Vector3f& center = balls[i].center;
-    const float nearest_corner = near_.nearest_corner[static_cast<Eigen::Index>(i)];
-    float& reach = reaches.distance[static_cast<Eigen::Index>(i)];
-    if (nearest_corner + 2 * margin <= reach) {
-      reach = nearest_corner + 2 * margin;
-    } else {
-      float distance = find_nearest_triangle(near_.triangles, center).distance;
-      if (std::abs(distance) > reach) {
-        distance =
-            is_beside_outside(balls, reaches, i, is_outside) ? kFar : search(surfaces, center);
-      }
-      is_outside[i] = distance > 0;
-      if (!is_outside[i]) {
-        is_deep = true;
-        reach = std::max(reach, 2 * margin - distance);
-      }
+    float& reach = reaches_.distance[static_cast<Eigen::Index>(i)];
+    if (near_.nearest_corner[static_cast<Eigen::Index>(i)] + 2 * margin <= reach) {
+      continue;  // whichever side
     }
-    ball_reaches_.push_back(reach - margin + kDistanceRounding);
+    float distance = find_nearest_triangle(near_.triangles, balls[i].center).distance;
+    if (std::abs(distance) > reach) {
+      distance = is_beside_outside(balls, i, is_outside) ? kFar : search(surfaces, balls[i].center);
+    }
+    // farther than that, only the rim of what is there is near
+    is_outside[i] = distance > 0 || -distance > whole[i];
+    if (!is_outside[i]) {  // what is nearest after a move was farther by up to twice that
+      is_deep = true;
+      reach = std::max(reach, 2 * margin - distance);
+    }
   }
   if (is_deep) {
-    take(surfaces, reaches, near_);
-    return;
+    take(surfaces, reaches_, near_);
   }
+  note_reaches(balls.size(), margin);
+}
+
+void TriangleCull::tighten(float margin) {
+  reaches_.distance = reaches_.distance.min(near_.nearest_corner + 2 * margin);
   std::size_t kept = 0;
   for (std::size_t t = 0; t < near_.triangles.size(); ++t) {
-    if (reaches.meet(near_.triangles[t])) {
+    if (reaches_.meet(near_.triangles[t])) {
       near_.triangles[kept] = near_.triangles[t];
       near_.places[kept++] = near_.places[t];
     }
   }
   near_.triangles.resize(kept);
   near_.places.resize(kept);
+  note_reaches(ball_reaches_.size(), margin);
+}
+
+void TriangleCull::note_reaches(std::size_t count, float margin) {
+  ball_reaches_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    ball_reaches_.push_back(reaches_.distance[static_cast<Eigen::Index>(i)] - margin +
+                            kDistanceRounding);
+  }
 }
 
 }  // namespace pbdsurg

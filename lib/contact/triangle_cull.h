@@ -30,12 +30,18 @@ class TriangleCull {
   /// All that can be nearest to a ball's center once that has moved by a margin, of balls that are
   /// then inside of tissue or have some within ContactPatch::kReach.
   /// @param balls   in the scene, at most as many as a packet has planes
+  /// @param whole   [ball] m: nearer than this no triangle is missing; what has none is outside
   /// @param margin  m, positive
   /// @throws InvalidArgument  naming the triangle with a corner that is not among the positions
   void find(std::span<const CulledSurface> surfaces, std::span<const ToolPoint> balls,
-            float margin);
+            std::span<const float> whole, float margin);
 
-  /// [n] what find() found, in the order of surfaces and their triangles
+  /// Leaves out of them what lies beyond the nearest triangle of each ball, however it moves by the
+  /// margin. That needs the surfaces to stay what they are.
+  /// @param margin  m, that of find()
+  void tighten(float margin);
+
+  /// [n] what is left, in the order of surfaces and their triangles
   [[nodiscard]] std::span<const PatchTriangle> triangles() const noexcept {
     return near_.triangles;
   }
@@ -65,11 +71,12 @@ class TriangleCull {
   };
 
   static void take(std::span<const CulledSurface> surfaces, const Reaches& reaches, Taken& taken);
-  [[nodiscard]] bool is_beside_outside(std::span<const ToolPoint> balls, const Reaches& reaches,
-                                       std::size_t ball,
+  [[nodiscard]] bool is_beside_outside(std::span<const ToolPoint> balls, std::size_t ball,
                                        std::span<const bool> is_outside) const noexcept;
   [[nodiscard]] float search(std::span<const CulledSurface> surfaces, const Eigen::Vector3f& point);
+  void note_reaches(std::size_t count, float margin);
 
+  Reaches reaches_{{}};
   std::vector<float> ball_reaches_;
   Taken near_, searched_;
 };

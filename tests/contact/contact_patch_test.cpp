@@ -15,6 +15,7 @@
 #include "pbdsurg/base/mailbox.h"
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/contact/contact_probe.h"
+#include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/tissue/library.h"
 #include "pbdsurg/views/live_surface.h"
 
@@ -79,6 +80,18 @@ class Ruin {
   }
 
   Solver& solver() { return solver_; }
+  void remove_some(std::uint64_t seed, double share) {
+    const Tissue& tissue = solver_.tissue();
+    std::vector<Index> tets;
+    for (Index tet = 0; tet < static_cast<Index>(tissue.tets().size()); ++tet) {
+      const Index corner = tissue.tets()[static_cast<std::size_t>(tet)][0];
+      const double height = tissue.rest_positions()[static_cast<std::size_t>(corner)].z();
+      if (height > 30e-3 && tissue.is_tet_alive(tet) && random_unit(seed, tet, 0) < share) {
+        tets.push_back(tet);
+      }
+    }
+    solver_.tissue().apply({.remove_tets = tets});
+  }
   [[nodiscard]] const std::vector<std::shared_ptr<const LiveSurface>>& surfaces() const {
     return surfaces_;
   }
@@ -164,7 +177,7 @@ struct Kinds {
 }  // namespace
 
 // Would catch a margin that is too small, an order of triangles that is another, a deep point whose
-// nearest triangle is left out, and positions that are old.
+// nearest triangle is left out, positions that are old, and ids and edits that are followed late.
 TEST_CASE("contact patch: a packet has the bits of a search through all triangles",
           "[validation]") {
   constexpr int kPoses = 400;
@@ -188,6 +201,19 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
     }
     solver.move_tool(tool, pose);
     ruin.step(Ruin::at_top(6e-3F + 0.5e-3F * std::sin(0.1F * static_cast<float>(i))));
+    if (i % 7 == 3) {
+      ruin.remove_some(10 + i, 0.03);
+    } else if (i % 14 == 5 || i == 105) {
+      solver.tissue().undo();
+    } else if (i == 104) {
+      Scene more;
+      more.add_body("more", testing::make_box({1, 1, 1}, kEdge));
+      solver.tissue().apply({.new_bodies = more});
+    } else if (i == 202) {
+      Compaction compaction(solver);
+      compaction.build();
+      static_cast<void>(compaction.finish(solver));
+    }
     const double time = 1e-3 * i;
     const auto sequence = static_cast<std::uint64_t>(i) + 1;
     reading.collect_patch(solver, tool, GraspState::open, sequence, time, read);
@@ -222,6 +248,32 @@ TEST_CASE("contact patch: a packet has the bits of a search through all triangle
   CHECK(kinds.deep > kPoses / 40);
   CHECK(looked_elsewhere > kPoses);
   CHECK(kept / kPoses < 0.1);
+}
+
+// A ball on one block, another in the gap to the next, which is farther from all that is near the
+// first than it can feel. Would catch that one taken for deep in tissue, as the edge of what is
+// near may face away.
+TEST_CASE("contact patch: what is near one point tells nothing of another", "[unit]") {
+  constexpr float kWide = 30e-3F;
+  const TetMesh block = testing::make_box({10, 10, 10}, kEdge);
+  std::vector<Eigen::Vector3d> beside(block.positions().begin(), block.positions().end());
+  for (Eigen::Vector3d& x : beside) {
+    x.x() += 4.0 * double{kWide};
+  }
+  Scene scene;
+  scene.add_body("one", block);
+  scene.add_body("next", TetMesh(beside, {block.tets().begin(), block.tets().end()}));
+  Solver solver(scene);
+  const ToolId tool = solver.add_tool({}, pose_at({4e-3F, 15e-3F, kWide + 3e-3F}, {0, 0, 1e-3F}));
+  const std::vector<ToolPoint> points{{{0, 0, 0}, 4e-3F}, {{71e-3F, 0, -15e-3F}, 4e-3F}};
+  ContactProbe probe(solver, std::vector<Index>{0, 1}, points);
+  for (std::uint64_t step = 1; step < 4; ++step) {  // all, then what is near
+    const ContactPacket packet = make_contact_packet(probe, solver, tool, GraspState::open, step,
+                                                     1e-3 * static_cast<double>(step));
+    CAPTURE(step);
+    REQUIRE(packet.plane_count == 1);
+    CHECK(packet.planes[0].normal[2] > 0.99F);
+  }
 }
 
 // Would catch a patch that looks at the solver later, and a packet that depends on when it is made.

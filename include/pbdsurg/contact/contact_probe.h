@@ -47,11 +47,12 @@ class PBDSURG_API ContactProbe {
   /// of its triangles are those of the whole surfaces, to the bit.
   ///
   /// Reads from the solver the vertices around the tool alone, from a device in one transfer, and
-  /// looks at all others when the tool and kFastestTissue may have gone 3 mm, after an edit, or if
-  /// time goes back. After Solver::write_positions() and restore() that may be 12 ms late.
+  /// those that edits show; all others once the tool and kFastestTissue may have gone 3 mm, after a
+  /// compaction, or if time goes back. After Solver::write_positions() and restore() that may be 12
+  /// ms late.
   ///
   /// Cost: O(triangles around the tool), 0.03 ms of eight points on 10,800 triangles; where it
-  /// looks at all O(triangles), 0.11 ms (contact_probe_bench, one of two cores of a Xeon at 2.6
+  /// looks at all O(triangles), 0.1 ms (contact_probe_bench, one of two cores of a Xeon at 2.6
   /// GHz, both busy).
   /// @param grasp     what the tool does to tissue now, as the solver does not tell
   /// @param sequence  of the step, above zero
