@@ -25,7 +25,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path out = "out/tables";
-  std::string executor = "best", heat = "threads:4";
+  std::string executor = "best", heat = "serial";
   double seconds = 15;
   std::vector<int> rows{1, 2, 3, 4, 5};
   bool quick = false;
