@@ -265,6 +265,7 @@ TEST_CASE("cautery: bad values are refused by name", "[unit]") {
   CHECK_THROWS_WITH(make(0, {.tearing_loss = 2}), ContainsSubstring("tearing_loss"));
   CHECK_THROWS_WITH(make(0, {.boiled_shrinkage = 0.2}),
                     ContainsSubstring("boiled_shrinkage is 0.2, which nothing would read"));
+  CHECK_THROWS_WITH(make(0, {.shrink_limit = -1}), ContainsSubstring("shrink_limit"));
   CHECK_THROWS_WITH(make(0, {.link_energy = -1}), ContainsSubstring("link_energy"));
   const ThermalBody twice[] = {{0, kFat}, {0, kFat}};
   CHECK_THROWS_WITH(Cautery(solver.tissue(), twice), ContainsSubstring("given twice"));
