@@ -47,8 +47,10 @@ TEST_CASE("controls: pedals are down while keys are, and up when the window lose
   CHECK(pedals() == Pedals{true, true});
   room.handle({KeyInput{Key::c, false}});
   CHECK(pedals() == Pedals{false, true});
+  const std::uint32_t let_gos = room.orders.let_gos;
   room.handle({FocusInput{false}});
   CHECK(pedals() == Pedals{});
+  CHECK(room.orders.let_gos == let_gos + 1);  // pedals that are no keys
   room.controls.press_on_screen({true, false});
   CHECK(pedals() == Pedals{true, false});
   room.handle({FocusInput{false}});

@@ -2,6 +2,7 @@
 #include "apps/cholecystectomy/play/simulation_thread.h"
 
 #include <algorithm>
+#include <atomic>
 #include <thread>
 
 #include "apps/cholecystectomy/play/hand.h"
@@ -106,6 +107,27 @@ TEST_CASE("simulation thread: shows organs first, plays, pauses, steps and begin
   CHECK(anew.whole.size() == kOrganCount + 1);
   CHECK(anew.step < 100);
   CHECK(anew.all_steps >= still + 2 + anew.step);
+}
+
+// Would catch a rig whose pedals burn on when the window has lost the keyboard.
+TEST_CASE("simulation thread: lets go of pedals as often as it is told", "[session]") {
+  std::atomic<int> let_gos = 0;
+  SimulationThread::Options options = Threaded::options();
+  options.on_let_go = [&] { ++let_gos; };
+  Threaded play(std::move(options));
+  const auto step_on = [&] {
+    const std::int64_t step = play.await([](const SceneState&) { return true; }).all_steps;
+    play.await([&](const SceneState& state) { return state.all_steps > step + 3; });
+  };
+  step_on();
+  CHECK(let_gos == 0);
+  for (const int told : {1, 2}) {
+    Orders orders;
+    orders.let_gos = static_cast<std::uint32_t>(told);
+    play.order(orders);
+    step_on();
+    CHECK(let_gos == told);
+  }
 }
 
 // Would catch an undo that no state tells of, a pedal that burns on, or a clock that stands still.

@@ -164,6 +164,25 @@ TEST_CASE("rig: jaws and pedals of emulated hands", "[unit]") {
   CHECK(desk.pedals.back() == pbdsurg::Pedals{.cut = true});
 }
 
+// Would catch a current that goes on, or comes back, when the window has lost the keyboard.
+TEST_CASE("rig: pedals that were let go stay up until they are pressed anew", "[unit]") {
+  PressingDesk desk(emulator(), 3.5);
+  REQUIRE(desk.pedals.back() == pbdsurg::Pedals{.cut = true});
+  desk.rig.let_go();
+  desk.run(1);
+  CHECK(desk.pedals.back() == pbdsurg::Pedals{});
+  const Vector3f tip = places().tips[1];
+  desk.rig.rehearse({std::vector<pbdsurg::Waypoint>{},
+                     {{.time = 0, .tip = tip},
+                      {.time = 0.2, .tip = tip},
+                      {.time = 0.4, .tip = tip, .pedals = {.cut = true}},
+                      {.time = 9, .tip = tip, .pedals = {.cut = true}}}});
+  desk.run(0.1);
+  CHECK(desk.pedals.back() == pbdsurg::Pedals{});
+  desk.run(0.9);
+  CHECK(desk.pedals.back() == pbdsurg::Pedals{.cut = true});
+}
+
 // Would catch feet that are an arm's: who loses one would lose all current with it.
 TEST_CASE("rig: pedals outlive an arm", "[unit]") {
   for (const Side side : kSides) {
