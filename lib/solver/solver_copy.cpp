@@ -35,6 +35,8 @@ SolverCopy::SolverCopy(const Solver& solver) {
   options_ = data.options;
   substep_rule_ = data.substep_rule;
   gravity_ = data.gravity;
+  body_gravities_ = data.body_gravities;
+  gravities_ = data.gravities;
   place_of_vertex_ = data.place_of_vertex;
   state_ = without_tools(data.copy(0));
   constraints_ = data.sets;
@@ -53,6 +55,8 @@ Solver SolverCopy::make(Tissue& tissue) const {
   data.options = options_;
   data.substep_rule = substep_rule_;
   data.gravity = gravity_;
+  data.body_gravities = body_gravities_;
+  data.gravities = gravities_;
   data.place_of_vertex = place_of_vertex_;
   static_cast<ConstraintData&>(data.sets) = constraints_;
   data.vertex_blocks = vertex_blocks_;
@@ -77,6 +81,7 @@ std::size_t SolverCopy::memory_bytes() const noexcept {
   std::size_t bytes =
       bytes_of(place_of_vertex_) + bytes_of(state_.particles) + bytes_of(state_.velocities) +
       bytes_of(state_.carries) + bytes_of(state_.ways) + bytes_of(state_.velocities_before) +
+      bytes_of(state_.forces) + bytes_of(body_gravities_) + bytes_of(gravities_) +
       constraints_.distance_ids.memory_bytes() + constraints_.edge_owners.memory_bytes() +
       vertex_blocks_.memory_bytes() + coarse_space_.memory_bytes() + stable_substep_.memory_bytes();
   constraints_.for_each_set([&](const auto& set) { bytes += set.memory_bytes(); });
@@ -100,6 +105,8 @@ SolverMotion motion_of(const Solver& solver) {
   }
   motion.watched_places = data.watched_places;
   motion.steps_since_convergence = data.steps_since_convergence;
+  motion.gravity = data.gravity;
+  motion.body_gravities = data.body_gravities;
   return motion;
 }
 
@@ -107,6 +114,8 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
   SolverData& data = solver_data(solver);
   data.watched_places = motion.watched_places;
   data.steps_since_convergence = motion.steps_since_convergence;
+  data.gravity = motion.gravity;
+  data.set_body_gravities(solver.tissue(), motion.body_gravities);
   for (Index i = 0; i < data.copy_count(); ++i) {
     const SolverMotion::OfCopy& own = motion.copies[i];
     CopyState& state = data.copy(i);
@@ -125,12 +134,13 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
 }
 
 std::size_t memory_bytes(const SolverMotion& motion) noexcept {
-  std::size_t bytes = bytes_of(motion.watched_places);
+  std::size_t bytes = bytes_of(motion.watched_places) + bytes_of(motion.body_gravities);
   for (const SolverMotion::OfCopy& copy : motion.copies) {
     const Snapshot& snapshot = copy.snapshot;
     bytes += bytes_of(snapshot.positions) + bytes_of(snapshot.velocities) +
              bytes_of(snapshot.falling) + bytes_of(snapshot.roundings) + bytes_of(snapshot.ways) +
-             bytes_of(snapshot.velocities_before) + bytes_of(copy.watched_positions);
+             bytes_of(snapshot.velocities_before) + bytes_of(snapshot.forces) +
+             bytes_of(copy.watched_positions);
     for (const ToolState& tool : copy.tools) {
       bytes += sizeof(tool) + bytes_of(tool.capsules) + bytes_of(tool.attachments);
     }

@@ -40,6 +40,8 @@ class PBDSURG_API SolverCopy {
   SolverOptions options_;
   SubstepRule substep_rule_;
   Eigen::Vector3f gravity_;
+  std::vector<Eigen::Vector3f> body_gravities_;
+  std::vector<Load> gravities_;
   std::vector<Index> place_of_vertex_;
   CopyState state_;
   ConstraintData constraints_;
@@ -49,7 +51,8 @@ class PBDSURG_API SolverCopy {
   StepPlan plan_;
 };
 
-/// All that moves in a solver: of each copy, vertices and tools with what they hold.
+/// All that moves in a solver, and what moves it: of each copy, vertices with the forces at them,
+/// and tools with what they hold.
 struct SolverMotion {
   struct OfCopy {
     Snapshot snapshot;
@@ -60,6 +63,8 @@ struct SolverMotion {
   std::vector<OfCopy> copies;
   std::vector<Index> watched_places;
   Index steps_since_convergence;
+  Eigen::Vector3f gravity;
+  std::vector<Eigen::Vector3f> body_gravities;
 };
 
 [[nodiscard]] PBDSURG_API SolverMotion motion_of(const Solver& solver);
