@@ -117,9 +117,11 @@ void set_motion(Solver& solver, const SolverMotion& motion) {
   data.gravity = motion.gravity;
   data.set_body_gravities(solver.tissue(), motion.body_gravities);
   for (Index i = 0; i < data.copy_count(); ++i) {
+    data.copy(i).tools = motion.copies[i].tools;  // a plan asks for those of all copies
+  }
+  for (Index i = 0; i < data.copy_count(); ++i) {
     const SolverMotion::OfCopy& own = motion.copies[i];
     CopyState& state = data.copy(i);
-    state.tools = own.tools;
     Snapshot snapshot = own.snapshot;
     snapshot.tissue = solver.tissue().identified_version();
     solver.restore(snapshot, i);

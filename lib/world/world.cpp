@@ -162,8 +162,40 @@ Index World::add_hinges(BodyId body, float rigidity) {
 }
 
 void World::set_gravity(const Eigen::Vector3f& gravity) {
-  data_->check_is_scene("gravity");
-  data_->scene.set_gravity(gravity);
+  if (data_->solver == nullptr) {
+    data_->scene.set_gravity(gravity);
+  } else {
+    data_->solver->set_gravity(gravity);
+  }
+}
+
+void World::set_gravity(BodyId body, const Eigen::Vector3f& gravity) {
+  const Index of_tissue = data_->bodies.in_tissue(body);
+  data_->make_solver();
+  data_->solver->set_gravity(of_tissue, gravity);
+}
+
+std::vector<Index> World::vertices_with_tissue(BodyId body) {
+  const Index of_tissue = data_->bodies.in_tissue(body);
+  data_->make_solver();
+  const Tissue& tissue = *data_->tissue;
+  std::vector<Index> vertices;
+  for (Index v = 0; v < tissue.vertex_count(); ++v) {
+    if (tissue.body_of_vertex(v) == of_tissue && tissue.has_tissue(v)) {
+      vertices.push_back(v);
+    }
+  }
+  return vertices;
+}
+
+void World::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces) {
+  data_->make_solver();
+  data_->solver->set_forces(vertices, forces);
+}
+
+void World::clear_forces() {
+  data_->make_solver();
+  data_->solver->clear_forces();
 }
 
 void World::remove_body(BodyId body) {
