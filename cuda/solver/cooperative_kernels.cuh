@@ -360,7 +360,7 @@ struct BegunVertex {
     return start_of(motion, flight(motion), base.w, falling);
   }
   /// Goes to the end of the substep.
-  /// @param motion  flying_motion()
+  /// @param motion  falling_motion()
   /// @param u       m, the displacement
   __device__ void end(const FreeMotion<float>& motion, const Vec3<float>& u) {
     const Settled<float> end = settle(motion, position_of(base), base.w, velocity, rounding, u);
@@ -577,7 +577,7 @@ __global__ void __launch_bounds__(kBlockThreads)
         BegunVertex vertex;
         vertex.load(state, corner);
         const FreeMotion<float> motion = falling_motion(state, input->motion, place_at(corner));
-        vertex.end(flying_motion(state, motion, vertex.base.w, place_at(corner)), moved);
+        vertex.end(motion, moved);
         vertex.store(state, corner);
         if (!ends_step) {
           store_counted(&at(next_points, corner),

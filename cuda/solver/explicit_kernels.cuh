@@ -40,7 +40,7 @@ struct PushedVertex {
     const FreeMotion<float> flying = flying_motion(state, falling, w, place);
     const Vec3<float> pushed = begun.flight(flying) + pushed_flight(force, w, inverse_dt_squared);
     // what no force moves stays where it begins, as in push_blocks()
-    begun.end(flying, w > 0 && is_finite_way(pushed) ? pushed : begun.start(falling));
+    begun.end(falling, w > 0 && is_finite_way(pushed) ? pushed : begun.start(falling));
     own = fixed_point(position_of(begun.base), begun.rounding, unit);
   }
 };

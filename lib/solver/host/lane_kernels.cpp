@@ -310,50 +310,54 @@ HWY_INLINE void for_each_register(const VertexRange& range, const Visit& visit) 
   }
 }
 
-/// As falling_motion() and flying_motion() of a register of vertices.
-struct MotionLanes {
-  FreeMotion<Lanes> falling, flying;
-
-  HWY_INLINE MotionLanes(const VertexRange& range, const FreeMotion<Lanes>& motion, Index first,
-                         Index count, const Lanes& w)
-      : falling(motion), flying(motion) {
-    if (range.gravities != nullptr) {
-      falling = flying = under(motion, QuadLanes(range.gravities, first, count).load().x);
-    }
-    if (range.forces != nullptr) {
-      flying = pushed_by(QuadLanes(range.forces, first, count).load().x, w, falling);
-    }
+/// As falling_motion() of a register of vertices.
+HWY_INLINE FreeMotion<Lanes> falling_motion(const VertexRange& range,
+                                            const FreeMotion<Lanes>& motion, Index first,
+                                            Index count) {
+  if (range.gravities == nullptr) {
+    return motion;
   }
-};
+  const ParticleLanes gravity = QuadLanes(range.gravities, first, count).load();
+  return under(gravity.x, gravity.w, motion);
+}
 
-/// Calls visit(first, count, particles, falling, flying) as for_each_register().
+/// As flying_motion().
+HWY_INLINE FreeMotion<Lanes> flying_motion(const VertexRange& range,
+                                           const FreeMotion<Lanes>& falling, const Lanes& w,
+                                           Index first, Index count) {
+  return range.forces == nullptr
+             ? falling
+             : pushed_by(QuadLanes(range.forces, first, count).load().x, w, falling);
+}
+
+/// Calls visit(first, count, falling) as for_each_register(), with falling_motion().
 template <class Visit>
-HWY_INLINE void for_each_motion(const VertexRange& range, const FreeMotion<float>& single,
-                                const Visit& visit) {
+HWY_INLINE void for_each_falling(const VertexRange& range, const FreeMotion<float>& single,
+                                 const Visit& visit) {
   const FreeMotion<Lanes> motion = broadcast(single);
-  if (range.forces == nullptr && range.gravities == nullptr) {
-    for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
-      visit(first, count, QuadLanes(range.particles, first, count).load(), motion, motion);
-    });
+  if (range.gravities == nullptr) {
+    for_each_register(range, [&](Index first, Index count)
+                                 PBDSURG_INLINE_LAMBDA { visit(first, count, motion); });
     return;
   }
   for_each_register(range, [&](Index first, Index count) PBDSURG_INLINE_LAMBDA {
-    const ParticleLanes p = QuadLanes(range.particles, first, count).load();
-    const MotionLanes own(range, motion, first, count, p.w);
-    visit(first, count, p, own.falling, own.flying);
+    visit(first, count, falling_motion(range, motion, first, count));
   });
 }
 
 HWY_FLATTEN void predict_positions(const VertexRange& range, const FreeMotion<float>& single) {
-  for_each_motion(range, single,
-                  [&](Index first, Index count, ParticleLanes p, const FreeMotion<Lanes>&,
-                      const FreeMotion<Lanes>& motion) PBDSURG_INLINE_LAMBDA {
-                    QuadLanes(range.previous, first, count).store(p);
-                    const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
-                    p.x = select(p.w > Lanes(0),
-                                 p.x + motion.h * (motion.keep * velocity + motion.kick), p.x);
-                    QuadLanes(range.particles, first, count).store(p);
-                  });
+  for_each_falling(
+      range, single,
+      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+        QuadLanes particles(range.particles, first, count);
+        QuadLanes previous(range.previous, first, count);
+        ParticleLanes p = particles.load();
+        previous.store(p);
+        const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
+        const FreeMotion<Lanes> motion = flying_motion(range, falling, p.w, first, count);
+        p.x = select(p.w > Lanes(0), p.x + motion.h * (motion.keep * velocity + motion.kick), p.x);
+        particles.store(p);
+      });
 }
 
 HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<float>& motion) {
@@ -367,17 +371,17 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<fl
 
 HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotion<float>& single) {
   const Lanes unit(range.unit), inverse_unit(1 / range.unit);
-  for_each_motion(
+  for_each_falling(
       range, single,
-      [&](Index first, Index count, const ParticleLanes& p, const FreeMotion<Lanes>& falling,
-          const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
+      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+        const ParticleLanes p = QuadLanes(range.particles, first, count).load();
         const Lanes w = p.w;
         const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
         const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
-        const auto flight_in = [&](const FreeMotion<Lanes>& own) PBDSURG_INLINE_LAMBDA {
-          return flight_of(own, carry.x, flying_velocity(own, velocity, w));
+        const auto flight_in = [&](const FreeMotion<Lanes>& motion) PBDSURG_INLINE_LAMBDA {
+          return flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
         };
-        Vec3<Lanes> u = flight_in(flying);
+        Vec3<Lanes> u = flight_in(flying_motion(range, falling, w, first, count));
         if (range.flights != nullptr) {
           QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
           u = start_of(falling, range.forces == nullptr ? u : flight_in(falling), w, carry.w);
@@ -389,18 +393,20 @@ HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotio
 }
 
 HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& single) {
-  for_each_motion(range, single,
-                  [&](Index first, Index count, const ParticleLanes& p, const FreeMotion<Lanes>&,
-                      const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
-                    QuadLanes velocities(range.velocities, first, count);
-                    QuadLanes carries(range.carries, first, count);
-                    const Settled<Lanes> end =
-                        pbdsurg::settle(flying, p.x, p.w, velocities.load().x, carries.load().x,
-                                        QuadLanes(range.displacements, first, count).load().x);
-                    QuadLanes(range.particles, first, count).store({end.x, p.w});
-                    velocities.store({end.velocity, Lanes(0)});
-                    carries.store({end.rounding, end.falling});
-                  });
+  for_each_falling(
+      range, single,
+      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+        QuadLanes particles(range.particles, first, count);
+        QuadLanes velocities(range.velocities, first, count);
+        QuadLanes carries(range.carries, first, count);
+        const ParticleLanes p = particles.load();
+        const Settled<Lanes> end =
+            pbdsurg::settle(falling, p.x, p.w, velocities.load().x, carries.load().x,
+                            QuadLanes(range.displacements, first, count).load().x);
+        particles.store({end.x, p.w});
+        velocities.store({end.velocity, Lanes(0)});
+        carries.store({end.rounding, end.falling});
+      });
 }
 
 HWY_FLATTEN void displace(const VertexRange& range, Particle* moves) {

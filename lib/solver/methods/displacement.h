@@ -45,20 +45,21 @@ struct FreeMotion {
 };
 
 /// Of a vertex with a gravity of its own.
-/// @param gravity  m/s^2
+/// @param gravity         m/s^2
+/// @param inverse_square  s^4/m^2, of it; zero without gravity
 template <class Scalar>
-PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> under(FreeMotion<Scalar> motion,
-                                                    const Vec3<Scalar>& gravity) {
-  const Scalar square = dot(gravity, gravity);
+PBDSURG_HOST_DEVICE inline FreeMotion<Scalar> under(const Vec3<Scalar>& gravity,
+                                                    Scalar inverse_square,
+                                                    FreeMotion<Scalar> motion) {
   motion.kick = motion.kick_time * gravity;
   motion.fall = motion.fall_square * gravity;
-  motion.gravity_per_square = select(square > Scalar(0), Scalar(1) / square, Scalar(0)) * gravity;
+  motion.gravity_per_square = inverse_square * gravity;
   return motion;
 }
 
 /// Of a vertex that a force from outside pushes. It is part of the flight, so that sweeps end where
 /// all forces balance, but not of start_of(): a force on few light vertices would throw these far
-/// out of what they belong to.
+/// out of what they belong to. Nor of settle(), whose velocity does not depend on the kick.
 /// @param force  N
 /// @param w      1/kg
 template <class Scalar>

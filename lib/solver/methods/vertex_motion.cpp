@@ -25,7 +25,11 @@ FreeMotion<float> free_motion(const SolverData& data, float h) noexcept {
 
 FreeMotion<float> falling_motion(const SolverData& data, const FreeMotion<float>& motion,
                                  Index place) noexcept {
-  return data.gravities.empty() ? motion : under(motion, load(data.gravities[place]));
+  if (data.gravities.empty()) {
+    return motion;
+  }
+  const Load& gravity = data.gravities[place];
+  return under(load(gravity), gravity.inverse_square, motion);
 }
 
 FreeMotion<float> flying_motion(const CopyState& copy, const FreeMotion<float>& falling,
@@ -146,17 +150,17 @@ void predict_displacements(const StepContext& step, const FreeMotion<float>& mot
 }
 
 void settle_vertices(const StepContext& step, const FreeMotion<float>& motion) {
-  const auto settle_vertex = [&](std::size_t v, const auto&, const FreeMotion<float>& flying) {
+  for (std::size_t v = 0; v < step.copy.particles.size(); ++v) {
     Particle& p = step.copy.particles[v];
     Carry& carry = step.copy.carries[v];
     Velocity& velocity = step.copy.velocities[v];
-    const Settled<float> end = settle(flying, load(p), p.w, load(velocity), load(carry),
-                                      load(step.scratch.displacements[v]));
+    const Settled<float> end =
+        settle(falling_motion(step.data, motion, static_cast<Index>(v)), load(p), p.w,
+               load(velocity), load(carry), load(step.scratch.displacements[v]));
     store(p, end.x);
     velocity = {end.velocity.x, end.velocity.y, end.velocity.z};
     carry = {end.rounding.x, end.rounding.y, end.rounding.z, end.falling};
-  };
-  for_each_motion(step, motion, settle_vertex);
+  }
 }
 
 void recall_past(const StepContext& step, float past_share, Index first, Index last) {

@@ -58,7 +58,7 @@ struct alignas(16) Carry {
 /// What acts on a vertex from outside, as wide as a particle.
 struct alignas(16) Load {
   float x = 0, y = 0, z = 0;  ///< N of a force, m/s^2 of a gravity
-  float unused = 0;
+  float inverse_square = 0;   ///< s^4/m^2, of a gravity that is not zero
 };
 
 /// What BDF2 remembers of the substep before, as wide as a particle each; see displacement.h.

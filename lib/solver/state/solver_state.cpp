@@ -8,6 +8,7 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "lib/solver/methods/vertex_blocks.h"
+#include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
 
@@ -111,8 +112,7 @@ void SolverState::set_body_gravities(const Tissue& tissue, std::vector<Eigen::Ve
     loads.reserve(particles.capacity());
     loads.resize(particles.size());
     for (Index v = 0; v < tissue.vertex_count(); ++v) {
-      const Eigen::Vector3f& g = own[tissue.body_of_vertex(v)];
-      loads[place_of_vertex[v]] = {g.x(), g.y(), g.z()};
+      loads[place_of_vertex[v]] = gravity_load(own[tissue.body_of_vertex(v)]);
     }
     own.reserve(own.size() + 1);
   }

@@ -11,6 +11,7 @@
 #include "lib/solver/methods/vertex_motion.h"
 #include "lib/solver/sets/nested_domains.h"
 #include "lib/solver/solver_options.h"
+#include "lib/solver/state/load_store.h"
 
 namespace pbdsurg {
 
@@ -206,9 +207,9 @@ void StateFollower::add_bodies(const Scene& scene, Index first_vertex) {
     }
   }
   if (!state_.gravities.empty()) {
-    const Eigen::Vector3f& g = state_.gravity;
-    state_.gravities.resize(count, {g.x(), g.y(), g.z()});
-    state_.body_gravities.resize(state_.body_gravities.size() + scene.bodies().size(), g);
+    state_.gravities.resize(count, gravity_load(state_.gravity));
+    state_.body_gravities.resize(state_.body_gravities.size() + scene.bodies().size(),
+                                 state_.gravity);
   }
   for (const Index place : places) {
     state_.log_moved(static_cast<Index>(state_.place_of_vertex.size()));
