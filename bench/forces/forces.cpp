@@ -154,23 +154,27 @@ Outcome push_free_body(SolverOptions options) {
   return {momentum / mass, 50 * 25 * double{kStep}};
 }
 
-// ms, of a step with a force at each vertex and a gravity of the body's own, and of one without.
-Outcome time_steps(const SolverOptions& options, bool quick) {
+// ms, of a step with a force at each vertex, or a gravity of the body's own, and of one without.
+Outcome time_steps(const SolverOptions& options, bool has_forces, bool quick) {
   const Scene scene =
       make_block(quick ? std::array<Index, 3>{6, 6, 6} : std::array<Index, 3>{16, 16, 12});
   Scene other = scene;
   other.add_body("far", testing::make_box({1, 1, 1}, kEdge), neo_hookean(10e3, 0.4));
   Solver plain(other, options), loaded(other, options);
-  loaded.set_forces([&](Index v, const Eigen::Vector3f&) -> Eigen::Vector3f {
-    return static_cast<float>(other.masses()[v]) * Eigen::Vector3f(1, 0, 0);
-  });
-  loaded.set_gravity(0, {0, -9.8F, 0});
+  if (has_forces) {
+    loaded.set_forces([&](Index v, const Eigen::Vector3f&) -> Eigen::Vector3f {
+      return static_cast<float>(other.masses()[v]) * Eigen::Vector3f(1, 0, 0);
+    });
+  } else {
+    loaded.set_gravity(0, {0, -9.8F, 0});
+  }
   std::vector<double> with, without;
   for (int pair = 0; pair < (quick ? 10 : 150); ++pair) {
     without.push_back(time_of([&] { plain.step(kStep); }));
     with.push_back(time_of([&] { loaded.step(kStep); }));
   }
-  return {median(with), median(without)};
+  constexpr double kShare = 0.1;  // of turns, which others on the machine disturb the least
+  return {quantile(with, kShare), quantile(without, kShare)};
 }
 
 void run(const Arguments& arguments) {
@@ -178,8 +182,10 @@ void run(const Arguments& arguments) {
       {"block pulled aside by 0.05 N at 30 vertices", "mm", pull_block},
       {"gravity turned by a quarter in motion", "mm", turn_block},
       {"free body pushed for 50 ms", "m/s", push_free_body},
-      {"time of a step, beside one without", "ms",
-       [&](const SolverOptions& options) { return time_steps(options, arguments.quick); }}};
+      {"time of a step with a force at each vertex", "ms",
+       [&](const SolverOptions& options) { return time_steps(options, true, arguments.quick); }},
+      {"time of a step with a body's own gravity", "ms",
+       [&](const SolverOptions& options) { return time_steps(options, false, arguments.quick); }}};
   const std::vector<Column> columns{{"method", "method", 0},     {"backend", "backend", 0},
                                     {"unit", "unit", 0},         {"value", "value", 4},
                                     {"expected", "expected", 4}, {"error_percent", "error, %", 2}};
@@ -187,7 +193,7 @@ void run(const Arguments& arguments) {
   std::string text =
       "# Forces\n\n- value: of the solver; expected: of the static solution of the same mesh by "
       "Newton's method in double precision, or of the closed form; of time, that of a step "
-      "without forces and with one gravity, the medians of pairs by turns\n\n" +
+      "without, of pairs by turns the quickest tenth\n\n" +
       markdown_header("case", columns);
   for (const Case& each : cases) {
     for (const Method& method : kMethods) {
