@@ -41,28 +41,29 @@ unsigned way_of(const Arguments& arguments) {
 }
 
 // Options that not all ways have.
-constexpr std::array kOwnOptions{
-    std::pair("--seed", kScript),
-    std::pair("--time-scale", kScript),
-    std::pair("--no-pictures", kScript | kVirtualTime),
-    std::pair("--virtual-time", kVirtualTime | kRigCheck),
-    std::pair("--settings", kWindow),
-    std::pair("--pictures", kWindow),
-    std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
-    std::pair("--seconds", kVirtualTime),
-    std::pair("--record", kVirtualTime | kWindow),
-    std::pair("--organ", kScript | kVirtualTime | kWindow),
-    std::pair("--paper", kScript | kVirtualTime | kWindow),
-    std::pair("--detail", kScript | kVirtualTime | kWindow)};
+constexpr std::array kOwnOptions{std::pair("--seed", kScript),
+                                 std::pair("--time-scale", kScript),
+                                 std::pair("--no-pictures", kScript | kVirtualTime),
+                                 std::pair("--virtual-time", kVirtualTime | kRigCheck),
+                                 std::pair("--settings", kWindow),
+                                 std::pair("--pictures", kWindow),
+                                 std::pair("--devices", kVirtualTime | kRigCheck | kWindow),
+                                 std::pair("--seconds", kVirtualTime),
+                                 std::pair("--record", kVirtualTime | kWindow),
+                                 std::pair("--organ", kScript | kVirtualTime | kWindow),
+                                 std::pair("--out", kScript | kVirtualTime | kWindow),
+                                 std::pair("--executor", kScript | kVirtualTime | kWindow),
+                                 std::pair("--paper", kScript | kVirtualTime | kWindow),
+                                 std::pair("--detail", kScript | kVirtualTime | kWindow)};
 
 void refuse_foreign_options(const CLI::App& app, const Arguments& arguments) {
   for (const auto& own : kOwnOptions) {
     if (app.count(own.first) > 0 && (own.second & way_of(arguments)) == 0) {
       std::string whose;
       for (const auto& way : kWays) {
-        whose += (own.second & way.first) != 0 ? (whose.empty() ? "" : " and ") +
-                                                     std::string(way.second)
-                                               : "";
+        whose += (own.second & way.first) != 0
+                     ? (whose.empty() ? "" : " and ") + std::string(way.second)
+                     : "";
       }
       throw pbdsurg::InvalidArgument(std::string(own.first) + " is of " + whose);
     }
@@ -76,7 +77,8 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
       "A laparoscopic cholecystectomy, in a window to play with mouse and keyboard, or with "
       "--headless as a script: drag, burn, separate. Not a medical device, not validated.");
   app.footer(
-      "Exit status: 0 done, with warnings or without; 1 the script touched nothing, burnt\n"
+      "Exit status: 0 done, with warnings or without; 1 a line of --rig-check failed, the tissue\n"
+      "was lost, or the script touched nothing, burnt\n"
       "nothing, lost an organ or could not go on; 2 bad input; 130 interrupted, after writing "
       "what\n"
       "there is.");
@@ -148,7 +150,7 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   pbdsurg::add_number(
       app, "--seconds", arguments.seconds, "number from 0.1 to 3600",
       [](double seconds) { return seconds >= 0.1 && seconds <= 3600; },
-      "of virtual time, by default as long as the emulated hands' script");
+      "of virtual time, by default as long as scripts and traces are");
   try {
     app.parse(argument_count, values);
   } catch (const CLI::ParseError& error) {
@@ -171,6 +173,9 @@ std::optional<Arguments> parse_arguments(int argument_count, const char* const* 
   refuse_foreign_options(app, arguments);
   if (arguments.is_virtual && !arguments.is_rig_check && app.count("--devices") == 0) {
     arguments.devices = "emulator";  // a mouse needs a window
+  }
+  if (arguments.is_virtual && app.count("--executor") == 0) {
+    arguments.executor = "serial";  // the same bits on all machines with this build
   }
   for (const std::string& organ : organs) {
     add_organ(organ, files);

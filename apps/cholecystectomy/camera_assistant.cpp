@@ -16,7 +16,6 @@ using Points = std::vector<Eigen::Vector3f>;
 using Pose = Eigen::Vector4f;  // azimuth, elevation, insertion, focus
 
 constexpr float kStiffness = 2.5F;  // 1/s, of the spring
-constexpr float kMargin = 0.45F;    // half heights, from the middle to tips that are arranged well
 constexpr float kClosest = 0.09F;   // m, along the view, to tips that are close together
 constexpr float kTooSmall = 1.3F;   // times the distance that would do
 constexpr float kWorthIt = 0.1F;    // s at full speed: shorter ways are not begun
@@ -47,8 +46,9 @@ float distance_for(const Points& tips, const Scope& scope) {
   for (const Eigen::Vector3f& tip : tips) {
     const float ahead = (tip - middle).dot(view);
     const float aside = (tip - middle - ahead * view).norm();
-    distance =
-        std::max(distance, std::max(aside / (kMargin * half_height(scope)), kClosest) - ahead);
+    distance = std::max(
+        distance,
+        std::max(aside / (CameraAssistant::kMargin * half_height(scope)), kClosest) - ahead);
   }
   return distance;
 }
@@ -75,15 +75,13 @@ bool shows_well(const Points& tips, const Scope& scope) {
          (middle_of(tips) - scope.tip()).dot(view) <= kTooSmall * distance_for(tips, scope);
 }
 
-// The scope as it should be. The distance depends on the view, and the view a little on the
-// distance.
+// The scope as it should be. The distance depends on the view, and the view so little on the
+// distance that any will do for it.
 Scope arranged(const Points& tips, const Scope& scope) {
   Scope goal = scope;
   const Eigen::Vector3f middle = middle_of(tips);
   goal.look_at(middle, scope.options().working_distance);
-  for (int i = 0; i < 3; ++i) {
-    goal.look_at(middle, distance_for(tips, goal));
-  }
+  goal.look_at(middle, distance_for(tips, goal));
   return goal;
 }
 

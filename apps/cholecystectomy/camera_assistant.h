@@ -24,6 +24,7 @@ namespace cholecystectomy {
 class CameraAssistant {
  public:
   static constexpr float kInnerPart = 0.65F;     ///< half heights of the picture, a radius
+  static constexpr float kMargin = 0.45F;        ///< likewise, of what was arranged, where it can
   static constexpr float kTurningSpeed = 0.3F;   ///< rad/s, at most
   static constexpr float kSlidingSpeed = 0.04F;  ///< m/s, at most
   /// m: the scope comes no nearer to a tip, and slides back from one that comes nearer.

@@ -45,8 +45,8 @@ class AgeHistogram {
 
  private:
   static constexpr std::size_t kBins = 100;
-  static constexpr double kLeast = 1e-6;                     // s
-  static constexpr double kLogWidth = 0.18232155679395462;   // log 1.2
+  static constexpr double kLeast = 1e-6;                    // s
+  static constexpr double kLogWidth = 0.18232155679395462;  // log 1.2
   std::array<std::uint64_t, kBins> counts_{};
   std::uint64_t count_ = 0;
   double worst_ = 0;

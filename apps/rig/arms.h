@@ -11,6 +11,7 @@
 #include "pbdsurg/base/clock.h"
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/haptics/device.h"
+#include "pbdsurg/haptics/instrument_mapping.h"
 
 #include "apps/hdapi/hdapi_device.h"
 #include "apps/rig/hand_servo.h"
@@ -22,7 +23,8 @@ struct ArmOptions {
   std::string label;          ///< for people: "left"
   std::string name;           ///< as in the vendor's setup tool; empty: its default device
   std::string serial_number;  ///< that it must have; empty: any
-  HandServo* servo;           ///< outlives the arms
+  pbdsurg::InstrumentMapping mapping;
+  HandServo* servo;  ///< outlives the arms
 };
 
 /// Open arms, whose servos tick at 1000 Hz until this is destroyed.
@@ -32,7 +34,7 @@ class Arms {
   /// In the axes of the arm; of the thread that asks for states, as status().
   [[nodiscard]] virtual pbdsurg::Device& device(int index) = 0;
   [[nodiscard]] virtual HdapiStatus status(int index) = 0;
-  [[nodiscard]] virtual const HdapiLimits& limits(int index) const = 0;
+  [[nodiscard]] virtual const HdapiLimits& limits(int index) = 0;
   /// About once a second: goes on with calibrations.
   virtual void poll() = 0;
 };

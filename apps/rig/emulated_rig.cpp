@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/rig/emulated_rig.h"
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <linux/input.h>
@@ -135,10 +137,10 @@ Fault fault_named(const std::string& name) {
 
 class Emulation final : public EmulatedRig {
  public:
-  Emulation(const RigDescription& description,
-            const std::array<pbdsurg::InstrumentMapping, 2>& mappings,
-            const std::array<Eigen::Vector3f, 2>& tips, bool has_virtual_time)
-      : hands_{{{mappings[0], tips[0], pedals_}, {mappings[1], tips[1], pedals_}}} {
+  Emulation(const RigDescription& description, const RigPlaces& places, bool has_virtual_time)
+      : mappings_{mapping_of(description.hands[0], places, Side::left),
+                  mapping_of(description.hands[1], places, Side::right)},
+        hands_{{{mappings_[0], places.tips[0], pedals_}, {mappings_[1], places.tips[1], pedals_}}} {
     EmulatorOptions options;
     options.has_real_time = !has_virtual_time;
     options.devices.clear();
@@ -150,9 +152,9 @@ class Emulation final : public EmulatedRig {
       }
       hdapi_emulator::DeviceOptions device;
       device.name = hand.arm_name.empty() ? "Default Device" : hand.arm_name;
-      device.serial_number =
-          hand.serial_number.empty() ? std::string("EMULATED-") + name_of(side) : hand.serial_number;
-      device.position = mappings[i].arm_at(tips[i]).cast<double>();
+      device.serial_number = hand.serial_number.empty() ? std::string("EMULATED-") + name_of(side)
+                                                        : hand.serial_number;
+      device.position = mappings_[i].arm_at(places.tips[i]).cast<double>();
       device.hand = [&emulated = hands_[i]](double time) { return emulated.at(time); };
       indices_[i] = static_cast<int>(options.devices.size());
       options.devices.push_back(std::move(device));
@@ -164,7 +166,12 @@ class Emulation final : public EmulatedRig {
         throw pbdsurg::InvalidArgument("fault '" + fault.fault + "' is of the " +
                                        name_of(fault.side) + " hand, which holds no arm");
       }
-      emulator_->inject({fault_named(fault.fault), fault.begin, fault.duration, device});
+      const FaultPlan plan{fault_named(fault.fault), fault.begin, fault.duration, device};
+      if (fault.begin > 0) {
+        plans_.push_back(plan);
+      } else {
+        emulator_->inject(plan);
+      }
     }
   }
 
@@ -173,6 +180,12 @@ class Emulation final : public EmulatedRig {
   [[nodiscard]] PedalsDescription pedals() const override { return pedals_.description(); }
   void rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) override {
     hands_[static_cast<std::size_t>(side)].rehearse(std::move(waypoints));
+  }
+  void begin() override {
+    for (FaultPlan plan : std::exchange(plans_, {})) {
+      plan.begin += emulator_->scheduler_time();
+      emulator_->inject(plan);
+    }
   }
   [[nodiscard]] bool is_stale(Side side) const override {
     return is_active(Fault::stale_packets, side);
@@ -187,19 +200,19 @@ class Emulation final : public EmulatedRig {
     return device >= 0 && emulator_->is_active(fault, device);
   }
 
+  std::array<pbdsurg::InstrumentMapping, 2> mappings_;
   EmulatedPedals pedals_;
   std::array<RehearsedHand, 2> hands_;
+  std::vector<FaultPlan> plans_;        // until a scene begins
   std::array<int, 2> indices_{-1, -1};  // of the emulator's devices, [side]
   std::unique_ptr<Emulator> emulator_;  // first to go: its thread asks the others
 };
 
 }  // namespace
 
-std::unique_ptr<EmulatedRig> emulate(const RigDescription& description,
-                                     const std::array<pbdsurg::InstrumentMapping, 2>& mappings,
-                                     const std::array<Eigen::Vector3f, 2>& tips,
+std::unique_ptr<EmulatedRig> emulate(const RigDescription& description, const RigPlaces& places,
                                      bool has_virtual_time) {
-  return std::make_unique<Emulation>(description, mappings, tips, has_virtual_time);
+  return std::make_unique<Emulation>(description, places, has_virtual_time);
 }
 
 }  // namespace rig

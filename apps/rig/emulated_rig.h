@@ -4,16 +4,15 @@
 /// @file
 /// Arms, jaws and pedals without hardware, in hands that follow a script.
 
-#include <array>
 #include <memory>
 #include <vector>
 
 #include "pbdsurg/base/clock.h"
 #include "pbdsurg/base/error.h"
-#include "pbdsurg/haptics/instrument_mapping.h"
 #include "pbdsurg/haptics/scripted_hand.h"
 
 #include "apps/rig/rig_description.h"
+#include "apps/rig/rig_places.h"
 
 namespace rig {
 
@@ -35,18 +34,18 @@ class EmulatedRig {
   /// before the first script. Buttons close the jaws below a half. Any one thread.
   virtual void rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) = 0;
 
+  /// The first scene begins: from now on count the times of faults. Once.
+  virtual void begin() = 0;
+
   /// Faults above the arms, which the program plays: packets that stop, or are no numbers.
   [[nodiscard]] virtual bool is_stale(Side side) const = 0;
   [[nodiscard]] virtual bool is_not_a_number(Side side) const = 0;
 };
 
-/// @param mappings  [side]
-/// @param tips      m, [side], where hands rest
+/// Hands rest at their places.
 /// @throws pbdsurg::InvalidArgument     naming the fault that there is not
 /// @throws pbdsurg::BackendUnavailable  if this build has no emulator
-[[nodiscard]] std::unique_ptr<EmulatedRig> emulate(
-    const RigDescription& description,
-    const std::array<pbdsurg::InstrumentMapping, 2>& mappings,
-    const std::array<Eigen::Vector3f, 2>& tips, bool has_virtual_time);
+[[nodiscard]] std::unique_ptr<EmulatedRig> emulate(const RigDescription& description,
+                                                   const RigPlaces& places, bool has_virtual_time);
 
 }  // namespace rig

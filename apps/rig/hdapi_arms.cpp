@@ -15,13 +15,13 @@ class HdapiArms final : public Arms {
 
   [[nodiscard]] pbdsurg::Device& device(int index) override { return session_.device(index); }
   [[nodiscard]] HdapiStatus status(int index) override { return session_.device(index).status(); }
-  [[nodiscard]] const HdapiLimits& limits(int index) const override {
+  [[nodiscard]] const HdapiLimits& limits(int index) override {
     return session_.device(index).limits();
   }
   void poll() override { session_.poll(); }
 
  private:
-  mutable HdapiSession session_;
+  HdapiSession session_;
 };
 
 }  // namespace
@@ -41,8 +41,9 @@ std::unique_ptr<Arms> open_arms(const std::vector<ArmOptions>& arms, bool are_em
     devices.push_back({.label = arm.label,
                        .name = arm.name,
                        .serial_number = arm.serial_number,
-                       .force = [servo = arm.servo](const HdapiTick& tick) {
-                         return servo->tick(tick.time, tick.pose, tick.is_ready, tick.is_warm);
+                       .force = [mapping = arm.mapping, servo = arm.servo](const HdapiTick& tick) {
+                         return mapping.force_at_arm(servo->tick(tick.time, mapping.map(tick.pose),
+                                                                 tick.is_ready, tick.is_warm));
                        }});
   }
   return std::make_unique<HdapiArms>(std::move(devices), clock);

@@ -4,9 +4,7 @@
 
 namespace rig {
 
-std::unique_ptr<EmulatedRig> emulate(const RigDescription&,
-                                     const std::array<pbdsurg::InstrumentMapping, 2>&,
-                                     const std::array<Eigen::Vector3f, 2>&, bool) {
+std::unique_ptr<EmulatedRig> emulate(const RigDescription&, const RigPlaces&, bool) {
   throw pbdsurg::BackendUnavailable(
       "this build has no emulator of haptic arms: configure with -D PBDSURG_HDAPI=emulator");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/rig/rig.h"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -10,36 +10,26 @@
 namespace rig {
 namespace {
 
-constexpr double kPollPeriod = 1;              // s
-constexpr std::size_t kMostSamples = 180000;   // of a recorded hand, that is asked each 10 ms
-constexpr std::uint32_t kJawButton = 1;        // of an arm without a handle
-constexpr float kJawSpeed = 4;                 // 1/s: closed in a quarter of a second
+constexpr double kPollPeriod = 1;        // s
+constexpr std::uint32_t kJawButton = 1;  // of an arm without a handle
+constexpr float kJawSpeed = 4;           // 1/s: closed in a quarter of a second
 
-// Somebody else's device.
-class BorrowedDevice final : public pbdsurg::Device {
- public:
-  explicit BorrowedDevice(pbdsurg::Device& device) : device_(device) {}
-  [[nodiscard]] std::string name() const override { return device_.name(); }
-  [[nodiscard]] pbdsurg::DeviceState state() noexcept override { return device_.state(); }
-  void set_force(const Eigen::Vector3f& force) noexcept override { device_.set_force(force); }
-
- private:
-  pbdsurg::Device& device_;
-};
-
-// An arm whose stylus is an instrument in a port. Its button closes the jaws.
+// An arm whose stylus is an instrument in a port. Its button closes the jaws, which open when the
+// arm is lost.
 class MappedArm final : public pbdsurg::Device {
  public:
-  MappedArm(pbdsurg::Device& arm, const pbdsurg::InstrumentMapping& mapping)
-      : arm_(arm), mapping_(mapping) {}
+  MappedArm(pbdsurg::Device& arm, const pbdsurg::InstrumentMapping& mapping,
+            const pbdsurg::Clock& clock)
+      : arm_(arm), mapping_(mapping), clock_(clock), time_(clock.now()) {}
   [[nodiscard]] std::string name() const override { return arm_.name(); }
   [[nodiscard]] pbdsurg::DeviceState state() noexcept override {
     pbdsurg::DeviceState state = arm_.state();
     state.pose = mapping_.map(state.pose).pose;
-    const float way = kJawSpeed * static_cast<float>(std::max(0.0, state.time - time_));
+    const double now = clock_.now();
+    const float way = kJawSpeed * static_cast<float>(now - time_);
     const bool is_closing = state.is_connected && (state.buttons & kJawButton) != 0;
     jaw_ = std::clamp(jaw_ + (is_closing ? -way : way), 0.0F, 1.0F);
-    time_ = state.time;
+    time_ = now;
     state.jaw = jaw_;
     return state;
   }
@@ -47,35 +37,35 @@ class MappedArm final : public pbdsurg::Device {
  private:
   pbdsurg::Device& arm_;
   pbdsurg::InstrumentMapping mapping_;
-  double time_ = 0;  // s
+  const pbdsurg::Clock& clock_;
+  double time_;  // s
   float jaw_ = 1;
-};
-
-// A device beside a mouse: keys and buttons on the screen are pedals, too.
-class WithKeys final : public pbdsurg::Device {
- public:
-  WithKeys(std::unique_ptr<pbdsurg::Device> device, pbdsurg::Device& mouse)
-      : device_(std::move(device)), mouse_(mouse) {}
-  [[nodiscard]] std::string name() const override { return device_->name(); }
-  [[nodiscard]] pbdsurg::DeviceState state() noexcept override {
-    pbdsurg::DeviceState state = device_->state();
-    const pbdsurg::DeviceState keys = mouse_.state();
-    state.pedals.cut = state.pedals.cut || keys.pedals.cut;
-    state.pedals.coagulation = state.pedals.coagulation || keys.pedals.coagulation;
-    return state;
-  }
-
- private:
-  std::unique_ptr<pbdsurg::Device> device_;
-  pbdsurg::Device& mouse_;
 };
 
 pbdsurg::ServoOptions servo_options(const HandDescription& hand) {
   pbdsurg::ServoOptions options;
   options.mode = hand.servo;
   options.is_firm = hand.is_firm;
+  options.motion_scale = hand.motion_scale;
   options.force_scale = hand.force_scale;
   return options;
+}
+
+void check_virtual(const RigDescription& description) {
+  if (description.has(Mover::arm) && !description.is_emulated) {
+    throw pbdsurg::InvalidArgument("--virtual-time: real arms know real time alone");
+  }
+  if (!description.pedals.empty()) {
+    throw pbdsurg::InvalidArgument("--virtual-time: the pedals " +
+                                   description.pedals.front().keyboard.string() +
+                                   " know real time alone");
+  }
+  for (const HandDescription& hand : description.hands) {
+    if (hand.handle) {
+      throw pbdsurg::InvalidArgument("--virtual-time: the handle at " + hand.handle->port.string() +
+                                     " knows real time alone");
+    }
+  }
 }
 
 }  // namespace
@@ -107,99 +97,121 @@ class Rig::ArmHand final : public pbdsurg::Device {
   Hand& hand_;
 };
 
-pbdsurg::InstrumentMapping mapping_of(const HandDescription& hand, const RigPlaces& places,
-                                      Side side) {
-  const std::size_t i = static_cast<std::size_t>(side);
-  pbdsurg::InstrumentMappingOptions options;
-  options.held = hand.held;
-  options.motion_scale = hand.motion_scale;
-  options.port = places.ports[i];
-  Eigen::Vector3f origin = places.tips[i];
-  if (hand.held == pbdsurg::HeldPart::handle) {
-    const Eigen::Vector3f way = options.port - origin;
-    origin += options.shaft_length * way.normalized();
+// The simulation's side of a recorded hand.
+class Rig::TraceHand final : public pbdsurg::Device {
+ public:
+  explicit TraceHand(Hand& hand) : hand_(hand) {}
+  [[nodiscard]] std::string name() const override { return hand_.trace.name; }
+  [[nodiscard]] pbdsurg::DeviceState state() noexcept override {
+    hand_.now.take();
+    const pbdsurg::DeviceState& state = hand_.now.value();
+    hand_.reports.draft() = {state.is_connected, {}, {}};
+    hand_.reports.publish();
+    return state;
   }
-  options.to_scene.linear() = places.axes;
-  options.to_scene.translation() = origin;
-  return pbdsurg::InstrumentMapping(options);
-}
 
-Rig::Rig(const RigDescription& description, const RigPlaces& places,
-         const std::array<pbdsurg::Device*, 2>& mice, EmulatedRig* emulated, pbdsurg::Clock& clock,
-         bool has_virtual_time, bool is_recorded)
-    : emulated_(emulated), clock_(clock), begin_(clock.now()) {
-  std::vector<ArmOptions> arms;
+ private:
+  Hand& hand_;
+};
+
+// Pedals without a hand.
+class Rig::Feet final : public pbdsurg::Device {
+ public:
+  explicit Feet(Rig& rig) : rig_(rig) {}
+  [[nodiscard]] std::string name() const override { return "feet"; }
+  [[nodiscard]] pbdsurg::DeviceState state() noexcept override {
+    pbdsurg::DeviceState state;
+    state.time = rig_.clock().now();
+    bool are_connected = true;
+    for (const std::unique_ptr<pbdsurg::PedalKeyboard>& keyboard : rig_.pedals_) {
+      keyboard->poll();
+      const pbdsurg::Pedals& pedals = keyboard->event().pedals;
+      state.pedals.cut = state.pedals.cut || pedals.cut;
+      state.pedals.coagulation = state.pedals.coagulation || pedals.coagulation;
+      are_connected = are_connected && keyboard->is_connected();
+    }
+    rig_.are_pedals_connected_ = are_connected;
+    return state;
+  }
+
+ private:
+  Rig& rig_;
+};
+
+Rig::Hand::Hand() = default;
+
+Rig::Rig(const RigDescription& description, const RigPlaces& places, bool has_virtual_time)
+    : has_virtual_time_(has_virtual_time), feet_(std::make_unique<Feet>(*this)) {
+  if (has_virtual_time) {
+    check_virtual(description);
+  }
+  if (description.is_emulated) {
+    emulated_ = emulate(description, places, has_virtual_time);
+  }
   for (const Side side : kSides) {
     const HandDescription& described = description.hand(side);
     Hand& made = hand(side);
     made.mover = described.mover;
-    if (described.mover == Mover::arm) {
-      made.servo = std::make_unique<HandServo>(servo_options(described),
-                                               mapping_of(described, places, side));
-      made.arm = static_cast<int>(arms.size());
-      arms.push_back(
-          {name_of(side), described.arm_name, described.serial_number, made.servo.get()});
-      if (described.handle) {
-        made.handle = std::make_unique<pbdsurg::Handle>(described.handle->port,
-                                                        described.handle->range, clock);
-      }
+    if (described.mover != Mover::mouse) {
+      made.servo = std::make_unique<HandServo>(servo_options(described));
+    }
+    if (described.mover == Mover::arm && described.handle) {
+      made.handle = std::make_unique<pbdsurg::Handle>(described.handle->port,
+                                                      described.handle->range, clock());
     } else if (described.mover == Mover::trace) {
-      const pbdsurg::DeviceTrace trace = pbdsurg::read_device_trace(described.trace);
-      made.servo =
-          std::make_unique<HandServo>(servo_options(described), pbdsurg::InstrumentMapping());
-      made.device = pbdsurg::replayed(trace, clock);
-      made.ticked = pbdsurg::replayed(trace, clock);
-    } else {
-      made.device = std::make_unique<BorrowedDevice>(*mice[static_cast<std::size_t>(side)]);
+      made.trace = pbdsurg::read_device_trace(described.trace);
+      made.device = std::make_unique<TraceHand>(made);
+    } else if (described.mover == Mover::mouse) {
+      const Eigen::Vector3f& tip = places.tips[static_cast<std::size_t>(side)];
+      made.device = pbdsurg::scripted_hand("mouse", {{.tip = tip}}, clock());
     }
   }
   std::vector<PedalsDescription> pedals = description.pedals;
-  if (emulated != nullptr) {
-    pedals.push_back(emulated->pedals());
+  if (emulated_) {
+    pedals.push_back(emulated_->pedals());
   }
   for (const PedalsDescription& described : pedals) {
     pedals_.push_back(
-        std::make_unique<pbdsurg::PedalKeyboard>(described.keyboard, described.keys, clock));
+        std::make_unique<pbdsurg::PedalKeyboard>(described.keyboard, described.keys, clock()));
   }
-  if (!arms.empty()) {
-    arms_ = open_arms(arms, description.is_emulated, clock);
+  if (description.has(Mover::arm)) {
+    open_arms_of(description, places);
   }
+  for (Hand& made : hands_) {
+    made.status.mover = made.mover;
+    made.status.name = made.device->name();
+  }
+  replay_anew();
+  if (description.has(Mover::trace) && !has_virtual_time) {
+    ticking_ = std::thread([this] {
+      for (double next = clock().now(); !is_ending_; next += HandServo::kPeriod) {
+        clock().wait_until(next);
+        tick_traces();
+      }
+    });
+  }
+}
+
+void Rig::open_arms_of(const RigDescription& description, const RigPlaces& places) {
+  std::vector<ArmOptions> arms;
   for (const Side side : kSides) {
-    Hand& made = hand(side);
+    if (hand(side).mover == Mover::arm) {
+      const HandDescription& described = description.hand(side);
+      hand(side).arm = static_cast<int>(arms.size());
+      arms.push_back({name_of(side), described.arm_name, described.serial_number,
+                      mapping_of(described, places, side), hand(side).servo.get()});
+    }
+  }
+  arms_ = open_arms(arms, description.is_emulated, clock());
+  for (Hand& made : hands_) {
     if (made.mover == Mover::arm) {
-      std::unique_ptr<pbdsurg::Device> device =
-          std::make_unique<MappedArm>(arms_->device(made.arm), made.servo->mapping());
+      std::unique_ptr<pbdsurg::Device> device = std::make_unique<MappedArm>(
+          arms_->device(made.arm), arms[static_cast<std::size_t>(made.arm)].mapping, clock());
       if (made.handle) {
         device = pbdsurg::with_handle(std::move(device), *made.handle);
       }
       made.device = std::make_unique<ArmHand>(std::move(device), *arms_, made);
     }
-  }
-  // feet belong to no hand: a hand that is lost lifts its own pedals alone
-  const Side with_feet = hand(Side::right).mover == Mover::trace ? Side::left : Side::right;
-  for (const std::unique_ptr<pbdsurg::PedalKeyboard>& keyboard : pedals_) {
-    Hand& made = hand(with_feet);
-    made.device = pbdsurg::with_pedals(std::move(made.device), *keyboard);
-  }
-  for (const Side side : kSides) {
-    Hand& made = hand(side);
-    if (made.mover != Mover::mouse) {
-      made.device = std::make_unique<WithKeys>(std::move(made.device),
-                                               *mice[static_cast<std::size_t>(side)]);
-    }
-    made.status.mover = made.mover;
-    made.status.name = made.device->name();
-    if (is_recorded) {
-      made.device = pbdsurg::recorded(std::move(made.device), made.trace, kMostSamples, clock);
-    }
-  }
-  if (description.has(Mover::trace) && !has_virtual_time) {
-    ticking_ = std::thread([this] {
-      for (double next = clock_.now(); !is_ending_; next += HandServo::kPeriod) {
-        clock_.wait_until(next);
-        tick_traces();
-      }
-    });
   }
 }
 
@@ -210,62 +222,123 @@ Rig::~Rig() {
   }
 }
 
+pbdsurg::Clock& Rig::clock() {
+  return emulated_           ? emulated_->clock()
+         : has_virtual_time_ ? static_cast<pbdsurg::Clock&>(virtual_clock_)
+                             : real_clock_;
+}
+
+void Rig::set_mouse(Side side, pbdsurg::Device& mouse) {
+  hand(side).mouse = &mouse;
+}
+
 pbdsurg::Device& Rig::device(Side side) {
-  return *hand(side).device;
+  Hand& asked = hand(side);
+  return asked.mover == Mover::mouse && asked.mouse != nullptr ? *asked.mouse : *asked.device;
+}
+
+void Rig::rehearse(const std::array<std::vector<pbdsurg::Waypoint>, 2>& scripts) {
+  for (const Side side : kSides) {
+    const std::vector<pbdsurg::Waypoint>& script = scripts[static_cast<std::size_t>(side)];
+    if (emulated_ && hand(side).mover == Mover::arm && !script.empty()) {
+      emulated_->rehearse(side, script);
+    }
+  }
+}
+
+void Rig::begin(const std::array<std::vector<pbdsurg::Waypoint>, 2>& scripts) {
+  if (emulated_ && begins_ == 0) {
+    emulated_->begin();
+  }
+  rehearse(scripts);
+  ++begins_;
+  if (has_virtual_time_) {
+    replay_anew();
+  }
+  disengage();
+}
+
+void Rig::let_go() noexcept {
+  for (const std::unique_ptr<pbdsurg::PedalKeyboard>& keyboard : pedals_) {
+    keyboard->let_go();
+  }
+}
+
+void Rig::disengage() noexcept {
+  for (Hand& felt : hands_) {
+    if (felt.servo) {
+      felt.servo->disengage();
+    }
+  }
 }
 
 void Rig::publish(Side side, const pbdsurg::ContactPacket& packet) {
   Hand& felt = hand(side);
-  if (!felt.servo || (emulated_ != nullptr && emulated_->is_stale(side))) {
+  if (!felt.servo || (emulated_ && emulated_->is_stale(side))) {
     return;
   }
   pbdsurg::ContactPacket& draft = felt.servo->packets.draft();
   draft = packet;
-  if (emulated_ != nullptr && emulated_->is_not_a_number(side)) {
+  if (emulated_ && emulated_->is_not_a_number(side)) {
     draft.force.fill(std::numeric_limits<float>::quiet_NaN());
   }
   felt.servo->packets.publish();
 }
 
-void Rig::rehearse(Side side, std::vector<pbdsurg::Waypoint> waypoints) {
-  if (emulated_ != nullptr && hand(side).mover == Mover::arm) {
-    emulated_->rehearse(side, std::move(waypoints));
-  }
-}
-
-const HdapiLimits* Rig::limits(Side side) const {
+const HdapiLimits* Rig::limits(Side side) {
   return hand(side).mover == Mover::arm ? &arms_->limits(hand(side).arm) : nullptr;
 }
 
-void Rig::tick_traces() noexcept {
+// In the thread that ticks them.
+void Rig::replay_anew() {
+  begun_ = begins_;
   for (Hand& felt : hands_) {
-    if (felt.ticked) {
-      const pbdsurg::DeviceState state = felt.ticked->state();
-      const double now = clock_.now();
-      felt.ticked->set_force(felt.servo->tick(now, state.pose, state.is_connected, false));
+    if (felt.mover == Mover::trace) {
+      felt.replay = pbdsurg::replayed(felt.trace, clock());
+      felt.now.draft() = felt.replay->state();
+      felt.now.publish();
+    }
+  }
+}
+
+void Rig::tick_traces() {
+  if (begun_ != begins_) {
+    replay_anew();
+  }
+  for (Hand& felt : hands_) {
+    if (felt.mover == Mover::trace) {
+      const pbdsurg::DeviceState state = felt.replay->state();
+      felt.now.draft() = state;
+      felt.now.publish();
+      felt.servo->tick(clock().now(), {state.pose, Eigen::Matrix3f::Identity()}, state.is_connected,
+                       false);
     }
   }
 }
 
 void Rig::tick() {
-  if (emulated_ != nullptr) {
+  if (emulated_) {
     emulated_->tick();
   } else {
-    clock_.wait_until(begin_ + HandServo::kPeriod * static_cast<double>(++ticks_));
+    virtual_clock_.wait_until(HandServo::kPeriod * static_cast<double>(++ticks_));
   }
   tick_traces();
 }
 
-void Rig::write_traces(const std::filesystem::path& folder) const {
-  for (const Side side : kSides) {
-    pbdsurg::write_device_trace(folder / (std::string(name_of(side)) + ".trace"), hand(side).trace);
+double Rig::longest_trace() const {
+  double longest = 0;
+  for (const Hand& felt : hands_) {
+    if (felt.mover == Mover::trace) {
+      longest = std::max(longest, felt.trace.samples.back().asked - felt.trace.begin);
+    }
   }
+  return longest;
 }
 
 void Rig::poll() {
-  if (arms_ && clock_.now() >= next_poll_) {
+  if (arms_ && clock().now() >= next_poll_) {
     arms_->poll();
-    next_poll_ = clock_.now() + kPollPeriod;
+    next_poll_ = clock().now() + kPollPeriod;
   }
 }
 

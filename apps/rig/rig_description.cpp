@@ -216,29 +216,32 @@ auto read_list(Reader& reader, const char* key, Read&& read) {
 RigDescription read_file(const std::filesystem::path& path) {
   std::ifstream stream(path);
   if (!stream) {
-    throw FileError(path.string() + " cannot be opened; devices are mouse, openhaptics, emulator, "
-                                    "a device trace, or a rig's file");
+    throw FileError(path.string() +
+                    " cannot be opened; devices are mouse, openhaptics, emulator, "
+                    "a device trace, or a rig's file");
   }
   json file;
   try {
     file = json::parse(stream);
-  } catch (const json::parse_error& error) {
-    throw FileError(path.string() + " is neither a device trace nor a rig in JSON: " +
-                    error.what());
+  } catch (const std::exception& error) {  // a folder, too, or a number that no double holds
+    throw FileError(path.string() +
+                    " is neither a device trace nor a rig in JSON: " + error.what());
   }
   Reader reader(file, path.string());
   RigDescription rig;
   reader.read("emulated", rig.is_emulated);
   for (const Side side : kSides) {
     if (reader.has(name_of(side))) {
-      rig.hands[static_cast<std::size_t>(side)] =
-          read_hand(file.at(name_of(side)), path.string() + "." + name_of(side),
-                    path.parent_path());
+      rig.hands[static_cast<std::size_t>(side)] = read_hand(
+          file.at(name_of(side)), path.string() + "." + name_of(side), path.parent_path());
     }
   }
   rig.pedals = read_list(reader, "pedals", read_pedals);
   rig.faults = read_list(reader, "faults", read_fault);
   reader.finish();
+  if (rig.is_emulated && !rig.has(Mover::arm)) {
+    throw FileError(path.string() + " is emulated; only arms are, and no hand has one");
+  }
   if (!rig.faults.empty() && !(rig.is_emulated && rig.has(Mover::arm))) {
     throw FileError(path.string() + " has faults; only emulated arms have them");
   }
@@ -297,7 +300,8 @@ RigDescription read_rig(const std::string& devices) {
   }
   if (rig.hands[0].mover == Mover::arm && rig.hands[1].mover == Mover::arm) {
     for (const Side side : kSides) {
-      rig.hands[static_cast<std::size_t>(side)].arm_name = kArmNames[static_cast<std::size_t>(side)];
+      rig.hands[static_cast<std::size_t>(side)].arm_name =
+          kArmNames[static_cast<std::size_t>(side)];
     }
   }
   return rig;

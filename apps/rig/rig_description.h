@@ -46,12 +46,12 @@ struct HandDescription {
   std::string arm_name{};       ///< as in the vendor's setup tool; empty: its default device
   std::string serial_number{};  ///< that it must have; empty: any
   pbdsurg::HeldPart held = pbdsurg::HeldPart::tip;
-  float motion_scale = 1;                    ///< see pbdsurg::InstrumentMappingOptions
+  float motion_scale = 1;  ///< see pbdsurg::InstrumentMappingOptions
   /// See pbdsurg::ServoOptions. Instruments pull with up to 12 N, a Touch does 0.88 N for long.
   float force_scale = 0.25F;
-  bool is_firm = false;                      ///< likewise
-  pbdsurg::ServoMode servo{};                ///< likewise
-  std::optional<HandleDescription> handle{}; ///< else a button of the arm closes the jaws
+  bool is_firm = false;                       ///< likewise
+  pbdsurg::ServoMode servo{};                 ///< likewise
+  std::optional<HandleDescription> handle{};  ///< else a button of the arm closes the jaws
   // of a trace
   std::filesystem::path trace{};
 };
@@ -65,12 +65,12 @@ struct PedalsDescription {
 struct FaultDescription {
   std::string fault;  ///< as hdapi_emulator::name_of() has it
   Side side = Side::left;
-  double begin = 0;                                           ///< s, of the scheduler's time
+  double begin = 0;  ///< s after the first scene began; 0: from the opening of arms on
   double duration = std::numeric_limits<double>::infinity();  ///< s
 };
 
 struct RigDescription {
-  bool is_emulated = false;  ///< its arms
+  bool is_emulated = false;              ///< its arms
   std::array<HandDescription, 2> hands;  ///< [side]
   std::vector<PedalsDescription> pedals;
   std::vector<FaultDescription> faults;

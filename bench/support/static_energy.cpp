@@ -339,23 +339,46 @@ Positions find_equilibrium_by_steps(const StaticEnergy& energy, const Positions&
   return x;
 }
 
+namespace {
+
+Positions in_double(std::span<const Eigen::Vector3f> positions) {
+  Positions result;
+  for (const Eigen::Vector3f& x : positions) {
+    result.push_back(x.cast<double>());
+  }
+  return result;
+}
+
+double farthest_of(const Positions& some, const Positions& others) {
+  double farthest = 0;
+  for (std::size_t v = 0; v < some.size(); ++v) {
+    farthest = std::max(farthest, (some[v] - others[v]).norm());
+  }
+  return farthest;
+}
+
+}  // namespace
+
 HeldRest rest_with_held(const Scene& scene, std::span<const Index> held,
                         std::span<const Eigen::Vector3f> positions) {
   StaticEnergy energy(scene);
   energy.hold(held);
-  Positions start;
-  for (const Eigen::Vector3f& x : positions) {
-    start.push_back(x.cast<double>());
-  }
+  const Positions start = in_double(positions);
   const Positions rest = find_equilibrium(energy, start);
-  HeldRest result{Eigen::Vector3d::Zero()};
+  HeldRest result{Eigen::Vector3d::Zero(), farthest_of(rest, start)};
   for (const Eigen::Vector3d& each : energy.holding_forces(held, rest)) {
     result.force -= each;
   }
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    result.farthest = std::max(result.farthest, (rest[v] - start[v]).norm());
-  }
   return result;
+}
+
+HeldRest rest_under_ball(const Scene& scene, const Eigen::Vector3d& center, double radius,
+                         std::span<const Eigen::Vector3f> positions) {
+  StaticEnergy energy(scene);
+  energy.press(center, radius);
+  const Positions start = in_double(positions);
+  const Positions rest = find_equilibrium(energy, start);
+  return {-energy.pressing_force(rest), farthest_of(rest, start)};
 }
 
 double lowest_frequency(const Scene& scene, const Positions& equilibrium) {

@@ -96,7 +96,7 @@ class StaticEnergy {
 
 /// What a tool's force is compared with, and how far tissue is from rest.
 struct HeldRest {
-  Eigen::Vector3d force;  ///< N, of tissue on what holds it
+  Eigen::Vector3d force;  ///< N, of tissue on what holds or presses it
   double farthest = 0;    ///< m, of a vertex from its place at rest
 };
 
@@ -104,6 +104,13 @@ struct HeldRest {
 /// @param positions  m, of all vertices
 [[nodiscard]] HeldRest rest_with_held(const Scene& scene, std::span<const Index> held,
                                       std::span<const Eigen::Vector3f> positions);
+
+/// The static solution with a ball that presses: see StaticEnergy::press().
+/// @param center     m
+/// @param radius     m
+/// @param positions  m, of all vertices
+[[nodiscard]] HeldRest rest_under_ball(const Scene& scene, const Eigen::Vector3d& center,
+                                       double radius, std::span<const Eigen::Vector3f> positions);
 
 /// Of the lowest mode, 1/s: Rayleigh's quotient of the shape in which a scene sags.
 [[nodiscard]] double lowest_frequency(const Scene& scene, const Positions& equilibrium);

@@ -217,9 +217,12 @@ void StateBuffers::fetch(SolverState& solver, Index copy, cudaStream_t stream) {
 
 void StateBuffers::read(Index copy, std::span<const Index> places, std::span<Eigen::Vector3f> out,
                         cudaStream_t stream) {
-  Vec3<float>* const read = read_positions_.reserve(places.size());
-  gather_positions(arrays_.particles + start(copy), read_places_.upload(places, stream), read,
-                   static_cast<Index>(places.size()), stream);
+  const std::size_t room = std::bit_ceil(places.size());  // reads differ in size
+  Vec3<float>* const read = read_positions_.reserve(room);
+  Index* const asked = read_places_.reserve(room);  // the device reads them where they are
+  std::ranges::copy(places, asked);
+  gather_positions(arrays_.particles + start(copy), asked, read, static_cast<Index>(places.size()),
+                   stream);
   PBDSURG_CUDA_CHECK(cudaStreamSynchronize(stream));
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = {read[i].x, read[i].y, read[i].z};
@@ -255,8 +258,7 @@ std::size_t StateBuffers::memory_bytes() const noexcept {
          buffers_.velocities.memory_bytes() + buffers_.carries.memory_bytes() +
          buffers_.ways.memory_bytes() + buffers_.velocities_before.memory_bytes() +
          buffers_.forces.memory_bytes() + buffers_.gravities.memory_bytes() +
-         buffers_.vertex_of_place.memory_bytes() + read_places_.memory_bytes() +
-         asked_places_.memory_bytes();
+         buffers_.vertex_of_place.memory_bytes() + asked_places_.memory_bytes();
 }
 
 }  // namespace pbdsurg::cuda

@@ -93,7 +93,7 @@ class StateBuffers {
   std::size_t count_ = 0;            // of vertices, as taken over
   PinnedBuffer<MovedVertex> moved_;  // [copy][moved]
   PinnedBuffer<PlacedForce> placed_forces_;
-  DeviceBuffer<Index> read_places_;
+  PinnedBuffer<Index> read_places_;
   PinnedBuffer<Vec3<float>> read_positions_;
   DeviceBuffer<Index> asked_places_;
   PinnedBuffer<VertexMotion> motion_;  // [copy][asked]

@@ -56,9 +56,8 @@ InstrumentMapping::InstrumentMapping(const InstrumentMappingOptions& options) : 
 }
 
 MappedInstrument InstrumentMapping::map(const Eigen::Isometry3f& arm) const noexcept {
-  const Vector3f held =
-      options_.to_scene.translation() +
-      options_.motion_scale * (options_.to_scene.linear() * arm.translation());
+  const Vector3f held = options_.to_scene.translation() +
+                        options_.motion_scale * (options_.to_scene.linear() * arm.translation());
   MappedInstrument mapped;
   const Vector3f way = options_.port - held;
   const float distance = way.norm();
@@ -88,8 +87,8 @@ Vector3f InstrumentMapping::arm_at(const Vector3f& tip) const noexcept {
     const Vector3f way = options_.port - tip;
     const float inside = way.norm();
     const float outside = std::max(options_.shaft_length - inside, kLeastDistance);
-    held = options_.port + (inside > 0 ? Vector3f(outside / inside * way)
-                                       : Vector3f(outside * Vector3f::UnitZ()));
+    held = options_.port +
+           (inside > 0 ? Vector3f(outside / inside * way) : Vector3f(outside * Vector3f::UnitZ()));
   }
   return options_.to_scene.linear().transpose() * (held - options_.to_scene.translation()) /
          options_.motion_scale;

@@ -232,8 +232,8 @@ ServoForce servo_tick(ServoState& state, const ContactPacket& packet,
     used.lever.setIdentity();
   }
   // after a jump nobody knows how old things are
-  const bool is_ready =
-      input.is_ready && has_pose && !state.chain_.faults().is_on(ServoFault::clock_jump);
+  const bool is_ready = input.is_ready && has_pose && !input.has_leapt &&
+                        !state.chain_.faults().is_on(ServoFault::clock_jump);
   if (state.has_tip_) {
     state.velocity_ +=
         (used.tip.translation() - state.tip_.translation() - tick * state.velocity_) /

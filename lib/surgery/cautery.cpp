@@ -55,6 +55,18 @@ CauteryOptions checked(const Tissue& tissue, std::span<const ThermalBody> bodies
   return options;
 }
 
+// Positions are held for one heat().
+class PositionsRelease {
+ public:
+  explicit PositionsRelease(ScenePositions& positions) : positions_(positions) {}
+  PositionsRelease(const PositionsRelease&) = delete;
+  PositionsRelease& operator=(const PositionsRelease&) = delete;
+  ~PositionsRelease() { positions_.release(); }
+
+ private:
+  ScenePositions& positions_;
+};
+
 bool is_empty(const TopologyEdit& edit) {
   return edit.remove_tets.empty() && edit.remove_links.empty() && edit.rest_lengths.empty() &&
          edit.rest_volumes.empty();
@@ -227,6 +239,11 @@ void Cautery::commit(CauteryReport& report) {
   report.torn = changes.torn_count();
 }
 
+void Cautery::read_positions(const Solver& solver) {
+  solver.tissue().check_follower(*work_, "a cautery");
+  work_->positions.hold(solver);
+}
+
 CauteryReport Cautery::heat(const Solver& solver, const Electrode& electrode,
                             const std::optional<GeneratorSettings>& generator, double dt,
                             TopologyEdit& edit) {
@@ -241,6 +258,7 @@ CauteryReport Cautery::heat(const Solver& solver, const Electrode& electrode,
   }
   solver.tissue().check_follower(work, "a cautery");
   work.positions.follow(solver);
+  const PositionsRelease release(work.positions);
 
   CauteryReport report;
   report.resistance = std::numeric_limits<double>::infinity();

@@ -20,7 +20,8 @@ constexpr double kMargin = 4;
 // How deep in tissue, in contact radii, an electrode still touches the surface that it has passed.
 constexpr double kDeepest = 4;
 
-constexpr double kTie = 1e-9;  // relative
+constexpr double kTie = 1e-9;       // relative
+constexpr double kRounding = 1e-6;  // m, of single precision
 
 // Of the cosine to the normal under the electrode: beyond is the far side of a thin wall.
 constexpr double kLeastCosine = -0.5;
@@ -57,6 +58,12 @@ double sample_share(int sample, int count) {
 }  // namespace
 
 void ScenePositions::read(const Solver& solver, std::span<const Index> vertices) {
+  if (!is_held_) {
+    take(solver, vertices);
+  }
+}
+
+void ScenePositions::take(const Solver& solver, std::span<const Index> vertices) {
   if (vertices.empty()) {  // a step may run, and reading would wait for it
     return;
   }
@@ -69,12 +76,24 @@ void ScenePositions::read(const Solver& solver, std::span<const Index> vertices)
   }
 }
 
+void ScenePositions::hold(const Solver& solver) {
+  some_.resize(values_.size());
+  solver.read_positions(some_);
+  for (std::size_t v = 0; v < values_.size(); ++v) {
+    if (some_[v].allFinite()) {
+      values_[v] = some_[v];
+    }
+  }
+  unread_ = static_cast<Index>(values_.size());
+  is_held_ = true;
+}
+
 void ScenePositions::follow(const Solver& solver) {
   added_.clear();
   for (; unread_ < static_cast<Index>(values_.size()); ++unread_) {
     added_.push_back(unread_);
   }
-  read(solver, added_);
+  take(solver, added_);
 }
 
 void ScenePositions::resize(const Tissue& tissue) {
@@ -92,7 +111,7 @@ ElectrodeContact::ElectrodeContact(const Tissue& tissue, std::span<const Thermal
                                    double radius)
     : radius_(radius) {
   for (const ThermalBody& body : bodies) {
-    bodies_.push_back({shared_surface(tissue, body.body), 0, {}, {}});
+    bodies_.push_back({shared_surface(tissue, body.body), 0, 0, {}, {}});
   }
 }
 
@@ -127,12 +146,15 @@ void ElectrodeContact::find(const Solver& solver, const Electrode& electrode, do
 // Looks at all surfaces and links, for those that may be touched soon.
 void ElectrodeContact::scan(const Solver& solver, const Electrode& electrode,
                             ScenePositions& positions) {
+  bool is_listed = listed_links_ == solver.tissue().links().size();
   for (Body& body : bodies_) {
     body.candidates.resize(static_cast<std::size_t>(body.surface->slot_count()));
     for (Index slot = 0; slot < body.surface->slot_count(); ++slot) {
       body.candidates[slot] = slot;
     }
     body.seen_version = body.surface->version();
+    is_listed = is_listed && body.listed_version == body.seen_version;
+    body.listed_version = body.seen_version;
   }
   candidate_links_.clear();
   for (Index link = 0; link < static_cast<Index>(solver.tissue().links().size()); ++link) {
@@ -140,19 +162,28 @@ void ElectrodeContact::scan(const Solver& solver, const Electrode& electrode,
       candidate_links_.push_back(link);
     }
   }
-  collect_vertices(solver);
-  positions.read(solver, vertices_);
+  if (!is_listed) {
+    collect_vertices(solver);
+    all_vertices_ = vertices_;
+    listed_links_ = solver.tissue().links().size();
+  }
+  positions.read(solver, all_vertices_);
 
   slack_ = kMargin * radius_;
   const double far = radius_ + 2 * slack_;
   const std::span<const Eigen::Vector3f> x = positions.values();
-  // a point of a triangle or a link lies within its longest edge of a corner
+  // a point of a triangle or a link lies within its longest edge of a corner, and the electrode
+  // within its half length of its middle, which leaves out most at less cost
+  const Eigen::Vector3f middle = 0.5F * (electrode.tip + electrode.heel);
+  const double half = (electrode.heel - electrode.tip).norm() / 2 + kRounding;
   for (Body& body : bodies_) {
     body.is_candidate.assign(static_cast<std::size_t>(body.surface->slot_count()), 0);
     std::erase_if(body.candidates, [&](Index slot) {
       const auto [a, b, c] = body.surface->triangles()[slot];
-      const double size = std::max((x[a] - x[b]).norm(), (x[a] - x[c]).norm());
-      const bool is_near = a != b && distance_to(electrode, x[a]) < far + size;
+      const float square = std::max((x[a] - x[b]).squaredNorm(), (x[a] - x[c]).squaredNorm());
+      const double reach = far + std::sqrt(square);
+      const bool is_near =
+          a != b && (x[a] - middle).norm() < reach + half && distance_to(electrode, x[a]) < reach;
       body.is_candidate[slot] = is_near ? 1 : 0;
       return !is_near;
     });
@@ -324,6 +355,7 @@ void ElectrodeContact::renumber(const Tissue& tissue, const Renumbering& ids) {
   const bool has_seen_links = seen_links_ == ids.links.size();
   renumber_list(candidate_links_, ids.links);
   seen_links_ = has_seen_links ? tissue.links().size() : kUnseen;
+  listed_links_ = kUnseen;
   nearest_ = {};
   area_ = 0;
   near_.clear();

@@ -30,6 +30,10 @@ class ScenePositions {
 
   void read(const Solver& solver, std::span<const Index> vertices);
 
+  /// Reads all of them, and none from then on, until release().
+  void hold(const Solver& solver);
+  void release() noexcept { is_held_ = false; }
+
   /// Reads what is new since the last call.
   void follow(const Solver& solver);
 
@@ -42,9 +46,12 @@ class ScenePositions {
   [[nodiscard]] std::span<const Eigen::Vector3f> values() const noexcept { return values_; }
 
  private:
+  void take(const Solver& solver, std::span<const Index> vertices);
+
   std::vector<Eigen::Vector3f> values_, some_;
   std::vector<Index> added_;
   Index unread_ = 0;  // vertices from here on are new
+  bool is_held_ = false;
 };
 
 /// A vertex of the surface near an electrode.
@@ -115,14 +122,14 @@ class ElectrodeContact {
   void forget() noexcept { slack_ = -1; }
 
   /// After an undo: what was a new link may be another soon.
-  void forget_links() noexcept { seen_links_ = kUnseen; }
+  void forget_links() noexcept { seen_links_ = listed_links_ = kUnseen; }
 
  private:
   static constexpr double kLeastShare = 1e-3;
 
   struct Body {
     std::shared_ptr<const LiveSurface> surface;
-    std::uint64_t seen_version = 0;
+    std::uint64_t seen_version = 0, listed_version = 0;
     std::vector<std::uint8_t> is_candidate;  // [slot_count]
     std::vector<Index> candidates;           // slots
   };
@@ -141,8 +148,10 @@ class ElectrodeContact {
   std::vector<Index> candidate_links_;
   static constexpr std::size_t kUnseen = ~std::size_t{0};
   std::size_t seen_links_ = 0;
-  Electrode scanned_{};  // where it was then
-  double slack_ = -1;    // m that electrode and tissue may still move
+  Electrode scanned_{};              // where it was then
+  double slack_ = -1;                // m that electrode and tissue may still move
+  std::vector<Index> all_vertices_;  // of surfaces and links, as they were listed
+  std::size_t listed_links_ = kUnseen;
 
   NearestPoint nearest_{};
   double area_ = 0;

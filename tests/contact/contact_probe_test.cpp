@@ -19,6 +19,7 @@ namespace pbdsurg {
 namespace {
 
 using testing::Approx;
+using testing::ContainsSubstring;
 
 constexpr float kRadius = 4e-3F;  // m, of a probe's ball
 constexpr float kTop = 0.021F;    // m, of the block
@@ -235,6 +236,32 @@ TEST_CASE("contact probe: refuses what it cannot watch", "[unit]") {
   CHECK_THROWS_AS(ContactProbe(press.solver(), none, fine), InvalidArgument);
   CHECK_THROWS_AS(ContactProbe(press.solver(), bodies, flat), InvalidArgument);
   CHECK_THROWS_AS(ContactProbe(press.solver(), bodies, many), InvalidArgument);
+
+  Solver& solver = press.solver();
+  ContactProbe& probe = press.probe();
+  const ToolId tool = press.tool();
+  ContactPatch patch;
+  const auto collect = [&](ToolId which, std::uint64_t sequence, double time) {
+    probe.collect_patch(solver, which, GraspState::open, sequence, time, patch);
+  };
+  CHECK_NOTHROW(collect(tool, 1, 0));
+  CHECK_THROWS_AS(collect(ToolId(7), 1, 0), InvalidArgument);
+  CHECK_THROWS_AS(collect(tool, 0, 0), InvalidArgument);
+  CHECK_THROWS_AS(collect(tool, 1, std::nan("")), InvalidArgument);
+  Press other({});
+  CHECK_THROWS_AS(probe.collect_patch(other.solver(), other.tool(), GraspState::open, 1, 0, patch),
+                  InvalidArgument);
+
+  const std::vector<Eigen::Vector3f> positions(3, Eigen::Vector3f::Zero());
+  const auto collect_from = [&](const std::vector<Triangle>& triangles, std::size_t count) {
+    const std::vector<TouchedSurface> surfaces(count, {triangles, positions});
+    probe.collect_patch(surfaces, solver, tool, GraspState::open, 1, 0, patch);
+  };
+  CHECK_NOTHROW(collect_from({{0, 1, 2}, {0, 0, 0}}, 1));
+  CHECK_THROWS_WITH(collect_from({{0, 1, 2}, {0, 1, 3}}, 1), ContainsSubstring("triangle 1"));
+  CHECK_THROWS_AS(collect_from({{-1, 1, 2}}, 1), InvalidArgument);
+  CHECK_THROWS_AS(collect_from({}, 0), InvalidArgument);
+  CHECK_THROWS_AS(collect_from({}, 2), InvalidArgument);
 }
 
 }  // namespace pbdsurg

@@ -7,6 +7,7 @@
 
 #include "pbdsurg/base/random.h"
 #include "pbdsurg/haptics/servo.h"
+
 #include "tests/support/catch.h"
 #include "tests/support/check_refused.h"
 
@@ -33,8 +34,8 @@ InstrumentMappingOptions rig_of(HeldPart held) {
 }
 
 Isometry3f arm_of(int sample) {
-  const Vector3f at = 0.05F * Vector3f(unit(sample, 0) - 0.5F, unit(sample, 1) - 0.5F,
-                                       unit(sample, 2) - 0.5F);
+  const Vector3f at =
+      0.05F * Vector3f(unit(sample, 0) - 0.5F, unit(sample, 1) - 0.5F, unit(sample, 2) - 0.5F);
   return Eigen::Translation3f(at) *
          Eigen::AngleAxisf(2 * unit(sample, 3), Vector3f(unit(sample, 4), 1, -1).normalized());
 }
@@ -84,7 +85,8 @@ TEST_CASE("instrument mapping: the lever is the tip's motion a motion of the han
         const Vector3f by_difference =
             (mapping.map(moved).pose.translation() - mapped.pose.translation()) / kStep;
         const Vector3f by_lever =
-            options.motion_scale * (mapped.lever * (options.to_scene.linear() * Vector3f::Unit(axis)));
+            options.motion_scale *
+            (mapped.lever * (options.to_scene.linear() * Vector3f::Unit(axis)));
         CHECK((by_difference - by_lever).norm() < 0.02F);
       }
       if (held == HeldPart::handle) {

@@ -242,6 +242,41 @@ TEST_CASE("servo: grasps close, slip, saturate, open and tear without a step", "
   check_steps(rig);
 }
 
+// Would catch tissue in the jaws that is felt as soft as what the tip met before had to be.
+TEST_CASE("servo: what jaws hold is learnt anew", "[unit]") {
+  ServoState state;
+  double time = 0;
+  std::uint64_t sequence = 0;
+  ServoForce force;
+  // the tip goes from a height to another, in tissue of a stiffness, N/m, whose rest is at y = 0
+  const auto go = [&](float from, float to, float stiffness, GraspState grasp) {
+    constexpr int kTicks = 600;
+    for (int tick = 0; tick < kTicks; ++tick, time += 1e-3) {
+      Eigen::Isometry3f tip = Eigen::Isometry3f::Identity();
+      tip.translation().y() =
+          from + (to - from) * std::min(1.0F, 2 * static_cast<float>(tick) / kTicks);
+      ContactPacket packet;
+      packet.sequence = sequence;
+      if (tick % 10 == 0) {
+        packet.sequence = ++sequence;
+        packet.time = time;
+        set_pose(packet, tip);
+        packet.grasp.state = grasp;
+        packet.force = {0, -stiffness * tip.translation().y(), 0};
+        fit_to_force(packet, stiffness);
+      }
+      force = servo_tick(state, packet, {.time = time, .tip = tip});
+    }
+  };
+  go(1e-3F, 1e-3F, 0, GraspState::open);
+  go(1e-3F, 1e-3F, 0, GraspState::open);  // lets force in
+  go(0, -5e-3F, 1000, GraspState::open);
+  REQUIRE(force.computed.y() < 0.25F * 5);  // stiff tissue is felt softer
+  go(-5e-3F, -5e-3F, 100, GraspState::held);
+  go(-5e-3F, -12e-3F, 100, GraspState::held);
+  CHECK(force.computed.y() == Approx(1.2).epsilon(0.05));
+}
+
 TEST_CASE("servo: force dies with the simulation, and comes back without a step", "[unit]") {
   Rig rig =
       pushed({{.has_hand = true, .position = {0, kAbove, 0}}, 10}, testing::hard_wall(), {}, 10, 2);

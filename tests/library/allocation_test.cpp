@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <atomic>
+#include <cstdint>
+#include <cstdlib>
 #include <new>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "pbdsurg/base/mailbox.h"
+#include "pbdsurg/contact/contact_probe.h"
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/solver/solver.h"
 #include "pbdsurg/surgery/cut.h"
@@ -85,6 +89,44 @@ TEST_CASE("solver: a step allocates nothing after the first", "[validation]") {
   }
   CHECK(allocation_count == before);
   CHECK(contacts > 0);
+}
+
+// Would catch lists that a patch or its probe makes anew: the simulation waits for memory then, and
+// with it all that a mailbox feeds.
+TEST_CASE("contact: patches and packets allocate nothing once all slots of a mailbox were filled",
+          "[validation]") {
+  Scene scene;
+  scene.add_body("block", testing::make_box({8, 6, 5}, kEdge, 0.1));
+  scene.set_gravity(Eigen::Vector3f::Zero());
+  Solver solver(scene, testing::small_steps({.executor = executor::serial()}));
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
+  ContactProbe probe(solver, std::array<Index, 1>{0},
+                     std::array<ToolPoint, 2>{{{{0, 0, 0}, 3e-3F}, {{5e-3F, 0, 0}, 3e-3F}}});
+  Mailbox<ContactPatch> patches;
+  std::uint32_t planes = 0;
+  std::uint64_t step = 0;
+  const auto round = [&] {  // over the block, there and back, mostly looking at what is near
+    for (int i = 0; i < 60; ++i) {
+      ToolPose pose = ToolPose::Identity();
+      pose.translation() =
+          Eigen::Vector3f(0.5e-3F * static_cast<float>(30 - std::abs(i - 30)), 0.01F, 0.022F);
+      solver.move_tool(tool, pose);
+      solver.step(kTimeStep);
+      ++step;
+      probe.collect_patch(solver, tool, GraspState::open, step, 1e-3 * static_cast<double>(step),
+                          patches.draft());
+      patches.publish();
+      patches.take();
+      planes += make_contact_packet(patches.value()).plane_count;
+    }
+  };
+  for (int i = 0; i < 4; ++i) {
+    round();
+  }
+  const long before = allocation_count;
+  round();
+  CHECK(allocation_count == before);
+  CHECK(planes > 200);
 }
 
 // Would catch what a step needs and a grasp or a compaction leaves to it to find.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pbdsurg/base/owned.h"
+#include "pbdsurg/contact/contact_probe.h"
 #include "pbdsurg/contact/proximity.h"
 #include "pbdsurg/heat/disk_source.h"
 #include "pbdsurg/heat/surface_map.h"
@@ -72,6 +73,7 @@ TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   const World world;
   Solver solver(world.scene);
   Tissue& tissue = solver.tissue();  // which stays where it is
+  ContactProbe probe(solver, std::vector<Index>{0}, {});
   Solver there = moved_out(solver);
   Snapshot snapshot = there.snapshot();
   std::vector<Eigen::Vector3f> positions = there.positions();
@@ -115,6 +117,9 @@ TEST_CASE("moved from: a solver says so, whatever it is asked", "[unit]") {
   check_refused([&] { (void)plan_cut(solver, {}); });
   check_refused([&] { (void)find_vertices_near(solver, 0, {0, 0, 0}, 1); });
   check_refused([&] { cautery.update(solver, kAway, {}, 1e-3); });
+  ContactPatch patch;
+  check_refused([&] { probe.collect_patch(solver, ToolId{0}, GraspState::open, 1, 0, patch); });
+  check_refused([&] { ContactProbe late(solver, ids, {}); });
   check_refused([&] { strands.find_torn(solver, links); });
   check_refused([&] { strands.find_cut(solver, {}, links); });
   check_refused([&] { strands.separate(solver); });
@@ -258,6 +263,21 @@ TEST_CASE("moved from: a compaction says so", "[unit]") {
   compaction = std::move(there);
   compaction.build();
   (void)compaction.finish(solver);
+}
+
+TEST_CASE("moved from: a contact probe says so", "[unit]") {
+  const World world;
+  Solver solver(world.scene);
+  const ToolId tool = solver.add_tool({}, ToolPose::Identity());
+  ContactProbe probe(solver, std::vector<Index>{0}, {});
+  ContactProbe there = moved_out(probe);
+  ContactPatch patch;
+  const auto collect = [&] { probe.collect_patch(solver, tool, GraspState::open, 1, 0, patch); };
+  check_refused(collect);
+  check_refused([&] { probe.collect_patch({}, solver, tool, GraspState::open, 1, 0, patch); });
+  check_refused([&] { (void)make_contact_packet(probe, solver, tool, GraspState::open, 1, 0); });
+  probe = std::move(there);
+  collect();
 }
 
 TEST_CASE("moved from: a scene and a mesh are empty", "[unit]") {

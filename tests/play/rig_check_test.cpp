@@ -60,6 +60,40 @@ TEST_CASE("rig check: emulated hands pass every line", "[unit]") {
   CHECK_THAT(sheet, ContainsSubstring("checked by ____"));
 }
 
+// Would catch an expectation that holds for one kind of rig alone.
+TEST_CASE("rig check: other rigs pass, too", "[unit]") {
+  const pbdsurg::testing::TemporaryFolder folder;
+  Person person;
+  for (const char* const left :
+       {R"("holds": "handle")", R"("motion_scale": 4)", R"("force_scale": 1)"}) {
+    CAPTURE(left);
+    const std::string rig =
+        folder
+            .put("rig.json", R"({"emulated": true, "left": {"device": "arm", "name": "A", )" +
+                                 std::string(left) + R"(}, "right": {"device": "mouse"}})")
+            .string();
+    for (const RigCheckLine& line : check(rig, person)) {
+      CAPTURE(line.what, line.detail);
+      CHECK((line.result == Result::ok || line.what == "right hand: device"));
+    }
+  }
+}
+
+// Would catch a check that ends where a device is missing.
+TEST_CASE("rig check: what does not open fails, and the rest goes on", "[unit]") {
+  const pbdsurg::testing::TemporaryFolder folder;
+  Person person;
+  const std::string rig = folder
+                              .put("rig.json", R"({"emulated": true,
+      "left": {"device": "arm", "name": "A"},
+      "pedals": [{"keyboard": "/nowhere/pedals", "cut": 30, "coagulation": 48}]})")
+                              .string();
+  const std::vector<RigCheckLine> lines = check(rig, person);
+  CHECK(result_of(lines, "pedals: keyboard") == Result::failed);
+  CHECK(result_of(lines, "left hand: force") == Result::ok);
+  CHECK(result_of(lines, "pedal: cut (yellow)") == Result::ok);  // the emulated one
+}
+
 // Would catch a line that cannot fail.
 TEST_CASE("rig check: what is broken fails its line, and no other hand's", "[unit]") {
   const pbdsurg::testing::TemporaryFolder folder;

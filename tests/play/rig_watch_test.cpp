@@ -35,8 +35,15 @@ TEST_CASE("rig watch: what happens is told once", "[unit]") {
     CHECK(watch.update(Side::left, status).empty());
     CHECK(watch.update(Side::right, calibrated_arm()).empty());
   };
+  status.servo.time = 5;
   status.arm.faults.add(DeviceFault::warm_motors);
   check("warm");
+  for (int picture = 0; picture < 120; ++picture) {  // as long as they are warm, in each tick
+    status.servo.time += 1.0 / 60;
+    status.arm.faults.add(DeviceFault::warm_motors, 16);
+    CHECK(watch.update(Side::left, status).empty());
+  }
+  status.servo.time += 5;
   status.arm.faults.add(DeviceFault::warm_motors);
   check("warm");
   status.arm.faults.add(DeviceFault::stuck_calibration);

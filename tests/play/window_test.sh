@@ -208,7 +208,7 @@ case $case in
     settings 320 240
     cat >"$folder/rig.json" <<'END'
 {"emulated": true, "left": {"device": "arm", "name": "A"}, "right": {"device": "arm", "name": "B"},
- "faults": [{"fault": "unplugged", "hand": "left", "begin_s": 20}]}
+ "faults": [{"fault": "unplugged", "hand": "left", "begin_s": 10}]}
 END
     begin --devices "$folder/rig.json"
     xdotool key Return

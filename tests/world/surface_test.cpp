@@ -3,9 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 
+#include "pbdsurg/contact/contact_probe.h"
 #include "pbdsurg/surgery/cut.h"
 #include "pbdsurg/views/live_boundary.h"
 
@@ -101,17 +103,35 @@ TEST_CASE("surface: at rest, normals of a box point outwards", "[unit]") {
   CHECK(surface.marks().empty());
 }
 
-// Would catch triangles, positions, normals, temperatures or marks that an event leaves behind.
+// Would catch triangles, positions, normals, temperatures or marks that an event leaves behind; and
+// a contact probe that sees another surface by itself.
 TEST_CASE("surface: is that of the tissue after burns, edits, undo, cuts and compaction",
           "[property]") {
   SlabWorld slabs;
   World& world = slabs.world;
-  const Surface& lower = world.surface(slabs.lower);
+  const Surface &lower = world.surface(slabs.lower), &upper = world.surface(slabs.upper);
   slabs.burn();
   Index removed = 0;
+  const std::array<Index, 2> bodies{0, 1};
+  const std::array<ToolPoint, 2> points{{{{0, 0, 0}, 1e-3F}, {{0, 0, 4e-3F}, 1e-3F}}};
+  ContactProbe reading(world.solver(), bodies, points), given(world.solver(), bodies, points);
+  std::uint64_t checks = 0;
+  std::uint32_t planes = 0;
   const auto check = [&] {
     check_surface(world, slabs.lower, slabs.burner);
     check_surface(world, slabs.upper, slabs.burner);
+    const std::array<TouchedSurface, 2> surfaces{
+        {{lower.triangles(), lower.positions()}, {upper.triangles(), upper.positions()}}};
+    const double time = 1e-3 * static_cast<double>(++checks);
+    ContactPatch read, touched;
+    reading.collect_patch(world.solver(), slabs.hook, GraspState::open, checks, time, read);
+    given.collect_patch(surfaces, world.solver(), slabs.hook, GraspState::open, checks, time,
+                        touched);
+    REQUIRE(read.triangles.size() == touched.triangles.size());
+    for (std::size_t i = 0; i < read.triangles.size(); ++i) {
+      REQUIRE(read.triangles[i].corners == touched.triangles[i].corners);
+    }
+    planes += make_contact_packet(read).plane_count;
   };
   check();
   for (int round = 0; round < 36; ++round) {
@@ -135,6 +155,7 @@ TEST_CASE("surface: is that of the tissue after burns, edits, undo, cuts and com
     }
   }
   CHECK(removed > 10);
+  CHECK(planes > checks);
   CHECK(std::ranges::any_of(lower.marks(), [](BurnBytes marks) { return marks.white > 0; }));
   CHECK(std::ranges::max(lower.temperatures()) > 60);
 }

@@ -258,6 +258,7 @@ void Controls::let_go() {
   moves_tip_ = moves_scope_ = false;
   keys_ = screen_ = {};
   send_pedals();
+  ++orders_.let_gos;
 }
 
 void Controls::send_pedals() {

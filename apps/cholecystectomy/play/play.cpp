@@ -14,6 +14,7 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/play/controls.h"
 #include "apps/cholecystectomy/play/guide.h"
 #include "apps/cholecystectomy/play/panel_screen.h"
@@ -78,18 +79,15 @@ class Play {
         sides_(settings_.is_left_handed ? std::array{Side::right, Side::left}
                                         : std::array{Side::left, Side::right}),
         description_(rig::read_rig(options.devices)),
-        emulated_(emulate()),
+        rig_(description_, places_, false),
         hands_{{{"mouse, grasper", reach_of(Side::left), places_.tips[0], clock()},
                 {"mouse, hook", reach_of(Side::right), places_.tips[1], clock()}}},
-        rig_(description_, places_, mice(), emulated_.get(), clock(), false,
-             options.is_recorded),
         scope_(first_scope()),
         controls_(hands_, scope_, assistant_, orders_, settings_.is_left_handed),
         player_(std::async(std::launch::async, make_player)),
         contacts_(feels() ? std::make_unique<ContactThread>(rig_, sides_, clock()) : nullptr),
-        simulation_(std::make_unique<SimulationThread>(
-            simulation_options(), Hands{&rig_.device(sides_[0]), &rig_.device(sides_[1])}, clock(),
-            contacts_.get())) {
+        simulation_(std::make_unique<SimulationThread>(simulation_options(), devices(), clock(),
+                                                       contacts_.get())) {
     for (const char* trace : {"left.trace", "right.trace"}) {
       if (options.is_recorded && std::filesystem::exists(options.out / trace)) {
         throw pbdsurg::FileError((options.out / trace).string() +
@@ -142,53 +140,50 @@ class Play {
     if (options_.is_recorded) {
       simulation_.reset();  // it asks hands no more
       std::filesystem::create_directories(options_.out);
-      rig_.write_traces(options_.out);
+      for (std::size_t role = 0; role < sides_.size(); ++role) {
+        pbdsurg::write_device_trace(
+            options_.out / (std::string(rig::name_of(sides_[role])) + ".trace"),
+            recording_.traces[role]);
+      }
       std::printf("wrote left.trace and right.trace to %s\n", options_.out.c_str());
     }
-    return 0;
+    return is_interrupted() ? kInterruptedStatus : 0;
   }
 
  private:
   [[nodiscard]] const SceneState& state() const { return simulation_->states.value(); }
   // A scene that was never there ends the program with a sentence; one that fails later shows it.
   [[nodiscard]] bool is_over() const {
-    return screen_->window.is_closing() || controls_.wishes.quit ||
+    return screen_->window.is_closing() || controls_.wishes.quit || is_interrupted() ||
            (options_.pictures > 0 && pictures_ >= options_.pictures) ||
            (state().phase == Phase::failed && first_play_ == 0);
   }
 
-  [[nodiscard]] pbdsurg::Clock& clock() { return emulated_ ? emulated_->clock() : own_clock_; }
-
-  [[nodiscard]] std::unique_ptr<rig::EmulatedRig> emulate() {
-    if (!description_.is_emulated) {
-      return nullptr;
-    }
-    return rig::emulate(description_,
-                        {rig::mapping_of(description_.hands[0], places_, Side::left),
-                         rig::mapping_of(description_.hands[1], places_, Side::right)},
-                        places_.tips, false);
-  }
+  [[nodiscard]] pbdsurg::Clock& clock() { return rig_.clock(); }
 
   [[nodiscard]] bool feels() const {
     return description_.has(rig::Mover::arm) || description_.has(rig::Mover::trace);
   }
 
-  // [side], of what each holds
-  [[nodiscard]] std::array<pbdsurg::Device*, 2> mice() {
-    std::array<pbdsurg::Device*, 2> mice{};
-    for (std::size_t role = 0; role < mice.size(); ++role) {
-      mice[static_cast<std::size_t>(sides_[role])] = &hands_[role];
-    }
-    return mice;
+  // Keys and buttons on the screen are pedals of the mouse's hook, whatever holds the real one.
+  Hands devices() {
+    rig_.set_mouse(sides_[0], hands_[0]);
+    rig_.set_mouse(sides_[1], hands_[1]);
+    return {&rig_.device(sides_[0]),
+            &rig_.device(sides_[1]),
+            {&rig_.feet(), &hands_[1]},
+            options_.is_recorded ? &recording_ : nullptr};
   }
 
-  void rehearse(const SurgicalScene& scene) {
+  void begin(const SurgicalScene& scene) {
     const Rehearsal rehearsal =
         make_rehearsal(scene, {places_.tips[static_cast<std::size_t>(sides_[0])],
                                places_.tips[static_cast<std::size_t>(sides_[1])]});
+    std::array<std::vector<pbdsurg::Waypoint>, 2> scripts;
     for (std::size_t role = 0; role < sides_.size(); ++role) {
-      rig_.rehearse(sides_[role], rehearsal.hands[role]);
+      scripts[static_cast<std::size_t>(sides_[role])] = rehearsal.hands[role];
     }
+    rig_.begin(scripts);
   }
 
   SimulationThread::Options simulation_options() {
@@ -199,7 +194,9 @@ class Play {
     options.executor = [name = options_.executor] {
       return pbdsurg::programs::executor_named(name);
     };
-    options.on_begin = [this](const SurgicalScene& scene) { rehearse(scene); };
+    options.on_begin = [this](const SurgicalScene& scene) { begin(scene); };
+    options.on_undo = [this] { rig_.disengage(); };
+    options.on_let_go = [this] { rig_.let_go(); };
     return options;
   }
 
@@ -309,6 +306,9 @@ class Play {
       if (std::string line = rig_watch_.line(side, status); !line.empty()) {
         lines.push_back(std::move(line));
       }
+    }
+    if (std::exchange(had_pedals_, rig_.are_pedals_connected()) && !had_pedals_) {
+      warn(texts_.pedals_lost);
     }
     screen_->panels.set_hands(std::move(lines));
     if (contacts_) {
@@ -507,9 +507,8 @@ class Play {
     const auto print = [](const std::string& what, const rig::AgeHistogram& ages) {
       if (ages.count() > 0) {
         std::printf("age_ms %s median %.2f p99 %.2f p999 %.2f worst %.2f of %llu\n", what.c_str(),
-                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99),
-                    1e3 * ages.quantile(0.999), 1e3 * ages.worst(),
-                    static_cast<unsigned long long>(ages.count()));
+                    1e3 * ages.quantile(0.5), 1e3 * ages.quantile(0.99), 1e3 * ages.quantile(0.999),
+                    1e3 * ages.worst(), static_cast<unsigned long long>(ages.count()));
       }
     };
     print("hand_at_step", state().hand_ages);
@@ -539,10 +538,9 @@ class Play {
   std::array<Side, 2> sides_;  // of the grasper and the hook
   rig::RigPlaces places_ = hand_places();
   rig::RigDescription description_;
-  pbdsurg::RealClock own_clock_;
-  std::unique_ptr<rig::EmulatedRig> emulated_;  // null where no arm is
-  std::array<MouseHand, 2> hands_;
   rig::Rig rig_;
+  std::array<MouseHand, 2> hands_;  // of the grasper and the hook
+  HandRecording recording_;
   RigWatch rig_watch_{texts_};
   Scope scope_;
   CameraAssistant assistant_{kCentre, kScene};
@@ -560,6 +558,7 @@ class Play {
   EventCounts events_{};
   Seen seen_;
   std::uint32_t drawn_generation_ = kNone;
+  bool had_pedals_ = true;
   bool has_understood_ = false, was_refused_ = false, is_alarmed_ = false;
   std::int64_t pictures_ = 0;
   int screenshots_ = 0;
@@ -575,7 +574,8 @@ class Play {
 }  // namespace
 
 int play(const PlayOptions& options) {
-  quiet_openal();  // the player would later, when other threads may read the environment
+  note_interrupt();  // motors must not stay on
+  quiet_openal();    // the player would later, when other threads may read the environment
   return Play(options).run();
 }
 

@@ -20,7 +20,7 @@ struct PlayOptions {
   std::string executor = "best";
   bool is_paper = false;
   std::string devices = "mouse";                  ///< see rig::read_rig()
-  bool is_recorded = false;                       ///< see rig::Rig::write_traces(): into `out`
+  bool is_recorded = false;                       ///< hands, as left.trace and right.trace in `out`
   std::optional<std::filesystem::path> settings;  ///< else default_settings_path()
   std::int64_t pictures = 0;  ///< ends after so many; 0: when the window is closed
 };

@@ -25,8 +25,8 @@ Vector3f farthest(const std::vector<Vector3f>& positions, const Vector3f& direct
 }
 
 Vector3f nearest(const std::vector<Vector3f>& positions, const Vector3f& point) {
-  return *std::ranges::min_element(
-      positions, {}, [&](const Vector3f& x) { return (x - point).squaredNorm(); });
+  return *std::ranges::min_element(positions, {},
+                                   [&](const Vector3f& x) { return (x - point).squaredNorm(); });
 }
 
 Vector3f centre(const std::vector<Vector3f>& positions) {
@@ -43,8 +43,7 @@ Rehearsal make_rehearsal(const SurgicalScene& scene, const std::array<Vector3f, 
   Rehearsal rehearsal{};
 
   // force is let in while nothing is touched, which takes a second
-  const Vector3f fundus =
-      farthest(positions_of(scene, Organ::gallbladder), Vector3f(-1, 0, -0.7F));
+  const Vector3f fundus = farthest(positions_of(scene, Organ::gallbladder), Vector3f(-1, 0, -0.7F));
   const Vector3f pulled = fundus + Vector3f(-0.014F, -0.004F, -0.016F);
   rehearsal.hands[0] = {{.time = 0, .tip = tips[0]},
                         {.time = 1.5, .tip = tips[0]},

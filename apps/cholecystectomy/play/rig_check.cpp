@@ -7,11 +7,13 @@
 #include <ctime>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/version.h"
-#include "pbdsurg/haptics/scripted_hand.h"
+#include "pbdsurg/haptics/servo.h"
 
+#include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/play/places.h"
 #include "apps/rig/rig.h"
 
@@ -24,11 +26,11 @@ using rig::Mover;
 using rig::Side;
 using Result = RigCheckLine::Result;
 
-constexpr double kPatience = 20;  // s, for a person to do what a line asks
-constexpr double kPeriod = 0.01;  // s, of packets
-constexpr float kMove = 0.03F;    // m, that a hand shall move
-constexpr float kStill = 0.01F;   // m, that the other may meanwhile
-constexpr float kPress = 0.3F;    // N, that shall be felt
+constexpr double kPatience = 20;      // s, for a person to do what a line asks
+constexpr double kPeriod = 0.01;      // s, of packets
+constexpr float kMove = 0.03F;        // m, that a hand shall move
+constexpr float kStill = 0.01F;       // m, that the other may meanwhile
+constexpr float kPress = 0.3F;        // N, that shall be felt
 constexpr double kMostPicture = 100;  // ms
 constexpr float kTremor = 2e-3F;      // m, of a hand that holds still
 constexpr int kStillPasses = 30;
@@ -43,22 +45,7 @@ class Check {
       : help_(help),
         description_(rig::read_rig(options.devices)),
         has_virtual_time_(options.has_virtual_time) {
-    if (has_virtual_time_ && description_.has(Mover::arm) && !description_.is_emulated) {
-      throw pbdsurg::InvalidArgument("--virtual-time: real arms know real time alone");
-    }
-    if (description_.is_emulated) {
-      emulated_ = rig::emulate(description_,
-                               {rig::mapping_of(description_.hands[0], places_, Side::left),
-                                rig::mapping_of(description_.hands[1], places_, Side::right)},
-                               places_.tips, has_virtual_time_);
-    }
-    for (const Side side : kSides) {
-      resting_[index_of(side)] =
-          pbdsurg::scripted_hand("mouse", {{.tip = places_.tips[index_of(side)]}}, clock());
-    }
-    rig_ = std::make_unique<rig::Rig>(description_, places_,
-                                      std::array{resting_[0].get(), resting_[1].get()},
-                                      emulated_.get(), clock(), has_virtual_time_);
+    open();
   }
 
   std::vector<RigCheckLine> run() {
@@ -84,14 +71,63 @@ class Check {
   }
 
  private:
-  [[nodiscard]] pbdsurg::Clock& clock() {
-    return emulated_                ? emulated_->clock()
-           : has_virtual_time_ ? static_cast<pbdsurg::Clock&>(virtual_clock_)
-                               : real_clock_;
+  [[nodiscard]] pbdsurg::Clock& clock() { return rig_->clock(); }
+
+  // Opens what there is: what does not open is a line, and the rest goes on without.
+  void open() {
+    pbdsurg::RealClock probe_clock;
+    const auto try_part = [&](const std::string& what, auto&& make) {
+      try {
+        make();
+        return true;
+      } catch (const pbdsurg::InvalidArgument&) {
+        throw;  // of the options, not of a device
+      } catch (const pbdsurg::Error& error) {
+        note(what, false, error.what());
+        return false;
+      }
+    };
+    const auto try_rig = [&](const std::string& what, const rig::RigDescription& description) {
+      return try_part(what, [&] {
+        rig_.reset();
+        rig_ = std::make_unique<rig::Rig>(description, places_, has_virtual_time_);
+      });
+    };
+    std::erase_if(description_.pedals, [&](const rig::PedalsDescription& pedals) {
+      return !try_part("pedals: keyboard", [&] {
+        static_cast<void>(pbdsurg::PedalKeyboard(pedals.keyboard, pedals.keys, probe_clock));
+      });
+    });
+    for (const Side side : kSides) {
+      rig::HandDescription& hand = description_.hands[index_of(side)];
+      if (hand.handle && !try_part(text("%s hand: handle", rig::name_of(side)), [&] {
+            static_cast<void>(pbdsurg::Handle(hand.handle->port, hand.handle->range, probe_clock));
+          })) {
+        hand.handle.reset();
+      }
+    }
+    if (is_arm(Side::left) && is_arm(Side::right)) {  // one by one, so that one has a name
+      for (const Side side : kSides) {
+        rig::RigDescription alone = description_;
+        alone.pedals.clear();
+        alone.faults.clear();
+        rig::HandDescription& other = alone.hands[1 - index_of(side)];
+        other = rig::HandDescription();
+        alone.hands[index_of(side)].handle.reset();
+        if (!try_rig(text("%s hand: device", rig::name_of(side)), alone)) {
+          description_.hands[index_of(side)] = rig::HandDescription();
+        }
+      }
+    }
+    if (!try_rig("devices", description_)) {
+      rig_.reset();
+      description_ = rig::RigDescription();
+      rig_ = std::make_unique<rig::Rig>(description_, places_, has_virtual_time_);
+    }
+    rig_->begin({});
   }
-  [[nodiscard]] bool is_arm(Side side) const {
-    return description_.hand(side).mover == Mover::arm;
-  }
+
+  [[nodiscard]] bool is_arm(Side side) const { return description_.hand(side).mover == Mover::arm; }
 
   void note(const std::string& what, Result result, const std::string& detail) {
     lines_.push_back({what, result, detail});
@@ -112,6 +148,10 @@ class Check {
     for (const Side side : kSides) {
       states_[index_of(side)] = rig_->device(side).state();
       publish_wall(side);
+    }
+    pedals_ = rig_->feet().state().pedals;
+    if (is_interrupted()) {
+      throw pbdsurg::Error("interrupted");  // force goes to zero on the way out
     }
     if (has_virtual_time_) {
       for (int tick = 0; tick < 10; ++tick) {
@@ -135,8 +175,26 @@ class Check {
     return false;
   }
 
-  [[nodiscard]] Vector3f tip(Side side) const {
-    return states_[index_of(side)].pose.translation();
+  [[nodiscard]] Vector3f tip(Side side) const { return states_[index_of(side)].pose.translation(); }
+
+  // Felt stiffness over the scene's.
+  [[nodiscard]] float scale_of(Side side) const {
+    const rig::HandDescription& hand = description_.hand(side);
+    return hand.force_scale * hand.motion_scale;
+  }
+
+  // Where a force on the tip that points up is felt to point: unit.
+  [[nodiscard]] Vector3f felt_up(Side side) const {
+    const Vector3f up = places_.axes.col(1);
+    if (description_.hand(side).held == pbdsurg::HeldPart::tip) {
+      return up;
+    }
+    const Vector3f& port = places_.ports[index_of(side)];
+    const Vector3f way = port - tip(side);
+    const float outside = pbdsurg::InstrumentMappingOptions().shaft_length - way.norm();
+    const Vector3f handle =
+        port + std::max(outside, pbdsurg::InstrumentMapping::kLeastDistance) * way.normalized();
+    return (pbdsurg::lever_about_port(port, handle, tip(side)).transpose() * up).normalized();
   }
 
   void publish_wall(Side side) {
@@ -145,11 +203,9 @@ class Check {
     packet.sequence = ++sequence_;
     packet.time = clock().now();
     pbdsurg::set_pose(packet, states_[index_of(side)].pose);
-    const float depth =
-        walls_[index_of(side)] ? *walls_[index_of(side)] - up.dot(tip(side)) : -1;
+    const float depth = walls_[index_of(side)] ? *walls_[index_of(side)] - up.dot(tip(side)) : -1;
     // springs of the hand, whatever the scale of its forces
-    const float stiffness =
-        pbdsurg::kLeastStiffness / std::max(description_.hand(side).force_scale, 1e-3F);
+    const float stiffness = pbdsurg::kLeastStiffness / std::max(scale_of(side), 1e-3F);
     packet.planes[0] = {.normal = pbdsurg::packet_vector(up),
                         .offset = up.dot(tip(side)) + depth,
                         .stiffness = stiffness};
@@ -168,7 +224,9 @@ class Check {
                            .jaw = jaw,
                            .pedals = pedals});
     }
-    rig_->rehearse(side, std::move(waypoints));
+    std::array<std::vector<pbdsurg::Waypoint>, 2> scripts;
+    scripts[index_of(side)] = std::move(waypoints);
+    rig_->rehearse(scripts);
   }
 
   void check_device(Side side) {
@@ -204,14 +262,14 @@ class Check {
   void check_side(Side side) {
     pass();
     const std::array<Vector3f, 2> before{tip(Side::left), tip(Side::right)};
-    help_.tell(text("Move the %s instrument up and down by 5 cm; leave the other.",
-                    rig::name_of(side)));
+    help_.tell(
+        text("Move the %s instrument up and down by 5 cm; leave the other.", rig::name_of(side)));
     rehearse(side, {{0, 0, 0}, {0, 1.5F * kMove, 0}, {0, 0, 0}}, 0.5);
     std::array<float, 2> moved{};
     const bool has_moved = await([&] {
       for (const Side each : kSides) {
-        moved[index_of(each)] = std::max(
-            moved[index_of(each)], (tip(each) - before[index_of(each)]).norm());
+        moved[index_of(each)] =
+            std::max(moved[index_of(each)], (tip(each) - before[index_of(each)]).norm());
       }
       return moved[index_of(side)] > kMove;
     });
@@ -225,8 +283,8 @@ class Check {
   void check_force(Side side) {
     const std::string what = text("%s hand: force", rig::name_of(side));
     walls_[index_of(side)].reset();
-    help_.tell(text("Hold the %s instrument still in the air: force is let in.",
-                    rig::name_of(side)));
+    help_.tell(
+        text("Hold the %s instrument still in the air: force is let in.", rig::name_of(side)));
     Vector3f still = tip(side);
     int still_passes = 0;
     const auto is_engaged = [&] {
@@ -238,17 +296,19 @@ class Check {
       note(what, false, "was not let in");
       return;
     }
-    walls_[index_of(side)] = places_.axes.col(1).dot(tip(side)) - 0.01F;
-    help_.tell(text("Press the %s instrument down on a soft wall 1 cm below, and lift it again.",
-                    rig::name_of(side)));
-    rehearse(side, {{0, 0, 0}, {0, -0.02F, 0}, {0, -0.02F, 0}, {0, 0, 0}}, 0.5);
+    const float scale = description_.hand(side).motion_scale;
+    walls_[index_of(side)] = places_.axes.col(1).dot(tip(side)) - scale * 0.01F;
+    help_.tell(
+        text("Press the tip of the %s instrument down on a soft wall 1 cm below, and lift "
+             "it again.",
+             rig::name_of(side)));
+    rehearse(side, {{0, 0, 0}, {0, -0.02F * scale, 0}, {0, -0.02F * scale, 0}, {0, 0, 0}}, 0.5);
     float most = 0, worst_step = 0, sideways = 0;
     Vector3f last = rig_->status(side).servo.force.commanded;
     const auto watch = [&] {
-      const Vector3f force = rig_->status(side).servo.force.commanded;
-      most = std::max(most, places_.axes.col(1).dot(force));
-      sideways = std::max(sideways,
-                          (force - places_.axes.col(1).dot(force) * places_.axes.col(1)).norm());
+      const Vector3f force = rig_->status(side).servo.force.commanded, up = felt_up(side);
+      most = std::max(most, up.dot(force));
+      sideways = std::max(sideways, (force - up.dot(force) * up).norm());
       worst_step = std::max(worst_step, (force - last).norm());
       last = force;
       return force.norm();
@@ -257,9 +317,12 @@ class Check {
     const bool is_gone = is_felt && await([&] { return watch() < 0.01F; });
     walls_[index_of(side)].reset();
     note(what, is_felt && is_gone && sideways < 0.5F * most,
-         text("up to %.2f N upwards, %.2f N sideways, changes of %.2f N in 10 ms%s",
+         text("up to %.2f N against the press, %.2f N aside, changes of %.2f N in 10 ms%s",
               static_cast<double>(most), static_cast<double>(sideways),
-              static_cast<double>(worst_step), is_gone ? "" : ", did not go to zero"));
+              static_cast<double>(worst_step),
+              is_gone   ? ""
+              : is_felt ? ", did not go to zero"
+                        : ", was not felt"));
   }
 
   void check_jaw(Side side) {
@@ -281,9 +344,9 @@ class Check {
     });
     rehearse(side, {{0, 0, 0}}, 1, 1);
     const bool opens = closes && await([&] {
-      learn();
-      return states_[index_of(side)].jaw >= 1;
-    });
+                         learn();
+                         return states_[index_of(side)].jaw >= 1;
+                       });
     std::string detail = closes ? opens ? "close and open" : "do not open" : "do not close";
     if (handle != nullptr) {
       try {
@@ -297,26 +360,21 @@ class Check {
   }
 
   void check_pedals() {
-    if (description_.pedals.empty() && !emulated_) {
+    if (description_.pedals.empty() && !description_.is_emulated) {
       note("pedals", Result::not_checked, "none in the rig's file");
       return;
     }
-    const auto pedals = [&] {
-      pbdsurg::Pedals both;
-      for (const pbdsurg::DeviceState& state : states_) {
-        both.cut = both.cut || state.pedals.cut;
-        both.coagulation = both.coagulation || state.pedals.coagulation;
-      }
-      return both;
-    };
+    const Side script = is_arm(Side::right) ? Side::right : Side::left;
     const auto check = [&](const char* name, const pbdsurg::Pedals& wanted) {
       help_.tell(text("Press the %s pedal, and let it go.", name));
-      rehearse(Side::right, {{0, 0, 0}}, 1, 1, wanted);
-      const bool is_down = await([&] { return pedals() == wanted; });
-      rehearse(Side::right, {{0, 0, 0}}, 1);
-      const bool is_up = is_down && await([&] { return pedals() == pbdsurg::Pedals{}; });
+      rehearse(script, {{0, 0, 0}}, 1, 1, wanted);
+      const bool is_down = await([&] { return pedals_ == wanted; });
+      rehearse(script, {{0, 0, 0}}, 1);
+      const bool is_up = is_down && await([&] { return pedals_ == pbdsurg::Pedals{}; });
       note(text("pedal: %s", name), is_up,
-           is_up ? "down and up" : is_down ? "does not come up" : "not heard");
+           is_up     ? "down and up"
+           : is_down ? "does not come up"
+                     : "not heard");
     };
     check("cut (yellow)", {.cut = true});
     check("coagulation (blue)", {.coagulation = true});
@@ -325,9 +383,10 @@ class Check {
   void check_sound() {
     const std::string device = help_.sound();
     const std::optional<bool> is_heard = help_.ask("Did you hear two tones and a chime?");
-    note("sound", !is_heard   ? Result::not_checked
-                  : *is_heard ? Result::ok
-                              : Result::failed,
+    note("sound",
+         !is_heard   ? Result::not_checked
+         : *is_heard ? Result::ok
+                     : Result::failed,
          device);
   }
 
@@ -345,12 +404,9 @@ class Check {
   rig::RigDescription description_;
   bool has_virtual_time_;
   rig::RigPlaces places_ = hand_places();
-  pbdsurg::RealClock real_clock_;
-  pbdsurg::VirtualClock virtual_clock_;
-  std::unique_ptr<rig::EmulatedRig> emulated_;
-  std::array<std::unique_ptr<pbdsurg::Device>, 2> resting_;
   std::unique_ptr<rig::Rig> rig_;
   std::array<pbdsurg::DeviceState, 2> states_;
+  pbdsurg::Pedals pedals_;
   std::array<std::optional<float>, 2> walls_;  // m, along up
   std::uint64_t sequence_ = 0;
   std::vector<RigCheckLine> lines_;

@@ -11,6 +11,7 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "apps/cholecystectomy/interruption.h"
 #include "apps/cholecystectomy/play/places.h"
 #include "apps/cholecystectomy/play/rig_check.h"
 #include "apps/cholecystectomy/play/scene_feed.h"
@@ -55,10 +56,9 @@ std::optional<std::pair<double, std::string>> draw() {
 #ifdef PBDSURG_HAS_PICTURES
   constexpr int kPictures = 20;
   try {
-    const LoadedAnatomy anatomy = load_anatomy({}, Detail::full);
+    const LoadedAnatomy anatomy = load_anatomy({}, Detail::low);
     const SurgicalScene scene = make_scene(anatomy, pbdsurg::ElasticModel::neo_hookean);
-    OffscreenRenderer renderer(
-        {.width = 1280, .height = 720, .quality = RenderQuality::quick()});
+    OffscreenRenderer renderer({.width = 1280, .height = 720, .quality = RenderQuality::quick()});
     renderer.set_surfaces(rest_surfaces(scene, anatomy.anatomy.abdominal_wall));
     SceneView view;
     view.camera = first_scope().camera();
@@ -67,8 +67,7 @@ std::optional<std::pair<double, std::string>> draw() {
     for (int i = 0; i < kPictures; ++i) {
       renderer.draw(view);
     }
-    const std::chrono::duration<double, std::milli> time =
-        std::chrono::steady_clock::now() - start;
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
     return std::pair(time.count() / kPictures, renderer.device_name());
   } catch (const pbdsurg::BackendUnavailable&) {
   }
@@ -80,6 +79,7 @@ std::optional<std::pair<double, std::string>> draw() {
 
 int check_rig_at_terminal(const RigCheckOptions& options) {
   quiet_openal();
+  note_interrupt();
   const std::vector<RigCheckLine> lines = check_rig(options, {tell, ask, sound, draw});
   tell(sheet_of(lines, options.devices));
   for (const RigCheckLine& line : lines) {

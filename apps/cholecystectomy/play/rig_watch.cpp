@@ -16,8 +16,7 @@ std::vector<std::string> RigWatch::update(rig::Side side, const HandStatus& now)
   const auto tell = [&](bool is_so, const char* format) {
     if (is_so) {
       std::array<char, 192> text{};
-      std::snprintf(text.data(), text.size(), format,
-                    texts_.sides[static_cast<std::size_t>(side)]);
+      std::snprintf(text.data(), text.size(), format, texts_.sides[static_cast<std::size_t>(side)]);
       news.emplace_back(text.data());
     }
   };
@@ -32,7 +31,11 @@ std::vector<std::string> RigWatch::update(rig::Side side, const HandStatus& now)
     tell(!now.arm.is_lost && !now.is_connected && before.is_connected, texts_.arm_silent);
     tell(began(HdapiCalibration::needs_inkwell), texts_.arm_inkwell);
     tell(grew(DeviceFault::stuck_calibration), texts_.arm_stuck);
-    tell(grew(DeviceFault::warm_motors), texts_.arm_warm);
+    if (grew(DeviceFault::warm_motors)) {
+      double& last = warm_[static_cast<std::size_t>(side)];
+      tell(now.servo.time - last > kSpell, texts_.arm_warm);
+      last = now.servo.time;
+    }
     tell(now.handle == pbdsurg::HandleCondition::lost && before.handle != now.handle,
          texts_.handle_lost);
     tell(now.handle == pbdsurg::HandleCondition::live &&

@@ -25,7 +25,10 @@ class RigWatch {
 
  private:
   const Texts& texts_;
-  std::array<rig::HandStatus, 2> before_;  // [side]
+  static constexpr double kSpell = 1;  // s: what repeats within is one spell
+
+  std::array<rig::HandStatus, 2> before_;         // [side]
+  std::array<double, 2> warm_{-kSpell, -kSpell};  // s, [side]: when motors were last
 };
 
 }  // namespace cholecystectomy

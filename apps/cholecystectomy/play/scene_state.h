@@ -28,6 +28,7 @@ struct Orders {
   std::uint32_t single_steps = 0;  ///< so far, while paused
   std::uint32_t undos = 0;         ///< so far
   std::uint32_t restarts = 0;      ///< so far
+  std::uint32_t let_gos = 0;       ///< so far: pedals are up until pressed anew
   double cut_power = 30;           ///< W
   double coagulation_power = 30;   ///< W
 };
@@ -96,11 +97,11 @@ struct SceneState {
 
   double time = 0;  ///< s, simulated
   std::int64_t step = 0;
-  std::int64_t all_steps = 0;  ///< those before the scene began anew or went back, too
-  double factor = 1;           ///< simulated time over the time asked for
-  double owed = 0;             ///< s by which steps are late
-  double made = 0;             ///< s of the clock, when this was filled
-  rig::AgeHistogram hand_ages; ///< s, of hands at the beginning of steps, of this session
+  std::int64_t all_steps = 0;   ///< those before the scene began anew or went back, too
+  double factor = 1;            ///< simulated time over the time asked for
+  double owed = 0;              ///< s by which steps are late
+  double made = 0;              ///< s of the clock, when this was filled
+  rig::AgeHistogram hand_ages;  ///< s, of hands at the beginning of steps, of this session
   StepTimes times;
   std::int64_t removed_tets = 0, parted_strands = 0;
 };

@@ -49,6 +49,23 @@ Nearest nearest_organ(const Simulation& simulation, const Eigen::Vector3f& point
 
 }  // namespace
 
+void HandRecording::add(std::array<pbdsurg::DeviceState, 2> states, const pbdsurg::Pedals& pedals,
+                        double now) {
+  states[1].pedals = pedals;
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    pbdsurg::DeviceTrace& trace = traces[i];
+    if (trace.samples.empty()) {
+      trace.samples.reserve(kMostSteps);
+      trace.begin = now;
+    }
+    if (trace.samples.size() < kMostSteps) {
+      trace.samples.push_back({now, states[i], Eigen::Vector3f::Zero()});
+    } else {
+      ++trace.lost;
+    }
+  }
+}
+
 Session::Session(const SurgicalScene& scene, const pbdsurg::MeshData& backdrop,
                  const pbdsurg::SolverOptions& options, const Hands& hands,
                  std::uint32_t generation)
@@ -74,13 +91,22 @@ void Session::step(const Orders& orders, double now, EventCounts& events) {
   hand_ages_.add(now - hook.time);
   work_jaws(grasper.jaw, events);
 
-  pbdsurg::Pedals pedals;
-  for (const pbdsurg::DeviceState& hand : states_) {
-    if (hand.is_connected && now - hand.time <= kSilence) {
-      pedals.cut |= hand.pedals.cut;
-      pedals.coagulation |= hand.pedals.coagulation;
+  pedals_ = {};
+  const auto press = [&](const pbdsurg::DeviceState& state) {
+    if (state.is_connected && now - state.time <= kSilence) {
+      pedals_.cut = pedals_.cut || state.pedals.cut;
+      pedals_.coagulation = pedals_.coagulation || state.pedals.coagulation;
     }
+  };
+  press(grasper);
+  press(hook);
+  for (pbdsurg::Device* device : hands_.feet) {
+    press(device->state());
   }
+  if (hands_.recording != nullptr) {
+    hands_.recording->add(states_, pedals_, now);
+  }
+  pbdsurg::Pedals pedals = pedals_;
   has_seen_pedals_up_ = has_seen_pedals_up_ || pedals == pbdsurg::Pedals{};
   if (!has_seen_pedals_up_) {
     pedals = {};

@@ -10,8 +10,10 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "pbdsurg/haptics/device.h"
+#include "pbdsurg/haptics/device_trace.h"
 
 #include "apps/cholecystectomy/play/instrument_contacts.h"
 #include "apps/cholecystectomy/play/scene_feed.h"
@@ -22,10 +24,21 @@
 
 namespace cholecystectomy {
 
-/// The devices of both hands, by what they hold.
+/// What hands and feet did, step by step, for a device to play again.
+struct HandRecording {
+  static constexpr std::size_t kMostSteps = 180000;  ///< half an hour; what follows is lost
+  std::array<pbdsurg::DeviceTrace, 2> traces{};      ///< of the grasper and the hook
+
+  /// The hook has the pedals of all. @param now  s, by the clock of the hands
+  void add(std::array<pbdsurg::DeviceState, 2> states, const pbdsurg::Pedals& pedals, double now);
+};
+
+/// The devices of both hands, by what they hold, and what else has pedals.
 struct Hands {
   pbdsurg::Device* grasper;
   pbdsurg::Device* hook;
+  std::vector<pbdsurg::Device*> feet{};  ///< of these, pedals alone count
+  HandRecording* recording = nullptr;  ///< of what hands and feet do; null where none is asked for
 };
 
 /// One play from its start on. Deterministic: the same states of hands and the same orders, step by
@@ -36,7 +49,7 @@ class Session {
                                               ///< time for pictures
   static constexpr float kTopSpeed = 0.4F;    ///< m/s, of tips; hands that are faster are followed
   static constexpr float kGrip = 40;          ///< N; more slips out of the jaws
-  static constexpr double kSilence = 2;       ///< s; pedals of a hand not heard of since are up
+  static constexpr double kSilence = 2;       ///< s; pedals of who was not heard of since are up
   static constexpr std::size_t kMostStrokes = 8;  ///< that can be taken back
 
   /// @param scene, backdrop, hands  kept by reference: they must outlive the session
@@ -68,6 +81,8 @@ class Session {
 
   /// As the last step found it. @param hand  0 the grasper's, 1 the hook's
   [[nodiscard]] const pbdsurg::DeviceState& hand(std::size_t hand) const { return states_[hand]; }
+  /// Of all hands and feet, in the last step.
+  [[nodiscard]] const pbdsurg::Pedals& pedals() const { return pedals_; }
 
   /// s, how old states of hands were when steps began; since the start.
   [[nodiscard]] const rig::AgeHistogram& hand_ages() const { return hand_ages_; }
@@ -109,6 +124,7 @@ class Session {
   std::optional<InstrumentContacts> contacts_;  // of this simulation, from the first patch on
   pbdsurg::GraspState grasp_ = pbdsurg::GraspState::open;
   std::array<pbdsurg::DeviceState, 2> states_;  // of both hands, in the last step
+  pbdsurg::Pedals pedals_;                      // likewise, of all
   rig::AgeHistogram hand_ages_;
   StepTimes times_;
   std::deque<Moment> strokes_;  // oldest first; the last may have changed nothing yet

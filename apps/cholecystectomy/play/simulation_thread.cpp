@@ -107,7 +107,13 @@ void SimulationThread::play(const Load& load, const pbdsurg::SolverOptions& solv
       for (; before.undos < now.undos; ++before.undos) {
         session->undo(events);
       }
+      if (options_.on_undo) {
+        options_.on_undo();
+      }
       pacer = Pacer(Session::kTimeStep, clock_.now());  // what that took is not to be caught up
+    }
+    if (options_.on_let_go && before.let_gos != now.let_gos) {
+      options_.on_let_go();
     }
     pacer.set_speed(now.is_paused ? 0 : now.speed, clock_.now());
     for (; now.is_paused && before.single_steps < now.single_steps; ++before.single_steps) {

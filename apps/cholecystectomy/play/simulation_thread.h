@@ -19,8 +19,8 @@
 namespace cholecystectomy {
 
 /// Publishes a state when the window has taken the last, or kSilence after it, so that a picture
-/// that takes its time shows what is nearly now. States begin with organs at rest, in Phase::loading, and
-/// those of a failure with Phase::failed; a session that is lost begins anew.
+/// that takes its time shows what is nearly now. States begin with organs at rest, in
+/// Phase::loading, and those of a failure with Phase::failed; a session that is lost begins anew.
 class SimulationThread {
  public:
   static constexpr double kSilence = 0.03;  ///< s
@@ -33,6 +33,8 @@ class SimulationThread {
     std::function<pbdsurg::Executor()> executor;
     /// Called in the thread whenever a session begins; may be empty.
     std::function<void(const SurgicalScene&)> on_begin{};
+    /// Likewise, when the scene went back, and when pedals are to be let go; may be empty.
+    std::function<void()> on_undo{}, on_let_go{};
   };
 
   /// Begins at once.

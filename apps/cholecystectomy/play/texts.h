@@ -89,12 +89,13 @@ struct Texts {
   const char* hand_lost = "no force: not connected";
   const char* arm_lost =
       "The %s arm is lost. It goes on without force; check cable and power, then start again.";
-  const char* arm_silent = "The %s arm is silent; its pedals are up.";
+  const char* arm_silent = "The %s arm is silent.";
   const char* arm_inkwell = "Park the %s stylus in its inkwell, and take it out again.";
   const char* arm_stuck = "The %s arm does not calibrate: unplug it, plug it in, start again.";
   const char* arm_warm = "The motors of the %s arm are warm: no force until they have cooled.";
   const char* handle_lost = "The handle in the %s hand is silent: its jaws open.";
   const char* handle_back = "The handle in the %s hand is back.";
+  const char* pedals_lost = "A pedal's keyboard is gone: pedals are up until it is back.";
   const char* trace_over = "The recorded %s hand has come to its end.";
 
   const char* in_time = "%.1f s, in real time";

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -74,14 +73,15 @@ class HandRecorder {
               "commanded_x_n,commanded_y_n,commanded_z_n,engaged") {}
 
   void tick(Side side, double time, const pbdsurg::DeviceState& state,
-            const Eigen::Vector3f& simulated, const rig::ServoReport& servo) {
+            const pbdsurg::Pedals& pedals, const Eigen::Vector3f& simulated,
+            const rig::ServoReport& servo) {
     std::ostream& out = file_.stream();
     const auto write = [&](const Eigen::Vector3f& v) {
       out << ',' << v.x() << ',' << v.y() << ',' << v.z();
     };
     out << time << ',' << rig::name_of(side);
     write(state.pose.translation());
-    out << ',' << state.jaw << ',' << state.pedals.cut << ',' << state.pedals.coagulation << ','
+    out << ',' << state.jaw << ',' << pedals.cut << ',' << pedals.coagulation << ','
         << state.is_connected;
     write(simulated);
     write(servo.force.computed);
@@ -133,6 +133,7 @@ class PartForces {
   }
 
   [[nodiscard]] std::size_t hand() const { return part_.hand; }
+  [[nodiscard]] bool has_begun() const { return last_.has_value(); }
 
  private:
   RehearsedPart part_;
@@ -200,14 +201,15 @@ nlohmann::ordered_json servo_of(const rig::Rig& rig, Side side) {
 class VirtualPlay {
  public:
   explicit VirtualPlay(const VirtualPlayOptions& options)
-      : options_(options), description_(rig::read_rig(options.devices)), folder_(options.out) {
+      : options_(options), description_(rig::read_rig(options.devices)) {
     if (!description_.has(rig::Mover::arm) && !description_.has(rig::Mover::trace)) {
       throw pbdsurg::InvalidArgument("--virtual-time with devices " + options.devices +
                                      ": nothing would move; emulator or a device trace would");
     }
-    if (description_.has(rig::Mover::arm) && !description_.is_emulated) {
-      throw pbdsurg::InvalidArgument("--virtual-time: real arms know real time alone");
-    }
+    rig_.emplace(description_, places_, true);
+    const pbdsurg::SolverOptions solver =
+        solver_options(pbdsurg::programs::executor_named(options.executor), options.is_paper);
+    folder_.emplace(options.out);
     anatomy_ = load_anatomy(options.organs, options.detail);
     scene_ = make_scene(anatomy_, options.is_paper ? pbdsurg::ElasticModel::springs
                                                    : pbdsurg::ElasticModel::neo_hookean);
@@ -215,44 +217,34 @@ class VirtualPlay {
     for (const RehearsedPart& part : rehearsal_.parts) {
       parts_.emplace_back(part);
     }
-    if (description_.is_emulated) {
-      emulated_ = rig::emulate(description_,
-                               {rig::mapping_of(description_.hands[0], places_, Side::left),
-                                rig::mapping_of(description_.hands[1], places_, Side::right)},
-                               places_.tips, true);
-    }
-    for (const Side side : kSides) {
-      const std::size_t i = static_cast<std::size_t>(side);
-      resting_[i] = pbdsurg::scripted_hand("nobody", {{.tip = places_.tips[i]}}, clock());
-    }
-    rig_.emplace(description_, places_, std::array{resting_[0].get(), resting_[1].get()},
-                 emulated_.get(), clock(), true, options.is_recorded);
-    session_.emplace(scene_, anatomy_.anatomy.abdominal_wall,
-                     solver_options(pbdsurg::programs::executor_named(options.executor),
-                                    options.is_paper),
-                     Hands{&rig_->device(Side::left), &rig_->device(Side::right)}, 1);
+    session_.emplace(scene_, anatomy_.anatomy.abdominal_wall, solver,
+                     Hands{&rig_->device(Side::left),
+                           &rig_->device(Side::right),
+                           {&rig_->feet()},
+                           options.is_recorded ? &recording_ : nullptr},
+                     1);
   }
 
   int run() {
     note_interrupt();
-    folder_.open();
-    HandRecorder recorder(folder_.part() / "hands.csv");
+    folder_->open();
+    HandRecorder recorder(folder_->part() / "hands.csv");
     const char* pictures = "no pictures";
 #ifdef PBDSURG_HAS_PICTURES
     std::optional<PictureSeries> series;
     if (options_.has_pictures) {
       try {
-        series.emplace(folder_.part());
+        series.emplace(folder_->part());
         pictures = "pictures";
       } catch (const pbdsurg::BackendUnavailable& error) {
         std::fprintf(stderr, "no pictures: %s\n", error.what());
       }
     }
 #endif
-    for (const Side side : kSides) {
-      rig_->rehearse(side, rehearsal_.hands[static_cast<std::size_t>(side)]);
-    }
-    const double seconds = options_.seconds > 0 ? options_.seconds : rehearsal_.length;
+    rig_->begin(rehearsal_.hands);
+    const double scripted = description_.has(rig::Mover::arm) ? rehearsal_.length : 0;
+    const double seconds =
+        options_.seconds > 0 ? options_.seconds : std::max(scripted, rig_->longest_trace());
     const auto steps = static_cast<std::int64_t>(std::lround(seconds / Session::kTimeStep));
     const double begin = clock().now();
     double next_picture = begin;
@@ -278,16 +270,24 @@ class VirtualPlay {
     }
     recorder.close();
     if (options_.is_recorded) {
-      rig_->write_traces(folder_.part());
+      for (const Side side : kSides) {
+        pbdsurg::write_device_trace(folder_->part() / (std::string(rig::name_of(side)) + ".trace"),
+                                    recording_.traces[static_cast<std::size_t>(side)]);
+      }
     }
     write_report(recorder, events);
-    folder_.publish();
+    folder_->publish();
     std::printf("wrote hands.csv, %s and report.json to %s\n", pictures, options_.out.c_str());
+    if (session_->is_lost()) {
+      std::fprintf(stderr, "the tissue lost its shape at %.2f s\n", session_->simulation().time());
+    }
     return is_interrupted() ? kInterruptedStatus : session_->is_lost() ? 1 : 0;
   }
 
  private:
-  [[nodiscard]] pbdsurg::Clock& clock() { return emulated_ ? emulated_->clock() : own_clock_; }
+  [[nodiscard]] pbdsurg::Clock& clock() {
+    return rig_->clock();
+  }
 
   void record(HandRecorder& recorder, double begin) {
     const double time = clock().now() - begin;
@@ -296,7 +296,7 @@ class VirtualPlay {
         continue;
       }
       const std::size_t hand = static_cast<std::size_t>(side);
-      recorder.tick(side, time, session_->hand(hand), patches_[hand].force,
+      recorder.tick(side, time, session_->hand(hand), session_->pedals(), patches_[hand].force,
                     rig_->last_tick(side));
       for (PartForces& part : parts_) {
         if (part.hand() == hand && part.has(time)) {
@@ -312,6 +312,9 @@ class VirtualPlay {
     nlohmann::ordered_json report{
         {"build_id", pbdsurg::build_id()},
         {"devices", options_.devices},
+        {"executor", options_.executor},
+        {"is_interrupted", is_interrupted()},
+        {"is_lost", session_->is_lost()},
         {"virtual_s", simulation.time()},
         {"forces_hash", recorder.hash()},
         {"state_hash", state_hash(simulation)},
@@ -326,32 +329,31 @@ class VirtualPlay {
         report["servo"][rig::name_of(side)] = servo_of(*rig_, side);
       }
     }
-    if (emulated_) {
-      for (PartForces& part : parts_) {
+    report["parts"] = nlohmann::ordered_json::array();
+    for (PartForces& part : parts_) {
+      if (description_.is_emulated && part.has_begun()) {
         report["parts"].push_back(part.json());
       }
     }
-    report["files"] = folder_.files();
-    std::ofstream file(folder_.part() / kReportName);
+    report["files"] = folder_->files();
+    std::ofstream file(folder_->part() / kReportName);
     file << report.dump(2) << '\n';
     file.close();
     if (!file) {
-      throw pbdsurg::FileError((folder_.part() / kReportName).string() + ": cannot be written");
+      throw pbdsurg::FileError((folder_->part() / kReportName).string() + ": cannot be written");
     }
   }
 
   VirtualPlayOptions options_;
   rig::RigDescription description_;
-  OutputFolder folder_;
+  std::optional<OutputFolder> folder_;
   rig::RigPlaces places_ = hand_places();
   LoadedAnatomy anatomy_;
   SurgicalScene scene_;
   Rehearsal rehearsal_;
   std::vector<PartForces> parts_;  // of it
-  pbdsurg::VirtualClock own_clock_;
-  std::unique_ptr<rig::EmulatedRig> emulated_;
-  std::array<std::unique_ptr<pbdsurg::Device>, 2> resting_;  // [side]
   std::optional<rig::Rig> rig_;
+  HandRecording recording_;
   std::optional<Session> session_;
   std::array<pbdsurg::ContactPatch, 2> patches_;  // of the last step
 };

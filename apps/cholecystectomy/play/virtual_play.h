@@ -15,10 +15,10 @@ struct VirtualPlayOptions {
   std::filesystem::path out = "out";
   OrganFiles organs;
   Detail detail = Detail::full;
-  std::string executor = "best";
+  std::string executor = "serial";  ///< another may give other bits
   bool is_paper = false;
   std::string devices = "emulator";  ///< see rig::read_rig()
-  double seconds = 0;                ///< of virtual time; 0: as long as the emulated hands' script
+  double seconds = 0;                ///< of virtual time; 0: as long as scripts and traces are
   bool has_pictures = true;
   bool is_recorded = false;
 };

@@ -2,45 +2,35 @@
 #pragma once
 
 /// @file
-/// What a servo has to know of a simulation: contact packets of a tool and the tissue around it.
+/// What a servo has to know of a simulation: the tissue around a tool, found after a step.
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <vector>
 
 #include "pbdsurg/base/error.h"
 #include "pbdsurg/base/export.h"
 #include "pbdsurg/base/ids.h"
+#include "pbdsurg/base/owned.h"
 #include "pbdsurg/base/types.h"
-#include "pbdsurg/haptics/contact_packet.h"
+#include "pbdsurg/contact/contact_patch.h"
 #include "pbdsurg/solver/solver.h"
-#include "pbdsurg/views/live_surface.h"
 
 namespace pbdsurg {
 
-/// A ball of a tool that is watched for tissue: a tip, a jaw, places along a shaft.
-struct ToolPoint {
-  Eigen::Vector3f center{0, 0, 0};  ///< m, in the tool's frame
-  float radius = 0;                 ///< m, positive
+/// A body's surface that was read already, as World::surface() has it. Valid during a call.
+struct TouchedSurface {
+  std::span<const Triangle> triangles;         ///< corners in positions; thrice the same: none
+  std::span<const Eigen::Vector3f> positions;  ///< m, in the scene
 };
 
-/// N/m, of a blunt tip on soft tissue: that of a flat rigid punch on an elastic half space,
-/// 2 a E / (1 - nu^2) (Sneddon, "The relation between load and penetration in the axisymmetric
-/// Boussinesq problem", Int. J. Engng Sci. 3, 1965). Moduli of tissues, with sources:
-/// tissue/library.h.
-/// @param radius          a, m, positive
-/// @param youngs_modulus  E, Pa, positive
-/// @param poissons_ratio  nu, in [0, 0.5)
-/// @throws InvalidArgument  naming the value out of range
-[[nodiscard]] PBDSURG_API float tip_stiffness(float radius, float youngs_modulus,
-                                              float poissons_ratio);
-
-/// Follows the surfaces that a tool may touch.
+/// Finds the tissue around a tool after each step, in the thread of the simulation, for a
+/// make_contact_packet() of any other. Can be moved; what was moved from refuses all else.
 class PBDSURG_API ContactProbe {
  public:
-  static constexpr float kReach = 5e-3F;  ///< m: tissue this near a point is told before touch
+  /// m/s, of tissue: what a probe that reads a solver counts with. Faster tissue is seen within
+  /// 12 ms.
+  static constexpr float kFastestTissue = 0.25F;
 
   /// @param bodies  [n] of the solver's tissue
   /// @param points  [n] of the tool, at most as many as a packet has planes
@@ -48,26 +38,49 @@ class PBDSURG_API ContactProbe {
   ///                          whose radius is not positive, or the number of points
   ContactProbe(const Solver& solver, std::span<const Index> bodies,
                std::span<const ToolPoint> points);
+  ~ContactProbe();
+  /// Takes over.
+  ContactProbe(ContactProbe&&) noexcept;
+  ContactProbe& operator=(ContactProbe&&) noexcept;  ///< likewise
+
+  /// Fills a patch with all that the tool may meet within ContactPatch::kMargin. The nearest points
+  /// of its triangles are those of the whole surfaces, to the bit.
+  ///
+  /// Reads from the solver the vertices around the tool alone, from a device in one transfer, and
+  /// those that edits show; all others once the tool and kFastestTissue may have gone 3 mm, after a
+  /// compaction, or if time goes back. After Solver::write_positions() and restore() that may be 12
+  /// ms late.
+  ///
+  /// Cost: O(triangles around the tool), 0.03 ms of eight points on 10,800 triangles; where it
+  /// looks at all O(triangles), 0.1 ms (contact_probe_bench, one of two cores of a Xeon at 2.6
+  /// GHz, both busy).
+  /// @param grasp     what the tool does to tissue now, as the solver does not tell
+  /// @param sequence  of the step, above zero
+  /// @param time      s, of the step
+  /// @param patch     replaced
+  /// @throws InvalidArgument  if there is no such tool, or the solver is of another tissue; for a
+  ///                          sequence of zero, or a time that is not finite
+  void collect_patch(const Solver& solver, ToolId tool, GraspState grasp, std::uint64_t sequence,
+                     double time, ContactPatch& patch);
+
+  /// Likewise, of surfaces that were read already, in place of the solver's positions. Nothing is
+  /// too fast for it. Cost: O(triangles), 0.07 ms of the same, and no transfer from a device.
+  /// @param surfaces  [n] of the bodies, as the last step left them
+  /// @throws InvalidArgument  also if there is not one surface a body, or naming the triangle with
+  ///                          a corner that is not among the positions
+  void collect_patch(std::span<const TouchedSurface> surfaces, const Solver& solver, ToolId tool,
+                     GraspState grasp, std::uint64_t sequence, double time, ContactPatch& patch);
 
  private:
   friend ContactPacket make_contact_packet(ContactProbe& probe, const Solver& solver, ToolId tool,
                                            GraspState grasp, std::uint64_t sequence, double time);
-  std::vector<std::shared_ptr<const LiveSurface>> surfaces_;
-  std::vector<ToolPoint> points_;
-  std::vector<Eigen::Vector3f> positions_;  // scratch
+  struct Data;
+  Owned<Data> data_;
 };
 
-/// A plane for each point of a tool that has tissue near: the nearest of all live surfaces, as the
-/// last step left it. They are as stiff as the nearest body's tip_stiffness() for the point of the
-/// least gap, of springs kLeastStiffness of haptics/servo.h; and they push at the tool's pose as
-/// the tissue pushes in the simulation, Solver::tool_force(): fit_to_force(). The torque is that of
-/// these planes. Drag is zero: who knows that the tool is in fat or membrane sets it.
-///
-/// Cost: O(vertices + points * triangles): 0.2 ms a point of a surface of 8,000 triangles.
-/// @param grasp     what the tool does to tissue now, as the solver does not tell
-/// @param sequence  of the packet, above zero
-/// @param time      s, of the packet
-/// @throws InvalidArgument  if there is no such tool
+/// Both halves at once, for a single thread: ContactProbe::collect_patch(), then
+/// make_contact_packet() where the step had the tool.
+/// @throws InvalidArgument  as collect_patch()
 [[nodiscard]] PBDSURG_API ContactPacket make_contact_packet(ContactProbe& probe,
                                                             const Solver& solver, ToolId tool,
                                                             GraspState grasp,

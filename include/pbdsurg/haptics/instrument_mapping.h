@@ -39,8 +39,9 @@ struct MappedInstrument {
 /// its shaft.
 class PBDSURG_API InstrumentMapping {
  public:
-  /// m. A handle that is nearer to its port is taken to be so far away, and a tip never leaves the
-  /// body by more than the port.
+  /// m. A handle that is nearer to its port is taken to be so far away, and its tip goes out to the
+  /// port and no farther. A tip that is held can be moved past the port: there the shaft turns
+  /// over.
   static constexpr float kLeastDistance = 0.02F;
 
   /// @throws InvalidArgument  naming the option that is not finite, not rigid, or not above 0

@@ -54,6 +54,7 @@ struct ServoInput {
   Eigen::Matrix3f lever = Eigen::Matrix3f::Identity();    ///< see lever_about_port()
   bool is_ready = true;                                   ///< the device answers and has no error
   bool is_warm = false;                                   ///< the device warns of its motors
+  bool has_leapt = false;  ///< the scene has, so that force is to be let in anew
 };
 
 /// Force in one tick, N, in the handle's axes, which are the scene's.
@@ -134,11 +135,11 @@ class PBDSURG_API ServoState {
 /// the two differ much, so that force changes by no more than kFadeSlew where motion leaves room
 /// for that. A packet that comes meanwhile waits. Springs of jaws come and go over kGraspTime,
 /// those that tear over kTearTime. Models are at least as stiff as kLeastStiffness, and as what the
-/// packets' own forces have shown of the tissue since it was touched, or held. Felt stiffness, force_scale *
-/// motion_scale * L^T K L, has no eigenvalue above that of the options and of the device: where a
-/// packet is stiffer, but for springs that jaws have just let go, all of it is felt softer, force
-/// included, since a force that is held for a period behind a softer model would be a delayed
-/// spring, which makes energy (Colgate and Schenkel, "Passivity of a class of sampled-data
+/// packets' own forces have shown of the tissue since it was touched, or held. Felt stiffness,
+/// force_scale * motion_scale * L^T K L, has no eigenvalue above that of the options and of the
+/// device: where a packet is stiffer, but for springs that jaws have just let go, all of it is felt
+/// softer, force included, since a force that is held for a period behind a softer model would be a
+/// delayed spring, which makes energy (Colgate and Schenkel, "Passivity of a class of sampled-data
 /// systems", J. Robotic Systems 14(1), 1997).
 ///
 /// Then the safety chain.

@@ -165,6 +165,11 @@ class PBDSURG_API Cautery {
   CauteryReport heat(const Solver& solver, const Electrode& electrode,
                      const std::optional<GeneratorSettings>& generator, double dt,
                      TopologyEdit& edit);
+  /// Reads the positions of the next heat(), which then reads none: until it returns, its thread
+  /// may be another than the one that steps the solver, as long as nobody edits the tissue or its
+  /// rest shape. Cost: O(vertices).
+  /// @throws InvalidArgument  for a solver of another tissue
+  void read_positions(const Solver& solver);
   /// Counts what heat() added to an edit that was then applied.
   /// @param report  of that call; takes removed_volume and torn
   void commit(CauteryReport& report);

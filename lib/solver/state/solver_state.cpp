@@ -100,6 +100,9 @@ void SolverState::read_positions(Index index, std::span<const Index> vertices,
   if (unread > 0) {
     backend->read_positions(*this, index, read_places, out.first(unread));
   }
+  if (unread == vertices.size()) {
+    return;
+  }
   for (std::size_t i = vertices.size(); i-- > 0;) {  // what was read moves back to make room
     const Particle& p = state.particles[place_of_vertex[vertices[i]]];
     out[i] = is_here(vertices[i]) ? Eigen::Vector3f(p.x, p.y, p.z) : out[--unread];

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pbdsurg/contact/contact_patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "pbdsurg/haptics/servo.h"
+
+#include "lib/contact/nearest_triangle.h"
+
+namespace pbdsurg {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kOnSurface = 1e-6F;  // m: nearer, the direction to the surface is noise
+
+// N/m, see tip_stiffness()
+float punch_stiffness(float radius, float youngs_modulus, float poissons_ratio) {
+  return 2 * radius * youngs_modulus / (1 - poissons_ratio * poissons_ratio);
+}
+
+float stiffness_of(const PatchTriangle& triangle, float radius) {
+  return triangle.youngs_modulus > 0
+             ? punch_stiffness(radius, triangle.youngs_modulus, triangle.poissons_ratio)
+             : kLeastStiffness;
+}
+
+bool is_in_margin(const ContactPatch& patch, const ToolPose& where) {
+  return std::ranges::all_of(patch.points, [&](const PatchPoint& point) {
+    const Vector3f moved = where * point.ball.center - patch.pose * point.ball.center;
+    return moved.norm() <= ContactPatch::kMargin;
+  });
+}
+
+// N m, of planes about the tip
+Vector3f torque_of(const ContactPacket& packet, const ToolPose& pose) {
+  Vector3f torque = Vector3f::Zero();
+  for (std::uint32_t i = 0; i < packet.plane_count; ++i) {
+    const ContactPlane& plane = packet.planes[i];
+    const Vector3f arm = pose.linear() * vector_of(plane.point), normal = vector_of(plane.normal);
+    const float depth = plane.offset - normal.dot(pose.translation() + arm);
+    torque += plane.stiffness * std::max(0.0F, depth) * arm.cross(normal);
+  }
+  return torque;
+}
+
+}  // namespace
+
+float tip_stiffness(float radius, float youngs_modulus, float poissons_ratio) {
+  const auto is_positive = [](float x) { return x > 0 && std::isfinite(x); };
+  if (!is_positive(radius) || !is_positive(youngs_modulus) ||
+      !(poissons_ratio >= 0 && poissons_ratio < 0.5F)) {
+    throw InvalidArgument("a tip of radius " + std::to_string(radius) + " m is on tissue of " +
+                          std::to_string(youngs_modulus) + " Pa and a Poisson's ratio of " +
+                          std::to_string(poissons_ratio) +
+                          "; the first two must be positive and finite, the last in [0, 0.5)");
+  }
+  return punch_stiffness(radius, youngs_modulus, poissons_ratio);
+}
+
+ContactPacket make_contact_packet(const ContactPatch& patch, const ToolPose& where) {
+  if (patch.points.size() > ContactPacket::kLargestPlaneCount) {
+    throw InvalidArgument("a contact patch has " + std::to_string(patch.points.size()) +
+                          " points; a packet has planes for " +
+                          std::to_string(ContactPacket::kLargestPlaneCount));
+  }
+  const ToolPose& pose = is_in_margin(patch, where) ? where : patch.pose;
+  ContactPacket packet;
+  packet.sequence = patch.sequence;
+  packet.time = patch.time;
+  set_pose(packet, patch.pose);
+  packet.force = packet_vector(patch.force);
+  packet.grasp.state = patch.grasp;
+  float stiffness = kLeastStiffness, least_gap = std::numeric_limits<float>::max();
+  for (const auto& [point, reach] : patch.points) {
+    const NearestTriangle nearest = find_nearest_triangle(patch.triangles, pose * point.center);
+    if (nearest.triangle == nullptr || !(std::abs(nearest.distance) <= reach)) {
+      continue;
+    }
+    const auto& [a, b, c] = nearest.triangle->corners;
+    const Vector3f normal =
+        (nearest.distance > kOnSurface ? nearest.away : (b - a).cross(c - a)).normalized();
+    const float gap = nearest.distance - point.radius;
+    if (gap > ContactPatch::kReach || !normal.allFinite() || !(normal.norm() > 0.5F)) {
+      continue;
+    }
+    if (gap < least_gap) {
+      least_gap = gap;
+      stiffness = stiffness_of(*nearest.triangle, point.radius);
+    }
+    packet.planes[packet.plane_count++] = {.point = packet_vector(point.center),
+                                           .normal = packet_vector(normal),
+                                           .offset = normal.dot(nearest.on) + point.radius};
+  }
+  fit_to_force(packet, stiffness);
+  packet.torque = packet_vector(torque_of(packet, patch.pose));
+  return packet;
+}
+
+}  // namespace pbdsurg
