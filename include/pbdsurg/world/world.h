@@ -341,6 +341,7 @@ class PBDSURG_API World {
 
  private:
   friend class WorldState;
+  friend class WorldFile;  // which reads and writes its parts
   struct Data;
   struct Origin;
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions_of(BodyId body) const;
