@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -188,11 +189,13 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
   }
   std::vector<DueTet> due = snapshot.due;
   std::vector<Index> warm_tets = tets_at(work.field.mesh(), snapshot.heat.active);
+  std::unique_ptr<PotentialField> potential = work.current.new_potential(work.field);
   work.field.restore(snapshot.heat);
   // nothing is left to fail
   work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
-  work.current.restore(work.field, std::move(warm_tets));
+  work.current.restore(work.field, std::move(warm_tets), std::move(potential));
   work.contact.forget();
+  work.unseen = 0;
   work.link_doses = std::move(doses);
   work.parting_links = std::move(full_links);  // those that live part in the next update
   work.link_energy = snapshot.link_energy;

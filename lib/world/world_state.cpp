@@ -133,6 +133,9 @@ void World::record() {
       }
     }
   }
+  for (const auto& burner : data.burners) {  // as in worlds that are made of it
+    burner->cautery.restore(burner->cautery.snapshot());
+  }
   auto journal = std::make_unique<EditJournal>();
   data.tissue->add_follower(*journal);
   // nothing is left to fail

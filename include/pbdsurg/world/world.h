@@ -286,10 +286,13 @@ class PBDSURG_API World {
   /// @{
 
   /// From here on the world can be saved: keeps tissue and constraints as they are now, and each
-  /// edit to come, so memory grows with edits until the next call, or a compaction. Call it again
-  /// after that, or where states should no longer go through so many edits; earlier ones stay of
-  /// use. Cost: O(all that there ever was), of memory bandwidth; WorldState::shared_bytes() says
-  /// what it holds.
+  /// edit to come, so memory grows with edits. Call it again after a compaction, or where states
+  /// should no longer go through so many edits; earlier ones stay of use. A first call before any
+  /// edit keeps the scene, too, and all edits from then on, until a compaction: for write_world().
+  ///
+  /// Cauteries find potential and conductivities anew, as after Cautery::restore(): a burn goes on
+  /// as before to their tolerances. Cost: O(all that there ever was), of memory bandwidth;
+  /// WorldState::shared_bytes() says what it holds.
   void record();
 
   /// All that there is, between two steps: topology and rest shapes, positions, velocities, tools

@@ -6,6 +6,7 @@
 ///
 ///     world.record();                               // before the first edit
 ///     ...
+///     world.record();                               // again, so that a burn goes on to the bit
 ///     write_world("dissected.world", world.save());
 ///
 ///     World world = read_world("dissected.world");  // in another run of the same build
@@ -36,10 +37,11 @@ namespace pbdsurg {
 PBDSURG_API void write_world(const std::filesystem::path& path, const WorldState& state);
 
 /// The world of a file, as World(const WorldState&) makes it of a state, with the ids that it had.
-/// It goes on with the same bits as the world that was saved, as far as World::save() promises;
-/// on an executor of another kind in MathMode::strict, and there as far as heat is computed by
-/// hosts. It is recorded: save() and write_world() go on from there. No edit before can be taken
-/// back.
+/// On a host it goes on with the same bits as the world that was saved; under current, too, if no
+/// step came between World::record() and World::save(), else as save() says. On an executor of
+/// another kind so in MathMode::strict, as long as a host computes the heat; in MathMode::fast bits
+/// are those of one instruction set. It is recorded: save() and write_world() go on from there. No
+/// edit before can be taken back.
 ///
 /// Cost: that of making its solver, and of all edits: 56 ms for 1,000 of a cautery, on a core of a
 /// Xeon.
