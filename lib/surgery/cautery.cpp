@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -189,11 +188,10 @@ void Cautery::restore(const CauterySnapshot& snapshot) {
   }
   std::vector<DueTet> due = snapshot.due;
   std::vector<Index> warm_tets = tets_at(work.field.mesh(), snapshot.heat.active);
-  std::unique_ptr<PotentialField> potential = work.current.new_potential(work.field);
   work.field.restore(snapshot.heat);
   // nothing is left to fail
   work.changes.restore(work.field, snapshot.removal_energy, std::move(due));
-  work.current.restore(work.field, std::move(warm_tets), std::move(potential));
+  work.current.restore(work.field, std::move(warm_tets));
   work.contact.forget();
   work.unseen = 0;
   work.link_doses = std::move(doses);

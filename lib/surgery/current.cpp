@@ -39,10 +39,7 @@ double mean_temperature(const HeatField& field, Index tet) {
 }  // namespace
 
 Current::Current(const HeatField& field, const CauteryOptions& options, ScenePositions& positions)
-    : radius_(options.contact_radius),
-      potential_options_(options.potential),
-      potential_(new_potential(field)),
-      positions_(positions) {
+    : radius_(options.contact_radius), potential_(field, options.potential), positions_(positions) {
   follow(field);
 }
 
@@ -57,13 +54,8 @@ void Current::follow(const HeatField& field) noexcept {
   seen_vertices_.resize(static_cast<std::size_t>(field.mesh().vertex_count()));
 }
 
-std::unique_ptr<PotentialField> Current::new_potential(const HeatField& field) const {
-  return std::make_unique<PotentialField>(field, potential_options_);
-}
-
-void Current::restore(const HeatField& field, std::vector<Index> warm_tets,
-                      std::unique_ptr<PotentialField> potential) noexcept {
-  potential_ = std::move(potential);
+void Current::restore(const HeatField& field, std::vector<Index> warm_tets) noexcept {
+  potential_.forget();
   for (Index t = 0; t < static_cast<Index>(conductivities_.size()); ++t) {
     find_conductivity(field, t);
   }
@@ -171,7 +163,7 @@ void Current::touch(const Solver& solver, const HeatField& field, const Electrod
   for (const PatchVertex& touched : patch_) {
     cooled_.push_back({touched.vertex, touched.weight * contact.area_of(touched.vertex)});
   }
-  potential_->set_patch(patch_, contact.area());
+  potential_.set_patch(patch_, contact.area());
 }
 
 bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
@@ -202,7 +194,7 @@ bool Current::arc(const HeatField& field, const ElectrodeContact& contact) {
   if (patch_.empty()) {
     return false;
   }
-  potential_->set_patch(patch_, contact.area());
+  potential_.set_patch(patch_, contact.area());
   is_new_ = true;
   return true;
 }
@@ -263,12 +255,12 @@ TissueLoad Current::find_disk_load(const HeatField& field) {
 
 TissueLoad Current::find_potential_load(const Solver& solver) {
   if (is_new_) {
-    positions_.read(solver, potential_->find_region(conductivities_));
+    positions_.read(solver, potential_.find_region(conductivities_));
   }
-  const PotentialReport& report = potential_->solve(conductivities_, positions_.values());
+  const PotentialReport& report = potential_.solve(conductivities_, positions_.values());
   heat_.clear();
-  const std::span<const Index> vertices = potential_->vertices();
-  const std::span<const double> watts = potential_->vertex_heat();
+  const std::span<const Index> vertices = potential_.vertices();
+  const std::span<const double> watts = potential_.vertex_heat();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     heat_.push_back({vertices[i], std::max(0.0, watts[i])});
   }

@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -66,17 +65,12 @@ class Current {
 
   [[nodiscard]] bool is_disk() const noexcept { return is_disk_; }
   [[nodiscard]] Index vertex_count() const noexcept { return vertex_count_; }
-  [[nodiscard]] const PotentialField& potential() const noexcept { return *potential_; }
+  [[nodiscard]] const PotentialField& potential() const noexcept { return potential_; }
 
-  /// A potential that knows no solution yet.
-  [[nodiscard]] std::unique_ptr<PotentialField> new_potential(const HeatField& field) const;
-
-  /// Takes the conductivity of all tissue anew, after the field went back to a snapshot. Cost:
-  /// O(tetrahedra).
+  /// Takes the conductivity of all tissue anew, after the field went back to a snapshot, and keeps
+  /// nothing of the last potential. Cost: O(tetrahedra).
   /// @param warm_tets  live ones at the field's active vertices, ascending
-  /// @param potential  a new one
-  void restore(const HeatField& field, std::vector<Index> warm_tets,
-               std::unique_ptr<PotentialField> potential) noexcept;
+  void restore(const HeatField& field, std::vector<Index> warm_tets) noexcept;
 
   /// Goes along with a compaction, after the field has. What was touched has to be told again.
   void renumber(const HeatField& field, const Renumbering& ids);
@@ -92,8 +86,7 @@ class Current {
 
   double radius_;           // m, of the contact around the electrode's axis
   double disk_radius_ = 0;  // m, of a disk as large as the contact
-  PotentialOptions potential_options_;
-  std::unique_ptr<PotentialField> potential_;
+  PotentialField potential_;
   DiskSource disk_;
   ScenePositions& positions_;
   std::vector<double> conductivities_;  // [tet_count] S/m

@@ -27,9 +27,8 @@ namespace pbdsurg {
 /// Writes a state of a world, at once: see write_file(). A state does not change, so another thread
 /// may write while the world steps.
 ///
-/// Size and cost: for a vertex, some 30 bytes of the scene, 40 of each replica and 48 of each
-/// cautery; for a tetrahedron, 16 bytes; and the edits. The demo's scene of 73,370 tetrahedra: see
-/// `save` in docs/guide/save.md.
+/// Size: for a vertex, some 30 bytes of the scene, 40 of each replica and 48 of each
+/// cautery; for a tetrahedron, 16 bytes; and the edits.
 /// @throws InvalidArgument  if the state is of no world; or if World::record() was first called
 ///                          after an edit, or a compaction has come, for a file has the scene as it
 ///                          was before all edits
