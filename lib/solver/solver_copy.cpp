@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/solver_copy.h"
 
+#include <string>
 #include <utility>
 
+#include "pbdsurg/base/error.h"
+
+#include "lib/base/check.h"
 #include "lib/solver/methods/vertex_method.h"
 #include "lib/solver/sets/constraint_groups.h"
+#include "lib/solver/solver_checks.h"
 #include "lib/solver/solver_options.h"
 #include "lib/solver/state/solver_data.h"
 #include "lib/solver/state/solver_input.h"
@@ -15,6 +20,44 @@ namespace {
 template <class Value>
 std::size_t bytes_of(const std::vector<Value>& values) noexcept {
   return values.size() * sizeof(Value);
+}
+
+void check_count(const char* what, std::size_t count, std::size_t expected) {
+  if (count != expected) {
+    throw InvalidArgument("the motion has " + std::to_string(count) + " " + what + "; it needs " +
+                          std::to_string(expected));
+  }
+}
+
+void check_tool(const Tissue& tissue, ToolId id, const ToolState& tool) {
+  check_capsules(tool.capsules);
+  check_pose(tool.pose);
+  check_pose(tool.target);
+  std::vector<bool> is_held(static_cast<std::size_t>(tissue.vertex_count()), false);
+  for (const Attachment& held : tool.attachments) {
+    check_grasped(tissue, id, held.vertex, is_held);
+    check_grasp_compliance(held.compliance);
+    if (!held.anchor.allFinite()) {
+      throw InvalidArgument("vertex " + std::to_string(held.vertex) +
+                            " is held at a place that is not finite");
+    }
+  }
+}
+
+// What Solver::restore() does not check.
+void check_motion(const Solver& solver, const SolverMotion& motion) {
+  const SolverData& data = solver_data(solver);
+  check_count("copies", motion.copies.size(), static_cast<std::size_t>(data.copy_count()));
+  for (const Index place : motion.watched_places) {
+    check_id("place", place, data.particles.size());
+  }
+  for (const SolverMotion::OfCopy& own : motion.copies) {
+    check_count("tools", own.tools.size(), motion.copies.front().tools.size());
+    check_count("watched positions", own.watched_positions.size(), motion.watched_places.size());
+    for (std::size_t i = 0; i < own.tools.size(); ++i) {
+      check_tool(solver.tissue(), ToolId(static_cast<Index>(i)), own.tools[i]);
+    }
+  }
 }
 
 // Of one that tools have not touched.
@@ -112,6 +155,7 @@ SolverMotion motion_of(const Solver& solver) {
 
 void set_motion(Solver& solver, const SolverMotion& motion) {
   SolverData& data = solver_data(solver);
+  check_motion(solver, motion);
   data.watched_places = motion.watched_places;
   data.steps_since_convergence = motion.steps_since_convergence;
   data.gravity = motion.gravity;

@@ -71,6 +71,8 @@ struct SolverMotion {
 
 /// Tools included, those that the solver lacks are added.
 /// @param solver  with the topology that there was
+/// @throws InvalidArgument  as Solver::restore(), add_tool(), grasp() and watch(), or if the copies
+///                          differ in number, or in tools
 PBDSURG_API void set_motion(Solver& solver, const SolverMotion& motion);
 
 [[nodiscard]] PBDSURG_API std::size_t memory_bytes(const SolverMotion& motion) noexcept;

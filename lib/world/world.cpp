@@ -8,7 +8,7 @@
 #include "pbdsurg/solver/compaction.h"
 #include "pbdsurg/surgery/membrane.h"
 
-#include "lib/world/world_data.h"
+#include "lib/world/world_state_data.h"
 
 namespace pbdsurg {
 namespace {
@@ -38,7 +38,7 @@ void World::Data::follow_tissue() {
 
 void World::Data::add_burner(const BurnerSetup& setup) {
   burners.push_back(std::make_unique<Burner>(
-      Burner{setup, std::nullopt, Cautery(*tissue, setup.burnt, setup.options)}));
+      Burner{setup, std::nullopt, Cautery(*tissue, setup.since_record.burnt, setup.options)}));
 }
 
 void World::Data::check_is_scene(const char* what) const {
@@ -261,12 +261,14 @@ CauteryId World::add_cautery(ToolId tool, std::span<const BodyId> bodies,
   for (Executor* const executor : {&wanted.heat.executor, &wanted.potential.executor}) {
     *executor = executor->or_else(data.options.executor.or_else(data.solver->options().executor));
   }
+  const std::size_t recorded = data.journal != nullptr ? data.journal->edits().size() : 0;
+  const std::size_t earlier = data.origin != nullptr ? data.origin->edits_of_scene.size() : 0;
   data.add_burner({tool,
                    {bodies.begin(), bodies.end()},
                    electrode,
-                   std::move(burnt),
                    std::move(wanted),
-                   data.journal != nullptr ? data.journal->edits().size() : 0});
+                   {recorded, burnt},
+                   {earlier + recorded, burnt}});
   data.refresh();
   return CauteryId(static_cast<Index>(data.burners.size()) - 1);
 }

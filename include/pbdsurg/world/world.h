@@ -314,10 +314,13 @@ class PBDSURG_API World {
   /// @{
 
   /// From here on the world can be saved: keeps tissue and constraints as they are now, and each
-  /// edit to come, so memory grows with edits until the next call, or a compaction. Call it again
-  /// after that, or where states should no longer go through so many edits; earlier ones stay of
-  /// use. Cost: O(all that there ever was), of memory bandwidth; WorldState::shared_bytes() says
-  /// what it holds.
+  /// edit to come, so memory grows with edits. Call it again after a compaction, or where states
+  /// should no longer go through so many edits; earlier ones stay of use. A first call before any
+  /// edit keeps the scene, too, and all edits from then on, until a compaction: for write_world().
+  ///
+  /// Cauteries find potential and conductivities anew, as after Cautery::restore(): a burn goes on
+  /// as before to their tolerances. Cost: O(all that there ever was), of memory bandwidth;
+  /// WorldState::shared_bytes() says what it holds.
   void record();
 
   /// All that there is, between two steps: topology and rest shapes, gravity; positions,
@@ -370,6 +373,7 @@ class PBDSURG_API World {
 
  private:
   friend class WorldState;
+  friend class WorldFile;  // which reads and writes its parts
   struct Data;
   struct Origin;
   [[nodiscard]] std::span<const Eigen::Vector3d> rest_positions_of(BodyId body) const;

@@ -33,6 +33,7 @@ class PBDSURG_API WorldState {
 
  private:
   friend class World;
+  friend class WorldFile;  // which reads and writes its parts
   struct Data;
   std::shared_ptr<const Data> data_;
 };
