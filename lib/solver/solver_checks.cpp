@@ -7,6 +7,8 @@
 
 #include "pbdsurg/base/error.h"
 
+#include "lib/base/describe.h"
+
 namespace pbdsurg {
 
 CopyState& checked_copy(SolverData& data, Index copy) {
@@ -51,6 +53,13 @@ void check_grasp_compliance(float compliance) {
   if (!(compliance >= 0) || !(compliance <= kLargestCompliance)) {
     throw InvalidArgument("grasp compliance is " + std::to_string(compliance) +
                           " m/N; it must be in [0, 1e12]");
+  }
+}
+
+void check_gravity(const Eigen::Vector3f& gravity) {
+  if (!gravity.allFinite()) {
+    throw InvalidArgument("gravity is " + describe(Eigen::Vector3d(gravity.cast<double>())) +
+                          " m/s^2; it must be finite");
   }
 }
 

@@ -4,6 +4,7 @@
 /// @file
 /// What calls of a solver name, once it is known to be there.
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,10 @@ void check_capsules(std::span<const Capsule> capsules);
 
 /// @throws InvalidArgument  unless it is in [0, kLargestCompliance]
 void check_grasp_compliance(float compliance);
+
+/// @param gravity  m/s^2
+/// @throws InvalidArgument  naming a gravity that is not finite
+void check_gravity(const Eigen::Vector3f& gravity);
 
 /// @param is_held  [vertex_count] by that tool; takes the vertex
 /// @throws InvalidArgument  naming the vertex out of range, without tissue, or held already

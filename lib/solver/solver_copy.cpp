@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lib/solver/solver_copy.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -50,6 +51,12 @@ void check_motion(const Solver& solver, const SolverMotion& motion) {
   check_count("copies", motion.copies.size(), static_cast<std::size_t>(data.copy_count()));
   for (const Index place : motion.watched_places) {
     check_id("place", place, data.particles.size());
+  }
+  check_gravity(motion.gravity);
+  if (!motion.body_gravities.empty()) {
+    check_count("gravities of bodies", motion.body_gravities.size(),
+                solver.tissue().bodies().size());
+    std::ranges::for_each(motion.body_gravities, check_gravity);
   }
   for (const SolverMotion::OfCopy& own : motion.copies) {
     check_count("tools", own.tools.size(), motion.copies.front().tools.size());

@@ -38,13 +38,6 @@ void check_forces(std::span<const Index> vertices, std::span<const Eigen::Vector
   }
 }
 
-void check_gravity(const Eigen::Vector3f& gravity) {
-  if (!gravity.allFinite()) {
-    throw InvalidArgument("gravity is " + describe(Eigen::Vector3d(gravity.cast<double>())) +
-                          " m/s^2; it must be finite");
-  }
-}
-
 }  // namespace
 
 void Solver::set_forces(std::span<const Index> vertices, std::span<const Eigen::Vector3f> forces,

@@ -333,9 +333,9 @@ void visit_members(Record& burner, Visit& visit) {
 template <RecordOf<Snapshot> Record, class Visit>
 void visit_members(Record& snapshot, Visit& visit) {
   auto& [positions, velocities, tool_poses, tissue, falling, roundings, past_substep, ways,
-         velocities_before] = snapshot;
+         velocities_before, forces] = snapshot;
   visit(positions, velocities, tool_poses, falling, roundings, past_substep, ways);
-  visit(velocities_before);
+  visit(velocities_before, forces);
 }
 template <RecordOf<Capsule> Record, class Visit>
 void visit_members(Record& capsule, Visit& visit) {
@@ -368,8 +368,8 @@ void visit_members(Record& copy, Visit& visit) {
 }
 template <RecordOf<SolverMotion> Record, class Visit>
 void visit_members(Record& motion, Visit& visit) {
-  auto& [copies, watched_places, steps_since_convergence] = motion;
-  visit(copies, watched_places, steps_since_convergence);
+  auto& [copies, watched_places, steps_since_convergence, gravity, body_gravities] = motion;
+  visit(copies, watched_places, steps_since_convergence, gravity, body_gravities);
 }
 
 }  // namespace pbdsurg

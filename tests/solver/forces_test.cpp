@@ -14,6 +14,7 @@
 #include "pbdsurg/tissue/tissue.h"
 
 #include "bench/support/static_energy.h"
+#include "lib/solver/solver_copy.h"
 #include "tests/support/catch.h"
 #include "tests/support/fake_device.h"
 #include "tests/support/instruction_set.h"
@@ -373,6 +374,30 @@ TEST_CASE("forces: a snapshot has them, and a solver goes on from it with the sa
   CHECK_THROWS_WITH(solver.restore(bad), ContainsSubstring("the force of vertex 3 is not finite"));
   bad.forces.resize(2);
   CHECK_THROWS_WITH(solver.restore(bad), ContainsSubstring("the snapshot's forces has 2 entries"));
+}
+
+// Would catch gravities of a motion from a file that are read beyond their end, or throw tissue
+// away.
+TEST_CASE("forces: a motion with gravities that the solver cannot have is refused", "[unit]") {
+  Solver solver(make_two_blocks(), testing::vertex_options(1, 2));
+  solver.set_gravity(1, {1, 2, 3});
+  const SolverMotion good = motion_of(solver);
+  solver.set_gravity({0, 0, 0});
+  const auto refuses = [&](const std::function<void(SolverMotion&)>& spoil,
+                           const std::string& what) {
+    SolverMotion bad = good;
+    spoil(bad);
+    CHECK_THROWS_WITH(set_motion(solver, bad), ContainsSubstring(what));
+    CHECK(solver.gravity(1) == Eigen::Vector3f(0, 0, 0));
+  };
+  const float nan = std::nanf("");
+  refuses([](SolverMotion& motion) { motion.body_gravities.pop_back(); },
+          "the motion has 1 gravities of bodies; it needs 2");
+  refuses([&](SolverMotion& motion) { motion.body_gravities[1].z() = nan; },
+          "gravity is (1, 2, nan) m");
+  refuses([&](SolverMotion& motion) { motion.gravity.x() = nan; }, "it must be finite");
+  set_motion(solver, good);
+  CHECK(solver.gravity(1) == Eigen::Vector3f(1, 2, 3));
 }
 
 // Would catch a force that comes back at another vertex, or a gravity that a body lost.

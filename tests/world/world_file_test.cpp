@@ -2,6 +2,7 @@
 #include "pbdsurg/world/world_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -193,6 +194,61 @@ TEST_CASE("world file: has all replicas", "[unit]") {
   CHECK(other.replica(ReplicaId(0)).state_hash() != other.replica(ReplicaId(2)).state_hash());
 }
 
+// Would catch a file without forces or gravity, one that has those of the scene, and replicas that
+// get those of another.
+TEST_CASE("world file: has forces of all replicas, and gravity of all bodies", "[property]") {
+  for (const SolverMethod method : {SolverMethod::vertex_block, SolverMethod::projection}) {
+    SlabWorld slabs({.method = method, .damping = 20, .copies = 2});
+    World& world = slabs.world;
+    world.record();
+    const std::array<Index, 2> vertices{90, 200};
+    const std::array<Eigen::Vector3f, 2> forces{{{0, 1e-4F, 0}, {1e-4F, 0, 2e-4F}}};
+    world.replica(ReplicaId(1)).set_forces(vertices, forces);
+    world.set_gravity({0.5F, 0, 0});
+    const auto check_goes_on = [&](World& other) {
+      for (const Index body : {0, 1}) {
+        CHECK(other.solver().gravity(body) == world.solver().gravity(body));
+      }
+      for (int step = 0; step < 10; ++step) {
+        world.step(kDt);
+        other.step(kDt);
+        for (const Index copy : {0, 1}) {
+          REQUIRE(other.solver().forces(copy) == world.solver().forces(copy));
+          REQUIRE(other.solver().state_hash(copy) == world.solver().state_hash(copy));
+        }
+      }
+    };
+    world.step(kDt);
+    World first = read_written(world);
+    CHECK(first.solver().gravity(1) == Eigen::Vector3f(0.5F, 0, 0));
+    CHECK(first.solver().forces(0).empty());
+    CHECK(first.solver().forces(1)[200] == forces[1]);
+    check_goes_on(first);
+
+    // with vertices and a body that came, and gravities of bodies
+    world.set_forces(slabs.upper,
+                     [](Index, const Eigen::Vector3f& x) -> Eigen::Vector3f { return 1e-3F * x; });
+    world.set_gravity(slabs.upper, {0, 0, -3});
+    world.edit(plan_cut(world.solver(), testing::cut_at(5e-3F, -0.01F, 5e-3F)).edit);
+    const BodyId clip = world.add_body("clip", testing::slab(0.05, {1, 1, 1}), tissues::fat());
+    REQUIRE(world.step(kDt).ok());
+    const Index clip_in_tissue = world.body_in_tissue(clip);
+    world.set_gravity(clip, {0, 2, 0});
+    World second = read_written(world);
+    CHECK(second.solver().gravity(1) == Eigen::Vector3f(0, 0, -3));
+    CHECK(second.solver().gravity(clip_in_tissue) == Eigen::Vector3f(0, 2, 0));
+    check_goes_on(second);
+    CHECK(world.solver().state_hash(0) != world.solver().state_hash(1));
+    // again, of the one that was read, without forces
+    second.clear_forces();
+    world.clear_forces();
+    World third = read_written(second);
+    CHECK(third.solver().forces(0).empty());
+    CHECK_FALSE(third.solver().forces(1).empty());
+    check_goes_on(third);
+  }
+}
+
 // Would catch edits that a later recording forgets, and devices that come too early or too late.
 TEST_CASE("world file: has all edits, however often the world was recorded", "[property]") {
   SlabWorld slabs;
@@ -227,6 +283,8 @@ struct SmallFile {
     world.record();
     world.step(kDt);
     world.edit({.remove_tets = {0}});
+    world.set_forces(std::array<Index, 1>{3}, std::array{Eigen::Vector3f(1e-5F, 0, 0)});
+    world.set_gravity(body, {0, 0, -9.81F});
     world.step(kDt);
     const TemporaryFolder folder;
     write_world(folder / "a.world", world.save());
@@ -300,6 +358,9 @@ TEST_CASE("world file: says what it refuses", "[unit]") {
   other = bytes;
   other.replace(other.find("scene") + 13, 8, 8, '\xFF');  // how many bodies
   check_says(with_checksum(other), "bytes cannot hold so many");
+  other = bytes;
+  other.replace(other.size() - 12, 4, 4, '\xFF');  // gravity of the body, the last number
+  check_says(with_checksum(other), "it must be finite");
 }
 
 // Would catch ids, counts and numbers that crash a world, where the checksum is right.

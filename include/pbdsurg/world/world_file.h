@@ -27,8 +27,8 @@ namespace pbdsurg {
 /// Writes a state of a world, at once: see write_file(). A state does not change, so another thread
 /// may write while the world steps.
 ///
-/// Size: for a vertex, some 30 bytes of the scene, 40 of each replica and 48 of each
-/// cautery; for a tetrahedron, 16 bytes; and the edits.
+/// Size: for a vertex, some 30 bytes of the scene, 40 of each replica, 52 of one with forces, and
+/// 48 of each cautery; for a tetrahedron, 16 bytes; and the edits.
 /// @throws InvalidArgument  if the state is of no world; or if World::record() was first called
 ///                          after an edit, or a compaction has come, for a file has the scene as it
 ///                          was before all edits
