@@ -321,13 +321,12 @@ HWY_INLINE FreeMotion<Lanes> falling_motion(const VertexRange& range,
   return under(gravity.x, gravity.w, motion);
 }
 
-/// As flying_motion().
+/// As flying_motion(), where there are forces.
 HWY_INLINE FreeMotion<Lanes> flying_motion(const VertexRange& range,
-                                           const FreeMotion<Lanes>& falling, const Lanes& w,
-                                           Index first, Index count) {
-  return range.forces == nullptr
-             ? falling
-             : pushed_by(QuadLanes(range.forces, first, count).load().x, w, falling);
+                                           const FreeMotion<Lanes>& falling, Index first,
+                                           Index count) {
+  return pushed_by(QuadLanes(range.forces, first, count).load().x,
+                   QuadLanes(range.particles, first, count).load().w, falling);
 }
 
 /// Calls visit(first, count, falling) as for_each_register(), with falling_motion().
@@ -345,19 +344,37 @@ HWY_INLINE void for_each_falling(const VertexRange& range, const FreeMotion<floa
   });
 }
 
+/// Calls visit(first, count, falling, flying) as for_each_falling(), with flying_motion(), too.
+/// Steps without forces have code of their own, and so keep their bits: fast mode contracts
+/// operations as the code around them lets it.
+template <class Visit>
+HWY_INLINE void for_each_motion(const VertexRange& range, const FreeMotion<float>& single,
+                                const Visit& visit) {
+  const auto freely = [&](Index first, Index count, const FreeMotion<Lanes>& falling)
+                          PBDSURG_INLINE_LAMBDA { visit(first, count, falling, falling); };
+  const auto pushed = [&](Index first, Index count,
+                          const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
+    visit(first, count, falling, flying_motion(range, falling, first, count));
+  };
+  if (range.forces == nullptr) {
+    for_each_falling(range, single, freely);
+  } else {
+    for_each_falling(range, single, pushed);
+  }
+}
+
 HWY_FLATTEN void predict_positions(const VertexRange& range, const FreeMotion<float>& single) {
-  for_each_falling(
-      range, single,
-      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
-        QuadLanes particles(range.particles, first, count);
-        QuadLanes previous(range.previous, first, count);
-        ParticleLanes p = particles.load();
-        previous.store(p);
-        const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
-        const FreeMotion<Lanes> motion = flying_motion(range, falling, p.w, first, count);
-        p.x = select(p.w > Lanes(0), p.x + motion.h * (motion.keep * velocity + motion.kick), p.x);
-        particles.store(p);
-      });
+  const auto predict = [&](Index first, Index count, const FreeMotion<Lanes>&,
+                           const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
+    QuadLanes particles(range.particles, first, count);
+    QuadLanes previous(range.previous, first, count);
+    ParticleLanes p = particles.load();
+    previous.store(p);
+    const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
+    p.x = select(p.w > Lanes(0), p.x + flying.h * (flying.keep * velocity + flying.kick), p.x);
+    particles.store(p);
+  };
+  for_each_motion(range, single, predict);
 }
 
 HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<float>& motion) {
@@ -371,25 +388,25 @@ HWY_FLATTEN void update_velocities(const VertexRange& range, const FreeMotion<fl
 
 HWY_FLATTEN void predict_displacements(const VertexRange& range, const FreeMotion<float>& single) {
   const Lanes unit(range.unit), inverse_unit(1 / range.unit);
-  for_each_falling(
-      range, single,
-      [&](Index first, Index count, const FreeMotion<Lanes>& falling) PBDSURG_INLINE_LAMBDA {
-        const ParticleLanes p = QuadLanes(range.particles, first, count).load();
-        const Lanes w = p.w;
-        const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
-        const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
-        const auto flight_in = [&](const FreeMotion<Lanes>& motion) PBDSURG_INLINE_LAMBDA {
-          return flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
-        };
-        Vec3<Lanes> u = flight_in(flying_motion(range, falling, w, first, count));
-        if (range.flights != nullptr) {
-          QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
-          u = start_of(falling, range.forces == nullptr ? u : flight_in(falling), w, carry.w);
-          QuadLanes(range.fixed_points, first, count)
-              .store(fixed_point(p.x, range.starts ? carry.x : u, unit, inverse_unit));
-        }
-        QuadLanes(range.displacements, first, count).store({u, w});
-      });
+  const auto predict = [&](Index first, Index count, const FreeMotion<Lanes>& falling,
+                           const FreeMotion<Lanes>& flying) PBDSURG_INLINE_LAMBDA {
+    const ParticleLanes p = QuadLanes(range.particles, first, count).load();
+    const Lanes w = p.w;
+    const Vec3<Lanes> velocity = QuadLanes(range.velocities, first, count).load().x;
+    const ParticleLanes carry = QuadLanes(range.carries, first, count).load();
+    const auto flight_in = [&](const FreeMotion<Lanes>& motion) PBDSURG_INLINE_LAMBDA {
+      return flight_of(motion, carry.x, flying_velocity(motion, velocity, w));
+    };
+    Vec3<Lanes> u = flight_in(flying);
+    if (range.flights != nullptr) {
+      QuadLanes(range.flights, first, count).store({u, Lanes(kFreely)});
+      u = start_of(falling, flight_in(falling), w, carry.w);
+      QuadLanes(range.fixed_points, first, count)
+          .store(fixed_point(p.x, range.starts ? carry.x : u, unit, inverse_unit));
+    }
+    QuadLanes(range.displacements, first, count).store({u, w});
+  };
+  for_each_motion(range, single, predict);
 }
 
 HWY_FLATTEN void settle(const VertexRange& range, const FreeMotion<float>& single) {
