@@ -36,6 +36,7 @@ CauteryOptions checked(const Tissue& tissue, std::span<const ThermalBody> bodies
   check_positive("tearing_rate", options.tearing_rate, "/s");
   check_range("tearing_loss", options.tearing_loss, 0, 1);
   check_range("boiled_shrinkage", options.boiled_shrinkage, 0, 0.9);
+  check_not_negative("shrink_limit", options.shrink_limit);
   check_positive("link_energy", options.link_energy, " J");
   check_positive("link_conductance", options.link_conductance, " S");
   if (options.model.removal == RemovalRule::water) {

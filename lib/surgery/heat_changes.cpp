@@ -57,7 +57,8 @@ HeatState heat_state(const HeatField& field, Index tet) {
 HeatChanges::HeatChanges(const HeatField& field, const CauteryOptions& options)
     : tearing_rate_(options.tearing_rate),
       tearing_loss_(options.tearing_loss),
-      boiled_shrinkage_(options.boiled_shrinkage) {
+      boiled_shrinkage_(options.boiled_shrinkage),
+      shrink_limit_(static_cast<std::size_t>(options.shrink_limit)) {
   follow(field);
 }
 
@@ -177,9 +178,24 @@ double HeatChanges::shrunk(const HeatField& field, Index first, Index second) co
                        (field.water()[first] + field.water()[second]) / 2, collagen);
 }
 
+// Of what shrinks, no more than the limit; ascending.
+void HeatChanges::keep_farthest() {
+  if (shrink_limit_ == 0 || shrinking_.size() <= shrink_limit_) {
+    return;
+  }
+  const auto last = shrinking_.begin() + static_cast<std::ptrdiff_t>(shrink_limit_);
+  std::nth_element(shrinking_.begin(), last, shrinking_.end(),
+                   [](const Shrinkage& a, const Shrinkage& b) {
+                     return std::tie(a.share, a.id) < std::tie(b.share, b.id);
+                   });
+  shrinking_.erase(last, shrinking_.end());
+  std::ranges::sort(shrinking_, {}, &Shrinkage::id);
+}
+
 void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit) {
   const ThermalMesh& mesh = field.mesh();
   edges_.clear();
+  shrinking_.clear();
   for (const Index t : marked_) {
     if (seen_[t] != round_) {
       continue;
@@ -195,8 +211,9 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
     }
     if (is_neo_hookean || material.has_volume_constraints) {
       const auto volume = static_cast<float>(mesh.volume(t) * factor * factor * factor);
-      if (volume < (1 - kLeastChange) * solver.rest_volume(t)) {
-        edit.rest_volumes.push_back({t, volume});
+      const float now = solver.rest_volume(t);
+      if (volume < (1 - kLeastChange) * now) {
+        shrinking_.push_back({t, volume, volume / now});
       }
     }
     for (std::size_t e = 0; e < kTetEdges.size() && !is_neo_hookean; ++e) {
@@ -205,15 +222,25 @@ void HeatChanges::shrink(const Solver& solver, const HeatField& field, TopologyE
       }
     }
   }
+  keep_farthest();
+  for (const Shrinkage& tet : shrinking_) {
+    edit.rest_volumes.push_back({tet.id, tet.rest});
+  }
+  shrinking_.clear();
   std::sort(edges_.begin(), edges_.end());
   edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   for (const Index e : edges_) {
     const auto [a, b] = solver.tissue().edges()[e];
     const double rest_length = (mesh.rest_positions()[a] - mesh.rest_positions()[b]).norm();
     const auto length = static_cast<float>(rest_length * shrunk(field, a, b));
-    if (length < (1 - kLeastChange) * solver.rest_length(e)) {
-      edit.rest_lengths.push_back({e, length});
+    const float now = solver.rest_length(e);
+    if (length < (1 - kLeastChange) * now) {
+      shrinking_.push_back({e, length, length / now});
     }
+  }
+  keep_farthest();
+  for (const Shrinkage& edge : shrinking_) {
+    edit.rest_lengths.push_back({edge.id, edge.rest});
   }
 }
 

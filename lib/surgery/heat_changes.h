@@ -66,6 +66,13 @@ class HeatChanges {
     bool is_torn;
   };
 
+  // A rest value that is due.
+  struct Shrinkage {
+    Index id;
+    float rest;
+    float share;  // of what it is now
+  };
+
   [[nodiscard]] bool is_tearing(const HeatField& field, Index tet, double water, double dt) const;
   void find_marked(const HeatField& field);
   void find_due(const HeatField& field, double dt);
@@ -73,9 +80,11 @@ class HeatChanges {
   void remember(const HeatField& field, std::size_t taken);
   [[nodiscard]] const DueTet* find_pending(Index tet) const;
   void shrink(const Solver& solver, const HeatField& field, TopologyEdit& edit);
+  void keep_farthest();
   [[nodiscard]] double shrunk(const HeatField& field, Index first, Index second) const;
 
   double tearing_rate_, tearing_loss_, boiled_shrinkage_;
+  std::size_t shrink_limit_;             // 0: none
   double spent_ = 0, spent_before_ = 0;  // J
   double due_energy_ = 0, due_volume_ = 0;
   Index torn_ = 0, deferred_count_ = 0;
@@ -88,6 +97,7 @@ class HeatChanges {
   std::uint32_t round_ = 0;
   std::vector<Due> due_;
   std::vector<Index> edges_;
+  std::vector<Shrinkage> shrinking_;
 };
 
 }  // namespace pbdsurg

@@ -55,6 +55,9 @@ struct CauteryOptions {
   /// Of RemovalRule::boiled_vertices, which knows no water: share by which lengths between boiled
   /// vertices shrink, [0, 0.9]; refused with another rule, unless it is at its default.
   double boiled_shrinkage = 0.3;
+  /// Tetrahedra, and edges, whose rest shape one update changes at most, those farthest behind
+  /// first; the others wait. Bounds what an edit costs; 0: no bound.
+  Index shrink_limit = 0;
   double link_energy = 0.8;  ///< J that part one link: 0.5 mm^3 of membrane boiled dry
   /// S of a link at the electrode's axis, falling to 0 at the contact radius: that of a strand of
   /// as much membrane, 1.4 mm^2 across and 0.35 mm long; none once it has its energy. By

@@ -238,6 +238,18 @@ void VertexBlocks::count_rows(VertexBlock& block) noexcept {
   block.strips.count = most.strips <= room ? most.strips : 0;
 }
 
+// One for each neighbour, summed in the order in which they come, on which sums of floats depend.
+void VertexBlocks::add_pull(const Pull& pull) {
+  std::vector<Pull>& pulls = neighborhood_.pulls;
+  const auto known = std::ranges::find(pulls, pull.neighbor, &Pull::neighbor);
+  if (known == pulls.end()) {
+    pulls.push_back(pull);
+  } else {
+    known->weight += pull.weight;
+    known->damping += pull.damping;
+  }
+}
+
 void VertexBlocks::find_neighborhood(Index vertex) {
   auto& [pulls, springs, volumes, hinges] = neighborhood_;
   pulls.clear();
@@ -261,23 +273,11 @@ void VertexBlocks::find_neighborhood(Index vertex) {
     for (std::size_t e = 0; pulls_edges && e < kTetEdges.size(); ++e) {
       const auto [a, b] = kTetEdges[e];
       if (a == corner || b == corner) {
-        pulls.push_back({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping[e]});
+        add_pull({tet.vertices[a + b - corner], tet.weights[e], tet.edge_damping[e]});
       }
     }
   }
-  // one for each neighbour; a stable order, because sums of floats depend on it
-  std::stable_sort(pulls.begin(), pulls.end(),
-                   [](const Pull& a, const Pull& b) { return a.neighbor < b.neighbor; });
-  std::size_t count = 0;
-  for (const Pull& pull : pulls) {
-    if (count > 0 && pulls[count - 1].neighbor == pull.neighbor) {
-      pulls[count - 1].weight += pull.weight;
-      pulls[count - 1].damping += pull.damping;
-    } else {
-      pulls[count++] = pull;
-    }
-  }
-  pulls.resize(count);
+  std::ranges::sort(pulls, {}, &Pull::neighbor);
 
   for (const Index s : springs_at_[vertex]) {
     const VertexSpring& spring = given_[s];

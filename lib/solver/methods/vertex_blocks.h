@@ -284,6 +284,7 @@ class VertexBlocks {
   template <class Element>
   void add(UndoArray<Element>& elements, List which, const Element& terms);
   void note_conflicts(std::span<const Index> vertices);
+  void add_pull(const Pull& pull);
   void find_neighborhood(Index vertex);
   void write_rows(Index vertex) noexcept;
   void write_lane(const VertexBlock& block, Index lane) noexcept;
