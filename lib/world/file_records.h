@@ -265,10 +265,11 @@ void visit_members(Record& options, Visit& visit) {
 template <RecordOf<CauteryOptions> Record, class Visit>
 void visit_members(Record& options, Visit& visit) {
   auto& [contact_radius, body_resistance, electrode_cooling, electrode_capacity, tearing_rate,
-         tearing_loss, boiled_shrinkage, link_energy, link_conductance, model, heat, potential] =
-      options;
+         tearing_loss, boiled_shrinkage, shrink_limit, link_energy, link_conductance, model, heat,
+         potential] = options;
   visit(contact_radius, body_resistance, electrode_cooling, electrode_capacity, tearing_rate);
-  visit(tearing_loss, boiled_shrinkage, link_energy, link_conductance, model, heat, potential);
+  visit(tearing_loss, boiled_shrinkage, shrink_limit, link_energy, link_conductance, model, heat);
+  visit(potential);
 }
 template <RecordOf<ThermalBody> Record, class Visit>
 void visit_members(Record& burnt, Visit& visit) {
